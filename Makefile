@@ -1,0 +1,56 @@
+# Every target makes its own environment first: Python 3.11 and make are all a machine needs.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.DEFAULT_GOAL := help
+.PHONY: help demo serve test lint format openapi bench lock clean
+
+help:  ## list the targets
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 18
+
+$(VENV)/runtime: requirements/runtime.txt client/pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit("isomatch needs Python 3.11 or newer") if sys.version_info < (3, 11) else None'
+	$(PYTHON) -m venv $(VENV)
+	$(PIP_INSTALL) --require-hashes -r requirements/runtime.txt
+	$(PIP_INSTALL) --no-deps --no-build-isolation --editable client
+	@touch $@
+
+$(VENV)/dev: $(VENV)/runtime requirements/dev.txt
+	$(PIP_INSTALL) --require-hashes -r requirements/dev.txt
+	@touch $@
+
+demo: $(VENV)/runtime  ## start everything, match two generated shapes, draw the answer
+	$(BIN)/python -m demo
+
+serve: $(VENV)/runtime  ## run the whole service on this machine until interrupted
+	$(BIN)/python -m service
+
+test: $(VENV)/dev  ## the checks and all tests
+	$(MAKE) --no-print-directory lint
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/dev  ## style, types, and the direction of imports
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-cache
+
+format: $(VENV)/dev  ## put the code in house style
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
+	$(BIN)/python -m service.openapi openapi/openapi.json
+
+# The lock files hold versions and hashes, and no address of where they came from.
+LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+	--no-annotate --no-header --no-emit-index-url --no-emit-find-links
+lock: $(VENV)/dev  ## renew requirements/*.txt from the pyproject files
+	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in -o requirements/runtime.txt
+	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in --extra dev \
+		-c requirements/runtime.txt -o requirements/dev.txt
+
+clean:  ## remove what the targets above made
+	rm -rf $(VENV) demo-output bench-output isomatch-data

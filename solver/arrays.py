@@ -1,0 +1,15 @@
+"""The array types every module of the solver speaks of."""
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray: TypeAlias = npt.NDArray[np.float64]
+"""float64 array; the docstring that uses it gives the shape."""
+
+IntArray: TypeAlias = npt.NDArray[np.int64]
+"""int64 array; the docstring that uses it gives the shape."""
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+"""boolean array; the docstring that uses it gives the shape."""
