@@ -1,0 +1,84 @@
+"""Client of the isomatch service: minimum-distortion correspondence of non-rigid shapes.
+
+>>> import isomatch
+>>> with isomatch.Client() as client:
+...     match = client.match(client.upload("a.off"), client.upload("b.obj")).result()
+>>> match.pairs, match.distortion.second_order, match.certified
+"""
+
+from importlib.metadata import version as _version
+
+from isomatch._client import Client
+from isomatch._errors import (
+    BadRequest,
+    Conflict,
+    ConnectionFailed,
+    Gone,
+    InvalidRequest,
+    IsomatchError,
+    JobCancelled,
+    JobFailed,
+    NotFound,
+    ProblemError,
+    ServiceError,
+    ServiceUnavailable,
+    TooLarge,
+    TooManyRequests,
+    UnexpectedResponse,
+    Unprocessable,
+    UnprocessableShape,
+    UnsupportedFormat,
+    WaitTimeout,
+)
+from isomatch._job import Job
+from isomatch._match import Match
+from isomatch._meshes import MeshLike
+from isomatch._models import (
+    Alternative,
+    Correspondence,
+    Distortion,
+    JobRecord,
+    Level,
+    Progress,
+    Shape,
+)
+from isomatch._parameters import MatchParameters
+from isomatch._problem import FieldProblem, Problem
+
+__version__ = _version("isomatch")
+
+__all__ = [
+    "Alternative",
+    "BadRequest",
+    "Client",
+    "Conflict",
+    "ConnectionFailed",
+    "Correspondence",
+    "Distortion",
+    "FieldProblem",
+    "Gone",
+    "InvalidRequest",
+    "IsomatchError",
+    "Job",
+    "JobCancelled",
+    "JobFailed",
+    "JobRecord",
+    "Level",
+    "Match",
+    "MatchParameters",
+    "MeshLike",
+    "NotFound",
+    "Problem",
+    "ProblemError",
+    "Progress",
+    "ServiceError",
+    "ServiceUnavailable",
+    "Shape",
+    "TooLarge",
+    "TooManyRequests",
+    "UnexpectedResponse",
+    "Unprocessable",
+    "UnprocessableShape",
+    "UnsupportedFormat",
+    "WaitTimeout",
+]

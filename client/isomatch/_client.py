@@ -1,0 +1,192 @@
+"""The client: the way in."""
+
+import os
+from collections.abc import Iterator
+from types import TracebackType
+from typing import Final, Unpack
+
+import httpx2
+
+from isomatch import _operations as operations
+from isomatch._job import Job
+from isomatch._meshes import MeshSource
+from isomatch._models import JobState, Shape
+from isomatch._parameters import MatchParameters
+from isomatch._transport import BlockingTransport
+
+DEFAULT_URL: Final = "http://127.0.0.1:8000"
+URL_VARIABLE: Final = "ISOMATCH_URL"
+
+
+class Client:
+    """A connection to an isomatch service; safe to share between threads.
+
+    Use it as a context manager, or call :meth:`close`. Every method raises
+    :class:`~isomatch.ConnectionFailed` if the service cannot be reached, after a few attempts
+    where repeating does no harm, and :class:`~isomatch.ProblemError` if it refuses.
+
+    Parameters
+    ----------
+    base_url
+        Address of the service; by default that in the environment variable ``ISOMATCH_URL``, or
+        else ``http://127.0.0.1:8000``.
+    timeout
+        Seconds without any progress after which a request fails; None for no limit.
+    transport
+        An ``httpx2`` transport to carry the requests instead of the network.
+
+    Raises
+    ------
+    ValueError
+        `base_url` is not an http(s) address.
+
+    Examples
+    --------
+    >>> with Client() as client:
+    ...     cat = client.upload("cat.off")
+    ...     lion = client.upload("lion.off")
+    ...     match = client.match(cat, lion, points=32).result(progress=True)
+    """
+
+    def __init__(
+        self,
+        base_url: str | None = None,
+        *,
+        timeout: float | None = 60.0,
+        transport: httpx2.BaseTransport | None = None,
+    ) -> None:
+        self.base_url = base_url or os.environ.get(URL_VARIABLE) or DEFAULT_URL
+        if not self.base_url.startswith(("http://", "https://")):
+            raise ValueError(
+                f"the service's address must begin with http:// or https://, not {self.base_url!r}"
+            )
+        self._transport = BlockingTransport(self.base_url, timeout, transport)
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Client {self.base_url}>"
+
+    def close(self) -> None:
+        """Close the connections; the client cannot be used any more."""
+        self._transport.close()
+
+    def upload(
+        self, shape: MeshSource, name: str | None = None, *, file_type: str | None = None
+    ) -> Shape:
+        """Upload a shape; the same file again costs nothing and has the same id.
+
+        Parameters
+        ----------
+        shape
+            A path; a file's bytes; an open binary file, which is read from its beginning; a
+            tuple of arrays, vertices (V, 3) and faces (F, 3) counted from 0; or an object with
+            such ``.vertices`` and ``.faces``, like a ``trimesh.Trimesh``, whose vertex colours
+            are sent too.
+        name
+            A name to find it by; by default that of the file.
+        file_type
+            Format (off, obj, ply, stl, glb, gltf), where no file name tells it.
+
+        Raises
+        ------
+        UnprocessableShape
+            The file is not a usable mesh; the message says why.
+        TooLarge
+            It is over the service's limit.
+        UnsupportedFormat
+            It is not of a format the service reads.
+        OSError, TypeError, ValueError
+            `shape` is not readable as one of the above.
+        """
+        return self._transport.run(operations.upload(shape, name, file_type))
+
+    def shape(self, shape_id: str) -> Shape:
+        """Return one shape.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return self._transport.run(operations.get_shape(shape_id))
+
+    def shapes(self) -> Iterator[Shape]:
+        """Go through all shapes, newest first, asking for page after page."""
+        cursor: str | None = None
+        while True:
+            page = self._transport.run(operations.list_shapes(cursor))
+            yield from page.items
+            if (cursor := page.next_cursor) is None:
+                return
+
+    def delete_shape(self, shape: Shape | str) -> None:
+        """Delete a shape, given itself or its id.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        self._transport.run(operations.delete_shape(_id(shape)))
+
+    def match(
+        self, source: Shape | str, target: Shape | str, **parameters: Unpack[MatchParameters]
+    ) -> Job:
+        """Start to match two shapes.
+
+        Parameters
+        ----------
+        source, target
+            The shapes or their ids.
+        **parameters
+            See :class:`~isomatch.MatchParameters`. Only those that are given are sent.
+
+        Returns
+        -------
+        job
+            ``job.result()`` waits for the :class:`~isomatch.Match`.
+
+        Raises
+        ------
+        NotFound
+            There is no such shape.
+        InvalidRequest
+            A parameter has a value without meaning; the message says which.
+        TypeError
+            There is no such parameter.
+        """
+        record = self._transport.run(operations.start_match(_id(source), _id(target), parameters))
+        return Job(self._transport, record)
+
+    def job(self, job_id: str) -> Job:
+        """Return one job.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return Job(self._transport, self._transport.run(operations.get_job(job_id)))
+
+    def jobs(self, state: JobState | None = None) -> Iterator[Job]:
+        """Go through all jobs, or those in one state, newest first."""
+        cursor: str | None = None
+        while True:
+            page = self._transport.run(operations.list_jobs(state, cursor))
+            yield from (Job(self._transport, record) for record in page.items)
+            if (cursor := page.next_cursor) is None:
+                return
+
+
+def _id(shape: Shape | str) -> str:
+    return shape if isinstance(shape, str) else shape.id

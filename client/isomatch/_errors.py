@@ -1,0 +1,194 @@
+"""What the client raises.
+
+::
+
+    IsomatchError
+    ├── ConnectionFailed            nothing at that address answers, or the connection broke
+    ├── UnexpectedResponse          something answers, but not as the isomatch API of this version
+    ├── ProblemError                the service refused, and says why in a problem document
+    │   ├── BadRequest              400  the request cannot be understood
+    │   ├── NotFound                404  no such shape or job
+    │   ├── Conflict                409  not in this state, e.g. the result of an unfinished job
+    │   ├── Gone                    410  it was there and has expired
+    │   ├── TooLarge                413  the upload is over the service's limit
+    │   ├── UnsupportedFormat       415  not a mesh format the service reads
+    │   ├── Unprocessable           422  understood, but impossible
+    │   │   ├── InvalidRequest           a parameter has no meaning; `errors` says which
+    │   │   └── UnprocessableShape       the file is not a usable mesh; `detail` says why
+    │   ├── TooManyRequests         429  over a limit; try again later
+    │   └── ServiceError            5xx  the service failed
+    │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
+    ├── JobFailed                   the job ended without a result; carries the problem document
+    ├── JobCancelled                the job was cancelled before it ended
+    └── WaitTimeout                 the job did not end in time; it goes on (also a TimeoutError)
+
+Arguments that no request can be made of (a path that does not exist, arrays of the wrong shape)
+raise Python's own errors: `OSError`, `TypeError`, `ValueError`.
+"""
+
+from isomatch._problem import FieldProblem, Problem
+
+SHAPE_PROBLEMS = frozenset({"urn:isomatch:problem:unusable-mesh"})
+"""Problem types of an upload that is refused for what is in the file."""
+
+
+class IsomatchError(Exception):
+    """Root of the errors raised by this package; the message is one line fit for a user."""
+
+
+class ConnectionFailed(IsomatchError):  # noqa: N818 - said of an event
+    """Nothing at the service's address answers, or the connection broke."""
+
+
+class UnexpectedResponse(IsomatchError):  # noqa: N818 - said of an event
+    """Something answers at the service's address, but not as the isomatch API of this version."""
+
+
+class ProblemError(IsomatchError):
+    """The service refused a request; the base of one class for each status.
+
+    Parameters
+    ----------
+    problem
+        The problem document (RFC 9457) the service answered with.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem.summary)
+        self.problem = problem
+
+    @property
+    def status(self) -> int:
+        """The HTTP status."""
+        return self.problem.status
+
+    @property
+    def type(self) -> str:
+        """The URI that names the kind of problem."""
+        return self.problem.type
+
+    @property
+    def title(self) -> str:
+        """The kind of problem in words."""
+        return self.problem.title
+
+    @property
+    def detail(self) -> str | None:
+        """What happened this time, in words."""
+        return self.problem.detail
+
+    @property
+    def errors(self) -> tuple[FieldProblem, ...]:
+        """What is wrong with which field, where fields are to blame."""
+        return self.problem.errors
+
+
+class BadRequest(ProblemError):  # noqa: N818 - named as HTTP names it
+    """400: the request cannot be understood."""
+
+
+class NotFound(ProblemError):  # noqa: N818 - named as HTTP names it
+    """404: there is no shape or job with this id."""
+
+
+class Conflict(ProblemError):  # noqa: N818 - named as HTTP names it
+    """409: not possible in the present state, such as the result of an unfinished job."""
+
+
+class Gone(ProblemError):  # noqa: N818 - named as HTTP names it
+    """410: it was there and has expired."""
+
+
+class TooLarge(ProblemError):  # noqa: N818 - named as HTTP names it
+    """413: the upload is over the service's limit."""
+
+
+class UnsupportedFormat(ProblemError):  # noqa: N818 - named as HTTP names it
+    """415: not a mesh format the service reads."""
+
+
+class Unprocessable(ProblemError):  # noqa: N818 - named as HTTP names it
+    """422: understood, but impossible."""
+
+
+class InvalidRequest(Unprocessable):
+    """422: a parameter has no meaning; `errors` says which and what would be right."""
+
+
+class UnprocessableShape(Unprocessable):
+    """422: the file is not a usable mesh; `detail` says why and what to do."""
+
+
+class TooManyRequests(ProblemError):  # noqa: N818 - named as HTTP names it
+    """429: over a limit; try again later."""
+
+
+class ServiceError(ProblemError):
+    """5xx: the service failed."""
+
+
+class ServiceUnavailable(ServiceError):  # noqa: N818 - named as HTTP names it
+    """503: the service is starting, stopping or overloaded."""
+
+
+class JobFailed(IsomatchError):  # noqa: N818 - said of an event
+    """The job ended without a result.
+
+    Parameters
+    ----------
+    job_id
+        The job.
+    problem
+        Why, as the service records it.
+    """
+
+    def __init__(self, job_id: str, problem: Problem | None) -> None:
+        reason = problem.summary if problem else "the service gives no reason"
+        super().__init__(f"job {job_id} failed: {reason}")
+        self.job_id = job_id
+        self.problem = problem
+
+
+class JobCancelled(IsomatchError):  # noqa: N818 - said of an event
+    """The job was cancelled before it ended."""
+
+    def __init__(self, job_id: str) -> None:
+        super().__init__(f"job {job_id} was cancelled")
+        self.job_id = job_id
+
+
+class WaitTimeout(IsomatchError, TimeoutError):  # noqa: N818 - said of an event
+    """The job did not end within the time given; it goes on, and can be waited for again."""
+
+    def __init__(self, job_id: str, timeout: float) -> None:
+        super().__init__(f"job {job_id} did not end within {timeout:g} s; it goes on")
+        self.job_id = job_id
+
+
+_BY_STATUS: dict[int, type[ProblemError]] = {
+    400: BadRequest,
+    404: NotFound,
+    409: Conflict,
+    410: Gone,
+    413: TooLarge,
+    415: UnsupportedFormat,
+    422: Unprocessable,
+    429: TooManyRequests,
+    503: ServiceUnavailable,
+}
+
+
+def problem_error(problem: Problem) -> ProblemError:
+    """Return the exception of a problem document, by its status and type.
+
+    A status without a class of its own gives the base class, so that a service newer than this
+    client is still understood.
+    """
+    if problem.status == 422:
+        if problem.type in SHAPE_PROBLEMS:
+            return UnprocessableShape(problem)
+        if problem.errors:
+            return InvalidRequest(problem)
+    if problem.status >= 500:
+        return _BY_STATUS.get(problem.status, ServiceError)(problem)
+    return _BY_STATUS.get(problem.status, ProblemError)(problem)

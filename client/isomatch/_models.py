@@ -1,0 +1,205 @@
+"""What the service answers, as typed values.
+
+Fields this version does not know are left aside, so that a newer service can be spoken to; fields
+that are missing, or numbers that are not finite, are errors.
+"""
+
+from datetime import datetime
+from functools import cached_property
+from typing import Generic, Literal, TypeAlias, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, FiniteFloat
+
+from isomatch._problem import Problem
+
+JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+
+ItemT = TypeVar("ItemT")
+
+
+class Answer(BaseModel):
+    """Anything the service answers: unchangeable, and open to fields of newer services."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+
+class Shape(Answer):
+    """An uploaded shape.
+
+    Attributes
+    ----------
+    id
+        Content hash: the same bytes have the same id.
+    name
+        The name given at upload, or the name of the file.
+    file_type
+        Mesh format, such as ``"off"``.
+    bytes
+        Size of the uploaded file.
+    vertices, faces
+        Their numbers, after repair.
+    area
+        Surface area, in the square of the file's unit of length.
+    components
+        Number of connected components.
+    closed
+        Whether the surface has no boundary.
+    has_colors
+        Whether the vertices have colours.
+    warnings
+        What was repaired.
+    created
+        When it was uploaded.
+    """
+
+    id: str
+    name: str
+    file_type: str
+    bytes: int
+    vertices: int
+    faces: int
+    area: FiniteFloat
+    components: int
+    closed: bool
+    has_colors: bool
+    warnings: tuple[str, ...]
+    created: datetime
+
+
+class Progress(Answer):
+    """How far a job is.
+
+    Attributes
+    ----------
+    stage
+        What is being done.
+    fraction
+        Share of the whole job that is done, 0 to 1.
+    """
+
+    stage: str
+    fraction: FiniteFloat
+
+
+class JobRecord(Answer):
+    """A job as the service last described it; :class:`isomatch.Job` says what the fields mean."""
+
+    id: str
+    kind: str
+    state: JobState
+    progress: Progress
+    created: datetime
+    started: datetime | None
+    ended: datetime | None
+    position: int | None
+    error: Problem | None
+
+    @property
+    def finished(self) -> bool:
+        """Whether the job has ended, in whatever way."""
+        return self.state in ("succeeded", "failed", "cancelled")
+
+
+class Page(Answer, Generic[ItemT]):
+    """One page of a listing, and the cursor of the next."""
+
+    items: tuple[ItemT, ...]
+    next_cursor: str | None
+
+
+class Correspondence(Answer):
+    """One matched pair of vertices.
+
+    Attributes
+    ----------
+    source, target
+        0-based vertex indices in the uploaded files.
+    cost
+        What the pair contributes to the energy.
+    """
+
+    source: int
+    target: int
+    cost: FiniteFloat
+
+
+class Distortion(Answer):
+    """Distortion of a correspondence, section 2 of the paper.
+
+    Attributes
+    ----------
+    first_order
+        Mean distance between the descriptors of matched points; None without a descriptor.
+    second_order
+        Root mean square difference of distances, on shapes of unit area.
+    linf
+        Largest difference of distances, on shapes of unit area.
+    """
+
+    first_order: FiniteFloat | None
+    second_order: FiniteFloat
+    linf: FiniteFloat
+
+
+class Correspondences(Answer):
+    """Matched pairs with their energy and distortion, and the same as arrays."""
+
+    energy: FiniteFloat
+    correspondences: tuple[Correspondence, ...]
+    distortion: Distortion
+
+    @cached_property
+    def pairs(self) -> npt.NDArray[np.int64]:
+        """Matched vertex indices, source and target, shape (n, 2), int64."""
+        rows = [(pair.source, pair.target) for pair in self.correspondences]
+        return np.array(rows, dtype=np.int64).reshape(-1, 2)
+
+    @cached_property
+    def costs(self) -> npt.NDArray[np.float64]:
+        """What each pair contributes to the energy, shape (n,), float64."""
+        return np.array([pair.cost for pair in self.correspondences], dtype=np.float64)
+
+
+class Alternative(Correspondences):
+    """Another good correspondence, often the mirror image of the best.
+
+    Attributes
+    ----------
+    energy
+        Energy of the labelling problem, (5) of the paper.
+    correspondences
+        The matched pairs.
+    distortion
+        Their distortion.
+    """
+
+
+class Level(Answer):
+    """One level of the coarse-to-fine matching, section 4.1 of the paper.
+
+    Attributes
+    ----------
+    points, target_points
+        Samples on the source and on the target.
+    candidates
+        Pairs that were considered.
+    metric, descriptor
+        Names of the structures that were compared.
+    energy, lower_bound, gap, certified, iterations, method, seconds
+        The answer of the solver, what it proved, and what it took.
+    """
+
+    points: int
+    target_points: int
+    candidates: int
+    metric: str
+    descriptor: str
+    energy: FiniteFloat
+    lower_bound: FiniteFloat
+    gap: FiniteFloat
+    certified: bool
+    iterations: int
+    method: str
+    seconds: FiniteFloat

@@ -1,0 +1,140 @@
+"""One operation for each thing a client can ask; see :mod:`isomatch._exchange`."""
+
+import time
+from collections.abc import Callable
+from typing import Final
+from urllib.parse import quote
+
+import numpy as np
+from pydantic import ValidationError
+
+from isomatch._errors import JobCancelled, JobFailed, UnexpectedResponse, WaitTimeout
+from isomatch._exchange import Call, Json, Operation, Pause, parsed, send, unexpected
+from isomatch._match import Match
+from isomatch._meshes import MeshSource, mesh_file
+from isomatch._models import JobRecord, JobState, Page, Shape
+from isomatch._parameters import MatchParameters, check_names
+
+LONG_POLL: Final = 20.0
+"""Seconds the service is asked to hold an answer back while a job goes on."""
+
+WATCHED_POLL: Final = 0.5
+"""The same while somebody looks at the progress."""
+
+VALIDATION_PAUSE: Final = 0.5
+
+
+def upload(source: MeshSource, name: str | None, file_type: str | None) -> Operation[Shape]:
+    """Upload a mesh, and wait until the service has read it."""
+    with mesh_file(source, file_type) as file:
+        form = {} if name is None else {"name": name}
+        response = yield from send(Call("POST", "/v1/shapes", file=file, form=form))
+    while response.status_code == 202:
+        yield Pause(VALIDATION_PAUSE)
+        location = response.headers.get("location")
+        if location is None:
+            raise UnexpectedResponse("the service accepted the upload and does not say as what")
+        response = yield from send(Call("GET", location))
+    return parsed(Shape, response)
+
+
+def get_shape(shape_id: str) -> Operation[Shape]:
+    """Ask for one shape."""
+    return parsed(Shape, (yield from send(Call("GET", _path("shapes", shape_id)))))
+
+
+def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
+    """Ask for one page of the shapes."""
+    call = Call("GET", "/v1/shapes", query={"cursor": cursor})
+    return parsed(Page[Shape], (yield from send(call)))
+
+
+def delete_shape(shape_id: str) -> Operation[None]:
+    """Delete a shape."""
+    yield from send(Call("DELETE", _path("shapes", shape_id)))
+
+
+def start_match(source: str, target: str, parameters: MatchParameters) -> Operation[JobRecord]:
+    """Queue a match."""
+    check_names(parameters)
+    body: dict[str, Json] = {"source": source, "target": target}
+    for parameter, value in parameters.items():
+        body[parameter] = _plain(value)
+    # Repeating it after a broken connection could compute the same match twice.
+    call = Call("POST", "/v1/matches", body=body, repeatable=False)
+    return parsed(JobRecord, (yield from send(call)))
+
+
+def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
+    """Ask for one job, at once or when it has ended but at most `wait` seconds later."""
+    call = Call("GET", _path("jobs", job_id), query={"wait": wait}, patience=wait or 0.0)
+    return parsed(JobRecord, (yield from send(call)))
+
+
+def list_jobs(state: JobState | None, cursor: str | None) -> Operation[Page[JobRecord]]:
+    """Ask for one page of the jobs."""
+    call = Call("GET", "/v1/jobs", query={"state": state, "cursor": cursor})
+    return parsed(Page[JobRecord], (yield from send(call)))
+
+
+def cancel_job(job_id: str) -> Operation[JobRecord]:
+    """Cancel a job."""
+    return parsed(JobRecord, (yield from send(Call("DELETE", _path("jobs", job_id)))))
+
+
+def wait_for_job(
+    job_id: str, timeout: float | None, on_update: Callable[[JobRecord], None] | None = None
+) -> Operation[JobRecord]:
+    """Wait until a job has ended.
+
+    Raises
+    ------
+    WaitTimeout
+        It did not end within `timeout` seconds.
+    """
+    start = time.monotonic()
+    poll = LONG_POLL if on_update is None else WATCHED_POLL
+    while True:
+        left = poll if timeout is None else timeout - (time.monotonic() - start)
+        record = yield from get_job(job_id, wait=round(min(max(left, 0.0), poll), 3))
+        if on_update is not None:
+            on_update(record)
+        if record.finished:
+            return record
+        if timeout is not None and time.monotonic() - start >= timeout:
+            raise WaitTimeout(job_id, timeout)
+
+
+def get_result(record: JobRecord) -> Operation[Match]:
+    """Ask for the result of a job that has ended.
+
+    Raises
+    ------
+    JobFailed, JobCancelled
+        It has none.
+    """
+    if record.state == "failed":
+        raise JobFailed(record.id, record.error)
+    if record.state == "cancelled":
+        raise JobCancelled(record.id)
+    response = yield from send(Call("GET", _path("jobs", record.id, "result")))
+    try:
+        return Match.from_json(response.content)
+    except ValidationError as error:
+        raise unexpected(response, error) from error
+
+
+def get_picture(job_id: str) -> Operation[bytes]:
+    """Ask for the picture of a job's result."""
+    response = yield from send(Call("GET", _path("jobs", job_id, "result.png")))
+    return response.content
+
+
+def _path(*parts: str) -> str:
+    return "/v1/" + "/".join(quote(part, safe="") for part in parts)
+
+
+def _plain(value: object) -> Json:
+    # Parameters often come out of an array or a linspace.
+    plain: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
+    return plain

@@ -1,0 +1,94 @@
+"""The parameters of a match: one list for the SDK, the command line and the answers."""
+
+from typing import Final
+
+# Pydantic reads a TypedDict of the standard library only from Python 3.12 on.
+from typing_extensions import TypedDict
+
+
+class MatchParameters(TypedDict, total=False):
+    """Keyword arguments of :meth:`isomatch.Client.match`; all may be left out.
+
+    What is left out takes the service's default (in brackets). Section and equation numbers are
+    those of Wang, Bronstein and Paragios, INRIA RR-7333, 2010.
+
+    Attributes
+    ----------
+    points
+        Points of the source that are matched at the finest level, 3 to 256 [32].
+    coarse_points
+        Points of the coarsest level, which is solved to proven optimality, 3 to 10 [8];
+        N_1 of section 4.1.
+    level_factor
+        How many times more points each level has than the one before, 2 to 4 [2]; q of
+        section 4.1.
+    oversampling
+        Target samples for each source sample on the finer levels, 1 to 8 [4].
+    rho
+        Radius of the neighbourhood in which a match may move from one level to the next, over 1
+        and at most 4, in covering radii of the level [1.5]; section 4.1.
+    metric
+        Distance that is to be preserved: ``"geodesic"``, ``"diffusion"`` or ``"commute_time"``;
+        one name for all levels, or names from the coarsest level on, of which the last is
+        repeated [``["commute_time", "geodesic"]``].
+    descriptor
+        Local descriptor that is to be preserved: ``"hks"``, ``"si_hks"`` or ``"none"``; one name
+        or names as for `metric` [``"si_hks"``].
+    beta
+        Weight of the second-order (metric) term, 0 to 1e6 [1.0]; equation (5).
+    first_order_weight
+        Weight of the first-order (descriptor) term, at least 0.
+    occlusion_cost
+        Cost of leaving a source point unmatched, gamma of (5); None makes it large enough that
+        every point is matched [None].
+    diffusion_time
+        Time t of the diffusion distance (3), in units of area; None for the default scale [None].
+    eigenpairs
+        Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
+    alternatives
+        How many of the best solutions of the coarse level are kept and refined, 1 to 32 [8].
+    largest_component
+        Match the largest component of a shape that has several, which is refused otherwise
+        [False].
+    time_limit
+        Seconds after which the best answer so far is returned with its gap; None for no limit
+        [None].
+    seed
+        Seed of everything random [0].
+    """
+
+    points: int
+    coarse_points: int
+    level_factor: int
+    oversampling: int
+    rho: float
+    metric: str | list[str]
+    descriptor: str | list[str]
+    beta: float
+    first_order_weight: float
+    occlusion_cost: float | None
+    diffusion_time: float | None
+    eigenpairs: int
+    alternatives: int
+    largest_component: bool
+    time_limit: float | None
+    seed: int
+
+
+PARAMETER_NAMES: Final = frozenset(MatchParameters.__annotations__)
+
+
+def check_names(parameters: MatchParameters) -> None:
+    """Refuse a misspelt parameter before anything is sent, as Python refuses a misspelt argument.
+
+    Raises
+    ------
+    TypeError
+        A name is not a parameter of a match.
+    """
+    unknown = sorted(set(parameters) - PARAMETER_NAMES)
+    if unknown:
+        raise TypeError(
+            f"match() got unexpected parameter {', '.join(map(repr, unknown))}; "
+            f"it takes {', '.join(sorted(PARAMETER_NAMES))}"
+        )
