@@ -1,0 +1,153 @@
+"""Polygon File Format (PLY): text and binary, either byte order, polygons of any mix of sizes.
+
+The header declares *elements* (``vertex``, ``face``, ...) of so many rows, and the properties of a
+row in order: a number, or a list preceded by its length.
+"""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
+from solver.mesh_formats.contents import FileContents, colors_in_unit_range, polygon_contents
+from solver.mesh_formats.ply_data import Element, Property, binary_columns, text_columns
+from solver.mesh_formats.text import decode, last_line_note
+
+_TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
+_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_LONGEST_HEADER = 1 << 20
+
+Columns: TypeAlias = "dict[str, FloatArray | tuple[IntArray, IntArray]]"
+
+
+@dataclass(frozen=True)
+class _Header:
+    byte_order: str  # "" for text
+    elements: tuple[Element, ...]
+    size: int  # bytes, the line break after end_header included
+
+
+def read_ply(data: bytes) -> FileContents:
+    """Read a PLY file.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    FileContents
+        With colours if the vertices have ``red``, ``green`` and ``blue``.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete PLY file.
+    """
+    header = _parse_header(data)
+    body = data[header.size :]
+    notes: tuple[str, ...] = ()
+    if header.byte_order:
+        columns = binary_columns(header.elements, body, header.byte_order)
+    else:
+        text = decode(body)
+        columns = text_columns(header.elements, text)
+        notes = last_line_note(text)
+    if "vertex" not in columns:
+        raise MeshError("the PLY file has no vertices")
+    if "face" not in columns and "tristrips" in columns:
+        raise MeshError("PLY triangle strips are not supported; save with faces instead")
+    vertex, face = columns["vertex"], columns.get("face", {})
+    vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
+    sizes, corners = _polygons(face)
+    types = {prop.name: prop.kind for e in header.elements if e.name == "vertex" for prop in e}
+    return polygon_contents(vertices, sizes, corners, _colors(vertex, types), notes)
+
+
+def _parse_header(data: bytes) -> _Header:
+    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" "):
+        raise MeshError("not a PLY file: it does not begin with the word ply")
+    end = data.find(b"end_header", 0, _LONGEST_HEADER)
+    line_break = data.find(b"\n", end, end + 16)
+    if end < 0 or line_break < 0:
+        raise MeshError("the PLY header does not end; the file is cut off or damaged")
+    byte_order: str | None = None
+    elements: list[Element] = []
+    for line in decode(data[:end]).splitlines()[1:]:
+        words = line.split()
+        if not words or words[0] in ("comment", "obj_info"):
+            continue
+        if words[0] == "format" and len(words) == 3 and words[1] in _FORMATS:
+            byte_order = _FORMATS[words[1]]
+        elif words[0] == "element" and len(words) == 3 and words[2].isdecimal():
+            elements.append(Element(words[1], int(words[2]), ()))
+        elif words[0] == "property" and elements:
+            elements[-1] = elements[-1].with_property(_property(words))
+        else:
+            raise MeshError(f"a line of the PLY header cannot be read: {line[:80]!r}")
+    if byte_order is None:
+        raise MeshError("the PLY header does not say its format")
+    if len({element.name for element in elements}) != len(elements):
+        raise MeshError("the PLY header declares an element twice")
+    return _Header(byte_order, tuple(elements), line_break + 1)
+
+
+def _property(words: list[str]) -> Property:
+    try:
+        if len(words) == 5 and words[1] == "list":
+            length = _TYPES[words[2]]
+            if length[0] == "f":
+                raise KeyError(words[2])
+            return Property(words[4], _TYPES[words[3]], length)
+        _, kind, name = words
+        return Property(name, _TYPES[kind])
+    except (KeyError, ValueError):
+        raise MeshError(f"a PLY property cannot be read: {' '.join(words)[:80]!r}") from None
+
+
+def _numbers(columns: Columns, name: str) -> FloatArray:
+    values = columns.get(name)
+    if not isinstance(values, np.ndarray):
+        raise MeshError(f"the vertices of the PLY file have no {name}")
+    return values
+
+
+def _polygons(columns: Columns) -> tuple[IntArray, IntArray]:
+    if not columns:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    lists = columns.get("vertex_indices", columns.get("vertex_index"))
+    if not isinstance(lists, tuple):
+        raise MeshError("the faces of the PLY file have no vertex_indices")
+    return lists
+
+
+def _colors(vertex: Columns, types: dict[str, str]) -> FloatArray | None:
+    channels = [vertex.get(name) for name in ("red", "green", "blue")]
+    if not all(isinstance(channel, np.ndarray) for channel in channels):
+        return None
+    values = np.stack([np.asarray(channel, dtype=np.float64) for channel in channels], axis=1)
+    if types["red"] == "u1":
+        return values / 255.0
+    return colors_in_unit_range(values)

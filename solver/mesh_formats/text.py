@@ -1,0 +1,94 @@
+"""Tables of numbers in text files, read strictly."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
+
+
+def decode(data: bytes) -> str:
+    """Text of a file; bytes that are not UTF-8 (in comments, say) become replacement marks."""
+    return data.decode("utf-8-sig", errors="replace")
+
+
+def float_table(lines: Sequence[str], what: str) -> FloatArray:
+    """Read lines of equally many numbers.
+
+    Parameters
+    ----------
+    lines
+        One row each, numbers separated by white space.
+    what
+        What a row is, for the message: "vertex".
+
+    Returns
+    -------
+    (rows, columns) float64; (0, 0) without lines.
+
+    Raises
+    ------
+    MeshError
+        Something is not a number, or rows differ in length.
+    """
+    if not lines:
+        return np.zeros((0, 0))
+    try:
+        return np.loadtxt(lines, dtype=np.float64, comments=None, ndmin=2)
+    except ValueError as error:
+        raise MeshError(f"a {what} line cannot be read: {_plain(error)}") from error
+
+
+def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
+    """Read lines that hold a count and then that many integers; what follows is ignored.
+
+    Parameters
+    ----------
+    lines
+        One list each.
+    what
+        What a list is, for the message: "face".
+
+    Returns
+    -------
+    sizes : (rows,) int64
+    values : (sum of sizes,) int64
+
+    Raises
+    ------
+    MeshError
+        Something is not an integer, or a list is shorter than its count.
+    """
+    if not lines:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    rows = [line.split() for line in lines]
+    try:
+        sizes = np.array([int(row[0]) for row in rows], dtype=np.int64)
+        for number, (row, size) in enumerate(zip(rows, sizes.tolist(), strict=True)):
+            if not 0 <= size < len(row):
+                raise MeshError(
+                    f"{what} {number} promises {size} values and has {len(row) - 1}; "
+                    "the file is cut off or damaged"
+                )
+        values = np.array(
+            [int(value) for row in rows for value in row[1 : int(row[0]) + 1]], dtype=np.int64
+        )
+    except (ValueError, IndexError, OverflowError) as error:
+        raise MeshError(f"a {what} line cannot be read: {_plain(error)}") from error
+    return sizes, values
+
+
+def last_line_note(text: str) -> tuple[str, ...]:
+    """Return a warning if the text does not end with a line break.
+
+    A file that was cut inside its last number reads as well as a whole one; the missing line
+    break is the only trace.
+    """
+    if not text or text[-1].isspace():
+        return ()
+    return ("the file does not end with a line break; if it was cut off, its last face is wrong",)
+
+
+def _plain(error: Exception) -> str:
+    return str(error).partition(";")[0].rstrip(".")

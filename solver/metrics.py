@@ -1,0 +1,151 @@
+"""Metrics d_X on a shape's vertices, sections 3.2 to 3.4."""
+
+from typing import Literal, Protocol, TypeAlias, get_args
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
+from solver.geodesics import GeodesicGraph
+from solver.spectrum import Spectrum
+
+MetricName: TypeAlias = Literal["geodesic", "diffusion", "commute_time"]
+METRICS: tuple[MetricName, ...] = get_args(MetricName)
+"""Names of the metrics."""
+
+
+class Metric(Protocol):
+    """Distances between the vertices of one shape."""
+
+    @property
+    def n_vertices(self) -> int:
+        """Number V of vertices."""
+        ...
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        """Distances from some vertices to all.
+
+        Parameters
+        ----------
+        sources
+            (S,) vertex indices.
+
+        Returns
+        -------
+        (S, V) float64
+        """
+        ...
+
+    def between(self, points: IntArray) -> FloatArray:
+        """Distances among some vertices.
+
+        Parameters
+        ----------
+        points
+            (A,) vertex indices.
+
+        Returns
+        -------
+        (A, A) float64, exactly symmetric, zero on the diagonal.
+        """
+        ...
+
+
+class GeodesicMetric:
+    """The geodesic metric, section 3.2.
+
+    Parameters
+    ----------
+    graph
+        Of the shape's mesh.
+    """
+
+    def __init__(self, graph: GeodesicGraph) -> None:
+        self._graph = graph
+
+    @property
+    def n_vertices(self) -> int:
+        """Number V of vertices."""
+        return self._graph.n_vertices
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        """(S, V) distances from (S,) vertices to all; one shortest-path search each."""
+        return self._graph.distances(sources)
+
+    def between(self, points: IntArray) -> FloatArray:
+        """(A, A) distances among (A,) vertices, exactly symmetric."""
+        found = np.empty((len(points), len(points)))
+        for row, point in zip(found, points, strict=True):  # one row of V at a time
+            row[:] = self.distances(np.array([point]))[0, points]
+        # A path summed from its other end differs by rounding.
+        return np.minimum(found, found.T)
+
+
+class EmbeddedMetric:
+    """A metric that is the Euclidean distance between embedded vertices.
+
+    Parameters
+    ----------
+    embedding
+        (V, m) image of each vertex.
+    """
+
+    def __init__(self, embedding: FloatArray) -> None:
+        self.embedding = embedding
+        self._squared_norms = np.einsum("ij,ij->i", embedding, embedding)
+
+    @property
+    def n_vertices(self) -> int:
+        """Number V of vertices."""
+        return len(self.embedding)
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        """(S, V) distances from (S,) vertices to all."""
+        found = np.empty((len(sources), self.n_vertices))
+        for row, source in zip(found, sources, strict=True):
+            offsets = self.embedding - self.embedding[source]
+            np.sqrt(np.einsum("ij,ij->i", offsets, offsets), out=row)
+        return found
+
+    def between(self, points: IntArray) -> FloatArray:
+        """(A, A) distances among (A,) vertices, exactly symmetric."""
+        images = self.embedding[points]
+        found = np.empty((len(points), len(points)))
+        for row, image in zip(found, images, strict=True):
+            offsets = images - image
+            np.sqrt(np.einsum("ij,ij->i", offsets, offsets), out=row)
+        return found
+
+
+class DiffusionMetric(EmbeddedMetric):
+    """The diffusion metric d_{X,t}: equation (3).
+
+    Parameters
+    ----------
+    spectrum
+        Of the shape.
+    time
+        t > 0, in the spectrum's unit of area.
+    """
+
+    def __init__(self, spectrum: Spectrum, time: float) -> None:
+        if not 0.0 < time < np.inf:
+            raise ValueError("the diffusion time must be positive and finite")
+        decay = np.exp(-spectrum.eigenvalues[1:] * time)
+        super().__init__(spectrum.eigenfunctions[:, 1:] * decay)
+
+
+class CommuteTimeMetric(EmbeddedMetric):
+    """The commute-time metric δ_X: equation (4). It does not change with the shape's scale.
+
+    Parameters
+    ----------
+    spectrum
+        Of the shape, which must be connected.
+    """
+
+    def __init__(self, spectrum: Spectrum) -> None:
+        eigenvalues = spectrum.eigenvalues[1:]
+        if len(eigenvalues) and not eigenvalues[0] * spectrum.area > 1e-9:
+            raise MeshError("the commute time is infinite: the shape is not connected")
+        super().__init__(spectrum.eigenfunctions[:, 1:] / np.sqrt(eigenvalues))

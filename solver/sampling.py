@@ -1,0 +1,134 @@
+"""Farthest point sampling, section 4.1: progressive samples that cover a shape evenly."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError, OptionError
+from solver.metrics import Metric
+
+
+@dataclass(frozen=True, eq=False)
+class FarthestPointSampling:
+    """Vertices in the order in which they were sampled; each prefix is a sampling itself.
+
+    Parameters
+    ----------
+    indices
+        (n,) sampled vertices.
+    radii
+        (n,) ``radii[i]`` is the covering radius of the first i + 1 samples: no vertex is farther
+        than that from the nearest of them. Never increasing.
+    distances
+        (n, n) between the samples, in the metric they were sampled with; exactly symmetric.
+    """
+
+    indices: IntArray
+    radii: FloatArray
+    distances: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def first(self, count: int) -> "FarthestPointSampling":
+        """Return the first samples.
+
+        Parameters
+        ----------
+        count
+            How many, at most the samples there are.
+        """
+        if not 1 <= count <= len(self):
+            raise ValueError(f"there are {len(self)} samples, not {count}")
+        return FarthestPointSampling(
+            self.indices[:count], self.radii[:count], self.distances[:count, :count]
+        )
+
+
+def farthest_point_sampling(
+    metric: Metric, count: int, start: int | None = None
+) -> FarthestPointSampling:
+    """Sample vertices, each time the one farthest from all samples before.
+
+    Parameters
+    ----------
+    metric
+        Of the shape.
+    count
+        Number n of samples.
+    start
+        First sample; by default :func:`extremity`, so that the ends of the shape come first and
+        samples of similar shapes resemble one another.
+
+    Returns
+    -------
+    FarthestPointSampling
+        Ties go to the smallest vertex index. One row of distances in memory at a time.
+
+    Raises
+    ------
+    OptionError
+        The shape has fewer than `count` vertices.
+    MeshError
+        The shape is not connected.
+    """
+    if count < 1:
+        raise ValueError("count must be at least 1")
+    if count > metric.n_vertices:
+        raise OptionError(
+            "points", f"the shape has only {metric.n_vertices} vertices; {count} were asked for"
+        )
+    indices = np.empty(count, dtype=np.int64)
+    radii = np.empty(count)
+    distances = np.zeros((count, count))
+    nearest = np.full(metric.n_vertices, np.inf)
+    chosen = extremity(metric) if start is None else start
+    for i in range(count):
+        row = _row(metric, chosen)
+        indices[i] = chosen
+        distances[i, :i] = distances[:i, i] = row[indices[:i]]
+        np.minimum(nearest, row, out=nearest)
+        nearest[chosen] = -1.0  # never again, not even among coinciding vertices
+        chosen = int(np.argmax(nearest))
+        radii[i] = max(nearest[chosen], 0.0)
+    return FarthestPointSampling(indices, radii, distances)
+
+
+def extremity(metric: Metric) -> int:
+    """Find a vertex far from everything, the same however vertices are numbered.
+
+    Two hops to the farthest vertex span something like a diameter; its middle is a centre of the
+    shape that hardly depends on where the hops began; two hops from there lead to an end.
+
+    Parameters
+    ----------
+    metric
+        Of the shape.
+
+    Returns
+    -------
+    int
+        Vertex index.
+
+    Raises
+    ------
+    MeshError
+        The shape is not connected.
+    """
+    one_end = _farthest(metric, 0)
+    from_one = _row(metric, one_end)
+    from_other = _row(metric, int(np.argmax(from_one)))
+    middle = int(np.argmin(np.maximum(from_one, from_other)))
+    return _farthest(metric, _farthest(metric, middle))
+
+
+def _farthest(metric: Metric, vertex: int) -> int:
+    return int(np.argmax(_row(metric, vertex)))
+
+
+def _row(metric: Metric, vertex: int) -> FloatArray:
+    row: FloatArray = metric.distances(np.array([vertex], dtype=np.int64))[0]
+    if not np.isfinite(row).all():
+        raise MeshError("distances are infinite: the shape is not connected")
+    return row
