@@ -1,0 +1,41 @@
+"""One lopsided blob in two triangulations: small enough that a match takes a moment."""
+
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import trimesh
+
+Floats = npt.NDArray[np.float64]
+
+BUMPS = np.array([[1.0, 0.0, 0.0], [-0.5, 0.9, 0.1], [0.1, -0.4, 0.9], [-0.3, -0.6, -0.7]])
+HEIGHTS = np.array([1.4, 0.9, 0.6, 0.35])
+
+
+def blob(vertices: Floats) -> Floats:
+    """Points of the blob's surface in given directions, (V, 3)."""
+    directions = vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
+    bumps = BUMPS / np.linalg.norm(BUMPS, axis=1, keepdims=True)
+    radius = 1.0 + np.exp(8.0 * (directions @ bumps.T - 1.0)) @ HEIGHTS
+    surface: Floats = directions * radius[:, None]
+    return surface
+
+
+def blob_meshes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
+    """The blob twice: another triangulation, turned and moved."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    first = trimesh.Trimesh(blob(ball.vertices), ball.faces, process=False)
+    turn = trimesh.transformations.random_rotation_matrix([0.3, 0.6, 0.2])[:3, :3]
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    second = trimesh.Trimesh(blob(ball.vertices @ turn), ball.faces, process=False)
+    second.vertices = second.vertices @ turn.T + [3.0, 0.0, 1.0]
+    return first, second
+
+
+def write_blobs(folder: Path) -> tuple[Path, Path]:
+    """Write the two as ``a.off`` and ``b.obj``."""
+    first, second = blob_meshes()
+    a, b = folder / "a.off", folder / "b.obj"
+    first.export(a)
+    second.export(b)
+    return a, b

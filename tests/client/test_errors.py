@@ -1,0 +1,71 @@
+"""What the running service refuses, as exceptions."""
+
+from pathlib import Path
+
+import isomatch
+import pytest
+
+UNKNOWN = "0" * 32
+TRUNCATED = b"OFF\n4 4 0\n0 0 0\n1 0 0\n"
+NOT_FINITE = b"OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"
+NO_FACES = b"OFF\n3 0 0\n0 0 0\n1 0 0\n0 1 0\n"
+OUT_OF_RANGE = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"
+FLAT = b"OFF\n3 1 0\n0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n"
+
+
+@pytest.mark.parametrize(
+    "data",
+    [b"", b"Dear reader,\n", TRUNCATED, NOT_FINITE, NO_FACES, OUT_OF_RANGE, FLAT],
+    ids=["empty", "text", "truncated", "nan", "no faces", "index out of range", "no area"],
+)
+def test_an_unusable_mesh(client: isomatch.Client, data: bytes) -> None:
+    with pytest.raises(isomatch.UnprocessableShape) as refusal:
+        client.upload(data, file_type="off")
+    assert refusal.value.status == 422
+    assert refusal.value.detail == str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_format_that_is_not_read(client: isomatch.Client, tmp_path: Path) -> None:
+    path = tmp_path / "shape.docx"
+    path.write_bytes(b"PK")
+    with pytest.raises(isomatch.UnsupportedFormat, match="off"):
+        client.upload(path)
+
+
+def test_unknown_ids(client: isomatch.Client) -> None:
+    with pytest.raises(isomatch.NotFound, match=UNKNOWN) as refusal:
+        client.shape(UNKNOWN)
+    assert (refusal.value.status, refusal.value.problem.status) == (404, 404)
+    assert refusal.value.type.startswith("urn:isomatch:problem:")
+    with pytest.raises(isomatch.NotFound):
+        client.job("nothing")
+    with pytest.raises(isomatch.NotFound):
+        client.match(UNKNOWN, UNKNOWN)
+
+
+def test_a_bad_parameter(client: isomatch.Client) -> None:
+    with pytest.raises(isomatch.InvalidRequest) as refusal:
+        client.match(UNKNOWN, UNKNOWN, points=2, metric="euclidean")
+    fields = [wrong.field for wrong in refusal.value.errors]
+    assert "body.points" in fields
+    assert any(field.startswith("body.metric") for field in fields)
+    assert "points: " in str(refusal.value)
+
+
+def test_a_result_that_is_not_there_yet(
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+) -> None:
+    job = client.match(*pair, points=128, seed=5).cancel()
+    job.wait(timeout=30)
+    with pytest.raises(isomatch.Conflict):
+        job.picture()
+
+
+def test_every_refusal_is_an_isomatch_error() -> None:
+    tree = [value for value in vars(isomatch).values() if isinstance(value, type)]
+    errors = [kind for kind in tree if issubclass(kind, Exception)]
+    assert len(errors) >= 19
+    assert all(issubclass(kind, isomatch.IsomatchError) for kind in errors)
+    drawn = isomatch._errors.__doc__ or ""
+    assert all(kind.__name__ in drawn for kind in errors)

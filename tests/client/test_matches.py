@@ -1,0 +1,114 @@
+"""Matches on the running service: from the call to the arrays."""
+
+import json
+from pathlib import Path
+
+import isomatch
+import numpy as np
+import pytest
+
+Pair = tuple[isomatch.Shape, isomatch.Shape]
+
+
+def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_path: Path) -> None:
+    job = client.match(*pair, points=8, coarse_points=6)
+    assert (job.kind, job.position is None or job.position >= 0) == ("match", True)
+    match = job.result()
+    assert (job.state, job.finished, job.error) == ("succeeded", True, None)
+    assert job.started is not None
+    assert job.ended is not None
+    assert job.created <= job.started <= job.ended
+
+    assert (match.source, match.target) == (pair[0].id, pair[1].id)
+    assert (match.parameters["points"], match.parameters["rho"]) == (8, 1.5)
+    assert match.pairs.shape == (8, 2)
+    assert match.pairs.dtype == np.int64
+    assert match.costs.shape == (8,)
+    assert match.costs.dtype == np.float64
+    assert len(np.unique(match.pairs[:, 0])) == len(np.unique(match.pairs[:, 1])) == 8
+    assert match.pairs.min() >= 0
+    assert match.pairs[:, 0].max() < pair[0].vertices
+    assert match.pairs[:, 1].max() < pair[1].vertices
+    assert match.lower_bound <= match.energy + 1e-9
+    assert match.levels[0].certified
+    assert len(match.unmatched_vertices) == 0
+    for alternative in match.alternatives:
+        assert alternative.pairs.shape == (8, 2)
+
+    match.save(tmp_path / "match.json")
+    saved = (tmp_path / "match.json").read_bytes()
+    assert isomatch.Match.from_json(saved) == match
+    assert json.loads(saved)["distortion"]["linf"] == match.distortion.linf
+    job.save_picture(tmp_path / "match.png")
+    assert (tmp_path / "match.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def test_progress_is_told(
+    client: isomatch.Client, pair: Pair, capsys: pytest.CaptureFixture[str]
+) -> None:
+    client.match(*pair, points=6, coarse_points=6, seed=2).result(progress=True)
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "100%  succeeded" in said.err
+
+
+def test_parameters_arrive(client: isomatch.Client, pair: Pair) -> None:
+    match = client.match(
+        pair[0].id,
+        pair[1].id,
+        points=np.int64(6),  # type: ignore[arg-type]  # fit for an int all the same
+        coarse_points=6,
+        metric=["diffusion"],
+        descriptor="none",
+        alternatives=1,
+        diffusion_time=0.01,
+    ).result()
+    assert match.distortion.first_order is None
+    assert match.parameters["diffusion_time"] == 0.01
+    assert [level.metric for level in match.levels] == ["diffusion"]
+
+
+def test_jobs_are_found_again(client: isomatch.Client, pair: Pair) -> None:
+    job = client.match(*pair, points=6, coarse_points=6).wait()
+    found = client.job(job.id)
+    assert (found.id, found.state) == (job.id, "succeeded")
+    assert found.result() == job.result()
+    assert job.id in {other.id for other in client.jobs(state="succeeded")}
+    assert job.id not in {other.id for other in client.jobs(state="failed")}
+    assert repr(found) == f"<Job {job.id} succeeded>"
+
+
+def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> None:
+    # One worker process at least is busy with the first, so that the last is cancelled in time.
+    jobs = [client.match(*pair, points=128, seed=seed) for seed in range(4)]
+    last = jobs[-1].cancel()
+    last.wait(timeout=30)
+    assert last.state == "cancelled"
+    with pytest.raises(isomatch.JobCancelled, match=last.id):
+        last.result()
+    for job in jobs:
+        job.cancel()
+        assert job.wait(timeout=30).finished
+
+
+def test_waiting_ends_in_time_and_the_job_goes_on(client: isomatch.Client, pair: Pair) -> None:
+    job = client.match(*pair, points=96, seed=11)
+    with pytest.raises(isomatch.WaitTimeout, match="it goes on"):
+        job.result(timeout=0.0)
+    with pytest.raises(TimeoutError):
+        job.wait(timeout=0.01)
+    assert job.refresh().state in ("queued", "running", "succeeded")
+    job.cancel()
+    job.wait(timeout=30)
+
+
+def test_a_job_that_fails_says_why(client: isomatch.Client, pair: Pair) -> None:
+    triangle = client.upload(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", file_type="off")
+    job = client.match(pair[0], triangle, points=8).wait(timeout=60)
+    assert job.state == "failed"
+    assert job.error is not None
+    with pytest.raises(isomatch.JobFailed) as failure:
+        job.result()
+    assert failure.value.problem == job.error
+    assert job.error.detail is not None
+    assert job.error.detail in str(failure.value)

@@ -1,0 +1,156 @@
+"""The client's models and parameters are those of the API's schema."""
+
+import inspect
+import json
+import re
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import pytest
+from isomatch import Match, MatchParameters, Problem, Shape
+from isomatch._models import JobRecord, Page
+from pydantic import BaseModel
+
+Schema: TypeAlias = dict[str, Any]
+
+OPENAPI: Schema = json.loads(Path(__file__, "../../../openapi/openapi.json").resolve().read_text())
+
+LEFT_ASIDE = {"links"}
+"""What the client does not look at: it knows the paths."""
+
+
+def dereferenced(schema: Schema, root: Schema) -> Schema:
+    while "$ref" in schema:
+        found: Schema = root
+        for key in schema["$ref"].removeprefix("#/").split("/"):
+            found = found[key]
+        schema = found
+    return schema
+
+
+def form(schema: Schema, root: Schema) -> Any:
+    """What a schema says of the JSON's form: kinds, fields, which of them are always there."""
+    schema = dereferenced(schema, root)
+    if "allOf" in schema and len(schema["allOf"]) == 1:
+        return form(schema["allOf"][0], root)
+    if "anyOf" in schema:
+        options = (form(option, root) for option in schema["anyOf"])
+        return {"any": sorted(options, key=repr)}
+    if "enum" in schema:
+        return {"enum": sorted(schema["enum"])}
+    if "const" in schema:
+        return {"kind": {str: "string", int: "integer"}[type(schema["const"])]}
+    kind = schema.get("type")
+    if kind == "array":
+        return {"each": form(schema["items"], root)}
+    if kind == "object" and "properties" in schema:
+        return {
+            name: form(part, root)
+            for name, part in schema["properties"].items()
+            if name not in LEFT_ASIDE and name != "parameters"
+        }
+    if kind == "object":
+        return {"values": form(schema.get("additionalProperties", {}), root)}
+    return {"kind": kind}
+
+
+def answer(method: str, path: str, status: str = "200") -> Schema:
+    operations = {re.sub(r"\{\w+\}", "{}", key): value for key, value in OPENAPI["paths"].items()}
+    content = operations[path][method]["responses"][status]["content"]
+    schema: Schema = next(iter(content.values()))["schema"]
+    return dereferenced(schema, OPENAPI)
+
+
+def match_body() -> Schema:
+    body = OPENAPI["paths"]["/v1/matches"]["post"]["requestBody"]
+    return dereferenced(body["content"]["application/json"]["schema"], OPENAPI)
+
+
+ANSWERS: list[tuple[str, type[BaseModel], str, str, str]] = [
+    ("uploaded shape", Shape, "post", "/v1/shapes", "201"),
+    ("known shape", Shape, "post", "/v1/shapes", "200"),
+    ("shape", Shape, "get", "/v1/shapes/{}", "200"),
+    ("shapes", Page[Shape], "get", "/v1/shapes", "200"),
+    ("queued match", JobRecord, "post", "/v1/matches", "202"),
+    ("job", JobRecord, "get", "/v1/jobs/{}", "200"),
+    ("cancelled job", JobRecord, "delete", "/v1/jobs/{}", "200"),
+    ("jobs", Page[JobRecord], "get", "/v1/jobs", "200"),
+    ("result", Match, "get", "/v1/jobs/{}/result", "200"),
+    ("problem", Problem, "get", "/v1/shapes/{}", "404"),
+]
+
+
+@pytest.mark.parametrize(
+    ("model", "method", "path", "status"),
+    [pytest.param(*case[1:], id=case[0]) for case in ANSWERS],
+)
+def test_answers_have_the_fields_of_the_schema(
+    model: type[BaseModel], method: str, path: str, status: str
+) -> None:
+    served = answer(method, path, status)
+    ours = model.model_json_schema(mode="serialization")
+    assert form(ours, ours) == form(served, OPENAPI)
+    # What the client cannot do without, the service must always send.
+    needed = {name for name, field in model.model_fields.items() if field.is_required()}
+    assert needed <= set(served["required"])
+
+
+@pytest.mark.parametrize(
+    ("part", "path"),
+    [
+        ("Correspondence", ("correspondences",)),
+        ("Distortion", ("distortion",)),
+        ("Alternative", ("alternatives",)),
+        ("Level", ("levels",)),
+    ],
+)
+def test_all_parts_of_a_result_are_always_there(part: str, path: tuple[str]) -> None:
+    result = answer("get", "/v1/jobs/{}/result")
+    schema = dereferenced(result["properties"][path[0]], OPENAPI)
+    schema = dereferenced(schema.get("items", schema), OPENAPI)
+    ours = Match.model_json_schema(mode="serialization")["$defs"][part]
+    assert set(ours["required"]) <= set(schema["required"])
+
+
+def test_match_takes_the_parameters_of_the_schema() -> None:
+    body = match_body()
+    assert set(body["required"]) == {"source", "target"}
+    assert set(body["properties"]) == {"source", "target", *MatchParameters.__annotations__}
+
+
+def kinds(schema: Schema) -> set[str]:
+    """The JSON types a schema allows, to the first level of arrays."""
+    schema = dereferenced(schema, OPENAPI)
+    if "anyOf" in schema:
+        return set().union(*(kinds(option) for option in schema["anyOf"]))
+    if schema["type"] == "array":
+        return {f"array of {kind}" for kind in kinds(schema["items"])}
+    return {schema["type"]}
+
+
+def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
+    python = {
+        int: {"integer"},
+        float: {"number"},
+        bool: {"boolean"},
+        float | None: {"number", "null"},
+        str | list[str]: {"string", "array of string"},
+    }
+    served = match_body()["properties"]
+    hints = inspect.get_annotations(MatchParameters, eval_str=True)
+    for name, hint in hints.items():
+        assert kinds(served[name]) == python[hint], name
+
+
+def test_the_documented_defaults_are_those_of_the_schema() -> None:
+    text = inspect.getdoc(MatchParameters)
+    assert text is not None
+    attributes = text.split("Attributes\n----------\n")[1]
+    paragraphs = dict(re.findall(r"(?m)^(\w+)\n((?: .*\n?)+)", attributes))
+    served = match_body()["properties"]
+    assert set(paragraphs) == set(MatchParameters.__annotations__)
+    for name, paragraph in paragraphs.items():
+        found = re.search(r"\[(``)?(.*?)(``)?\]\.?\s*$", " ".join(paragraph.split()))
+        assert found is not None, name
+        literal = found.group(2).replace("None", "null").replace("False", "false")
+        assert json.loads(literal) == served[name]["default"], name

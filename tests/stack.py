@@ -1,0 +1,21 @@
+"""The whole stack as a user starts it: one for all tests of a session."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from demo.stack import Stack, running_stack
+
+
+@pytest.fixture(scope="session")
+def stack() -> Iterator[Stack]:
+    """Run service, workers and store on a free port with a data directory of their own."""
+    with running_stack() as running:
+        yield running
+
+
+@pytest.fixture
+def url(stack: Stack, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Where the running service listens; the environment says so to clients too."""
+    monkeypatch.setenv("ISOMATCH_URL", stack.url)
+    return stack.url
