@@ -1,0 +1,16 @@
+"""Generated articulated shapes with ground truth."""
+
+from solver.synthetic.human import ASYMMETRIC_HUMAN, HumanProportions
+from solver.synthetic.pose import Pose
+from solver.synthetic.repertoire import HUMAN_POSES
+from solver.synthetic.shapes import SyntheticShape, correspondence, human
+
+__all__ = [
+    "ASYMMETRIC_HUMAN",
+    "HUMAN_POSES",
+    "HumanProportions",
+    "Pose",
+    "SyntheticShape",
+    "correspondence",
+    "human",
+]
