@@ -114,7 +114,10 @@ def stop(process: subprocess.Popen[str]) -> int:
         process.terminate()
     try:
         return process.wait(STOP_SECONDS)
-    except subprocess.TimeoutExpired:
+    except (subprocess.TimeoutExpired, KeyboardInterrupt) as reason:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
-        return process.wait()
+        code = process.wait()
+        if isinstance(reason, KeyboardInterrupt):
+            raise
+        return code

@@ -1,0 +1,100 @@
+"""Two figures with known ground truth through the whole stack, as a user sends them."""
+
+import io
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import isomatch
+import numpy as np
+import pytest
+from PIL import Image
+
+from demo.figures import Figures, generate, write_off
+from solver.synthetic import ASYMMETRIC_HUMAN
+
+VERTICES = 2000
+
+
+@pytest.fixture
+def client(url: str) -> Iterator[isomatch.Client]:
+    with isomatch.Client(url) as client:
+        yield client
+
+
+@pytest.fixture(scope="module")
+def symmetric() -> Figures:
+    return generate(VERTICES)
+
+
+@pytest.fixture(scope="module")
+def asymmetric() -> Figures:
+    return generate(VERTICES, ASYMMETRIC_HUMAN)
+
+
+def uploaded(
+    client: isomatch.Client, figures: Figures, folder: Path
+) -> tuple[isomatch.Shape, isomatch.Shape]:
+    paths = folder / "source.off", folder / "target.off"
+    for path, shape in zip(paths, (figures.source, figures.target), strict=True):
+        write_off(path, shape)
+    return client.upload(paths[0]), client.upload(paths[1])
+
+
+def numbers(document: Any) -> Iterator[float]:
+    if isinstance(document, dict):
+        for value in document.values():
+            yield from numbers(value)
+    elif isinstance(document, list):
+        for value in document:
+            yield from numbers(value)
+    elif isinstance(document, int | float):
+        yield document
+
+
+def test_a_symmetric_figure(client: isomatch.Client, symmetric: Figures, tmp_path: Path) -> None:
+    shapes = uploaded(client, symmetric, tmp_path)
+    job = client.match(*shapes, points=32)
+    match = job.result(timeout=120)
+    direct, mirrored = symmetric.errors(match.pairs)
+    assert len(match.pairs) == 32
+    assert min(direct.mean(), mirrored.mean()) < 0.06
+    assert match.levels[0].certified
+    assert match.levels[0].gap <= 1e-4
+    assert [level.points for level in match.levels] == [8, 16, 32]
+    for level in match.levels:
+        assert level.lower_bound <= level.energy + 1e-9
+    assert match.lower_bound <= match.energy + 1e-9
+    assert match.gap >= 0.0
+    assert match.distortion.linf >= match.distortion.second_order
+    assert match.gromov_hausdorff == pytest.approx(match.distortion.linf / 2)
+    assert all(math.isfinite(value) for value in numbers(json.loads(match.to_json())))
+
+    picture = Image.open(io.BytesIO(job.picture()))
+    assert picture.format == "PNG"
+    assert picture.width >= 600
+    assert picture.height >= 300
+    colors = picture.convert("RGB").getcolors(maxcolors=2**24)
+    assert colors is not None
+    assert len(colors) > 50
+
+
+def test_an_asymmetric_figure_is_not_mirrored(
+    client: isomatch.Client, asymmetric: Figures, tmp_path: Path
+) -> None:
+    match = client.match(*uploaded(client, asymmetric, tmp_path), points=32).result(timeout=120)
+    direct, mirrored = asymmetric.errors(match.pairs)
+    assert direct.mean() < 0.06
+    assert direct.mean() < mirrored.mean()
+
+
+def test_the_same_request_has_the_same_answer(
+    client: isomatch.Client, symmetric: Figures, tmp_path: Path
+) -> None:
+    shapes = uploaded(client, symmetric, tmp_path)
+    first = client.match(*shapes, points=16).result()
+    second = client.match(*shapes, points=16).result()
+    np.testing.assert_array_equal(first.pairs, second.pairs)
+    assert first.energy == second.energy
