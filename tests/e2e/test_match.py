@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from demo.figures import Figures, generate, write_off
+from demo.stack import Stack
 from solver.synthetic import ASYMMETRIC_HUMAN
 
 VERTICES = 2000
@@ -98,3 +99,21 @@ def test_the_same_request_has_the_same_answer(
     second = client.match(*shapes, points=16).result()
     np.testing.assert_array_equal(first.pairs, second.pairs)
     assert first.energy == second.energy
+
+
+def test_spectra_are_computed_once(
+    stack: Stack, client: isomatch.Client, asymmetric: Figures, tmp_path: Path
+) -> None:
+    def computed() -> int:
+        return stack.log.read_text().count("spectrum computed")
+
+    shapes = uploaded(client, asymmetric, tmp_path)
+    # Eigenpairs no other test asks for: neither spectrum is there yet.
+    client.match(*shapes, points=8, eigenpairs=60).result()
+    before = computed()
+    assert before >= 2
+    client.match(*shapes, points=12, eigenpairs=60, seed=1).result()
+    client.match(shapes[1], shapes[0], points=8, eigenpairs=60).result()
+    assert computed() == before
+    client.match(*shapes, points=8, eigenpairs=61).result()
+    assert computed() == before + 2
