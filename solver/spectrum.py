@@ -12,19 +12,13 @@ import numpy as np
 import robust_laplacian
 import scipy.linalg
 import scipy.sparse as sp
-import scipy.sparse.linalg as spla
 
 from solver.arrays import FloatArray
+from solver.eigensolver import smallest_eigenpairs
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 
-_SHIFT = -0.01
-"""Lanczos shift on a surface of unit area, whose first eigenvalues are of the order of 4π: just
-below zero, so that the shifted matrix is positive definite."""
-
-_TOLERANCE = 1e-4
 _DENSE_VERTICES = 400
-_SEED = 20100707
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,19 +146,12 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     stiffness, mass = laplacian(mesh.scaled(1.0 / size))
     scale = sp.diags_array(1.0 / np.sqrt(mass))
     symmetric = sp.csc_array(scale @ stiffness @ scale)
-    k = min(k, mesh.n_vertices)
+    null_vector = np.sqrt(mass / mass.sum())
     try:
-        if mesh.n_vertices <= max(_DENSE_VERTICES, 2 * k):
-            values, vectors = _dense_eigenpairs(symmetric, k)
-        else:
-            values, vectors = _lanczos_eigenpairs(symmetric, k)
+        values, vectors = _eigenpairs(symmetric, min(k, mesh.n_vertices), null_vector)
     except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
         raise MeshError(f"the spectrum of the mesh cannot be computed: {error}") from error
-    values = np.maximum(values, 0.0)
     functions = vectors / np.sqrt(mass)[:, None]
-    # The constant is known: a connected surface has λ_0 = 0 and nothing else.
-    values[0] = 0.0
-    functions[:, 0] = 1.0 / np.sqrt(mass.sum())
     spectrum = Spectrum(values, functions * _signs(functions, mass), mass)
     return spectrum.scaled(float(size))
 
@@ -197,33 +184,18 @@ def laplacian(mesh: TriangleMesh) -> tuple[sp.csc_array, FloatArray]:
     return sp.csc_array(0.5 * (stiffness + stiffness.T)), weights
 
 
-def _dense_eigenpairs(matrix: sp.csc_array, k: int) -> tuple[FloatArray, FloatArray]:
+def _eigenpairs(
+    matrix: sp.csc_array, k: int, null_vector: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The k smallest eigenpairs, the first of them exact: 0 and the null vector."""
+    if k == 1:
+        return np.zeros(1), null_vector[:, None]
+    if matrix.shape[0] > max(_DENSE_VERTICES, 3 * k):
+        # Weyl's law: λ_k A ≈ 4πk, and the area is 1.
+        return smallest_eigenpairs(matrix, k, null_vector, 4.0 * np.pi * k)
     values, vectors = scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, k - 1))
-    return values, vectors
-
-
-def _lanczos_eigenpairs(matrix: sp.csc_array, k: int) -> tuple[FloatArray, FloatArray]:
-    n = matrix.shape[0]
-    shifted = sp.csc_matrix(matrix - _SHIFT * sp.eye_array(n))
-    factor = spla.splu(
-        shifted,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    inverse = spla.LinearOperator((n, n), matvec=factor.solve, dtype=np.float64)
-    start = np.random.default_rng(_SEED).standard_normal(n)
-    values, vectors = spla.eigsh(
-        matrix,
-        k,
-        sigma=_SHIFT,
-        OPinv=inverse,
-        ncv=min(max(3 * k // 2, k + 20), n - 1),
-        tol=_TOLERANCE,
-        v0=start,
-    )
-    order = np.argsort(values)
-    return values[order], vectors[:, order]
+    values[0], vectors[:, 0] = 0.0, null_vector
+    return np.maximum(values, 0.0), vectors
 
 
 def _signs(functions: FloatArray, mass: FloatArray) -> FloatArray:

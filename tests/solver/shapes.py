@@ -1,0 +1,173 @@
+"""Named small meshes that tests share: generated, deterministic, with known properties."""
+
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import numpy as np
+import trimesh
+
+from solver.arrays import FloatArray, IntArray
+from solver.mesh import TriangleMesh, triangle_mesh
+
+
+@cache
+def icosphere(subdivisions: int = 3) -> TriangleMesh:
+    """Unit sphere of 10 · 4ⁿ + 2 vertices."""
+    sphere = trimesh.creation.icosphere(subdivisions=subdivisions)
+    return triangle_mesh(sphere.vertices, sphere.faces)
+
+
+@cache
+def plane_grid(columns: int = 16, rows: int = 11, width: float = 1.5) -> TriangleMesh:
+    """Flat rectangle of `width` x 1; vertex (i, j) has index i + j · columns."""
+    x, y = np.meshgrid(np.linspace(0.0, width, columns), np.linspace(0.0, 1.0, rows))
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    return triangle_mesh(vertices, _grid_faces(columns, rows, wrap=(False, False)))
+
+
+@cache
+def torus(
+    around: int = 24, across: int = 12, radius: float = 1.0, tube: float = 0.4
+) -> TriangleMesh:
+    """Torus of revolution on a periodic grid."""
+    u, v = np.meshgrid(_circle(around), _circle(across))
+    distance = radius + tube * np.cos(v)
+    vertices = np.stack([distance * np.cos(u), distance * np.sin(u), tube * np.sin(v)], axis=-1)
+    return triangle_mesh(vertices.reshape(-1, 3), _grid_faces(around, across, wrap=(True, True)))
+
+
+@cache
+def tube(around: int = 8, along: int = 200, radius: float = 0.01) -> TriangleMesh:
+    """Open cylinder of length 1, so thin that its first eigenfunctions are those of a string."""
+    u, z = np.meshgrid(_circle(around), np.linspace(0.0, 1.0, along))
+    vertices = np.stack([radius * np.cos(u), radius * np.sin(u), z], axis=-1)
+    return triangle_mesh(vertices.reshape(-1, 3), _grid_faces(around, along, wrap=(True, False)))
+
+
+@cache
+def cube(cells: int = 6) -> TriangleMesh:
+    """Surface of [0, 1]³, each side a grid of `cells` x `cells` squares."""
+    side = plane_grid(cells + 1, cells + 1, 1.0)
+    u, v = side.vertices[:, 0], side.vertices[:, 1]
+    zero, one = np.zeros_like(u), np.ones_like(u)
+    sides = [(v, u, zero), (u, v, one), (zero, v, u), (one, u, v), (u, zero, v), (v, one, u)]
+    soup = np.concatenate([np.stack(axes, axis=1) for axes in sides])
+    faces = np.concatenate([side.faces + number * side.n_vertices for number in range(6)])
+    places, inverse = np.unique(np.round(soup * cells), axis=0, return_inverse=True)
+    return triangle_mesh(places / cells, inverse.reshape(-1)[faces])
+
+
+@cache
+def blob(subdivisions: int = 3) -> TriangleMesh:
+    """Sphere with bumps of different sizes and heights: no symmetry, extremities well apart."""
+    sphere = icosphere(subdivisions)
+    bumps = [
+        ((1.0, 0.2, 0.1), 1.5, 0.30),
+        ((-0.5, 0.9, 0.3), 1.0, 0.25),
+        ((-0.4, -0.5, 0.9), 0.7, 0.35),
+        ((0.1, -0.8, -0.7), 1.2, 0.20),
+    ]
+    height = np.ones(sphere.n_vertices)
+    for direction, size, width in bumps:
+        axis = np.array(direction) / np.linalg.norm(direction)
+        height += size * np.exp(-((1.0 - sphere.vertices @ axis) / width**2))
+    return triangle_mesh(sphere.vertices * height[:, None], sphere.faces)
+
+
+@cache
+def moebius_strip(around: int = 30, across: int = 4) -> TriangleMesh:
+    """One-sided band: faces cannot be oriented alike."""
+    u, s = np.meshgrid(_circle(around), np.linspace(-0.3, 0.3, across))
+    distance = 1.0 + s * np.cos(u / 2)
+    points = np.stack([distance * np.cos(u), distance * np.sin(u), s * np.sin(u / 2)], axis=-1)
+    faces = _grid_faces(around, across, wrap=(True, False))
+    column, row = faces % around, faces // around
+    seam = (column.max(axis=1) - column.min(axis=1)) > 1
+    mirrored = seam[:, None] & (column == 0)
+    faces = np.where(mirrored, (across - 1 - row) * around, faces)
+    return triangle_mesh(points.reshape(-1, 3), faces)
+
+
+@cache
+def three_sheets() -> TriangleMesh:
+    """Three half planes that meet in a line: every edge on it has three faces."""
+    sheet = plane_grid(5, 5, 1.0)
+    points, faces = [], []
+    for number, angle in enumerate((0.0, 2.0, 4.0)):
+        x, y = sheet.vertices[:, 0], sheet.vertices[:, 1]
+        points.append(np.stack([x * np.cos(angle), x * np.sin(angle), y], axis=1))
+        faces.append(sheet.faces + number * sheet.n_vertices)
+    places, inverse = np.unique(np.round(np.concatenate(points), 9), axis=0, return_inverse=True)
+    return triangle_mesh(places, inverse.reshape(-1)[np.concatenate(faces)])
+
+
+@cache
+def two_components() -> TriangleMesh:
+    """A unit sphere, and a cube of edge 1 beside it; the sphere is the larger."""
+    sphere, box = icosphere(2), cube(3)
+    return triangle_mesh(
+        np.concatenate([sphere.vertices, box.vertices + np.array([3.0, 0.0, 0.0])]),
+        np.concatenate([sphere.faces, box.faces + sphere.n_vertices]),
+    )
+
+
+@cache
+def tetrahedron() -> TriangleMesh:
+    """Regular tetrahedron of edge √2."""
+    vertices = np.array([[0.0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]])
+    return triangle_mesh(vertices, np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]]))
+
+
+@cache
+def triangle() -> TriangleMesh:
+    """Half of the unit square."""
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    return triangle_mesh(vertices, np.array([[0, 1, 2]]))
+
+
+CONNECTED: Mapping[str, Callable[[], TriangleMesh]] = {
+    "icosphere": icosphere,
+    "plane_grid": plane_grid,
+    "torus": torus,
+    "tube": tube,
+    "cube": cube,
+    "blob": blob,
+    "moebius_strip": moebius_strip,
+    "three_sheets": three_sheets,
+    "tetrahedron": tetrahedron,
+    "triangle": triangle,
+}
+"""Connected meshes by name, some with boundaries, one that is not a manifold."""
+
+
+def permuted(mesh: TriangleMesh, seed: int) -> tuple[TriangleMesh, IntArray]:
+    """Renumber vertices and faces; vertex v of `mesh` becomes vertex ``where[v]``."""
+    random = np.random.default_rng(seed)
+    where = random.permutation(mesh.n_vertices)
+    vertices = np.empty_like(mesh.vertices)
+    vertices[where] = mesh.vertices
+    faces = random.permutation(where[mesh.faces])
+    return triangle_mesh(vertices, faces), where.astype(np.int64)
+
+
+def moved(mesh: TriangleMesh, seed: int, scale: float = 1.0) -> TriangleMesh:
+    """Rotate, scale and shift a mesh."""
+    random = np.random.default_rng(seed)
+    rotation, _ = np.linalg.qr(random.standard_normal((3, 3)))
+    return triangle_mesh(
+        scale * mesh.vertices @ rotation + scale * random.standard_normal(3), mesh.faces
+    )
+
+
+def _circle(count: int) -> FloatArray:
+    return np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+
+
+def _grid_faces(columns: int, rows: int, wrap: tuple[bool, bool]) -> IntArray:
+    """Two triangles for every cell of a grid, periodic along its rows, columns, both or neither."""
+    i, j = np.meshgrid(np.arange(columns - (not wrap[0])), np.arange(rows - (not wrap[1])))
+    right, up = (i + 1) % columns, (j + 1) % rows
+    cells = [(x + y * columns).ravel() for x, y in ((i, j), (right, j), (right, up), (i, up))]
+    a, b, c, d = cells
+    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return faces.astype(np.int64)
