@@ -1,0 +1,1 @@
+"""The HTTP API: it takes requests, queues jobs and serves results, and computes nothing itself."""

@@ -1,0 +1,94 @@
+"""The ASGI application."""
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from typing import Any, Final
+
+from fastapi import FastAPI
+from redis.exceptions import RedisError
+from starlette.concurrency import run_in_threadpool
+
+from service import health, problems
+from service.jobs import endpoints as jobs
+from service.matches import endpoints as matches
+from service.middleware import BodyLimit, RequestContext
+from service.openapi import document
+from service.settings import Settings
+from service.shapes import endpoints as shapes
+from service.state import Service, State
+from worker.queue import JobQueue
+from worker.recovery import INTERVAL, recover
+from worker.store import Store
+from worker.telemetry import logger
+
+BODY_LIMIT: Final = 1024**2
+"""Bytes of a request that is not an upload."""
+
+log = logger("isomatch.api")
+
+
+def create_app(settings: Settings, closing: asyncio.Event | None = None) -> FastAPI:
+    """Return the application.
+
+    Parameters
+    ----------
+    settings
+        The settings in force; `redis_url` must be set by the time the application starts.
+    closing
+        Set by the server when it is to stop, so that long polls end.
+    """
+    app = FastAPI(
+        title="isomatch",
+        version="1",
+        lifespan=_lifespan(settings, closing or asyncio.Event()),
+        redirect_slashes=False,
+    )
+    problems.install(app)
+    app.add_middleware(
+        BodyLimit,
+        limit=BODY_LIMIT,
+        upload_limit=settings.max_upload_bytes,
+        upload_path=shapes.PATH,
+    )
+    app.add_middleware(RequestContext)
+    for router in (shapes.router, matches.router, jobs.router, health.router):
+        app.include_router(router)
+
+    def openapi() -> dict[str, Any]:
+        app.openapi_schema = app.openapi_schema or document(app)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]
+    return app
+
+
+def _lifespan(
+    settings: Settings, closing: asyncio.Event
+) -> Callable[[FastAPI], AbstractAsyncContextManager[State]]:
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[State]:
+        store = Store.open(settings, settings.redis_patience, pause=0.2)
+        service = Service(settings, store, JobQueue(store, settings), closing)
+        recovery = asyncio.create_task(_recover_regularly(service))
+        try:
+            yield {"service": service}
+        finally:
+            recovery.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await recovery
+            store.close()
+
+    return lifespan
+
+
+async def _recover_regularly(service: Service) -> None:
+    while True:
+        try:
+            await run_in_threadpool(recover, service.store, service.queue)
+        except RedisError as error:
+            log.warning("cannot look for lost jobs", error=str(error))
+        except Exception:
+            log.exception("looking for lost jobs failed")
+        await asyncio.sleep(INTERVAL)

@@ -1,0 +1,1 @@
+"""Jobs: their state, their results, and cancelling them."""

@@ -1,0 +1,162 @@
+"""``/v1/jobs``."""
+
+import gzip
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Header, Path, Query, Request, Response
+from starlette.concurrency import run_in_threadpool
+
+from service.jobs.schemas import Job, JobPage
+from service.paging import Cursor, Limit, page_of
+from service.problems import (
+    InvalidRequest,
+    JobNotFound,
+    JobWithoutResult,
+    NoPicture,
+    ResultExpired,
+    ResultNotReady,
+    responses,
+)
+from service.state import RequestId, Service, ServiceOf
+from worker.contracts import JobKind, JobRecord, JobState, MatchResult, PicturePayload
+from worker.queue import new_job
+
+LONGEST_WAIT: Final = 60.0
+CANCEL_WAIT: Final = 2.0
+"""Seconds an answer waits for a cancelled job to leave, which most do at once."""
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+
+JobId = Annotated[str, Path(description="Id of the job.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
+Wait = Annotated[
+    float,
+    Query(
+        ge=0,
+        le=LONGEST_WAIT,
+        allow_inf_nan=False,
+        description="Seconds to hold the answer back until the job has ended.",
+    ),
+]
+_RESULT_ERRORS: Final = responses(
+    JobNotFound, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
+)
+
+
+@router.get("", responses=responses(InvalidRequest), operation_id="list_jobs")
+def list_jobs(
+    service: ServiceOf,
+    limit: Limit = 50,
+    cursor: Cursor = None,
+    state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
+) -> JobPage:
+    """List the jobs that were asked for, the newest first."""
+    page = page_of(lambda: service.store.jobs.page(limit, cursor, state))
+    return JobPage(
+        items=tuple(Job.of(record, service.queue) for record in page.items),
+        next_cursor=page.next_cursor,
+    )
+
+
+@router.get("/{job_id}", responses=responses(JobNotFound, InvalidRequest), operation_id="get_job")
+async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wait = 0.0) -> Job:
+    """Show a job, at once or as soon as it has ended but at most `wait` seconds later."""
+    record = await service.wait_for(job_id, wait, request)
+    return await run_in_threadpool(Job.of, _existing(record, job_id), service.queue)
+
+
+@router.delete(
+    "/{job_id}", responses=responses(JobNotFound, InvalidRequest), operation_id="cancel_job"
+)
+async def cancel_job(job_id: JobId, service: ServiceOf, request: Request) -> Job:
+    """Cancel a job, queued or running; one that has ended stays as it is.
+
+    A running job leaves at the next opportunity: it may be shown as running for a moment.
+    """
+    before = await run_in_threadpool(service.store.jobs.state, job_id)
+    after = await run_in_threadpool(service.store.jobs.cancel, job_id)
+    if before is JobState.QUEUED and after is JobState.CANCELLED:
+        await run_in_threadpool(service.queue.withdraw, job_id)
+    record = await service.wait_for(job_id, CANCEL_WAIT, request)
+    return await run_in_threadpool(Job.of, _existing(record, job_id), service.queue)
+
+
+@router.get(
+    "/{job_id}/result",
+    response_model=MatchResult,
+    responses=_RESULT_ERRORS,
+    operation_id="get_result",
+)
+def get_result(
+    job_id: JobId,
+    service: ServiceOf,
+    accept_encoding: Annotated[str, Header(include_in_schema=False)] = "",
+) -> Response:
+    """Return the result of a match."""
+    packed = _packed_result(service, job_id)
+    headers = {"Vary": "Accept-Encoding"}
+    if "gzip" in accept_encoding.lower():
+        headers["Content-Encoding"] = "gzip"
+        return Response(packed, media_type="application/json", headers=headers)
+    return Response(gzip.decompress(packed), media_type="application/json", headers=headers)
+
+
+@router.get(
+    "/{job_id}/result.png",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The picture",
+            "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
+        },
+        **_RESULT_ERRORS,
+        **responses(NoPicture),
+    },
+    operation_id="get_picture",
+)
+async def get_picture(
+    job_id: JobId, service: ServiceOf, request_id: RequestId, request: Request
+) -> Response:
+    """Draw the result of a match: both shapes, with corresponding points in the same colour."""
+    picture = await run_in_threadpool(service.store.jobs.picture, job_id)
+    if picture is None:
+        await run_in_threadpool(_packed_result, service, job_id)
+        drawing = await run_in_threadpool(_submit_picture, service, job_id, request_id)
+        record = await service.wait_for(drawing, service.settings.picture_wait, request)
+        picture = await run_in_threadpool(service.store.jobs.picture, job_id)
+        if picture is None:
+            error = None if record is None else record.error
+            raise NoPicture(error.detail if error else "The picture takes long; ask again.")
+    return Response(picture, media_type="image/png")
+
+
+def _submit_picture(service: Service, match_id: str, request_id: str) -> str:
+    job = new_job(PicturePayload(match=match_id), request_id)
+    holder = service.store.jobs.picture_job(match_id, job.id)
+    if holder == job.id:
+        service.queue.submit(job)
+    return holder
+
+
+def _packed_result(service: Service, job_id: str) -> bytes:
+    record = _existing(service.store.jobs.get(job_id), job_id)
+    if record.kind is not JobKind.MATCH:
+        raise JobWithoutResult(f"A {record.kind.value} makes no result.")
+    if not record.state.ended:
+        raise ResultNotReady(f"The job is {record.state.value}; ask again when it has ended.")
+    if record.state is not JobState.SUCCEEDED:
+        reason = f": {record.error.detail}" if record.error else ""
+        raise JobWithoutResult(
+            f"The job was {record.state.value}{reason}"
+            if record.state is JobState.CANCELLED
+            else f"The job failed{reason}"
+        )
+    packed = service.store.jobs.result(job_id)
+    if packed is None:
+        raise ResultExpired("The result is no longer kept; match the shapes again.")
+    return packed
+
+
+def _existing(record: JobRecord | None, job_id: str) -> JobRecord:
+    if record is None:
+        raise JobNotFound(f"There is no job {job_id}, or no longer.")
+    return record

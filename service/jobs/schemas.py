@@ -1,0 +1,92 @@
+"""Jobs as the API shows them."""
+
+from datetime import datetime
+from typing import Self
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from worker.contracts import JobKind, JobRecord, JobState, Problem, Progress
+from worker.queue import JobQueue
+
+
+class JobLinks(BaseModel):
+    """Where what belongs to a job is found."""
+
+    model_config = ConfigDict(frozen=True)
+
+    self: str = Field(description="The job.")
+    result: str | None = Field(description="Its result, for kinds that have one.")
+    picture: str | None = Field(description="Its result as a picture.")
+
+
+class Job(BaseModel):
+    """A job."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        json_schema_extra={
+            "examples": [
+                {
+                    "id": "5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                    "kind": "match",
+                    "state": "running",
+                    "progress": {"stage": "spectrum of the source", "fraction": 0.2},
+                    "created": "2026-03-01T12:00:00Z",
+                    "started": "2026-03-01T12:00:01Z",
+                    "ended": None,
+                    "position": None,
+                    "error": None,
+                    "links": {
+                        "self": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                        "result": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result",
+                        "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
+                    },
+                }
+            ]
+        },
+    )
+
+    id: str
+    kind: JobKind = Field(description="What the job does.")
+    state: JobState = Field(
+        description="queued, running, and then for good succeeded, failed or cancelled."
+    )
+    progress: Progress
+    created: datetime
+    started: datetime | None
+    ended: datetime | None
+    position: int | None = Field(
+        description="How many jobs will be begun before this one; null once it has begun."
+    )
+    error: Problem | None = Field(description="Why it failed.")
+    links: JobLinks
+
+    @classmethod
+    def of(cls, record: JobRecord, queue: JobQueue) -> Self:
+        """Return a stored job as the API shows it."""
+        path = f"/v1/jobs/{record.id}"
+        has_result = record.kind is JobKind.MATCH
+        error = record.error
+        return cls(
+            id=record.id,
+            kind=record.kind,
+            state=record.state,
+            progress=record.progress,
+            created=record.created,
+            started=record.started,
+            ended=record.ended,
+            position=queue.position(record) if record.state is JobState.QUEUED else None,
+            error=None if error is None else error.model_copy(update={"instance": path}),
+            links=JobLinks(
+                self=path,
+                result=f"{path}/result" if has_result else None,
+                picture=f"{path}/result.png" if has_result else None,
+            ),
+        )
+
+
+class JobPage(BaseModel):
+    """One page of the jobs, the newest first."""
+
+    items: tuple[Job, ...]
+    next_cursor: str | None = Field(description="Cursor of the next page; null on the last.")

@@ -1,0 +1,1 @@
+"""Matches: asking for the correspondence of two shapes."""

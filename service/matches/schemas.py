@@ -1,0 +1,31 @@
+"""What is asked when two shapes are to be matched."""
+
+from pydantic import ConfigDict, Field
+
+from worker.contracts import MatchParameters
+
+_SHAPE_ID = r"^[0-9a-zA-Z_-]{1,64}$"
+
+
+class MatchRequest(MatchParameters):
+    """Two shapes, and how to match them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                    "points": 32,
+                }
+            ]
+        }
+    )
+
+    source: str = Field(pattern=_SHAPE_ID, description="Id of the source shape.")
+    target: str = Field(pattern=_SHAPE_ID, description="Id of the target shape.")
+
+    def parameters(self) -> MatchParameters:
+        """Return only how to match."""
+        values = {name: getattr(self, name) for name in MatchParameters.model_fields}
+        return MatchParameters.model_construct(**values)

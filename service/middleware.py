@@ -1,0 +1,164 @@
+"""Round every request: its id, its log line, the limit of its body, and what nobody foresaw."""
+
+import re
+import time
+from typing import Final
+from uuid import uuid4
+
+import structlog
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from service.problems import InternalError, UploadTooLarge, response
+from worker.telemetry import logger
+
+REQUEST_ID: Final = "X-Request-ID"
+_ACCEPTED_ID: Final = re.compile(r"[A-Za-z0-9._-]{1,128}")
+_QUIET: Final = ("/health/",)
+
+log = logger("isomatch.api")
+
+
+class RequestContext:
+    """Names each request, logs it, and answers what nobody foresaw with a problem.
+
+    The name is the one the caller gave in ``X-Request-ID`` or a new one; it is on the answer, on
+    all log lines, and goes with the jobs to the workers.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        given = Headers(scope=scope).get(REQUEST_ID, "")
+        request_id = given if _ACCEPTED_ID.fullmatch(given) else uuid4().hex
+        scope["state"] = {**scope.get("state", {}), "request_id": request_id}
+        status = 0
+
+        async def named(message: Message) -> None:
+            nonlocal status
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message)[REQUEST_ID] = request_id
+            await send(message)
+
+        start = time.perf_counter()
+        with structlog.contextvars.bound_contextvars(request_id=request_id):
+            try:
+                await self._app(scope, receive, named)
+            except Exception:
+                log.exception("unforeseen error", method=scope["method"], path=scope["path"])
+                if status == 0:
+                    problem = InternalError(
+                        f"Something went wrong on our side; the logs of request {request_id} say"
+                        " what."
+                    )
+                    await response(problem.problem(scope["path"]))(scope, receive, named)
+            finally:
+                quiet = scope["path"].startswith(_QUIET)
+                (log.debug if quiet else log.info)(
+                    "request",
+                    method=scope["method"],
+                    path=scope["path"],
+                    status=status,
+                    seconds=round(time.perf_counter() - start, 4),
+                )
+
+
+class BodyTooLarge(HTTPException):
+    """Raised where a body is read; FastAPI passes on only its own kind of exception there."""
+
+    def __init__(self) -> None:
+        super().__init__(413)
+
+
+class BodyLimit:
+    """Refuses bodies over a limit: by what they say of their length, and while they come in.
+
+    Parameters
+    ----------
+    app
+        The application.
+    limit
+        Bytes a body may have.
+    upload_limit
+        Bytes an upload may have, which comes in a form: the body may be a little longer.
+    upload_path
+        Where uploads are sent.
+    """
+
+    FORM_OVERHEAD: Final = 64 * 1024
+    DRAIN_BYTES: Final = 1024**3
+    DRAIN_SECONDS: Final = 30.0
+
+    def __init__(self, app: ASGIApp, limit: int, upload_limit: int, upload_path: str) -> None:
+        self._app = app
+        self._limit = limit
+        self._upload_limit = upload_limit
+        self._upload_path = upload_path
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on if its body is not too long."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        uploads = scope["path"] == self._upload_path
+        limit = self._upload_limit + self.FORM_OVERHEAD if uploads else self._limit
+        told = self._upload_limit if uploads else self._limit
+        headers = Headers(scope=scope)
+        length = headers.get("content-length", "")
+        body = _Body(receive, limit)
+        problem = UploadTooLarge(f"The limit is {told} bytes.").problem(scope["path"])
+        if length.isdigit() and int(length) > limit:
+            if headers.get("expect", "").lower() != "100-continue":
+                await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
+            await response(problem, {"Connection": "close"})(scope, receive, send)
+            return
+
+        async def replaced(message: Message) -> None:
+            # Whatever the application makes of the broken-off body, this is what is wrong.
+            if not body.too_long:
+                await send(message)
+
+        try:
+            await self._app(scope, body.receive, replaced)
+        finally:
+            if body.too_long:
+                await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
+                await response(problem, {"Connection": "close"})(scope, receive, send)
+
+
+class _Body:
+    def __init__(self, receive: Receive, limit: int) -> None:
+        self._receive = receive
+        self._limit = limit
+        self._received = 0
+        self._ended = False
+
+    @property
+    def too_long(self) -> bool:
+        return self._received > self._limit
+
+    async def receive(self) -> Message:
+        message = await self._receive()
+        self._note(message)
+        if self.too_long:
+            raise BodyTooLarge
+        return message
+
+    async def drain(self, count: int, seconds: float) -> None:
+        """Take in what still comes, or a client that is busy sending never reads the answer."""
+        deadline = time.monotonic() + seconds
+        while not self._ended and count > 0 and time.monotonic() < deadline:
+            message = await self._receive()
+            self._note(message)
+            count -= len(message.get("body", b""))
+
+    def _note(self, message: Message) -> None:
+        self._received += len(message.get("body", b""))
+        self._ended = message["type"] != "http.request" or not message.get("more_body", False)

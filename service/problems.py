@@ -1,0 +1,254 @@
+"""What the API refuses, and how it says so: one class for each kind of problem.
+
+::
+
+    ApiProblem
+    ├── InvalidRequest              422  a field of the request has no meaning; `errors` says which
+    ├── BadRequest                  400  the request cannot be understood at all
+    ├── NotFound                    404  there is nothing at this address
+    │   ├── ShapeNotFound
+    │   └── JobNotFound
+    ├── MethodNotAllowed            405  not what can be done at this address
+    ├── ResultNotReady              409  the job has not ended
+    ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
+    ├── ResultExpired               410  the result is no longer kept
+    ├── UploadTooLarge              413  the upload is over the limit
+    ├── UnsupportedFormat           415  not a mesh format that is read
+    ├── UnknownShape                422  a match names a shape that does not exist
+    ├── UnusableMesh                422  the file is not a usable mesh
+    ├── NoPicture                   500  the picture could not be drawn
+    ├── InternalError               500  our fault
+    ├── StoreAway                   503  Redis cannot be reached
+    └── NotReady                    503  no worker is alive
+"""
+
+from typing import Any, ClassVar
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import Response
+from redis.exceptions import RedisError
+from starlette.exceptions import HTTPException
+
+from worker.contracts import FieldProblem, Problem
+from worker.telemetry import logger
+
+MEDIA_TYPE = "application/problem+json"
+
+log = logger("isomatch.api")
+
+
+class ApiProblem(Exception):  # noqa: N818 - a problem is what HTTP calls it
+    """Root of what the API refuses.
+
+    Parameters
+    ----------
+    detail
+        This occurrence in words, and what to do about it.
+    errors
+        What is wrong with which field.
+    """
+
+    status: ClassVar[int] = 500
+    slug: ClassVar[str] = "internal-error"
+    title: ClassVar[str] = "Internal error"
+
+    def __init__(self, detail: str, errors: tuple[FieldProblem, ...] = ()) -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.errors = errors
+
+    def problem(self, instance: str | None = None) -> Problem:
+        """Return the problem document."""
+        return Problem.of(
+            self.slug, self.title, self.status, self.detail, errors=self.errors, instance=instance
+        )
+
+
+class InvalidRequest(ApiProblem):
+    """A field of the request has no meaning."""
+
+    status, slug, title = 422, "invalid-request", "Invalid request"
+
+
+class BadRequest(ApiProblem):
+    """The request cannot be understood at all."""
+
+    status, slug, title = 400, "bad-request", "Bad request"
+
+
+class NotFound(ApiProblem):
+    """There is nothing at this address."""
+
+    status, slug, title = 404, "not-found", "Not found"
+
+
+class ShapeNotFound(NotFound):
+    """There is no shape with this id."""
+
+    slug, title = "shape-not-found", "No such shape"
+
+
+class JobNotFound(NotFound):
+    """There is no job with this id."""
+
+    slug, title = "job-not-found", "No such job"
+
+
+class MethodNotAllowed(ApiProblem):
+    """Not what can be done at this address."""
+
+    status, slug, title = 405, "method-not-allowed", "Method not allowed"
+
+
+class ResultNotReady(ApiProblem):
+    """The job has not ended."""
+
+    status, slug, title = 409, "result-not-ready", "Result not ready"
+
+
+class JobWithoutResult(ApiProblem):
+    """The job failed or was cancelled, or is of a kind that makes no result."""
+
+    status, slug, title = 409, "job-without-result", "Job without a result"
+
+
+class ResultExpired(ApiProblem):
+    """The result is no longer kept."""
+
+    status, slug, title = 410, "result-expired", "Result expired"
+
+
+class UploadTooLarge(ApiProblem):
+    """The upload is over the limit."""
+
+    status, slug, title = 413, "upload-too-large", "Upload too large"
+
+
+class UnsupportedFormat(ApiProblem):
+    """Not a mesh format that is read."""
+
+    status, slug, title = 415, "unsupported-format", "Unsupported mesh format"
+
+
+class UnknownShape(ApiProblem):
+    """A match names a shape that does not exist."""
+
+    status, slug, title = 422, "unknown-shape", "Unknown shape"
+
+
+class UnusableMesh(ApiProblem):
+    """The file is not a usable mesh."""
+
+    status, slug, title = 422, "unusable-mesh", "Not a usable mesh"
+
+
+class InternalError(ApiProblem):
+    """Our fault."""
+
+
+class NoPicture(InternalError):  # noqa: N818 - a problem is what HTTP calls it
+    """The picture could not be drawn."""
+
+    slug, title = "no-picture", "No picture"
+
+
+class StoreAway(ApiProblem):
+    """Redis cannot be reached."""
+
+    status, slug, title = 503, "store-away", "Store cannot be reached"
+
+
+class NotReady(ApiProblem):
+    """No worker is alive."""
+
+    status, slug, title = 503, "not-ready", "Not ready"
+
+
+class Reported(ApiProblem):
+    """A problem that somebody else stated, such as the job that validated an upload."""
+
+    def __init__(self, stated: Problem) -> None:
+        super().__init__(stated.detail, stated.errors)
+        self.stated = stated
+
+    def problem(self, instance: str | None = None) -> Problem:
+        """Return the problem document as it was stated."""
+        return self.stated.model_copy(update={"instance": instance})
+
+
+def responses(*kinds: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI entries of the problems that a call may answer with."""
+    entries: dict[int | str, dict[str, Any]] = {}
+    every: tuple[type[ApiProblem], ...] = (*kinds, InternalError, StoreAway)
+    for kind in every:
+        text = (kind.__doc__ or kind.title).strip().splitlines()[0].rstrip(".")
+        example = kind(text + ".").problem("/v1/...").model_dump(mode="json")
+        entry = entries.setdefault(
+            kind.status,
+            {
+                "description": "",
+                "content": {
+                    MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}, "examples": {}}
+                },
+            },
+        )
+        entry["description"] += ("; " if entry["description"] else "") + text
+        entry["content"][MEDIA_TYPE]["examples"][kind.slug] = {"value": example}
+    return entries
+
+
+def response(problem: Problem, headers: dict[str, str] | None = None) -> Response:
+    """Return the HTTP response of a problem document."""
+    return Response(
+        problem.model_dump_json(),
+        status_code=problem.status,
+        media_type=MEDIA_TYPE,
+        headers=headers,
+    )
+
+
+def install(app: FastAPI) -> None:
+    """Let every error of an application be told as a problem document."""
+    app.add_exception_handler(ApiProblem, _refused)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(RedisError, _store_away)
+
+
+def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, ApiProblem)
+    return response(error.problem(request.url.path))
+
+
+def _invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    fields = tuple(
+        FieldProblem(field=".".join(map(str, item["loc"])), message=item["msg"])
+        for item in error.errors()
+    )
+    problem = InvalidRequest("The request is not valid; `errors` says where.", fields)
+    return response(problem.problem(request.url.path))
+
+
+def _http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    path = request.url.path
+    headers = dict(error.headers or {})
+    kinds: dict[int, ApiProblem] = {
+        400: BadRequest(str(error.detail)),
+        404: NotFound(f"There is nothing at {path}; /docs says what there is."),
+        405: MethodNotAllowed(f"{request.method} cannot be done at {path}."),
+    }
+    known = kinds.get(error.status_code)
+    if known is not None:
+        return response(known.problem(path), headers)
+    detail = str(error.detail)
+    stated = Problem.of("http-error", detail, error.status_code, detail, instance=path)
+    return response(stated, headers)
+
+
+def _store_away(request: Request, error: Exception) -> Response:
+    log.error("store cannot be reached", error=str(error))
+    problem = StoreAway("The store cannot be reached just now; try again in a moment.")
+    return response(problem.problem(request.url.path), {"Retry-After": "5"})

@@ -1,0 +1,48 @@
+"""Settings of the API process."""
+
+import os
+from pathlib import Path
+
+from pydantic import Field
+from pydantic_settings import SettingsConfigDict
+
+from worker.queue import QueueSettings
+from worker.store import StoreSettings
+
+
+class Settings(StoreSettings, QueueSettings):
+    """From ``ISOMATCH_*``; an ``.env`` file is not read."""
+
+    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+
+    host: str = Field(default="127.0.0.1", description="Address to listen on.")
+    port: int = Field(default=8000, ge=0, le=65535, description="Port; 0 for a free one.")
+    data_dir: Path = Field(
+        default=Path("isomatch-data"), description="Where the private Redis keeps its data."
+    )
+    workers: int | None = Field(
+        default=None,
+        ge=0,
+        description="Workers to start; default: one per core, none where ISOMATCH_REDIS_URL is"
+        " set.",
+    )
+    max_upload_bytes: int = Field(
+        default=256 * 1024**2, ge=1, description="Largest mesh file that is taken."
+    )
+    validation_wait: float = Field(
+        default=30.0, ge=0, description="Seconds an upload waits for its validation."
+    )
+    picture_wait: float = Field(
+        default=60.0, ge=0, description="Seconds a request waits for its picture."
+    )
+    redis_patience: float = Field(
+        default=2.0, ge=0, description="Seconds a request waits while Redis is away."
+    )
+    log_level: str = Field(default="INFO", description="Lowest level that is logged.")
+
+    @property
+    def worker_count(self) -> int:
+        """Number of workers this process starts."""
+        if self.workers is not None:
+            return self.workers
+        return (os.cpu_count() or 1) if self.redis_url is None else 0

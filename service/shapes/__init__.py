@@ -1,0 +1,1 @@
+"""Shapes: uploading, listing, fetching and deleting meshes."""

@@ -1,0 +1,206 @@
+"""``/v1/shapes``."""
+
+from typing import Annotated, Any, Final
+
+from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
+from starlette.concurrency import run_in_threadpool
+
+from service.jobs.schemas import Job
+from service.paging import Cursor, Limit, page_of
+from service.problems import (
+    BadRequest,
+    InvalidRequest,
+    Reported,
+    ShapeNotFound,
+    UnsupportedFormat,
+    UnusableMesh,
+    UploadTooLarge,
+    responses,
+)
+from service.shapes.schemas import Shape, ShapePage
+from service.state import RequestId, Service, ServiceOf
+from worker.contracts import (
+    MESH_FORMATS,
+    JobRecord,
+    JobState,
+    ShapeRecord,
+    ValidationPayload,
+    file_type_of,
+    shape_id,
+)
+from worker.queue import new_job
+
+PATH: Final = "/v1/shapes"
+
+router = APIRouter(prefix=PATH, tags=["shapes"])
+
+ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
+
+_LOCATION: Final = {"Location": {"description": "The shape.", "schema": {"type": "string"}}}
+_VALIDATING: Final[dict[str, Any]] = {
+    "model": Job,
+    "description": "Still being read: the job that does it. Ask for the shape again.",
+    "headers": _LOCATION,
+}
+
+
+@router.post(
+    "",
+    status_code=201,
+    response_model=Shape,
+    responses={
+        200: {"model": Shape, "description": "The shape is known already", "headers": _LOCATION},
+        201: {"description": "A new shape", "headers": _LOCATION},
+        202: _VALIDATING,
+        **responses(UnusableMesh, InvalidRequest, UploadTooLarge, UnsupportedFormat, BadRequest),
+    },
+    operation_id="upload_shape",
+)
+async def upload_shape(
+    service: ServiceOf,
+    request: Request,
+    request_id: RequestId,
+    file: Annotated[
+        UploadFile,
+        File(description=f"A mesh; its name ends in one of {', '.join(MESH_FORMATS)}."),
+    ],
+    name: Annotated[
+        str | None,
+        Form(min_length=1, max_length=200, description="A name; default: that of the file."),
+    ] = None,
+) -> Response:
+    """Upload a mesh.
+
+    It is read and checked before the answer is given; what cannot be used is refused with the
+    reason and leaves nothing behind.
+    """
+    filename = file.filename or ""
+    file_type = file_type_of(filename)
+    if file_type is None:
+        raise UnsupportedFormat(
+            f"The name {filename[:100]!r} has no ending that is read; use one of"
+            f" {', '.join('.' + ending for ending in MESH_FORMATS)}."
+        )
+    if file.size is not None and file.size > service.settings.max_upload_bytes:
+        raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
+    payload, known, job_id = await run_in_threadpool(
+        _take_in, service, file, name or filename, file_type, request_id
+    )
+    if known is not None:
+        return _shape(known, 200)
+    return await _validated(service, payload, job_id, request)
+
+
+def _take_in(
+    service: Service, file: UploadFile, name: str, file_type: str, request_id: str
+) -> tuple[ValidationPayload, ShapeRecord | None, str]:
+    data = file.file.read()
+    payload = ValidationPayload(shape=shape_id(data), name=name, file_type=file_type)
+    shapes = service.store.shapes
+    known = shapes.get(payload.shape)
+    if known is not None:
+        return payload, known, ""
+    job = new_job(payload, request_id)
+    holder = shapes.add_candidate(payload.shape, file_type, data, job.id)
+    if holder == job.id:
+        service.queue.submit(job)
+    return payload, None, holder
+
+
+async def _validated(
+    service: Service, payload: ValidationPayload, job_id: str, request: Request
+) -> Response:
+    record = await service.wait_for(job_id, service.settings.validation_wait, request)
+    if record is not None and record.state is JobState.FAILED and record.error is not None:
+        raise Reported(record.error)
+    shape = await run_in_threadpool(service.store.shapes.get, payload.shape)
+    if shape is not None:
+        return _shape(shape, 201)
+    if record is None or record.state.ended:
+        raise UnusableMesh("The upload was given up before it was read; send it again.")
+    await run_in_threadpool(service.store.shapes.defer, payload.shape, job_id)
+    return await run_in_threadpool(_still_validating, service, record)
+
+
+@router.get("", responses=responses(InvalidRequest), operation_id="list_shapes")
+def list_shapes(service: ServiceOf, limit: Limit = 50, cursor: Cursor = None) -> ShapePage:
+    """List the shapes, the newest first."""
+    page = page_of(lambda: service.store.shapes.page(limit, cursor))
+    items = tuple(Shape.model_construct(**dict(record)) for record in page.items)
+    return ShapePage(items=items, next_cursor=page.next_cursor)
+
+
+@router.get(
+    "/{shape}",
+    response_model=Shape,
+    responses={202: _VALIDATING, **responses(ShapeNotFound, UnusableMesh, InvalidRequest)},
+    operation_id="get_shape",
+)
+def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
+    """Show a shape."""
+    record = service.store.shapes.get(shape)
+    if record is not None:
+        return _shape(record, 200)
+    # Somebody who was told to ask again is owed the reason if the upload was refused since.
+    job_id = service.store.shapes.deferred(shape)
+    job = None if job_id is None else service.store.jobs.get(job_id)
+    if job is not None and not job.state.ended:
+        return _still_validating(service, job)
+    if job is not None and job.error is not None:
+        raise Reported(job.error)
+    raise ShapeNotFound(f"There is no shape {shape}.")
+
+
+@router.delete(
+    "/{shape}",
+    status_code=204,
+    responses=responses(ShapeNotFound, InvalidRequest),
+    operation_id="delete_shape",
+)
+def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
+    """Delete a shape; matches of it that have not begun will fail and say so."""
+    if not service.store.shapes.delete(shape):
+        raise ShapeNotFound(f"There is no shape {shape}.")
+
+
+@router.get(
+    "/{shape}/mesh",
+    response_class=Response,
+    responses={
+        200: {
+            "description": "The file",
+            "content": {
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
+            },
+        },
+        **responses(ShapeNotFound, InvalidRequest),
+    },
+    operation_id="get_mesh",
+)
+def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
+    """Return the mesh file as it was uploaded."""
+    record = service.store.shapes.get(shape)
+    data = service.store.shapes.upload(shape)
+    if record is None or data is None:
+        raise ShapeNotFound(f"There is no shape {shape}.")
+    headers = {"Content-Disposition": f'attachment; filename="{shape}.{record.file_type}"'}
+    return Response(data, media_type="application/octet-stream", headers=headers)
+
+
+def _shape(record: ShapeRecord, status: int) -> Response:
+    return Response(
+        record.model_dump_json(),
+        status_code=status,
+        media_type="application/json",
+        headers={"Location": f"{PATH}/{record.id}"},
+    )
+
+
+def _still_validating(service: Service, record: JobRecord) -> Response:
+    assert isinstance(record.payload, ValidationPayload)
+    return Response(
+        Job.of(record, service.queue).model_dump_json(),
+        status_code=202,
+        media_type="application/json",
+        headers={"Location": f"{PATH}/{record.payload.shape}", "Retry-After": "1"},
+    )

@@ -1,0 +1,190 @@
+"""The whole service on one machine: private Redis, workers and API, started and stopped together.
+
+Where ``ISOMATCH_REDIS_URL`` names a Redis, only the API is run, and as many workers as
+``ISOMATCH_WORKERS`` says.
+"""
+
+import asyncio
+import contextlib
+import fcntl
+import os
+import signal
+import socket
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import Final
+
+import uvicorn
+
+from service.app import create_app
+from service.embedded import EmbeddedServer, EmbeddedServerError
+from service.pool import WorkerPool
+from service.settings import Settings
+from worker.queue import JobQueue
+from worker.recovery import forget_workers
+from worker.store import Store
+from worker.telemetry import logger
+
+TEND_INTERVAL: Final = 0.2
+DRAIN_SECONDS: Final = 3
+"""Seconds open requests may take to end when the service stops."""
+
+MOST_EARLY_DEATHS: Final = 4
+"""So many workers that die before one is ready mean that none ever will be."""
+
+log = logger("isomatch.service")
+
+
+class StartError(Exception):
+    """The service cannot start; the message is fit for a user."""
+
+
+class _Server(uvicorn.Server):
+    """Uvicorn without handlers of signals: what they mean is decided for the whole stack."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Capture none."""
+        yield
+
+
+async def serve(settings: Settings) -> None:
+    """Run the service until SIGINT or SIGTERM.
+
+    Raises
+    ------
+    StartError
+        It cannot start.
+    """
+    stop = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    with _listener(settings.host, settings.port) as listener:
+        async with _redis(settings) as (settings, redis):
+            store = Store.open(settings, settings.redis_patience, pause=0.2)
+            try:
+                if redis is not None:
+                    # The server is ours alone: no worker it remembers can be alive.
+                    forget_workers(store)
+                await _run(settings, listener, JobQueue(store, settings), redis, stop)
+            finally:
+                store.close()
+
+
+async def _run(
+    settings: Settings,
+    listener: socket.socket,
+    queue: JobQueue,
+    redis: EmbeddedServer | None,
+    stop: asyncio.Event,
+) -> None:
+    assert settings.redis_url is not None
+    closing = asyncio.Event()
+    config = uvicorn.Config(
+        create_app(settings, closing),
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=DRAIN_SECONDS,
+    )
+    server = _Server(config)
+    pool = WorkerPool(settings.worker_count, settings.redis_url)
+    pool.start()
+    serving = asyncio.create_task(server.serve(sockets=[listener]))
+    stopping = asyncio.create_task(stop.wait())
+    tending = asyncio.create_task(_tend(pool, redis))
+    try:
+        ready = asyncio.create_task(_ready(settings, server, queue, pool))
+        await asyncio.wait({ready, serving, stopping}, return_when=asyncio.FIRST_COMPLETED)
+        if ready.done():
+            ready.result()
+            print(f"isomatch listens on {_url(listener)}", flush=True)
+        else:
+            ready.cancel()
+        await asyncio.wait({serving, stopping, tending}, return_when=asyncio.FIRST_COMPLETED)
+        if tending.done():
+            tending.result()
+    finally:
+        log.info("stopping")
+        tending.cancel()
+        stopping.cancel()
+        closing.set()
+        server.should_exit = True
+        await asyncio.wait({serving}, timeout=DRAIN_SECONDS + 1)
+        await asyncio.to_thread(pool.stop)
+
+
+async def _tend(pool: WorkerPool, redis: EmbeddedServer | None) -> None:
+    # Children must be started by the main thread: they die with the thread that started them.
+    while True:
+        await asyncio.sleep(TEND_INTERVAL)
+        if redis is not None and not redis.alive():
+            log.error("the private Redis server died; starting it again")
+            redis.start()
+        pool.tend()
+
+
+async def _ready(
+    settings: Settings, server: uvicorn.Server, queue: JobQueue, pool: WorkerPool
+) -> None:
+    while not server.started or queue.workers() < settings.worker_count:
+        if pool.early_deaths >= MOST_EARLY_DEATHS:
+            raise StartError("the workers die as soon as they start; the log above says why")
+        await asyncio.sleep(0.05)
+
+
+@contextlib.asynccontextmanager
+async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedServer | None]]:
+    if settings.redis_url is not None:
+        yield settings, None
+        return
+    with _locked(settings.data_dir):
+        redis = EmbeddedServer(settings.data_dir / "redis")
+        try:
+            try:
+                redis.start()
+            except EmbeddedServerError as error:
+                raise StartError(str(error)) from error
+            yield settings.model_copy(update={"redis_url": redis.url}), redis
+        finally:
+            redis.stop()
+
+
+@contextlib.contextmanager
+def _locked(directory: Path) -> Iterator[None]:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        lock = (directory / "lock").open("a+")
+    except OSError as error:
+        raise StartError(f"cannot write to the data directory {directory}: {error}") from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            lock.seek(0)
+            owner = lock.read().strip()
+            raise StartError(
+                f"the data directory {directory} is in use by another isomatch"
+                f" (process {owner}); stop it, or set ISOMATCH_DATA_DIR"
+            ) from error
+        lock.truncate(0)
+        lock.write(str(os.getpid()))
+        lock.flush()
+        yield
+
+
+@contextlib.contextmanager
+def _listener(host: str, port: int) -> Iterator[socket.socket]:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((host, port))
+        except OSError as error:
+            raise StartError(f"cannot listen on {host} port {port}: {error.strerror}") from error
+        yield listener
+
+
+def _url(listener: socket.socket) -> str:
+    host, port = listener.getsockname()[:2]
+    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"

@@ -1,0 +1,92 @@
+"""What every request may use, made once when the application starts."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Final, TypedDict, TypeVar, cast
+
+from fastapi import Depends, Request
+from starlette.concurrency import run_in_threadpool
+
+from service.settings import Settings
+from worker.contracts import JobRecord
+from worker.queue import JobQueue
+from worker.store import Store
+
+FIRST_POLL: Final = 0.01
+LONGEST_POLL: Final = 0.25
+
+ResultT = TypeVar("ResultT")
+
+
+@dataclass(frozen=True)
+class Service:
+    """What the endpoints work with.
+
+    Parameters
+    ----------
+    settings
+        The settings in force.
+    store
+        Shapes, jobs and results.
+    queue
+        The way to the workers.
+    closing
+        Set when the server is to stop, so that nobody is kept waiting.
+    """
+
+    settings: Settings
+    store: Store
+    queue: JobQueue
+    closing: asyncio.Event = field(default_factory=asyncio.Event)
+
+    async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
+        """Wait until a job has ended, but not longer than `seconds`; return it as it is then.
+
+        The wait also ends when the server stops or the caller has gone away.
+        """
+        return await wait_until(
+            lambda: run_in_threadpool(self.store.jobs.get, job_id),
+            lambda record: record is None or record.state.ended,
+            seconds,
+            self.closing,
+            request,
+        )
+
+
+async def wait_until(
+    ask: Callable[[], Awaitable[ResultT]],
+    enough: Callable[[ResultT], bool],
+    seconds: float,
+    closing: asyncio.Event,
+    request: Request,
+) -> ResultT:
+    """Ask again and again, less and less often, until the answer is enough or time is up."""
+    loop = asyncio.get_running_loop()
+    deadline = loop.time() + seconds
+    pause = FIRST_POLL
+    while True:
+        answer = await ask()
+        left = deadline - loop.time()
+        if enough(answer) or left <= 0 or closing.is_set() or await request.is_disconnected():
+            return answer
+        await asyncio.sleep(min(pause, left))
+        pause = min(pause * 1.5, LONGEST_POLL)
+
+
+class State(TypedDict):
+    """State of the application, as its lifespan yields it."""
+
+    service: Service
+
+
+def _service(request: Request) -> Service:
+    return cast(Service, request.state.service)
+
+
+def _request_id(request: Request) -> str:
+    return cast(str, request.state.request_id)
+
+
+ServiceOf = Annotated[Service, Depends(_service)]
+RequestId = Annotated[str, Depends(_request_id)]

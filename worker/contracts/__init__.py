@@ -1,0 +1,59 @@
+"""What travels between the API and the workers, and out of the API: versioned, typed, plain.
+
+Nothing here imports numerics: the API process reads these models and computes nothing.
+"""
+
+from worker.contracts.jobs import (
+    JobKind,
+    JobRecord,
+    JobState,
+    MatchPayload,
+    Payload,
+    PicturePayload,
+    Progress,
+    SpectrumPayload,
+    ValidationPayload,
+)
+from worker.contracts.parameters import (
+    DescriptorName,
+    MatchParameters,
+    MetricName,
+)
+from worker.contracts.problems import FieldProblem, Problem
+from worker.contracts.results import (
+    Alternative,
+    Correspondence,
+    Distortion,
+    Level,
+    MatchResult,
+)
+from worker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
+from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey
+
+__all__ = [
+    "MESH_FORMATS",
+    "SPECTRUM_VERSION",
+    "Alternative",
+    "Correspondence",
+    "DescriptorName",
+    "Distortion",
+    "FieldProblem",
+    "JobKind",
+    "JobRecord",
+    "JobState",
+    "Level",
+    "MatchParameters",
+    "MatchPayload",
+    "MatchResult",
+    "MetricName",
+    "Payload",
+    "PicturePayload",
+    "Problem",
+    "Progress",
+    "ShapeRecord",
+    "SpectrumKey",
+    "SpectrumPayload",
+    "ValidationPayload",
+    "file_type_of",
+    "shape_id",
+]

@@ -1,0 +1,116 @@
+"""Jobs: what they are asked (payloads) and how they are (records)."""
+
+from datetime import datetime
+from enum import StrEnum
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from worker.contracts.parameters import MatchParameters
+from worker.contracts.problems import Problem
+from worker.contracts.spectra import SpectrumKey
+
+
+class JobKind(StrEnum):
+    """What a job does."""
+
+    MATCH = "match"
+    SPECTRUM = "spectrum"
+    VALIDATION = "validation"
+    PICTURE = "picture"
+
+
+class JobState(StrEnum):
+    """Where a job is: queued, running, and then one of three ends that never change."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def ended(self) -> bool:
+        """Whether a job in this state stays in it."""
+        return self not in (JobState.QUEUED, JobState.RUNNING)
+
+
+class Progress(BaseModel):
+    """How far a job is."""
+
+    model_config = ConfigDict(frozen=True)
+
+    stage: str = Field(description="What is being done.")
+    fraction: float = Field(ge=0, le=1, description="Share of the whole job that is done.")
+
+
+class _Payload(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+    version: Literal[1] = 1
+
+
+class ValidationPayload(_Payload):
+    """Read an upload, and make a shape of it if it is a usable mesh."""
+
+    kind: Literal[JobKind.VALIDATION] = JobKind.VALIDATION
+    shape: str
+    name: str
+    file_type: str
+
+
+class SpectrumPayload(_Payload):
+    """Compute the spectrum of a shape before it is needed."""
+
+    kind: Literal[JobKind.SPECTRUM] = JobKind.SPECTRUM
+    shape: str
+    eigenpairs: int
+    largest_component: bool
+
+    @property
+    def key(self) -> SpectrumKey:
+        """Name of the spectrum in the cache."""
+        return SpectrumKey(self.shape, self.eigenpairs, self.largest_component)
+
+
+class MatchPayload(_Payload):
+    """Match two shapes."""
+
+    kind: Literal[JobKind.MATCH] = JobKind.MATCH
+    source: str
+    target: str
+    parameters: MatchParameters
+
+
+class PicturePayload(_Payload):
+    """Draw the result of a match."""
+
+    kind: Literal[JobKind.PICTURE] = JobKind.PICTURE
+    match: str = Field(description="Id of the match job.")
+
+
+Payload: TypeAlias = Annotated[
+    ValidationPayload | SpectrumPayload | MatchPayload | PicturePayload,
+    Field(discriminator="kind"),
+]
+
+
+class JobRecord(BaseModel):
+    """A job, as the store keeps it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    payload: Payload
+    created: datetime
+    request_id: str | None = None
+    state: JobState = JobState.QUEUED
+    progress: Progress = Progress(stage="queued", fraction=0.0)
+    started: datetime | None = None
+    ended: datetime | None = None
+    error: Problem | None = None
+
+    @property
+    def kind(self) -> JobKind:
+        """What the job does."""
+        return self.payload.kind

@@ -1,0 +1,126 @@
+"""The parameters of a match, under the names the solver gives them."""
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field
+
+MetricName: TypeAlias = Literal["geodesic", "diffusion", "commute_time"]
+DescriptorName: TypeAlias = Literal["hks", "si_hks", "none"]
+
+# A JSON array arrives as a list, which strict validation would not take for a tuple.
+_Levels = Field(min_length=1, max_length=8, strict=False)
+
+
+class MatchParameters(BaseModel):
+    """How two shapes are matched; everything has a default that is meant to be good.
+
+    Section and equation numbers are those of Wang, Bronstein and Paragios, INRIA RR-7333, 2010.
+    Distances are taken on shapes of unit area.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
+
+    points: int = Field(
+        default=32, ge=3, le=256, description="Points of the source matched at the finest level."
+    )
+    coarse_points: int = Field(
+        default=8,
+        ge=3,
+        le=10,
+        description="Points of the coarsest level, which is solved to proven optimality: N_1 of"
+        " section 4.1.",
+    )
+    level_factor: int = Field(
+        default=2,
+        ge=2,
+        le=4,
+        description="How many times more points each level has than the one before: q of"
+        " section 4.1.",
+    )
+    oversampling: int = Field(
+        default=4,
+        ge=1,
+        le=8,
+        description="Target samples for each source sample on the finer levels.",
+    )
+    rho: float = Field(
+        default=1.5,
+        gt=1,
+        le=4,
+        description="Radius of the neighbourhood in which a match may move from one level to the"
+        " next, in covering radii of the level: section 4.1.",
+    )
+    metric: MetricName | Annotated[tuple[MetricName, ...], _Levels] = Field(
+        default=("commute_time", "geodesic"),
+        description="Distance to be preserved: one name for all levels, or names from the"
+        " coarsest level on, of which the last is repeated.",
+    )
+    descriptor: DescriptorName | Annotated[tuple[DescriptorName, ...], _Levels] = Field(
+        default="si_hks",
+        description='Local descriptor to be preserved, given like `metric`; "none" switches the'
+        " first-order term off.",
+    )
+    beta: float = Field(
+        default=1.0,
+        ge=0,
+        le=1e6,
+        description="Weight of the second-order (metric) term, equation (5).",
+    )
+    first_order_weight: float = Field(
+        default=1.0, ge=0, le=1e6, description="Weight of the first-order (descriptor) term."
+    )
+    occlusion_cost: float | None = Field(
+        default=None,
+        ge=0,
+        le=1e9,
+        description="Cost of leaving a source point unmatched, gamma of (5); null makes it large"
+        " enough that every point is matched.",
+    )
+    diffusion_time: float | None = Field(
+        default=None,
+        gt=0,
+        le=1e6,
+        description="Time t of the diffusion distance (3), in units of area; null for the"
+        " default scale.",
+    )
+    eigenpairs: int = Field(
+        default=100,
+        ge=10,
+        le=300,
+        description="Eigenpairs of the Laplace-Beltrami operator.",
+    )
+    alternatives: int = Field(
+        default=8,
+        ge=1,
+        le=32,
+        description="How many of the best solutions of the coarse level are kept and refined.",
+    )
+    largest_component: bool = Field(
+        default=False,
+        description="Match the largest component of a shape that has several, which is refused"
+        " otherwise.",
+    )
+    time_limit: float | None = Field(
+        default=None,
+        gt=0,
+        le=86400,
+        description="Seconds after which the best answer so far is returned with its gap; null"
+        " for no limit.",
+    )
+    seed: int = Field(default=0, ge=0, le=2**32 - 1, description="Seed of everything random.")
+
+    @property
+    def metrics(self) -> tuple[MetricName, ...]:
+        """The metrics by level, coarsest first; the last holds for all further levels."""
+        return (self.metric,) if isinstance(self.metric, str) else self.metric
+
+    @property
+    def descriptors(self) -> tuple[DescriptorName, ...]:
+        """The descriptors by level, coarsest first; the last holds for all further levels."""
+        return (self.descriptor,) if isinstance(self.descriptor, str) else self.descriptor
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether any level looks at the spectrum of the shapes."""
+        spectral = any(name != "geodesic" for name in self.metrics)
+        return spectral or any(name != "none" for name in self.descriptors)

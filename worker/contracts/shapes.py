@@ -1,0 +1,61 @@
+"""Shapes: uploaded meshes, named by the hash of their bytes."""
+
+import hashlib
+from datetime import datetime
+from pathlib import PurePath
+from typing import Final
+
+from pydantic import BaseModel, ConfigDict, Field
+
+MESH_FORMATS: Final = ("glb", "gltf", "obj", "off", "ply", "stl")
+"""The mesh formats that can be uploaded, which are those the solver reads."""
+
+
+def shape_id(data: bytes) -> str:
+    """Return the id of a file: the first 32 hexadecimal digits of its SHA-256."""
+    return hashlib.sha256(data).hexdigest()[:32]
+
+
+def file_type_of(filename: str) -> str | None:
+    """Return the mesh format a file's name says it has, or None when it is none we read."""
+    suffix = PurePath(filename).suffix.removeprefix(".").lower()
+    return suffix if suffix in MESH_FORMATS else None
+
+
+class ShapeRecord(BaseModel):
+    """An uploaded shape."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        json_schema_extra={
+            "examples": [
+                {
+                    "id": "9b74c9897bac770ffc029102a200c5de",
+                    "name": "cat0.off",
+                    "file_type": "off",
+                    "bytes": 402118,
+                    "vertices": 5000,
+                    "faces": 9996,
+                    "area": 13402.7,
+                    "components": 1,
+                    "closed": True,
+                    "has_colors": False,
+                    "warnings": [],
+                    "created": "2026-03-01T12:00:00Z",
+                }
+            ]
+        },
+    )
+
+    id: str = Field(description="Content hash: the same bytes have the same id.")
+    name: str = Field(description="The name given at upload, or the name of the file.")
+    file_type: str = Field(description="Mesh format.")
+    bytes: int = Field(description="Size of the uploaded file.")
+    vertices: int = Field(description="Number of vertices, after repair.")
+    faces: int = Field(description="Number of triangles, after repair.")
+    area: float = Field(description="Surface area, in the square of the file's unit of length.")
+    components: int = Field(description="Number of connected components.")
+    closed: bool = Field(description="Whether the surface has no boundary.")
+    has_colors: bool = Field(description="Whether the vertices have colours.")
+    warnings: tuple[str, ...] = Field(description="What was repaired.")
+    created: datetime = Field(description="When it was uploaded.")

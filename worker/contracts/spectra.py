@@ -1,0 +1,30 @@
+"""How the spectrum of a shape is named in the cache."""
+
+from dataclasses import dataclass
+from typing import Final
+
+SPECTRUM_VERSION: Final = 1
+"""Raised whenever the solver's spectra change, so that no stale one is taken from a cache."""
+
+
+@dataclass(frozen=True)
+class SpectrumKey:
+    """Everything a spectrum depends on: the mesh, how much of it, and the solver.
+
+    Parameters
+    ----------
+    shape
+        Id of the shape.
+    eigenpairs
+        Number of eigenpairs.
+    largest_component
+        Whether the spectrum is that of the shape's largest component alone.
+    """
+
+    shape: str
+    eigenpairs: int
+    largest_component: bool = False
+
+    def __str__(self) -> str:
+        part = "largest" if self.largest_component else "whole"
+        return f"{self.shape}:{part}:{self.eigenpairs}:v{SPECTRUM_VERSION}"

@@ -1,0 +1,60 @@
+"""Why a job failed, in the words of a problem document."""
+
+from rq.timeouts import JobTimeoutException
+
+from solver.errors import MeshError, OptionError, SolverError
+from worker.contracts import FieldProblem, JobKind, JobRecord, Problem
+
+
+class ShapeGone(Exception):  # noqa: N818 - said of the shape
+    """A shape was deleted before the job that needs it could run.
+
+    Parameters
+    ----------
+    shape
+        Id of the shape.
+    """
+
+    def __init__(self, shape: str) -> None:
+        super().__init__(f"shape {shape} was deleted before this job could run")
+
+
+class ResultGone(Exception):  # noqa: N818 - said of the result
+    """The result to be drawn has expired or its shapes were deleted."""
+
+
+def problem_of(error: Exception, record: JobRecord) -> Problem:
+    """Return the problem of a job that raised an error.
+
+    Parameters
+    ----------
+    error
+        What the job raised. What is not expected gives no details away: they are in the logs.
+    record
+        The job.
+    """
+    match error:
+        case OptionError():
+            fields = (FieldProblem(field=f"body.{error.field}", message=error.message),)
+            return Problem.of(
+                "invalid-option", "Impossible parameters", 422, str(error), errors=fields
+            )
+        case MeshError():
+            return Problem.of("unusable-mesh", "Not a usable mesh", 422, str(error))
+        case SolverError():
+            return Problem.of("no-solution", "No answer", 422, str(error))
+        case MemoryError():
+            detail = "This needs more memory than a job may take; try a mesh of fewer vertices."
+            return Problem.of("out-of-memory", "Out of memory", 422, detail)
+        case JobTimeoutException():
+            detail = "This takes longer than a job may take; try fewer points or a time_limit."
+            return Problem.of("timed-out", "Took too long", 422, detail)
+        case ShapeGone():
+            return Problem.of("shape-deleted", "Shape deleted", 410, str(error))
+        case ResultGone():
+            return Problem.of("result-expired", "Result expired", 410, str(error))
+    if record.kind is JobKind.VALIDATION:
+        detail = "The file cannot be read as a mesh."
+        return Problem.of("unusable-mesh", "Not a usable mesh", 422, detail)
+    detail = f"Something went wrong on our side; the logs of job {record.id} say what."
+    return Problem.of("internal-error", "Internal error", 500, detail)

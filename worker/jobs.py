@@ -1,0 +1,40 @@
+"""What RQ calls, by name: each in a process of its own, forked from a warm worker."""
+
+import os
+from uuid import uuid4
+
+import structlog
+from redis import Redis
+from rq import get_current_job
+from rq.job import Job
+
+from worker.limits import die_with_parent, limit_memory
+from worker.recovery import LOSSES_AFTER_KILL, give_back
+from worker.runner import Runner
+from worker.settings import WorkerSettings
+from worker.store import Store
+
+
+def run(job_id: str) -> None:
+    """Run one job, in the process that RQ forked for it."""
+    settings = WorkerSettings()
+    die_with_parent(os.getppid())
+    limit_memory(settings.job_memory_mb)
+    job = get_current_job()
+    meta = {} if job is None else job.get_meta(refresh=False)
+    structlog.contextvars.bind_contextvars(job_id=job_id, **meta)
+    store = Store.open(settings, settings.redis_patience)
+    try:
+        Runner(store, name=uuid4().hex).run(job_id)
+    finally:
+        store.close()
+
+
+def stopped(job: Job, connection: Redis) -> None:
+    """Note that a job was killed because it was cancelled and did not leave; RQ's callback."""
+    settings = WorkerSettings()
+    store = Store.open(settings, settings.redis_patience)
+    try:
+        give_back(store, job, "stopped", LOSSES_AFTER_KILL)
+    finally:
+        store.close()

@@ -1,0 +1,79 @@
+"""The worker process: it warms up, then forks one process for each job."""
+
+import argparse
+import os
+import sys
+from types import TracebackType
+from typing import Final
+
+from rq import Queue, Worker
+from rq.job import Job
+from rq.registry import AbandonedJobError
+from rq.serializers import JSONSerializer
+
+from worker.limits import die_with_parent
+from worker.queue import QUEUES
+from worker.recovery import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, give_back
+from worker.settings import WorkerSettings
+from worker.store import Store
+from worker.telemetry import configure_logging, logger
+from worker.warmup import warm_up
+
+WORKER_TTL: Final = 30
+MONITORING_INTERVAL: Final = 5
+MAINTENANCE_INTERVAL: Final = 10
+
+log = logger("isomatch.worker")
+
+
+def main() -> int:
+    """Run a worker until it is told to stop."""
+    parser = argparse.ArgumentParser(prog="python -m worker", description=__doc__)
+    parser.add_argument("--burst", action="store_true", help="leave when the queues are empty")
+    parser.add_argument(
+        "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
+    )
+    options = parser.parse_args()
+    settings = WorkerSettings()
+    configure_logging(settings.log_level, process="worker")
+    if options.parent is not None:
+        die_with_parent(options.parent)
+    if settings.redis_url is None:
+        print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
+        return 2
+    warm_up()
+    store = Store.open(settings, settings.redis_patience)
+    new_worker(store).work(burst=options.burst, logging_level=settings.log_level)
+    return 0
+
+
+def new_worker(store: Store) -> Worker:
+    """Return a worker that serves all queues and leaves no job without an end."""
+    client = store.client
+
+    def killed(job: Job, pid: int, status: int, usage: object) -> None:
+        give_back(store, job, _how(status), LOSSES_AFTER_KILL)
+
+    def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
+        # A job's own errors are dealt with where it runs; what comes here is the machinery's.
+        how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
+        give_back(store, job, how, LOSSES_WITH_WORKER)
+
+    return Worker(
+        [Queue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],
+        connection=client,
+        serializer=JSONSerializer,
+        exception_handlers=[raised],
+        work_horse_killed_handler=killed,
+        worker_ttl=WORKER_TTL,
+        job_monitoring_interval=MONITORING_INTERVAL,
+        maintenance_interval=MAINTENANCE_INTERVAL,
+        log_job_description=False,
+    )
+
+
+def _how(status: int | None) -> str:
+    if status is None:
+        return "nobody knows how"
+    code = os.waitstatus_to_exitcode(status)
+    return f"signal {-code}" if code < 0 else f"exit status {code}"

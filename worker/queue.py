@@ -1,0 +1,174 @@
+"""The queue: jobs go in by the name of what runs them, so the API imports none of it.
+
+Three queues, served in this order: ``interactive`` (somebody waits for the answer of a request),
+``structures`` (spectra that matches will need), ``matches``.
+"""
+
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Final
+from uuid import uuid4
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+from redis.client import Pipeline
+from rq import Queue, Retry, Worker
+from rq.exceptions import InvalidJobOperation, NoSuchJobError
+from rq.job import Callback, Job
+from rq.serializers import JSONSerializer
+
+from worker.contracts import (
+    JobKind,
+    JobRecord,
+    MatchPayload,
+    Payload,
+    SpectrumKey,
+    SpectrumPayload,
+)
+from worker.store import Store
+
+INTERACTIVE: Final = "interactive"
+STRUCTURES: Final = "structures"
+MATCHES: Final = "matches"
+QUEUES: Final = (INTERACTIVE, STRUCTURES, MATCHES)
+
+_QUEUE_OF: Final = {
+    JobKind.VALIDATION: INTERACTIVE,
+    JobKind.PICTURE: INTERACTIVE,
+    JobKind.SPECTRUM: STRUCTURES,
+    JobKind.MATCH: MATCHES,
+}
+_ENTRY_POINT: Final = "worker.jobs.run"
+_STOPPED: Final = "worker.jobs.stopped"
+_RQ_RESULT_TTL: Final = 300
+_RQ_FAILURE_TTL: Final = 86400
+_RQ_RETRIES: Final = 10
+"""More than any job gets: how often one is repeated is decided in our own record."""
+
+
+class QueueSettings(BaseSettings):
+    """How long jobs may take; from ``ISOMATCH_*``."""
+
+    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+
+    job_timeout: int = Field(
+        default=3600, ge=1, description="Seconds a match or a spectrum may take."
+    )
+    interactive_timeout: int = Field(
+        default=300, ge=1, description="Seconds a validation or a picture may take."
+    )
+
+    def timeout(self, kind: JobKind) -> int:
+        """Seconds a job of this kind may take."""
+        interactive = _QUEUE_OF[kind] == INTERACTIVE
+        return self.interactive_timeout if interactive else self.job_timeout
+
+
+def new_job(payload: Payload, request_id: str | None = None) -> JobRecord:
+    """Return the record of a new job."""
+    return JobRecord(
+        id=uuid4().hex, payload=payload, created=datetime.now(UTC), request_id=request_id
+    )
+
+
+@dataclass(frozen=True)
+class JobQueue:
+    """The way into the queues.
+
+    Parameters
+    ----------
+    store
+        Where the jobs' records are.
+    settings
+        How long jobs may take.
+    """
+
+    store: Store
+    settings: QueueSettings
+
+    def submit(self, record: JobRecord) -> JobRecord:
+        """Store a new job and queue it, both or neither."""
+        with self.store.client.pipeline() as pipe:
+            self.store.jobs.create(record, pipe)
+            self.enqueue(record, pipe)
+            pipe.execute()
+        return record
+
+    def submit_match(self, payload: MatchPayload, request_id: str | None) -> JobRecord:
+        """Queue a match, and before it the spectra it needs that nobody has or computes yet."""
+        if payload.parameters.needs_spectrum:
+            for shape in dict.fromkeys((payload.source, payload.target)):
+                self._submit_spectrum(shape, payload, request_id)
+        return self.submit(new_job(payload, request_id))
+
+    def enqueue(self, record: JobRecord, pipe: Pipeline | None = None) -> None:
+        """Hand a job that has a record to RQ, as part of a transaction if one is given."""
+        self.queue(record.kind).enqueue_call(
+            _ENTRY_POINT,
+            args=(record.id,),
+            job_id=record.id,
+            timeout=self.settings.timeout(record.kind),
+            result_ttl=_RQ_RESULT_TTL,
+            failure_ttl=_RQ_FAILURE_TTL,
+            retry=Retry(max=_RQ_RETRIES),
+            on_stopped=Callback(_STOPPED),
+            description=f"{record.kind.value} {record.id}",
+            meta={"kind": record.kind.value, "request_id": record.request_id},
+            pipeline=pipe,
+        )
+
+    def withdraw(self, job_id: str) -> None:
+        """Take a job that was cancelled out of its queue."""
+        try:
+            job = Job.fetch(job_id, connection=self.store.client, serializer=JSONSerializer)
+            job.delete()
+        except (NoSuchJobError, InvalidJobOperation):
+            return
+
+    def position(self, record: JobRecord) -> int | None:
+        """Return how many jobs will be started before a queued one; None once it has begun."""
+        queue = self.queue(record.kind)
+        place = queue.get_job_position(record.id)
+        if place is None:
+            return None
+        served_before = QUEUES[: QUEUES.index(queue.name)]
+        return int(place) + sum(self._named(name).count for name in served_before)
+
+    def queue(self, kind: JobKind) -> Queue:
+        """Return the queue of a kind of jobs."""
+        return self._named(_QUEUE_OF[kind])
+
+    def queues(self) -> list[Queue]:
+        """Return all queues, in the order they are served."""
+        return [self._named(name) for name in QUEUES]
+
+    def workers(self) -> int:
+        """Return the number of workers that are alive and ready."""
+        client = self.store.client
+        names = list(Worker.all_keys(connection=client))
+        return sum(
+            bool(client.exists(name)) and not client.hexists(name, "death") for name in names
+        )
+
+    def _submit_spectrum(self, shape: str, match: MatchPayload, request_id: str | None) -> None:
+        record = self.store.shapes.get(shape)
+        if record is None:
+            return
+        several = record.components > 1
+        if several and not match.parameters.largest_component:
+            return
+        key = SpectrumKey(shape, match.parameters.eigenpairs, several)
+        spectra = self.store.spectra
+        job = new_job(
+            SpectrumPayload(
+                shape=key.shape,
+                eigenpairs=key.eigenpairs,
+                largest_component=key.largest_component,
+            ),
+            request_id,
+        )
+        if not spectra.has(key) and spectra.order(key, job.id, self.settings.job_timeout):
+            self.submit(job)
+
+    def _named(self, name: str) -> Queue:
+        return Queue(name, connection=self.store.client, serializer=JSONSerializer)

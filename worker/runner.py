@@ -1,0 +1,180 @@
+"""Payload to solver to stored result: what each kind of job does."""
+
+import time
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from redis.exceptions import RedisError
+
+from solver.control import Control
+from solver.errors import Cancelled
+from solver.mesh import TriangleMesh, largest_component, read_mesh
+from worker.contracts import (
+    JobRecord,
+    MatchPayload,
+    PicturePayload,
+    ShapeRecord,
+    SpectrumKey,
+    SpectrumPayload,
+    ValidationPayload,
+)
+from worker.failures import ResultGone, ShapeGone, problem_of
+from worker.matches import Side, match_shapes, result_from_blob
+from worker.meshes import mesh_from_bytes, mesh_to_bytes
+from worker.picture import draw_match
+from worker.reporting import Reporter
+from worker.spectra import spectrum_of
+from worker.store import Store
+from worker.telemetry import logger
+
+SPECTRA_SHARE = 0.4
+"""Share of the progress that is given to the spectra, which dominate a first match."""
+
+log = logger("isomatch.runner")
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Runs jobs, one at a time.
+
+    Parameters
+    ----------
+    store
+        Where jobs come from and results go to.
+    name
+        What this runner holds jobs and locks by; unique to one run of one job.
+    """
+
+    store: Store
+    name: str
+
+    def run(self, job_id: str) -> None:
+        """Run a job to its end, whatever that is; do nothing if it is not to be run (any more).
+
+        Raises
+        ------
+        RedisError
+            The store is away for longer than it is waited for; the job can be begun again.
+        """
+        if not self.store.jobs.claim(job_id, self.name):
+            log.info("not to be run")
+            return
+        record = self.store.jobs.get(job_id)
+        assert record is not None
+        start = time.perf_counter()
+        try:
+            result = self._result(record)
+        except RedisError:
+            raise
+        except Cancelled:
+            self.store.jobs.leave(job_id, self.name)
+            log.info("cancelled")
+        except Exception as error:
+            problem = problem_of(error, record)
+            # A traceback only where the error was not foreseen.
+            log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)
+            self._clean_up(record)
+            self.store.jobs.fail(job_id, self.name, problem)
+        else:
+            kept = self.store.jobs.succeed(job_id, self.name, result)
+            log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+
+    def _result(self, record: JobRecord) -> bytes | None:
+        reporter = Reporter(self.store.jobs, record.id, self.name)
+        match record.payload:
+            case ValidationPayload() as payload:
+                self._validate(payload, record.created, reporter.control())
+            case SpectrumPayload() as payload:
+                self._compute_spectrum(payload, reporter.control())
+            case PicturePayload() as payload:
+                self._draw(payload)
+            case MatchPayload() as payload:
+                return self._match(payload, reporter)
+        return None
+
+    def _validate(self, payload: ValidationPayload, created: datetime, control: Control) -> None:
+        data = self.store.shapes.candidate(payload.shape, payload.file_type)
+        if data is None:
+            # An equal upload was validated meanwhile, or this is a repetition of what succeeded.
+            if self.store.shapes.get(payload.shape) is None:
+                raise ShapeGone(payload.shape)
+            return
+        control.report("reading the mesh", 0.0)
+        mesh = read_mesh(data, payload.file_type)
+        control.report("measuring the mesh", 0.5)
+        record = ShapeRecord(
+            id=payload.shape,
+            name=payload.name,
+            file_type=payload.file_type,
+            bytes=len(data),
+            vertices=mesh.n_vertices,
+            faces=mesh.n_faces,
+            area=mesh.area,
+            components=mesh.components,
+            closed=mesh.closed,
+            has_colors=mesh.colors is not None,
+            warnings=mesh.warnings,
+            created=created,
+        )
+        self.store.shapes.accept(record, mesh_to_bytes(mesh))
+
+    def _compute_spectrum(self, payload: SpectrumPayload, control: Control) -> None:
+        try:
+            spectra = self.store.spectra
+            # Somebody who computes it already needs no second one to wait for him.
+            if not spectra.has(payload.key) and not spectra.locked(payload.key):
+                mesh = self._mesh(payload.shape)
+                if payload.largest_component:
+                    mesh = largest_component(mesh)
+                control.report("spectrum", 0.0)
+                spectrum_of(payload.key, mesh, spectra, self.name, control)
+        finally:
+            self.store.spectra.settle(payload.key)
+
+    def _match(self, payload: MatchPayload, reporter: Reporter) -> bytes:
+        start = time.perf_counter()
+        timings: dict[str, float] = {}
+        sides = []
+        control = reporter.control(0.0, SPECTRA_SHARE)
+        for name, shape, begun in (
+            ("source", payload.source, 0.0),
+            ("target", payload.target, 0.5),
+        ):
+            control.report(f"spectrum of the {name}", begun)
+            began = time.perf_counter()
+            sides.append(self._side(shape, payload, control))
+            timings[f"spectrum of the {name}"] = time.perf_counter() - began
+        result = match_shapes(
+            sides[0], sides[1], payload, reporter.control(SPECTRA_SHARE, 1.0), timings
+        )
+        timings = {**result.timings, "total": time.perf_counter() - start}
+        return result.model_copy(update={"timings": timings}).model_dump_json().encode()
+
+    def _side(self, shape: str, payload: MatchPayload, control: Control) -> Side:
+        mesh = self._mesh(shape)
+        parameters = payload.parameters
+        several = mesh.components > 1
+        if several and parameters.largest_component:
+            mesh = largest_component(mesh)
+        if not parameters.needs_spectrum or mesh.components > 1:
+            return Side(mesh, None)
+        key = SpectrumKey(shape, parameters.eigenpairs, several)
+        return Side(mesh, spectrum_of(key, mesh, self.store.spectra, self.name, control))
+
+    def _draw(self, payload: PicturePayload) -> None:
+        packed = self.store.jobs.result(payload.match)
+        if packed is None:
+            raise ResultGone("the result has expired")
+        result = result_from_blob(packed)
+        picture = draw_match(self._mesh(result.source), self._mesh(result.target), result)
+        self.store.jobs.set_picture(payload.match, picture)
+
+    def _mesh(self, shape: str) -> TriangleMesh:
+        stored = self.store.shapes.mesh(shape)
+        if stored is None:
+            raise ShapeGone(shape)
+        return mesh_from_bytes(stored)
+
+    def _clean_up(self, record: JobRecord) -> None:
+        if isinstance(record.payload, ValidationPayload):
+            self.store.shapes.reject(record.payload.shape, record.payload.file_type)

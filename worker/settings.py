@@ -1,0 +1,21 @@
+"""Settings of the worker process."""
+
+from pydantic import Field
+from pydantic_settings import SettingsConfigDict
+
+from worker.queue import QueueSettings
+from worker.store import StoreSettings
+
+
+class WorkerSettings(StoreSettings, QueueSettings):
+    """From ``ISOMATCH_*``."""
+
+    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+
+    log_level: str = Field(default="INFO", description="Lowest level that is logged.")
+    job_memory_mb: int = Field(
+        default=8192, ge=0, description="MiB of memory one job may take; 0 for no limit."
+    )
+    redis_patience: float = Field(
+        default=60.0, ge=0, description="Seconds for which a worker waits while Redis is away."
+    )

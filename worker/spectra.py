@@ -1,0 +1,106 @@
+"""Spectra, computed once: from the cache, from whoever computes them just now, or here."""
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final
+
+from solver.control import Control
+from solver.mesh import TriangleMesh
+from solver.shape import Shape
+from solver.spectrum import Spectrum
+from worker.contracts import SpectrumKey
+from worker.store import Spectra
+from worker.telemetry import logger
+
+LEASE: Final = 20.0
+"""Seconds after which a holder that no longer renews its lock counts as dead."""
+
+_RENEWAL: Final = LEASE / 5
+_POLL: Final = 0.05
+
+log = logger("isomatch.spectra")
+
+
+def spectrum_of(
+    key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra, holder: str, control: Control
+) -> Spectrum:
+    """Return the spectrum of a mesh of unit area, computing it only if nobody has or does.
+
+    Parameters
+    ----------
+    key
+        Name of the spectrum.
+    mesh
+        The connected mesh that `key` names.
+    spectra
+        The cache.
+    holder
+        Who computes it if it comes to that.
+    control
+        Asked while somebody else computes it.
+
+    Raises
+    ------
+    MeshError
+        The spectrum cannot be computed.
+    Cancelled
+        The caller of the computation asked to stop.
+    """
+    while True:
+        known = _cached(key, spectra)
+        if known is not None:
+            spectra.count_hit()
+            return known
+        if spectra.lock(key, holder, LEASE):
+            # Whoever held the lock before may just have finished.
+            known = _cached(key, spectra)
+            if known is not None:
+                spectra.release(key, holder)
+                spectra.count_hit()
+                return known
+            with _lease(key, spectra, holder):
+                return _compute(key, mesh, spectra)
+        while spectra.locked(key):
+            control.check()
+            time.sleep(_POLL)
+
+
+def _cached(key: SpectrumKey, spectra: Spectra) -> Spectrum | None:
+    stored = spectra.get(key)
+    if stored is None:
+        return None
+    try:
+        return Spectrum.from_bytes(stored)
+    except ValueError as error:
+        log.warning("unreadable spectrum in the cache", spectrum=str(key), error=str(error))
+        return None
+
+
+def _compute(key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra) -> Spectrum:
+    start = time.perf_counter()
+    spectrum = Shape(mesh, eigenpairs=key.eigenpairs).spectrum()
+    spectra.put(key, spectrum.to_bytes())
+    spectra.count_computed()
+    seconds = round(time.perf_counter() - start, 3)
+    log.info("spectrum computed", spectrum=str(key), vertices=mesh.n_vertices, seconds=seconds)
+    return spectrum
+
+
+@contextmanager
+def _lease(key: SpectrumKey, spectra: Spectra, holder: str) -> Iterator[None]:
+    done = threading.Event()
+
+    def renew() -> None:
+        while not done.wait(_RENEWAL):
+            spectra.renew(key, holder, LEASE)
+
+    thread = threading.Thread(target=renew, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+        spectra.release(key, holder)

@@ -1,0 +1,76 @@
+"""What the service remembers: shapes, jobs and spectra in Redis, and nothing anywhere else."""
+
+from dataclasses import dataclass
+from typing import Self
+
+from redis import Redis
+
+from worker.store.connections import StoreSettings, connect
+from worker.store.jobs import Jobs
+from worker.store.listings import InvalidCursor, Page
+from worker.store.shapes import Shapes
+from worker.store.spectra import Spectra, SpectrumCounts
+
+__all__ = [
+    "InvalidCursor",
+    "Jobs",
+    "Page",
+    "Shapes",
+    "Spectra",
+    "SpectrumCounts",
+    "Store",
+    "StoreSettings",
+    "connect",
+]
+
+
+@dataclass(frozen=True)
+class Store:
+    """All that is kept in Redis.
+
+    Parameters
+    ----------
+    client
+        Connection to the Redis of queue and store.
+    shapes, jobs, spectra
+        What is kept there, by subject.
+    """
+
+    client: Redis
+    shapes: Shapes
+    jobs: Jobs
+    spectra: Spectra
+
+    @classmethod
+    def open(cls, settings: StoreSettings, patience: float, pause: float = 1.0) -> Self:
+        """Connect to the store.
+
+        Parameters
+        ----------
+        settings
+            Where it is; `redis_url` must be set.
+        patience, pause
+            Seconds for which a command is repeated while Redis is away, and between two attempts.
+
+        Raises
+        ------
+        ValueError
+            No address is set.
+        """
+        if settings.redis_url is None:
+            raise ValueError("ISOMATCH_REDIS_URL is not set")
+        client = connect(settings.redis_url, patience, pause)
+        cache = client
+        if settings.cache_url is not None:
+            cache = connect(settings.cache_url, patience, pause)
+        return cls(
+            client,
+            Shapes(client, settings),
+            Jobs(client, settings),
+            Spectra(cache, client, settings),
+        )
+
+    def close(self) -> None:
+        """Close the connections."""
+        self.spectra.cache.close()
+        self.client.close()

@@ -1,0 +1,63 @@
+"""Connections to Redis that outlive its restarts, and the settings of the store."""
+
+from typing import Final
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+from redis import Redis
+from redis.backoff import ConstantBackoff
+from redis.exceptions import ConnectionError as RedisConnectionError
+from redis.exceptions import TimeoutError as RedisTimeoutError
+from redis.retry import Retry
+
+DAY: Final = 86400
+SOCKET_TIMEOUT: Final = 30.0
+"""Seconds; more than RQ's workers wait for a job in one command."""
+
+
+class StoreSettings(BaseSettings):
+    """Where the store is and how long it keeps what; from ``ISOMATCH_*``."""
+
+    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+
+    redis_url: str | None = Field(
+        default=None, description="Redis of queue and store; none: the server starts its own."
+    )
+    cache_url: str | None = Field(
+        default=None, description="Redis of the spectrum cache, if it has one of its own."
+    )
+    cache_bytes: int = Field(default=2 * 1024**3, ge=0, description="Budget of the cache.")
+    cache_ttl: int = Field(
+        default=30 * DAY, ge=1, description="Seconds after which an unused spectrum is dropped."
+    )
+    result_ttl: int = Field(default=7 * DAY, ge=1, description="Seconds a result is kept.")
+    job_ttl: int = Field(
+        default=30 * DAY, ge=1, description="Seconds the record of a job that has ended is kept."
+    )
+    candidate_ttl: int = Field(
+        default=3600, ge=1, description="Seconds an upload waits for its validation at most."
+    )
+
+
+def connect(url: str, patience: float, pause: float = 1.0) -> Redis:
+    """Return a client that repeats what fails while Redis restarts.
+
+    Without this a job that ends just then would be lost although it is computed.
+
+    Parameters
+    ----------
+    url
+        ``redis://``, ``rediss://`` or ``unix://``.
+    patience
+        Seconds for which a command is repeated before its error is raised.
+    pause
+        Seconds between two attempts.
+    """
+    return Redis.from_url(
+        url,
+        socket_timeout=SOCKET_TIMEOUT,
+        socket_connect_timeout=5.0,
+        health_check_interval=30,
+        retry=Retry(ConstantBackoff(pause), max(0, round(patience / pause))),
+        retry_on_error=[RedisConnectionError, RedisTimeoutError],
+    )

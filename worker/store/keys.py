@@ -1,0 +1,99 @@
+"""Every key the application uses in Redis, apart from those of RQ (which begin with ``rq:``)."""
+
+from typing import Final
+
+PREFIX: Final = "isomatch:"
+
+SHAPES: Final = PREFIX + "shapes"
+"""Sorted set of shape ids by time of creation."""
+
+JOBS: Final = PREFIX + "jobs"
+"""Sorted set of the listed jobs' ids by time of creation."""
+
+ACTIVE_JOBS: Final = PREFIX + "jobs:active"
+"""Sorted set of the ids of all jobs that have not ended, listed or not, by time of creation."""
+
+SUSPECTS: Final = PREFIX + "jobs:suspects"
+"""Hash of active jobs that RQ knows nothing of: id to the time this was first seen."""
+
+RECOVERY: Final = PREFIX + "recovery"
+"""Held by the process that looks for lost jobs."""
+
+SPECTRUM_COUNTERS: Final = PREFIX + "spectra:counters"
+"""Hash of counters: spectra computed, spectra taken from the cache."""
+
+CACHED_SPECTRA: Final = PREFIX + "cache:spectra"
+"""Sorted set of cached spectra by time of last use."""
+
+CACHED_SIZES: Final = PREFIX + "cache:sizes"
+"""Hash of cached spectra's sizes in bytes; the field ``total`` holds their sum."""
+
+
+def shape(shape_id: str) -> str:
+    """Record of a shape, JSON."""
+    return f"{PREFIX}shape:{shape_id}"
+
+
+def shape_upload(shape_id: str) -> str:
+    """The uploaded bytes of a shape."""
+    return f"{PREFIX}shape:{shape_id}:upload"
+
+
+def shape_mesh(shape_id: str) -> str:
+    """The mesh of a shape as the solver read it, npz."""
+    return f"{PREFIX}shape:{shape_id}:mesh"
+
+
+def candidate(shape_id: str, file_type: str) -> str:
+    """Uploaded bytes that are not validated yet."""
+    return f"{PREFIX}candidate:{shape_id}:{file_type}"
+
+
+def candidate_job(shape_id: str, file_type: str) -> str:
+    """Id of the job that validates an upload."""
+    return f"{PREFIX}candidate:{shape_id}:{file_type}:job"
+
+
+def deferred(shape_id: str) -> str:
+    """Id of the validation job of an upload that was answered before it ended."""
+    return f"{PREFIX}deferred:{shape_id}"
+
+
+def job(job_id: str) -> str:
+    """Record and state of a job, hash."""
+    return f"{PREFIX}job:{job_id}"
+
+
+def job_result(job_id: str) -> str:
+    """Result of a job, JSON in gzip."""
+    return f"{PREFIX}job:{job_id}:result"
+
+
+def job_picture(job_id: str) -> str:
+    """Picture of a job's result, PNG."""
+    return f"{PREFIX}job:{job_id}:picture"
+
+
+def picture_job(job_id: str) -> str:
+    """Id of the job that draws the picture of another job's result."""
+    return f"{PREFIX}job:{job_id}:picture:job"
+
+
+def jobs_in(state: str) -> str:
+    """Sorted set of the listed jobs' ids in one state, by time of creation."""
+    return f"{PREFIX}jobs:{state}"
+
+
+def spectrum_job(spectrum: object) -> str:
+    """Id of the job that was queued to compute a spectrum."""
+    return f"{PREFIX}spectrum:{spectrum}:job"
+
+
+def spectrum_lock(spectrum: object) -> str:
+    """Held, with a time to live, by the process that computes a spectrum."""
+    return f"{PREFIX}spectrum:{spectrum}:lock"
+
+
+def cached_spectrum(spectrum: object) -> str:
+    """A cached spectrum, npz; in the cache's own Redis where there is one."""
+    return f"{PREFIX}cache:spectrum:{spectrum}"

@@ -1,0 +1,97 @@
+"""Listings in pages: newest first, with a cursor that stays right while entries come and go."""
+
+import base64
+import binascii
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from redis import Redis
+
+from worker.store.replies import text
+
+ItemT = TypeVar("ItemT")
+
+
+class InvalidCursor(ValueError):  # noqa: N818 - said of the cursor
+    """A cursor that no page gave."""
+
+
+@dataclass(frozen=True)
+class Page(Generic[ItemT]):
+    """One page of a listing, and the cursor of the next one if there may be more."""
+
+    items: tuple[ItemT, ...]
+    next_cursor: str | None
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A sorted set of ids by time.
+
+    Parameters
+    ----------
+    client
+        Connection to Redis.
+    key
+        The sorted set.
+    """
+
+    client: Redis
+    key: str
+
+    def page(
+        self, limit: int, cursor: str | None, fetch: Callable[[str], ItemT | None]
+    ) -> Page[ItemT]:
+        """Return the entries after `cursor`, at most `limit`, the newest first.
+
+        Entries whose record has expired are passed over and taken out of the listing.
+        """
+        last = None if cursor is None else _decode(cursor)
+        items: list[ItemT] = []
+        while len(items) < limit:
+            entries = self._entries(last, limit - len(items))
+            if not entries:
+                return Page(tuple(items), None)
+            for member, score in entries:
+                last = (score, member)
+                item = fetch(member)
+                if item is None:
+                    self.client.zrem(self.key, member)
+                else:
+                    items.append(item)
+        return Page(tuple(items), _encode(last) if last and self._entries(last, 1) else None)
+
+    def _entries(self, last: tuple[float, str] | None, count: int) -> list[tuple[str, float]]:
+        start = math.inf if last is None else last[0]
+        skip = 0
+        entries: list[tuple[str, float]] = []
+        # Entries of the same time are ordered by id; those up to the cursor are passed over.
+        while len(entries) < count:
+            found: list[tuple[bytes, float]] = self.client.zrevrangebyscore(  # type: ignore[assignment]
+                self.key, start, -math.inf, start=skip, num=count + 1, withscores=True
+            )
+            for member, score in found:
+                if last is None or (score, text(member)) < last:
+                    entries.append((text(member), score))
+            if len(found) <= count:
+                break
+            skip += len(found)
+        return entries[:count]
+
+
+def _encode(last: tuple[float, str]) -> str:
+    return base64.urlsafe_b64encode(f"{last[0]!r}:{last[1]}".encode()).decode().rstrip("=")
+
+
+def _decode(cursor: str) -> tuple[float, str]:
+    try:
+        text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode()
+        score, member = text.split(":", 1)
+        last = (float(score), member)
+    except (ValueError, binascii.Error) as error:
+        raise InvalidCursor("this is not a cursor that a page gave") from error
+    if not math.isfinite(last[0]):
+        raise InvalidCursor("this is not a cursor that a page gave")
+    return last

@@ -1,0 +1,172 @@
+"""The steps of the store that must be one: Lua, which Redis runs without anything in between."""
+
+from typing import Final
+
+_MOVE: Final = """
+local INDEX = {queued = 3, running = 4, succeeded = 5, failed = 6, cancelled = 7}
+local function move(from, to)
+    local score = redis.call('ZSCORE', KEYS[INDEX[from]], ARGV[1])
+    if score then
+        redis.call('ZREM', KEYS[INDEX[from]], ARGV[1])
+        redis.call('ZADD', KEYS[INDEX[to]], score, ARGV[1])
+    end
+    redis.call('HSET', KEYS[1], 'state', to)
+end
+local function finish(from, to, now, ttl)
+    move(from, to)
+    redis.call('ZREM', KEYS[2], ARGV[1])
+    redis.call('HSET', KEYS[1], 'ended', now)
+    redis.call('EXPIRE', KEYS[1], ttl)
+end
+local function requeue(from)
+    move(from, 'queued')
+    redis.call('HDEL', KEYS[1], 'runner')
+    redis.call('HSET', KEYS[1], 'stage', 'queued', 'fraction', '0')
+end
+local state = redis.call('HGET', KEYS[1], 'state')
+local runner = redis.call('HGET', KEYS[1], 'runner')
+"""
+# KEYS of the scripts below: 1 the job, 2 the active jobs, 3 to 7 the index of each state.
+# ARGV[1] is the job's id. Each gives the state the job is in afterwards, or false if there is none.
+
+CLAIM: Final = (
+    _MOVE
+    + """
+-- ARGV: 2 runner, 3 now
+if state ~= 'queued' then
+    return {state, runner}
+end
+move('queued', 'running')
+redis.call('HSET', KEYS[1], 'runner', ARGV[2])
+redis.call('HSETNX', KEYS[1], 'started', ARGV[3])
+return {'running', ARGV[2]}
+"""
+)
+"""Begin a queued job; a job that is repeated after a crash keeps the time it first began."""
+
+FINISH: Final = (
+    _MOVE
+    + """
+-- ARGV: 2 runner, 3 now, 4 record's ttl, 5 end state, 6 error or '', 7 result or '', 8 its ttl
+-- KEYS: 8 result
+if state == ARGV[5] and runner == ARGV[2] then
+    return state
+end
+if state ~= 'running' or runner ~= ARGV[2] then
+    return state
+end
+if ARGV[7] ~= '' then
+    redis.call('SET', KEYS[8], ARGV[7], 'EX', ARGV[8])
+end
+if ARGV[6] ~= '' then
+    redis.call('HSET', KEYS[1], 'error', ARGV[6])
+end
+if ARGV[5] == 'succeeded' then
+    redis.call('HSET', KEYS[1], 'stage', 'done', 'fraction', '1')
+end
+finish('running', ARGV[5], ARGV[3], ARGV[4])
+return ARGV[5]
+"""
+)
+"""End a job that this runner holds; the result is there before anybody can see the state."""
+
+CANCEL: Final = (
+    _MOVE
+    + """
+-- ARGV: 2 now, 3 record's ttl
+if state == 'queued' then
+    finish('queued', 'cancelled', ARGV[2], ARGV[3])
+    return 'cancelled'
+end
+if state == 'running' then
+    redis.call('HSETNX', KEYS[1], 'cancel', ARGV[2])
+end
+return state
+"""
+)
+"""Cancel a queued job at once; ask the runner of a running one to leave."""
+
+LOSE: Final = (
+    _MOVE
+    + """
+-- ARGV: 2 now, 3 record's ttl, 4 losses allowed, 5 error
+if state ~= 'queued' and state ~= 'running' then
+    return state
+end
+if redis.call('HEXISTS', KEYS[1], 'cancel') == 1 then
+    finish(state, 'cancelled', ARGV[2], ARGV[3])
+    return 'cancelled'
+end
+if redis.call('HINCRBY', KEYS[1], 'losses', 1) > tonumber(ARGV[4]) then
+    redis.call('HSET', KEYS[1], 'error', ARGV[5])
+    finish(state, 'failed', ARGV[2], ARGV[3])
+    return 'failed'
+end
+requeue(state)
+return 'queued'
+"""
+)
+"""Put a job whose process is gone back in the queue, or give it up after too many losses."""
+
+PROGRESS: Final = """
+-- KEYS: 1 job.  ARGV: 1 runner, 2 stage, 3 fraction
+local job = redis.call('HMGET', KEYS[1], 'state', 'runner', 'cancel')
+if job[1] ~= 'running' or job[2] ~= ARGV[1] or job[3] then
+    return 0
+end
+redis.call('HSET', KEYS[1], 'stage', ARGV[2], 'fraction', ARGV[3])
+return 1
+"""
+"""Note progress; 0 when the job is cancelled or no longer this runner's."""
+
+RELEASE: Final = """
+if redis.call('GET', KEYS[1]) == ARGV[1] then
+    return redis.call('DEL', KEYS[1])
+end
+return 0
+"""
+"""Give a lock back if it is still one's own."""
+
+RENEW: Final = """
+if redis.call('GET', KEYS[1]) == ARGV[1] then
+    return redis.call('PEXPIRE', KEYS[1], ARGV[2])
+end
+return 0
+"""
+"""Hold a lock for longer if it is still one's own."""
+
+CACHE_PUT: Final = """
+-- KEYS: 1 by last use, 2 sizes, 3 blob.  ARGV: 1 name, 2 now, 3 oldest use kept, 4 budget, 5 blob
+--       6 prefix of the blobs
+local function drop(name)
+    redis.call('DEL', ARGV[6] .. name)
+    redis.call('ZREM', KEYS[1], name)
+    local size = redis.call('HGET', KEYS[2], name)
+    if size then
+        redis.call('HDEL', KEYS[2], name)
+        redis.call('HINCRBY', KEYS[2], 'total', -size)
+    end
+end
+drop(ARGV[1])
+for _, name in ipairs(redis.call('ZRANGEBYSCORE', KEYS[1], '-inf', ARGV[3])) do
+    drop(name)
+end
+local size = #ARGV[5]
+if size > tonumber(ARGV[4]) then
+    return 0
+end
+while tonumber(redis.call('HGET', KEYS[2], 'total') or '0') + size > tonumber(ARGV[4]) do
+    local oldest = redis.call('ZRANGE', KEYS[1], 0, 0)
+    if #oldest == 0 then
+        redis.call('HSET', KEYS[2], 'total', 0)
+        break
+    end
+    drop(oldest[1])
+end
+redis.call('SET', KEYS[3], ARGV[5])
+redis.call('ZADD', KEYS[1], ARGV[2], ARGV[1])
+redis.call('HSET', KEYS[2], ARGV[1], size)
+redis.call('HINCRBY', KEYS[2], 'total', size)
+return 1
+"""
+"""Cache a spectrum, and drop what was not used for long or longest until all fit the budget."""

@@ -1,0 +1,105 @@
+"""Shapes in Redis: the record, the uploaded bytes, the mesh as read, and uploads on their way."""
+
+from dataclasses import dataclass
+
+from redis import Redis
+
+from worker.contracts import ShapeRecord
+from worker.store import keys
+from worker.store.connections import StoreSettings
+from worker.store.listings import Listing, Page
+from worker.store.replies import blob, text
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The stored shapes.
+
+    Parameters
+    ----------
+    client
+        Connection to Redis.
+    settings
+        How long what is kept.
+    """
+
+    client: Redis
+    settings: StoreSettings
+
+    def get(self, shape_id: str) -> ShapeRecord | None:
+        """Return the record of a shape, or None if there is no such shape."""
+        data = self.client.get(keys.shape(shape_id))
+        return None if data is None else ShapeRecord.model_validate_json(data)
+
+    def upload(self, shape_id: str) -> bytes | None:
+        """Return the bytes a shape was uploaded as."""
+        return blob(self.client.get(keys.shape_upload(shape_id)))
+
+    def mesh(self, shape_id: str) -> bytes | None:
+        """Return the mesh of a shape as it was read, npz."""
+        return blob(self.client.get(keys.shape_mesh(shape_id)))
+
+    def page(self, limit: int, cursor: str | None) -> Page[ShapeRecord]:
+        """Return one page of all shapes, the newest first.
+
+        Raises
+        ------
+        InvalidCursor
+            The cursor is not one that a page gave.
+        """
+        listing = Listing(self.client, keys.SHAPES)
+        return listing.page(limit, cursor, self.get)
+
+    def delete(self, shape_id: str) -> bool:
+        """Delete a shape; False if there was none."""
+        with self.client.pipeline() as pipe:
+            pipe.delete(keys.shape(shape_id))
+            pipe.delete(keys.shape_upload(shape_id), keys.shape_mesh(shape_id))
+            pipe.zrem(keys.SHAPES, shape_id)
+            return bool(pipe.execute()[0])
+
+    def add_candidate(self, shape_id: str, file_type: str, data: bytes, job_id: str) -> str:
+        """Keep uploaded bytes until they are validated.
+
+        Returns
+        -------
+        str
+            The job that validates them: `job_id`, or the one of an equal upload that came first.
+        """
+        ttl = self.settings.candidate_ttl
+        key = keys.candidate_job(shape_id, file_type)
+        first = self.client.set(key, job_id, nx=True, ex=ttl)
+        if first:
+            self.client.set(keys.candidate(shape_id, file_type), data, ex=ttl)
+            return job_id
+        return text(self.client.get(key)) or job_id
+
+    def candidate(self, shape_id: str, file_type: str) -> bytes | None:
+        """Return uploaded bytes that wait for their validation."""
+        return blob(self.client.get(keys.candidate(shape_id, file_type)))
+
+    def accept(self, record: ShapeRecord, mesh: bytes) -> None:
+        """Make a shape of a candidate, all at once."""
+        candidate = keys.candidate(record.id, record.file_type)
+        with self.client.pipeline() as pipe:
+            pipe.rename(candidate, keys.shape_upload(record.id))
+            pipe.persist(keys.shape_upload(record.id))
+            pipe.set(keys.shape_mesh(record.id), mesh)
+            pipe.set(keys.shape(record.id), record.model_dump_json())
+            pipe.zadd(keys.SHAPES, {record.id: record.created.timestamp()})
+            pipe.delete(keys.candidate_job(record.id, record.file_type))
+            pipe.execute()
+
+    def reject(self, shape_id: str, file_type: str) -> None:
+        """Forget a candidate."""
+        self.client.delete(
+            keys.candidate(shape_id, file_type), keys.candidate_job(shape_id, file_type)
+        )
+
+    def defer(self, shape_id: str, job_id: str) -> None:
+        """Remember the validation job of an upload whose sender was told to ask again."""
+        self.client.set(keys.deferred(shape_id), job_id, ex=self.settings.candidate_ttl)
+
+    def deferred(self, shape_id: str) -> str | None:
+        """Return the validation job of an upload whose sender was told to ask again."""
+        return text(self.client.get(keys.deferred(shape_id)))

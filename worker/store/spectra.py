@@ -1,0 +1,111 @@
+"""The spectrum cache in Redis: bounded in bytes, and who computes which spectrum."""
+
+import time
+from dataclasses import dataclass
+
+from redis import Redis
+
+from worker.contracts import SpectrumKey
+from worker.store import keys, scripts
+from worker.store.connections import StoreSettings
+from worker.store.replies import blob
+
+
+@dataclass(frozen=True)
+class SpectrumCounts:
+    """How often a spectrum was computed, and how often one was taken from the cache."""
+
+    computed: int
+    hits: int
+
+
+@dataclass(frozen=True)
+class Spectra:
+    """The cached spectra, as bytes.
+
+    The cache may live in a Redis of its own, with its own policy of eviction; locks and counters
+    stay with the queue, where nothing is evicted.
+
+    Parameters
+    ----------
+    cache
+        Connection to the Redis of the cache.
+    client
+        Connection to the Redis of the queue.
+    settings
+        Budget and time to live.
+    """
+
+    cache: Redis
+    client: Redis
+    settings: StoreSettings
+
+    def has(self, key: SpectrumKey) -> bool:
+        """Whether a spectrum is cached."""
+        return bool(self.cache.exists(keys.cached_spectrum(key)))
+
+    def get(self, key: SpectrumKey) -> bytes | None:
+        """Return a cached spectrum, npz, and note that it was used."""
+        spectrum = blob(self.cache.get(keys.cached_spectrum(key)))
+        if spectrum is not None:
+            self.cache.zadd(keys.CACHED_SPECTRA, {str(key): time.time()}, xx=True)
+        return spectrum
+
+    def put(self, key: SpectrumKey, spectrum: bytes) -> bool:
+        """Cache a spectrum; False if it alone is over the budget."""
+        now = time.time()
+        stored = self.cache.eval(
+            scripts.CACHE_PUT,
+            3,
+            keys.CACHED_SPECTRA,
+            keys.CACHED_SIZES,
+            keys.cached_spectrum(key),
+            str(key),
+            now,
+            now - self.settings.cache_ttl,
+            self.settings.cache_bytes,
+            spectrum,
+            keys.cached_spectrum(""),
+        )
+        return bool(stored)
+
+    def lock(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
+        """Become the one who computes a spectrum, for some seconds; False if somebody else is."""
+        milliseconds = int(seconds * 1000)
+        return bool(self.client.set(keys.spectrum_lock(key), holder, nx=True, px=milliseconds))
+
+    def renew(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
+        """Stay the one who computes a spectrum; False if that was lost."""
+        milliseconds = int(seconds * 1000)
+        return bool(
+            self.client.eval(scripts.RENEW, 1, keys.spectrum_lock(key), holder, milliseconds)
+        )
+
+    def release(self, key: SpectrumKey, holder: str) -> None:
+        """Let others compute a spectrum."""
+        self.client.eval(scripts.RELEASE, 1, keys.spectrum_lock(key), holder)
+
+    def locked(self, key: SpectrumKey) -> bool:
+        """Whether somebody alive computes a spectrum."""
+        return bool(self.client.exists(keys.spectrum_lock(key)))
+
+    def order(self, key: SpectrumKey, job_id: str, seconds: int) -> bool:
+        """Note that a job was queued to compute a spectrum; False if one already is."""
+        return bool(self.client.set(keys.spectrum_job(key), job_id, nx=True, ex=seconds))
+
+    def settle(self, key: SpectrumKey) -> None:
+        """Note that no job is queued to compute a spectrum any more."""
+        self.client.delete(keys.spectrum_job(key))
+
+    def count_computed(self) -> None:
+        """Count one more spectrum that was computed."""
+        self.client.hincrby(keys.SPECTRUM_COUNTERS, "computed", 1)
+
+    def count_hit(self) -> None:
+        """Count one more spectrum that was taken from the cache."""
+        self.client.hincrby(keys.SPECTRUM_COUNTERS, "hits", 1)
+
+    def counts(self) -> SpectrumCounts:
+        """Return the counters."""
+        computed, hits = self.client.hmget(keys.SPECTRUM_COUNTERS, ["computed", "hits"])
+        return SpectrumCounts(int(computed or 0), int(hits or 0))
