@@ -10,9 +10,13 @@ import tempfile
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
+from worker.limits import die_with_parent
+
+LINUX = sys.platform == "linux"
 ROOT = Path(__file__).resolve().parents[1]
 LISTENS = re.compile(r"isomatch listens on (http://\S+)")
 
@@ -75,6 +79,8 @@ def running_stack(settings: dict[str, str] | None = None) -> Iterator[Stack]:
                 text=True,
                 # Ctrl-C is for this program alone, which then stops the service in order.
                 start_new_session=True,
+                # Nor does the service outlive a program that was killed.
+                preexec_fn=partial(die_with_parent, os.getpid()) if LINUX else None,
             )
         try:
             yield Stack(_wait_until_listening(process, log), process, log)

@@ -158,8 +158,8 @@ class Client:
 
         Raises
         ------
-        NotFound
-            There is no such shape.
+        UnknownShape
+            There is no such shape; the message says which.
         InvalidRequest
             A parameter has a value without meaning; the message says which.
         TypeError

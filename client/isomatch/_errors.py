@@ -14,6 +14,7 @@
     │   ├── UnsupportedFormat       415  not a mesh format the service reads
     │   ├── Unprocessable           422  understood, but impossible
     │   │   ├── InvalidRequest           a parameter has no meaning; `errors` says which
+    │   │   ├── UnknownShape             a match names a shape that is not there
     │   │   └── UnprocessableShape       the file is not a usable mesh; `detail` says why
     │   ├── TooManyRequests         429  over a limit; try again later
     │   └── ServiceError            5xx  the service failed
@@ -27,9 +28,6 @@ raise Python's own errors: `OSError`, `TypeError`, `ValueError`.
 """
 
 from isomatch._problem import FieldProblem, Problem
-
-SHAPE_PROBLEMS = frozenset({"urn:isomatch:problem:unusable-mesh"})
-"""Problem types of an upload that is refused for what is in the file."""
 
 
 class IsomatchError(Exception):
@@ -115,6 +113,10 @@ class InvalidRequest(Unprocessable):
     """422: a parameter has no meaning; `errors` says which and what would be right."""
 
 
+class UnknownShape(Unprocessable):
+    """422: a match names a shape that is not there, or no longer; `errors` says which."""
+
+
 class UnprocessableShape(Unprocessable):
     """422: the file is not a usable mesh; `detail` says why and what to do."""
 
@@ -177,18 +179,20 @@ _BY_STATUS: dict[int, type[ProblemError]] = {
     503: ServiceUnavailable,
 }
 
+_BY_TYPE: dict[str, type[ProblemError]] = {
+    "urn:isomatch:problem:invalid-request": InvalidRequest,
+    "urn:isomatch:problem:unknown-shape": UnknownShape,
+    "urn:isomatch:problem:unusable-mesh": UnprocessableShape,
+}
+"""Where one status means several things."""
+
 
 def problem_error(problem: Problem) -> ProblemError:
-    """Return the exception of a problem document, by its status and type.
+    """Return the exception of a problem document, by its type and status.
 
-    A status without a class of its own gives the base class, so that a service newer than this
-    client is still understood.
+    What has no class of its own gives the base class, so that a service newer than this client is
+    still understood.
     """
-    if problem.status == 422:
-        if problem.type in SHAPE_PROBLEMS:
-            return UnprocessableShape(problem)
-        if problem.errors:
-            return InvalidRequest(problem)
-    if problem.status >= 500:
-        return _BY_STATUS.get(problem.status, ServiceError)(problem)
-    return _BY_STATUS.get(problem.status, ProblemError)(problem)
+    general = ServiceError if problem.status >= 500 else ProblemError
+    kind = _BY_TYPE.get(problem.type) or _BY_STATUS.get(problem.status, general)
+    return kind(problem)

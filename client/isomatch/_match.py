@@ -49,7 +49,7 @@ class Match(Correspondences):
         Seconds by stage, and ``"total"``.
     """
 
-    version: int
+    version: int = 1
     source: str
     target: str
     parameters: MatchParameters

@@ -17,16 +17,16 @@ class MatchParameters(TypedDict, total=False):
     points
         Points of the source that are matched at the finest level, 3 to 256 [32].
     coarse_points
-        Points of the coarsest level, which is solved to proven optimality, 3 to 10 [8];
-        N_1 of section 4.1.
+        Points of the coarsest level, which is solved to proven optimality (N_1 of section 4.1),
+        3 to 10 [8].
     level_factor
-        How many times more points each level has than the one before, 2 to 4 [2]; q of
-        section 4.1.
+        How many times more points each level has than the one before (q of section 4.1),
+        2 to 4 [2].
     oversampling
         Target samples for each source sample on the finer levels, 1 to 8 [4].
     rho
-        Radius of the neighbourhood in which a match may move from one level to the next, over 1
-        and at most 4, in covering radii of the level [1.5]; section 4.1.
+        Radius of the neighbourhood in which a match may move from one level to the next, in
+        covering radii of the level (section 4.1), over 1 and at most 4 [1.5].
     metric
         Distance that is to be preserved: ``"geodesic"``, ``"diffusion"`` or ``"commute_time"``;
         one name for all levels, or names from the coarsest level on, of which the last is
@@ -35,9 +35,9 @@ class MatchParameters(TypedDict, total=False):
         Local descriptor that is to be preserved: ``"hks"``, ``"si_hks"`` or ``"none"``; one name
         or names as for `metric` [``"si_hks"``].
     beta
-        Weight of the second-order (metric) term, 0 to 1e6 [1.0]; equation (5).
+        Weight of the second-order (metric) term of (5), 0 to 1e6 [1.0].
     first_order_weight
-        Weight of the first-order (descriptor) term, at least 0 [1.0].
+        Weight of the first-order (descriptor) term of (5), 0 to 1e6 [1.0].
     occlusion_cost
         Cost of leaving a source point unmatched, gamma of (5); None makes it large enough that
         every point is matched [None].

@@ -40,8 +40,9 @@ def test_unknown_ids(client: isomatch.Client) -> None:
     assert refusal.value.type.startswith("urn:isomatch:problem:")
     with pytest.raises(isomatch.NotFound):
         client.job("nothing")
-    with pytest.raises(isomatch.NotFound):
+    with pytest.raises(isomatch.UnknownShape, match=UNKNOWN) as unknown:
         client.match(UNKNOWN, UNKNOWN)
+    assert [wrong.field for wrong in unknown.value.errors] == ["body.source", "body.target"]
 
 
 def test_a_bad_parameter(client: isomatch.Client) -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from tests.client.shapes import write_blobs
 
-README = Path(__file__, "../../../client/README.md").resolve()
+README = Path(__file__).resolve().parents[2] / "client" / "README.md"
 BLOCKS = re.findall(r"(?ms)^```(\w+)\n(.*?)^```$", README.read_text())
 PYTHON = "\n".join(code for language, code in BLOCKS if language == "python")
 COMMANDS = [
