@@ -128,9 +128,10 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
         contents = READERS[kind](data)
     except MemoryError:
         raise MeshError("the file is too large to be read in the memory there is") from None
-    return _checked(
+    mesh = _checked(
         contents.vertices, contents.faces, contents.vertex_ids, contents.colors, contents.notes
     )
+    return replace(mesh, warnings=(*mesh.warnings, *_seam_note(mesh)))
 
 
 def triangle_mesh(
@@ -260,6 +261,19 @@ def _checked(
     if not 0.0 < mesh.area < np.inf:
         raise MeshError("the coordinates are too large or too small for an area to be computed")
     return mesh
+
+
+def _seam_note(mesh: TriangleMesh) -> tuple[str, ...]:
+    """Warn of borders that lie on one another: the surface may be meant to be whole there."""
+    edges, counts = mesh._edge_census
+    border = mesh.vertices[np.unique(edges[counts == 1])]
+    coinciding = len(border) - len(np.unique(border, axis=0))
+    if not coinciding:
+        return ()
+    return (
+        f"{coinciding} border vertices lie exactly on others; the surface is cut there, "
+        "merge them if it should not be",
+    )
 
 
 def _sound_faces(vertices: FloatArray, faces: IntArray, notes: list[str]) -> BoolArray:

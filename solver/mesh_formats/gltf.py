@@ -25,6 +25,8 @@ from solver.mesh_formats.contents import (
 _SEAMS = "glTF repeats vertices along texture seams and creases"
 _TRIANGLES, _TRIANGLE_STRIP = 4, 5
 _FLOAT = 5126
+_MOST_SHARED = 16
+"""Values per byte of the file: several meshes may share the same data, but within reason."""
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
@@ -116,6 +118,8 @@ def _parts(data: bytes, file_type: str) -> Iterator[FileContents]:
         corners = np.asarray(geometry.faces, dtype=np.int64)
         local = np.asarray(geometry.vertices, dtype=np.float64)
         check_indices(corners.reshape(-1), len(local))
+        if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirror turns faces inside out
+            corners = corners[:, ::-1]
         yield FileContents(
             local @ matrix[:3, :3].T + matrix[:3, 3],
             corners,
@@ -148,9 +152,9 @@ def _check_tree(tree: Any, size: int) -> None:
         if not buffer.get("uri", "data:").startswith("data:"):
             raise MeshError("the glTF file keeps its data in other files; save it as GLB")
     accessors = tree.get("accessors", [])
-    for accessor in accessors:
-        if accessor["count"] * _ITEMS[accessor["type"]] > size:
-            raise MeshError("the glTF file promises more values than it has bytes; it is damaged")
+    values = sum(accessor["count"] * _ITEMS[accessor["type"]] for accessor in accessors)
+    if values > _MOST_SHARED * size:
+        raise MeshError("the glTF file promises far more values than it has bytes; it is damaged")
     for mesh in tree.get("meshes", []):
         for primitive in mesh["primitives"]:
             _check_primitive(primitive, accessors)

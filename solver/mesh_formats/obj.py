@@ -39,12 +39,11 @@ def read_obj(data: bytes) -> FileContents:
     faces: list[list[str]] = []
     known: list[int] = []  # number of v lines before each face: negative indices count from there
     for line in re.sub(r"\\\r?\n", " ", text).splitlines():
-        keyword, _, rest = line.strip().partition(" ")
+        keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
         if keyword == "v":
             positions.append(rest.partition("#")[0])
         elif keyword == "f":
-            corners = _OTHER_INDICES.sub("", rest.partition("#")[0]).split()
-            faces.append(corners)
+            faces.append(_OTHER_INDICES.sub("", rest.partition("#")[0]).split())
             known.append(len(positions))
     if not positions:
         raise MeshError("not an OBJ file, or one without vertices: it has no line beginning with v")

@@ -5,14 +5,20 @@ row in order: a number, or a list preceded by its length.
 """
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh_formats.contents import FileContents, colors_in_unit_range, polygon_contents
-from solver.mesh_formats.ply_data import Element, Property, binary_columns, text_columns
+from solver.mesh_formats.ply_data import (
+    FACE_LISTS,
+    Columns,
+    Element,
+    Property,
+    binary_columns,
+    text_columns,
+)
 from solver.mesh_formats.text import decode, last_line_note
 
 _TYPES = {
@@ -37,8 +43,6 @@ _TYPES = {
 }
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LONGEST_HEADER = 1 << 20
-
-Columns: TypeAlias = "dict[str, FloatArray | tuple[IntArray, IntArray]]"
 
 
 @dataclass(frozen=True)
@@ -137,10 +141,11 @@ def _numbers(columns: Columns, name: str) -> FloatArray:
 def _polygons(columns: Columns) -> tuple[IntArray, IntArray]:
     if not columns:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    lists = columns.get("vertex_indices", columns.get("vertex_index"))
-    if not isinstance(lists, tuple):
-        raise MeshError("the faces of the PLY file have no vertex_indices")
-    return lists
+    lists = next((columns[name] for name in FACE_LISTS if name in columns), None)
+    if not isinstance(lists, tuple) or lists[1].dtype.kind == "f":
+        raise MeshError("the faces of the PLY file have no list of integers vertex_indices")
+    sizes, corners = lists
+    return sizes, corners.astype(np.int64)
 
 
 def _colors(vertex: Columns, types: dict[str, str]) -> FloatArray | None:

@@ -2,16 +2,23 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh_formats.text import counted_lists, float_table
 
-Column: TypeAlias = "FloatArray | tuple[IntArray, IntArray]"
-"""A number per row, or (sizes, values one after the other) of a list per row."""
+Values: TypeAlias = npt.NDArray[Any]
+
+Columns: TypeAlias = dict[str, FloatArray | tuple[IntArray, Values]]
+"""By property: a number per row, or (sizes, values one after the other) of a list per row."""
+
+
+FACE_LISTS = ("vertex_indices", "vertex_index")
+"""Names under which faces list their corners."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +64,7 @@ class Element:
         return iter(self.properties)
 
 
-def binary_columns(
-    elements: Sequence[Element], body: bytes, byte_order: str
-) -> dict[str, dict[str, Column]]:
+def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) -> dict[str, Columns]:
     """Read the binary rows that follow the header.
 
     Parameters
@@ -76,7 +81,7 @@ def binary_columns(
     MeshError
         There are more or fewer bytes than the header promises.
     """
-    columns: dict[str, dict[str, Column]] = {}
+    columns: dict[str, Columns] = {}
     position = 0
     for element in elements:
         least = sum(np.dtype(prop.length or prop.kind).itemsize for prop in element)
@@ -93,7 +98,7 @@ def binary_columns(
 
 def _binary_rows(
     element: Element, body: bytes, position: int, byte_order: str
-) -> tuple[dict[str, Column], int]:
+) -> tuple[Columns, int]:
     if not element.rows or not element.properties:
         return _empty(element), position
     sizes, _ = _row_at(element, body, position, byte_order)
@@ -113,15 +118,15 @@ def _binary_rows(
     return _walk(element, body, position, byte_order)
 
 
-def _uniform(element: Element, table: np.ndarray) -> dict[str, Column]:
-    columns: dict[str, Column] = {}
+def _uniform(element: Element, table: Values) -> Columns:
+    columns: Columns = {}
     for number, prop in enumerate(element):
         values = table[f"value{number}"]
         if prop.length is None:
             columns[prop.name] = values.astype(np.float64)
         else:
             sizes = table[f"size{number}"].astype(np.int64)
-            columns[prop.name] = (sizes, values.reshape(-1).astype(np.int64))
+            columns[prop.name] = (sizes, values.reshape(-1))
     return columns
 
 
@@ -142,12 +147,10 @@ def _row_at(element: Element, body: bytes, position: int, byte_order: str) -> tu
     return sizes, position
 
 
-def _walk(
-    element: Element, body: bytes, position: int, byte_order: str
-) -> tuple[dict[str, Column], int]:
+def _walk(element: Element, body: bytes, position: int, byte_order: str) -> tuple[Columns, int]:
     """Row by row, for lists of different lengths."""
     sizes: list[list[int]] = []
-    values: list[list[np.ndarray]] = [[] for _ in element]
+    values: list[list[Values]] = [[] for _ in element]
     for _ in range(element.rows):
         lengths, end = _row_at(element, body, position, byte_order)
         sizes.append(lengths)
@@ -159,24 +162,24 @@ def _walk(
             values[number].append(_read(body, position, byte_order + prop.kind, items, element))
             position += items * np.dtype(prop.kind).itemsize
         position = end
-    columns: dict[str, Column] = {}
+    columns: Columns = {}
     for number, prop in enumerate(element):
         joined = np.concatenate(values[number])
         if prop.length is None:
             columns[prop.name] = joined.astype(np.float64)
         else:
             lengths_column = np.array([row[number] for row in sizes], dtype=np.int64)
-            columns[prop.name] = (lengths_column, joined.astype(np.int64))
+            columns[prop.name] = (lengths_column, joined)
     return columns, position
 
 
-def _read(body: bytes, position: int, kind: str, count: int, element: Element) -> np.ndarray:
+def _read(body: bytes, position: int, kind: str, count: int, element: Element) -> Values:
     if position + count * np.dtype(kind).itemsize > len(body):
         raise _cut_off(element)
     return np.frombuffer(body, dtype=kind, count=count, offset=position)
 
 
-def text_columns(elements: Sequence[Element], text: str) -> dict[str, dict[str, Column]]:
+def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
     """Read the text rows that follow the header, one line each.
 
     Parameters
@@ -192,7 +195,7 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, dict[str, 
         There are fewer lines than the header promises, or one cannot be read.
     """
     lines = [line for raw in text.splitlines() if (line := raw.strip())]
-    columns: dict[str, dict[str, Column]] = {}
+    columns: dict[str, Columns] = {}
     position = 0
     for element in elements:
         if not element.properties or not element.rows:
@@ -206,15 +209,13 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, dict[str, 
     return columns
 
 
-def _text_rows(element: Element, rows: list[str]) -> dict[str, Column]:
+def _text_rows(element: Element, rows: list[str]) -> Columns:
     first = element.properties[0]
-    if first.length is not None:
-        # What follows the first list of a face (colours, texture coordinates) is not needed.
+    if first.length is not None and first.name in FACE_LISTS:
+        # What follows (colours, texture coordinates) is not needed.
         return {first.name: counted_lists(rows, element.name)}
     if any(prop.length is not None for prop in element):
-        lists = next(n for n, prop in enumerate(element) if prop.length is not None)
-        rest = [" ".join(row.split()[lists:]) for row in rows]
-        return {element.properties[lists].name: counted_lists(rest, element.name)}
+        return _text_walk(element, rows)
     table = float_table(rows, element.name)
     if table.shape[1] != len(element.properties):
         raise MeshError(
@@ -224,7 +225,33 @@ def _text_rows(element: Element, rows: list[str]) -> dict[str, Column]:
     return {prop.name: table[:, number] for number, prop in enumerate(element)}
 
 
-def _empty(element: Element) -> dict[str, Column]:
+def _text_walk(element: Element, rows: list[str]) -> Columns:
+    """Word by word, for lists that stand behind other properties."""
+    sizes: list[list[int]] = [[] for _ in element]
+    words: list[list[str]] = [[] for _ in element]
+    try:
+        for row in rows:
+            rest = row.split()
+            for number, prop in enumerate(element):
+                size = 1 if prop.length is None else int(rest.pop(0))
+                if not 0 <= size <= len(rest):
+                    raise _cut_off(element)
+                sizes[number].append(size)
+                words[number] += rest[:size]
+                rest = rest[size:]
+        columns: Columns = {}
+        for number, prop in enumerate(element):
+            if prop.length is None:
+                columns[prop.name] = np.array(words[number], dtype=np.float64)
+            else:
+                values = np.array(words[number], dtype="f8" if prop.kind[0] == "f" else "i8")
+                columns[prop.name] = (np.array(sizes[number], dtype=np.int64), values)
+    except (ValueError, IndexError, OverflowError) as error:
+        raise MeshError(f"a {element.name} line of the PLY file cannot be read: {error}") from error
+    return columns
+
+
+def _empty(element: Element) -> Columns:
     nothing = np.zeros(0, dtype=np.int64)
     return {
         prop.name: np.zeros(0) if prop.length is None else (nothing, nothing) for prop in element

@@ -34,6 +34,8 @@ def float_table(lines: Sequence[str], what: str) -> FloatArray:
     """
     if not lines:
         return np.zeros((0, 0))
+    if not all(map(str.strip, lines)):  # NumPy would skip them and the others would move up
+        raise MeshError(f"a {what} line is empty; the file is cut off or damaged")
     try:
         return np.loadtxt(lines, dtype=np.float64, comments=None, ndmin=2)
     except ValueError as error:
@@ -62,6 +64,9 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
     """
     if not lines:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    table = _uniform_integers(lines)
+    if table is not None and (table[:, 0] == table.shape[1] - 1).all():
+        return np.ascontiguousarray(table[:, 0]), table[:, 1:].reshape(-1)
     rows = [line.split() for line in lines]
     try:
         sizes = np.array([int(row[0]) for row in rows], dtype=np.int64)
@@ -77,6 +82,14 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
     except (ValueError, IndexError, OverflowError) as error:
         raise MeshError(f"a {what} line cannot be read: {_plain(error)}") from error
     return sizes, values
+
+
+def _uniform_integers(lines: Sequence[str]) -> IntArray | None:
+    """Lines of equally many integers as a table, none if they are something else."""
+    try:
+        return np.loadtxt(lines, dtype=np.int64, comments=None, ndmin=2)
+    except ValueError:
+        return None
 
 
 def last_line_note(text: str) -> tuple[str, ...]:
