@@ -36,3 +36,13 @@ def options_of(parameters: MatchParameters) -> MatchOptions:
 def result_from_blob(packed: bytes) -> MatchResult:
     """Read a stored result."""
     return MatchResult.model_validate_json(gzip.decompress(packed))
+
+
+def match_shapes(
+    source: Side,
+    target: Side,
+    payload: MatchPayload,
+    control: Control,
+    timings: dict[str, float],
+) -> MatchResult:
+    raise NotImplementedError

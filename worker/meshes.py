@@ -10,10 +10,14 @@ from solver.mesh import TriangleMesh
 def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
     """Return a mesh as the bytes of an ``.npz`` file, exact to the last bit."""
     stream = io.BytesIO()
-    arrays = {"vertices": mesh.vertices, "faces": mesh.faces, "vertex_ids": mesh.vertex_ids}
-    if mesh.colors is not None:
-        arrays["colors"] = mesh.colors
-    np.savez(stream, warnings=np.array(mesh.warnings, dtype=np.str_), **arrays)
+    np.savez(
+        stream,
+        vertices=mesh.vertices,
+        faces=mesh.faces,
+        vertex_ids=mesh.vertex_ids,
+        colors=np.empty((0, 3)) if mesh.colors is None else mesh.colors,
+        warnings=np.array(mesh.warnings, dtype=np.str_),
+    )
     return stream.getvalue()
 
 
@@ -24,6 +28,6 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
             vertices=arrays["vertices"],
             faces=arrays["faces"],
             vertex_ids=arrays["vertex_ids"],
-            colors=arrays.get("colors"),
+            colors=arrays["colors"] if len(arrays["colors"]) else None,
             warnings=tuple(str(warning) for warning in arrays["warnings"]),
         )

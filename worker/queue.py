@@ -89,8 +89,9 @@ class JobQueue:
     def submit(self, record: JobRecord) -> JobRecord:
         """Store a new job and queue it, both or neither."""
         with self.store.client.pipeline() as pipe:
-            self.store.jobs.create(record, pipe)
+            # RQ begins the transaction itself, which must be empty then.
             self.enqueue(record, pipe)
+            self.store.jobs.create(record, pipe)
             pipe.execute()
         return record
 

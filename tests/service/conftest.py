@@ -1,0 +1,136 @@
+"""The API over real HTTP, with a real server and real workers behind it, once for the session."""
+
+import asyncio
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import httpx2
+import pytest
+import uvicorn
+
+from service.app import create_app
+from service.embedded import EmbeddedServer
+from service.pool import WorkerPool
+from service.settings import Settings
+from tests.worker.figures import blob_file
+from worker.queue import JobQueue
+from worker.store import Store
+
+WORKERS = 2
+LIMIT = 2 * 1024**2
+"""Bytes of an upload that the tested service takes."""
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Api:
+    """A running API.
+
+    Attributes
+    ----------
+    url
+        Where it listens.
+    store
+        What is behind it.
+    """
+
+    url: str
+    store: Store
+
+
+@contextmanager
+def running_api(settings: Settings) -> Iterator[Api]:
+    """Run an API on a free port of this machine, in a thread."""
+    closing = asyncio.Event()
+    config = uvicorn.Config(
+        create_app(settings, closing),
+        host="127.0.0.1",
+        port=0,
+        log_config=None,
+        access_log=False,
+        timeout_graceful_shutdown=2,
+    )
+    server = uvicorn.Server(config)
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        assert thread.is_alive()
+        time.sleep(0.01)
+    port = server.servers[0].sockets[0].getsockname()[1]
+    store = Store.open(settings, patience=1)
+    yield Api(f"http://127.0.0.1:{port}", store)
+    store.close()
+    server.should_exit = True
+    thread.join()
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]:
+    embedded = EmbeddedServer(tmp_path_factory.mktemp("redis"))
+    embedded.start()
+    yield embedded
+    embedded.stop()
+
+
+@pytest.fixture(scope="session")
+def settings(server: EmbeddedServer) -> Settings:
+    return Settings(redis_url=server.url, max_upload_bytes=LIMIT)
+
+
+@pytest.fixture(scope="session")
+def api(settings: Settings) -> Iterator[Api]:
+    assert settings.redis_url is not None
+    pool = WorkerPool(WORKERS, settings.redis_url)
+    pool.start()
+    with running_api(settings) as running:
+        queue = JobQueue(running.store, settings)
+        deadline = time.monotonic() + 120
+        while queue.workers() < WORKERS:
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        yield running
+        pool.stop()
+
+
+@pytest.fixture(scope="session")
+def http(api: Api) -> Iterator[httpx2.Client]:
+    with httpx2.Client(base_url=api.url, timeout=60.0) as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def upload(http: httpx2.Client) -> Callable[..., Json]:
+    """Upload a file that is a usable mesh, and return the shape."""
+
+    def upload_data(data: bytes, filename: str = "mesh.off") -> Json:
+        answer = http.post("/v1/shapes", files={"file": (filename, data)})
+        assert answer.status_code in (200, 201), answer.text
+        shape: Json = answer.json()
+        return shape
+
+    return upload_data
+
+
+@pytest.fixture(scope="session")
+def shapes(upload: Callable[..., Json]) -> tuple[str, str]:
+    """Two shapes that are isometric."""
+    return upload(blob_file())["id"], upload(blob_file(seed=1))["id"]
+
+
+def problem(answer: httpx2.Response, status: int, slug: str) -> Json:
+    """Assert that an answer is a problem document of a kind, and return it."""
+    assert answer.status_code == status, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    document: Json = answer.json()
+    assert document["type"] == f"urn:isomatch:problem:{slug}"
+    assert document["status"] == status
+    assert document["title"]
+    assert document["detail"]
+    assert document["instance"] == answer.request.url.path
+    assert "Traceback" not in answer.text
+    return document
