@@ -15,8 +15,16 @@ DescriptorName: TypeAlias = Literal["hks", "si_hks"]
 DESCRIPTORS: tuple[DescriptorName, ...] = get_args(DescriptorName)
 """Names of the descriptors."""
 
-_TIMES = 32
-_OCTAVE_STEPS = 8
+_TIMES = np.geomspace(np.log(10.0) / (100.0 * np.pi), 1.0, 32)
+"""Time scales of the heat kernel signature on a surface of unit area. They begin at 4 ln 10 / λ,
+λ = 4π · 100 being the hundredth eigenvalue by Weyl's law: its term has decayed to 10⁻⁴ by then
+(Sun, Ovsjanikov and Guibas, SGP 2009). At their end little but the constant is left."""
+
+_OCTAVES = (-8, 2)
+"""log₂(t/A) of the first and the last time scale of the scale-invariant signature: from where a
+hundred eigenpairs still tell the heat kernel to within a percent, to where it is constant."""
+
+_STEPS_PER_OCTAVE = 8
 _FREQUENCIES = 6
 
 
@@ -33,44 +41,23 @@ def heat_kernel_signature(spectrum: Spectrum, times: FloatArray | None = None) -
         Of the shape.
     times
         (m,) time scales t_j > 0 in the spectrum's unit of area. By default 32, logarithmically
-        spaced from 4 ln 10 / λ_k to 4 ln 10 / λ_1 (Sun, Ovsjanikov and Guibas, SGP 2009).
+        spaced from 0.0073 to 1, which suit a shape of unit area.
 
     Returns
     -------
-    (V, m) float64, without unit.
+    (V, m) float64, without unit. It changes with the scale of the shape unless the times do.
 
     Raises
     ------
     ValueError
         A time is not positive.
     """
-    if times is None:
-        times = default_times(spectrum)
-    signature = _heat_kernel_diagonal(spectrum, times)
+    times = _TIMES if times is None else np.asarray(times, dtype=np.float64)
     trace = np.exp(-np.outer(spectrum.eigenvalues, times)).sum(axis=0)
-    relative: FloatArray = signature * (spectrum.area / trace / np.sqrt(len(times)))
-    return relative
-
-
-def default_times(spectrum: Spectrum, count: int = _TIMES) -> FloatArray:
-    """Time scales between the fastest and the slowest decay that the spectrum knows.
-
-    Parameters
-    ----------
-    spectrum
-        Of two eigenpairs at least.
-    count
-        How many.
-
-    Returns
-    -------
-    (count,) ascending, from 4 ln 10 / λ_k, where the k-th term of (2) has decayed to 10⁻⁴, to
-    4 ln 10 / λ_1, where all but the constant have.
-    """
-    decayed = 4.0 * np.log(10.0)
-    return np.geomspace(
-        decayed / spectrum.eigenvalues[-1], decayed / spectrum.eigenvalues[1], count
+    signature: FloatArray = _heat_kernel_diagonal(spectrum, times) * (
+        spectrum.area / trace / np.sqrt(len(times))
     )
+    return signature
 
 
 def scale_invariant_heat_kernel_signature(
@@ -78,16 +65,16 @@ def scale_invariant_heat_kernel_signature(
 ) -> FloatArray:
     """Scale-invariant heat kernel signature, section 3.7 (Bronstein and Kokkinos, CVPR 2010).
 
-    log h_t(x, x) is sampled at t = A 2^τ, A the area, differentiated with respect to τ, and of
-    the discrete Fourier transform of the result over τ the magnitudes of the lowest frequencies
-    are kept. They are divided by the decay of log Z(t) over the same times, Z the heat trace, and
-    by the root of their number.
+    log h_t(x, x) is sampled at t = A 2^τ, A the area, and differentiated with respect to τ; of
+    the Fourier transform of that over τ, the magnitudes of the lowest frequencies are kept. They
+    are divided by the decay of log Z(t) over the same times, Z the heat trace, and by the root of
+    their number.
 
-    Scaling the shape by s turns h_t into h_{t/s²}/s²: the factor goes with the derivative, the
-    shift of τ with the magnitude. Two things make that exact instead of approximate: times are in
-    units of the shape's own area, and their range is wide enough for the derivative to vanish at
-    both ends, where the truncated sum (2) is constant; so shifts leave the magnitudes alone even
-    when the area is not that of the corresponding part.
+    Scaling the shape by s turns h_t into h_{t/s²} / s². The factor goes with the derivative. The
+    shift of τ goes because times are in units of the shape's own area; that makes the signature
+    exactly invariant, where the magnitudes alone would leave what the shift moves past the ends
+    of the range. The magnitudes absorb what is left of the shift when the area is not that of the
+    corresponding part, in other words when something is missing.
 
     Parameters
     ----------
@@ -100,25 +87,21 @@ def scale_invariant_heat_kernel_signature(
     -------
     (V, frequencies) float64, without unit.
     """
-    times = spectrum.area * np.exp2(np.arange(-_RANGE[0], _RANGE[1] + 1e-9, 1.0 / _OCTAVE_STEPS))
+    first, last = _OCTAVES
+    count = (last - first) * _STEPS_PER_OCTAVE + 1
+    times = spectrum.area * np.exp2(np.linspace(first, last, count))
     slope = np.diff(np.log(_heat_kernel_diagonal(spectrum, times)), axis=1)
     magnitudes = np.abs(np.fft.rfft(slope, axis=1)[:, :frequencies])
     trace = np.exp(-np.outer(spectrum.eigenvalues, times[[0, -1]])).sum(axis=0)
     decay = np.log(trace[0] / trace[1])
-    scaled: FloatArray = magnitudes / (decay * np.sqrt(frequencies))
-    return scaled
-
-
-_RANGE = (16, 4)
-"""Octaves of t below and above the area. With 100 eigenpairs λ A goes from about 5 to 1200."""
+    signature: FloatArray = magnitudes / (decay * np.sqrt(frequencies))
+    return signature
 
 
 def _heat_kernel_diagonal(spectrum: Spectrum, times: FloatArray) -> FloatArray:
     """h_t(x, x) of (2): (V, m) for (m,) times."""
-    times = np.asarray(times, dtype=np.float64)
     if not (times > 0.0).all():
         raise ValueError("times must be positive")
-    diagonal: FloatArray = spectrum.eigenfunctions**2 @ np.exp(
-        -np.outer(spectrum.eigenvalues, times)
-    )
+    decay = np.exp(-np.outer(spectrum.eigenvalues, times))
+    diagonal: FloatArray = spectrum.eigenfunctions**2 @ decay
     return diagonal

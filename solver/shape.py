@@ -21,7 +21,7 @@ DEFAULT_EIGENPAIRS = 100
 """Eigenpairs that spectral metrics and descriptors are made of."""
 
 DEFAULT_DIFFUSION_TIME = 0.01
-"""t of (3) on a surface of unit area."""
+"""t of (3), meant for a surface of unit area."""
 
 
 class Shape:
@@ -114,8 +114,8 @@ class Shape:
         name
             One of `METRICS`.
         diffusion_time
-            t of (3), in the square of this shape's unit of length; by default 0.01 of its area.
-            Only for "diffusion".
+            t of (3), in the square of this shape's unit of length: in units of its area if it is
+            normalised. 0.01 by default. Only for "diffusion".
 
         Raises
         ------
@@ -191,7 +191,7 @@ class Shape:
         if name == "commute_time":
             return CommuteTimeMetric(self.spectrum())
         if diffusion_time is None:
-            diffusion_time = DEFAULT_DIFFUSION_TIME * self.surface.area
+            diffusion_time = DEFAULT_DIFFUSION_TIME
         if not 0.0 < diffusion_time < np.inf:
             raise OptionError("diffusion_time", "it must be positive and finite")
         return DiffusionMetric(self.spectrum(), diffusion_time)
