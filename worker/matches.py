@@ -2,6 +2,7 @@
 
 import gzip
 from dataclasses import dataclass, fields
+from typing import Any
 
 from solver.control import Control
 from solver.matching import MatchOptions, match
@@ -28,21 +29,13 @@ class Side:
 
 
 def options_of(parameters: MatchParameters) -> MatchOptions:
-    """Return the solver's options, which have the same names."""
-    known = type(parameters).model_fields.keys() & {field.name for field in fields(MatchOptions)}
-    return MatchOptions(**{name: getattr(parameters, name) for name in sorted(known)})
+    """Return the solver's options, which have the same names.
 
-
-def result_from_blob(packed: bytes) -> MatchResult:
-    """Read a stored result."""
-    return MatchResult.model_validate_json(gzip.decompress(packed))
-
-
-def match_shapes(
-    source: Side,
-    target: Side,
-    payload: MatchPayload,
-    control: Control,
-    timings: dict[str, float],
-) -> MatchResult:
-    raise NotImplementedError
+    Parameters
+    ----------
+    parameters
+        What was asked; some of it is not for the solver's options but for how shapes are made.
+    """
+    values: dict[str, Any] = parameters.model_dump()
+    values |= {"metric": parameters.metrics, "descriptor": parameters.descriptors}
+    return MatchOptions(**{field.name: values[field.name] for field in fields(MatchOptions)})

@@ -1,6 +1,7 @@
 """The API over real HTTP, with a real server and real workers behind it, once for the session."""
 
 import asyncio
+import logging
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -10,6 +11,7 @@ from typing import Any
 
 import httpx2
 import pytest
+import structlog
 import uvicorn
 
 from service.app import create_app
@@ -25,6 +27,13 @@ LIMIT = 2 * 1024**2
 """Bytes of an upload that the tested service takes."""
 
 Json = dict[str, Any]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _quiet() -> None:
+    """Keep the API's log out of the tests' output; its threads write between tests."""
+    quiet = structlog.make_filtering_bound_logger(logging.CRITICAL)
+    structlog.configure(wrapper_class=quiet)
 
 
 @dataclass(frozen=True)

@@ -67,11 +67,11 @@ class MatchParameters(BaseModel):
         description="Weight of the second-order (metric) term, equation (5).",
     )
     first_order_weight: float = Field(
-        default=1.0, ge=0, le=1e6, description="Weight of the first-order (descriptor) term."
+        default=0.1, ge=0, le=1e6, description="Weight of the first-order (descriptor) term."
     )
     occlusion_cost: float | None = Field(
         default=None,
-        ge=0,
+        gt=0,
         le=1e9,
         description="Cost of leaving a source point unmatched, gamma of (5); null makes it large"
         " enough that every point is matched.",

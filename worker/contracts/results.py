@@ -20,12 +20,12 @@ class Correspondence(_Part):
 
 
 class Distortion(_Part):
-    """Distortion of a correspondence, section 2 of the paper."""
+    """Distortion of a correspondence C, section 2 of the paper; lengths on shapes of unit area."""
 
     first_order: float | None = Field(
-        description="Distance between the descriptors of matched points; null without a descriptor."
+        description="Sum of squared differences of descriptors over C; null without a descriptor."
     )
-    second_order: float = Field(description="Root mean square difference of distances.")
+    second_order: float = Field(description="Sum of squared differences of distances over C × C.")
     linf: float = Field(description="Largest difference of distances.")
 
 

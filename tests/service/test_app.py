@@ -1,0 +1,154 @@
+"""The application round its endpoints: errors nobody foresaw, request ids, probes, the document."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx2
+import pytest
+from openapi_spec_validator import validate
+
+from service.app import create_app
+from service.embedded import EmbeddedServer
+from service.openapi import text
+from service.settings import Settings
+from tests.service.conftest import Api, problem, running_api
+from worker.store import keys
+
+ROOT = Path(__file__).resolve().parents[2]
+OPENAPI = ROOT / "openapi" / "openapi.json"
+
+
+def test_addresses_and_methods_of_nothing(http: httpx2.Client) -> None:
+    problem(http.get("/v1/nothing"), 404, "not-found")
+    problem(http.get("/v1/shapes/"), 404, "not-found")
+    answer = http.put("/v1/shapes")
+    problem(answer, 405, "method-not-allowed")
+    assert answer.headers["allow"]
+
+
+def test_request_ids(http: httpx2.Client) -> None:
+    given = http.get("/health/live", headers={"X-Request-ID": "mine-1.2_3"})
+    assert given.headers["x-request-id"] == "mine-1.2_3"
+    made = {http.get("/health/live").headers["x-request-id"] for _ in range(2)}
+    assert len(made) == 2
+    odd = http.get("/health/live", headers={"X-Request-ID": "a b;c"})
+    assert odd.headers["x-request-id"] != "a b;c"
+    assert http.get("/v1/nothing", headers={"X-Request-ID": "x"}).headers["x-request-id"] == "x"
+
+
+def test_request_ids_go_with_the_jobs(
+    http: httpx2.Client, shapes: tuple[str, str], api: Api
+) -> None:
+    body = {"source": shapes[0], "target": shapes[1], "points": 8}
+    answer = http.post("/v1/matches", json=body, headers={"X-Request-ID": "from-me"})
+    record = api.store.jobs.get(answer.json()["id"])
+    assert record is not None
+    assert record.request_id == "from-me"
+
+
+def test_probes(http: httpx2.Client) -> None:
+    assert http.get("/health/live").json() == {"status": "ok"}
+    assert http.get("/health/ready").json() == {"status": "ok", "workers": 2}
+
+
+def test_the_root_leads_on(http: httpx2.Client) -> None:
+    page = http.get("/")
+    assert page.status_code == 200
+    for link in ("/docs", "/openapi.json", "/v1/shapes", "/health/ready"):
+        assert f'href="{link}"' in page.text
+        assert http.get(link).status_code == 200
+
+
+def test_without_workers_it_is_not_ready(server: EmbeddedServer) -> None:
+    with (
+        running_api(Settings(redis_url=f"{server.url}?db=4")) as api,
+        httpx2.Client(base_url=api.url) as http,
+    ):
+        problem(http.get("/health/ready"), 503, "not-ready")
+        assert http.get("/health/live").status_code == 200
+
+
+def test_without_its_store(tmp_path: Path) -> None:
+    settings = Settings(redis_url=f"unix://{tmp_path}/nobody.sock", redis_patience=0.2)
+    with running_api(settings) as api, httpx2.Client(base_url=api.url) as http:
+        start = time.monotonic()
+        for path in ("/health/ready", "/v1/shapes", "/v1/jobs/x", "/v1/shapes/x"):
+            answer = http.get(path)
+            problem(answer, 503, "store-away")
+            assert answer.headers["retry-after"]
+        files = {"file": ("a.off", b"OFF")}
+        problem(http.post("/v1/shapes", files=files), 503, "store-away")
+        assert time.monotonic() - start < 10.0
+        assert http.get("/health/live").status_code == 200
+
+
+def test_what_nobody_foresaw(http: httpx2.Client, api: Api) -> None:
+    # A record that this program never wrote.
+    api.store.client.set(keys.shape("broken"), b"{")
+    answer = http.get("/v1/shapes/broken", headers={"X-Request-ID": "the-one"})
+    document = problem(answer, 500, "internal-error")
+    assert "the-one" in document["detail"]
+    assert "pydantic" not in answer.text
+    assert answer.headers["x-request-id"] == "the-one"
+    api.store.client.delete(keys.shape("broken"))
+
+
+def test_the_api_process_knows_no_numerics() -> None:
+    program = (
+        "import sys, service.app, service.standalone\n"
+        "heavy = {'numpy', 'scipy', 'trimesh', 'numba', 'matplotlib', 'skimage', 'solver'}\n"
+        "print(sorted(heavy & set(sys.modules)))\n"
+        "print(sorted(m for m in sys.modules if m.startswith('worker.') and m.count('.') == 1))\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout.splitlines()
+    assert said[0] == "[]"
+    for heavy in ("jobs", "runner", "spectra", "matches", "picture", "meshes"):
+        assert f"'worker.{heavy}'" not in said[1]
+
+
+def test_the_openapi_document_is_the_one_that_is_written() -> None:
+    assert OPENAPI.read_text(encoding="utf-8") == text(create_app(Settings())), (
+        "openapi/openapi.json is not what the code says; run `make openapi`"
+    )
+
+
+def test_the_openapi_document_is_valid_and_served(http: httpx2.Client) -> None:
+    document = json.loads(OPENAPI.read_text(encoding="utf-8"))
+    validate(document)
+    assert http.get("/openapi.json").json() == document
+    upload = document["components"]["schemas"]["Body_upload_shape"]["properties"]["file"]
+    assert upload["format"] == "binary"
+
+
+def test_every_call_says_how_it_fails() -> None:
+    paths = json.loads(OPENAPI.read_text(encoding="utf-8"))["paths"]
+    calls = [call for path in paths.values() for call in path.values()]
+    assert len({call["operationId"] for call in calls}) == len(calls) >= 12
+    for call in calls:
+        for status, answer in call["responses"].items():
+            if status >= "400":
+                content = answer["content"]["application/problem+json"]
+                assert content["schema"]["$ref"].endswith("/Problem")
+                for example in content["examples"].values():
+                    assert str(example["value"]["status"]) == status
+
+
+@pytest.mark.parametrize("name", ["ISOMATCH_PORT", "ISOMATCH_MAX_UPLOAD_BYTES"])
+def test_settings_that_mean_nothing_are_named(name: str) -> None:
+    said = subprocess.run(
+        [sys.executable, "-m", "service"],
+        cwd=ROOT,
+        env={**os.environ, name: "much"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert said.returncode == 2
+    assert name in said.stderr
+    assert said.stdout == ""

@@ -1,0 +1,220 @@
+"""The whole service as a process: starting, stopping, being killed, and starting again."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
+from typing import Any
+
+import httpx2
+import pytest
+
+from tests.worker.figures import blob_file
+
+ROOT = Path(__file__).resolve().parents[2]
+
+linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+
+
+class Running:
+    """A service in a process of its own, with everything it says."""
+
+    def __init__(self, data: Path, log: Path, **settings: str) -> None:
+        environment = {k: v for k, v in os.environ.items() if not k.startswith("ISOMATCH_")}
+        environment |= {"ISOMATCH_DATA_DIR": str(data), "ISOMATCH_WORKERS": "1", **settings}
+        self.log = log
+        with log.open("ab") as stderr:
+            self.process = subprocess.Popen(
+                [sys.executable, "-m", "service", "--port", "0"],
+                cwd=ROOT,
+                env=environment,
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                text=True,
+            )
+        self.said: SimpleQueue[str] = SimpleQueue()
+        Thread(target=self._listen, daemon=True).start()
+        line = self.said.get(timeout=120)
+        assert line.startswith("isomatch listens on http://127.0.0.1:"), log.read_text()
+        self.http = httpx2.Client(base_url=line.split()[-1], timeout=60.0)
+
+    def _listen(self) -> None:
+        assert self.process.stdout is not None
+        with self.process.stdout as stdout:
+            for line in stdout:
+                self.said.put(line.strip())
+        self.said.put("")
+
+    def family(self) -> set[int]:
+        """Ids of all processes that descend from this one."""
+        found: set[int] = set()
+        generation = {self.process.pid}
+        while generation:
+            children = set()
+            for pid in generation:
+                listing = Path(f"/proc/{pid}/task/{pid}/children")
+                if listing.exists():
+                    children |= {int(child) for child in listing.read_text().split()}
+            generation = children - found
+            found |= children
+        return found
+
+    def end(self, number: signal.Signals = signal.SIGTERM) -> float:
+        """Stop the service; how many seconds that took."""
+        start = time.monotonic()
+        self.process.send_signal(number)
+        self.process.wait(30)
+        return time.monotonic() - start
+
+
+@contextmanager
+def service(data: Path, log: Path, **settings: str) -> Iterator[Running]:
+    running = Running(data, log, **settings)
+    try:
+        yield running
+    finally:
+        if running.process.poll() is None:
+            running.end()
+        running.http.close()
+
+
+def alive(pids: set[int]) -> set[int]:
+    living = set()
+    for pid in pids:
+        status = Path(f"/proc/{pid}/stat")
+        try:
+            state = status.read_text().rpartition(")")[2].split()[0]
+        except OSError:
+            continue
+        if state != "Z":
+            living.add(pid)
+    return living
+
+
+def gone(pids: set[int]) -> bool:
+    deadline = time.monotonic() + 5.0
+    while alive(pids) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    return not alive(pids)
+
+
+LONG = {"points": 256, "coarse_points": 10, "alternatives": 32, "seed": 400}
+
+
+def begun(running: Running, data: bytes, **parameters: object) -> str:
+    """Begin a match of a mesh with itself, and return its job's path."""
+    shape = running.http.post("/v1/shapes", files={"file": ("a.off", data)}).json()["id"]
+    body = {"source": shape, "target": shape, **parameters}
+    path: str = running.http.post("/v1/matches", json=body).headers["location"]
+    deadline = time.monotonic() + 60
+    while True:
+        job: dict[str, Any] = running.http.get(path).json()
+        if job["state"] == "running" and job["progress"]["fraction"] >= 0.4:
+            return path
+        assert job["state"] in ("queued", "running"), job
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+@linux
+def test_it_starts_serves_and_stops(tmp_path: Path) -> None:
+    data = tmp_path / ("a-long-name-" * 10)
+    with service(data, tmp_path / "log") as running:
+        ready = running.http.get("/health/ready")
+        assert ready.json() == {"status": "ok", "workers": 1}
+        family = running.family()
+        assert len(family) == 2
+        second = subprocess.run(
+            [sys.executable, "-m", "service", "--port", "0"],
+            cwd=ROOT,
+            env={**os.environ, "ISOMATCH_DATA_DIR": str(data)},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        assert second.returncode == 1
+        assert "in use by another isomatch" in second.stderr
+        assert str(running.process.pid) in second.stderr
+        assert second.stdout == ""
+        assert running.end(signal.SIGINT) < 10.0
+        assert running.process.returncode == 0
+        # One line, and then nothing more.
+        assert running.said.get(timeout=5) == ""
+        assert gone(family)
+    for line in (tmp_path / "log").read_text().splitlines():
+        assert json.loads(line)["event"]
+
+
+@linux
+def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path: Path) -> None:
+    with service(tmp_path / "data", tmp_path / "log") as running:
+        path = begun(running, blob_file(4), **LONG)
+        poll = Thread(target=lambda: running.http.get(path, params={"wait": 60}))
+        poll.start()
+        time.sleep(0.1)
+        assert running.end() < 10.0
+        poll.join(1.0)
+        assert not poll.is_alive()
+    with service(tmp_path / "data", tmp_path / "log") as running:
+        deadline = time.monotonic() + 15
+        while running.http.get(path).json()["state"] != "running":
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        assert running.http.delete(path).json()["state"] == "cancelled"
+
+
+@linux
+def test_killed_it_leaves_no_process_and_loses_no_job(tmp_path: Path) -> None:
+    with service(tmp_path / "data", tmp_path / "log") as running:
+        path = begun(running, blob_file(4), **LONG)
+        family = running.family()
+        # The store, the worker, and the process of the job.
+        assert len(family) == 3
+        running.end(signal.SIGKILL)
+        assert gone(family)
+    with service(tmp_path / "data", tmp_path / "log") as running:
+        deadline = time.monotonic() + 15
+        while running.http.get(path).json()["state"] != "running":
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        worker = running.family()
+        os.kill(max(worker), signal.SIGKILL)
+        assert running.http.delete(path).json()["state"] in ("queued", "running", "cancelled")
+        assert running.http.get(path, params={"wait": 30}).json()["state"] == "cancelled"
+
+
+@linux
+def test_workers_that_die_are_replaced(tmp_path: Path) -> None:
+    with service(tmp_path / "data", tmp_path / "log") as running:
+        commands = {
+            pid: Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in running.family()
+        }
+        (worker,) = (pid for pid, command in commands.items() if "worker" in command)
+        os.kill(worker, signal.SIGKILL)
+        data = blob_file(2)
+        answer = running.http.post("/v1/shapes", files={"file": ("a.off", data)})
+        assert answer.status_code == 201
+
+
+def test_a_port_that_is_taken(tmp_path: Path) -> None:
+    with service(tmp_path / "data", tmp_path / "log") as running:
+        port = str(running.http.base_url.port)
+        second = subprocess.run(
+            [sys.executable, "-m", "service", "--port", port],
+            cwd=ROOT,
+            env={**os.environ, "ISOMATCH_DATA_DIR": str(tmp_path / "other")},
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+    assert second.returncode == 1
+    assert f"port {port}" in second.stderr
