@@ -81,7 +81,12 @@ class Client:
         self._transport.close()
 
     def upload(
-        self, shape: MeshSource, name: str | None = None, *, file_type: str | None = None
+        self,
+        shape: MeshSource,
+        name: str | None = None,
+        *,
+        file_type: str | None = None,
+        timeout: float | None = 600.0,
     ) -> Shape:
         """Upload a shape; the same file again costs nothing and has the same id.
 
@@ -96,6 +101,8 @@ class Client:
             A name to find it by; by default that of the file.
         file_type
             Format (off, obj, ply, stl, glb, gltf), where no file name tells it.
+        timeout
+            Seconds the service may take to read the file once it has it; None for no limit.
 
         Raises
         ------
@@ -105,10 +112,12 @@ class Client:
             It is over the service's limit.
         UnsupportedFormat
             It is not of a format the service reads.
+        WaitTimeout
+            The service has it and has not read it in time.
         OSError, TypeError, ValueError
             `shape` is not readable as one of the above.
         """
-        return self._transport.run(operations.upload(shape, name, file_type))
+        return self._transport.run(operations.upload(shape, name, file_type, timeout))
 
     def shape(self, shape_id: str) -> Shape:
         """Return one shape.

@@ -21,7 +21,7 @@
     │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
     ├── JobFailed                   the job ended without a result; carries the problem document
     ├── JobCancelled                the job was cancelled before it ended
-    └── WaitTimeout                 the job did not end in time; it goes on (also a TimeoutError)
+    └── WaitTimeout                 it did not end in time and goes on (also a TimeoutError)
 
 Arguments that no request can be made of (a path that does not exist, arrays of the wrong shape)
 raise Python's own errors: `OSError`, `TypeError`, `ValueError`.
@@ -160,11 +160,10 @@ class JobCancelled(IsomatchError):  # noqa: N818 - said of an event
 
 
 class WaitTimeout(IsomatchError, TimeoutError):  # noqa: N818 - said of an event
-    """The job did not end within the time given; it goes on, and can be waited for again."""
+    """A job or an upload did not end within the time given; it goes on, and can be waited for."""
 
-    def __init__(self, job_id: str, timeout: float) -> None:
-        super().__init__(f"job {job_id} did not end within {timeout:g} s; it goes on")
-        self.job_id = job_id
+    def __init__(self, subject: str, timeout: float) -> None:
+        super().__init__(f"{subject} did not end within {timeout:g} s; it goes on")
 
 
 _BY_STATUS: dict[int, type[ProblemError]] = {

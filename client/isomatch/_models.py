@@ -126,16 +126,16 @@ class Correspondence(Answer):
 
 
 class Distortion(Answer):
-    """Distortion of a correspondence, section 2 of the paper.
+    """Distortion of a correspondence, section 2 of the paper; lengths on shapes of unit area.
 
     Attributes
     ----------
     first_order
-        Mean distance between the descriptors of matched points; None without a descriptor.
+        Sum of squared differences of descriptors over the pairs; None without a descriptor.
     second_order
-        Root mean square difference of distances, on shapes of unit area.
+        Sum of squared differences of distances over all pairs of pairs.
     linf
-        Largest difference of distances, on shapes of unit area.
+        Largest difference of distances.
     """
 
     first_order: FiniteFloat | None

@@ -24,12 +24,23 @@ WATCHED_POLL: Final = 0.5
 VALIDATION_PAUSE: Final = 0.5
 
 
-def upload(source: MeshSource, name: str | None, file_type: str | None) -> Operation[Shape]:
-    """Upload a mesh, and wait until the service has read it."""
+def upload(
+    source: MeshSource, name: str | None, file_type: str | None, timeout: float | None
+) -> Operation[Shape]:
+    """Upload a mesh, and wait until the service has read it.
+
+    Raises
+    ------
+    WaitTimeout
+        It was not read within `timeout` seconds of being sent.
+    """
     with mesh_file(source, file_type) as file:
         form = {} if name is None else {"name": name}
         response = yield from send(Call("POST", "/v1/shapes", file=file, form=form))
+        sent = time.monotonic()
     while response.status_code == 202:
+        if timeout is not None and time.monotonic() - sent >= timeout:
+            raise WaitTimeout(f"reading {name or file.name}", timeout)
         yield Pause(VALIDATION_PAUSE)
         location = response.headers.get("location")
         if location is None:
@@ -102,7 +113,7 @@ def wait_for_job(
         if record.finished:
             return record
         if timeout is not None and time.monotonic() - start >= timeout:
-            raise WaitTimeout(job_id, timeout)
+            raise WaitTimeout(f"job {job_id}", timeout)
 
 
 def get_result(record: JobRecord) -> Operation[Match]:

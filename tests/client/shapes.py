@@ -25,7 +25,7 @@ def blob_meshes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     """The blob twice: another triangulation, turned and moved."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     first = trimesh.Trimesh(blob(ball.vertices), ball.faces, process=False)
-    turn = trimesh.transformations.random_rotation_matrix([0.3, 0.6, 0.2])[:3, :3]
+    turn = trimesh.transformations.rotation_matrix(2.0, [0.3, 0.6, 0.2])[:3, :3]
     ball = trimesh.creation.icosphere(subdivisions=3)
     second = trimesh.Trimesh(blob(ball.vertices @ turn), ball.faces, process=False)
     second.vertices = second.vertices @ turn.T + [3.0, 0.0, 1.0]
