@@ -45,4 +45,11 @@ class Settings(StoreSettings, QueueSettings):
         """Number of workers this process starts."""
         if self.workers is not None:
             return self.workers
-        return (os.cpu_count() or 1) if self.redis_url is None else 0
+        return _cores() if self.redis_url is None else 0
+
+
+def _cores() -> int:
+    # A process may be confined to some of the machine's cores.
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

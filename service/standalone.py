@@ -145,7 +145,8 @@ async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedSe
                 redis.start()
             except EmbeddedServerError as error:
                 raise StartError(str(error)) from error
-            yield settings.model_copy(update={"redis_url": redis.url}), redis
+            found = {"redis_url": redis.url, "workers": settings.worker_count}
+            yield settings.model_copy(update=found), redis
         finally:
             redis.stop()
 

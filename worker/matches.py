@@ -39,3 +39,8 @@ def options_of(parameters: MatchParameters) -> MatchOptions:
     values: dict[str, Any] = parameters.model_dump()
     values |= {"metric": parameters.metrics, "descriptor": parameters.descriptors}
     return MatchOptions(**{field.name: values[field.name] for field in fields(MatchOptions)})
+
+
+def result_from_blob(packed: bytes) -> MatchResult:
+    """Read a stored result."""
+    return MatchResult.model_validate_json(gzip.decompress(packed))

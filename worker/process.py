@@ -43,7 +43,9 @@ def main() -> int:
         return 2
     warm_up()
     store = Store.open(settings, settings.redis_patience)
-    new_worker(store).work(burst=options.burst, logging_level=settings.log_level)
+    # RQ says several lines about each job, and what matters of them is said here as well.
+    chatty = settings.log_level.upper() == "DEBUG"
+    new_worker(store).work(burst=options.burst, logging_level="DEBUG" if chatty else "WARNING")
     return 0
 
 

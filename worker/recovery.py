@@ -7,6 +7,7 @@ queue and saying so) is queued again.
 """
 
 import time
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Final
 from uuid import uuid4
@@ -24,19 +25,11 @@ from rq.utils import now
 from worker.contracts import JobKind, JobRecord, JobState, Problem
 from worker.queue import JobQueue
 from worker.store import Store, keys, scripts
+from worker.store.replies import text
 from worker.telemetry import logger
 
 INTERVAL: Final = 5.0
 """Seconds between two rounds of :func:`recover`."""
-
-SILENCE: Final = timedelta(seconds=20)
-"""Without a heartbeat for so long (one is due every 5 s) a worker counts as dead."""
-
-UNSEEN: Final = 10.0
-"""Seconds after which a job that RQ knows nothing of counts as lost."""
-
-CANCEL_GRACE: Final = timedelta(seconds=10)
-"""A cancelled job that has not left by itself after so long is killed."""
 
 LOSSES_AFTER_KILL: Final = 1
 """How often a job is begun again whose own process was killed: most likely it was to blame."""
@@ -76,16 +69,36 @@ def give_back(store: Store, job: Job, how: str, losses_allowed: int) -> None:
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
 
 
-def recover(store: Store, queue: JobQueue) -> None:
+@dataclass(frozen=True)
+class Patience:
+    """After how long what counts as lost.
+
+    Parameters
+    ----------
+    silence
+        A worker without a heartbeat for so long counts as dead; one is due every 5 s.
+    unseen
+        A job that RQ knows nothing of for so long counts as lost.
+    leaving
+        A cancelled job that has not left by itself after so long is killed.
+    """
+
+    silence: timedelta = timedelta(seconds=20)
+    unseen: timedelta = timedelta(seconds=10)
+    leaving: timedelta = timedelta(seconds=10)
+
+
+def recover(store: Store, queue: JobQueue, patience: Patience | None = None) -> None:
     """Look once for jobs that are lost and for cancelled ones that do not leave."""
+    patience = patience or Patience()
     token = uuid4().hex
     if not store.client.set(keys.RECOVERY, token, nx=True, px=_LOCK_MS):
         return
     try:
         for rq_queue in queue.queues():
-            _release_dead_executions(store, rq_queue)
-        _requeue_lost(store, queue)
-        _kill_overdue(store)
+            _release_dead_executions(store, rq_queue, patience.silence)
+        _requeue_lost(store, queue, patience.unseen)
+        _kill_overdue(store, patience.leaving)
     finally:
         store.client.eval(scripts.RELEASE, 1, keys.RECOVERY, token)
 
@@ -97,12 +110,12 @@ def forget_workers(store: Store) -> None:
         store.client.srem(Worker.redis_workers_keys, name)
 
 
-def _release_dead_executions(store: Store, queue: Queue) -> None:
+def _release_dead_executions(store: Store, queue: Queue, silence: timedelta) -> None:
     registry = queue.started_job_registry
-    for entry in registry.get_job_and_execution_ids(cleanup=False):
-        if not _alive(store, *entry):
+    for job_id, execution_id in registry.get_job_and_execution_ids(cleanup=False):
+        if not _alive(store, job_id, execution_id, silence):
             # What RQ's own maintenance looks at is the time until which a heartbeat is good.
-            store.client.zadd(registry.key, {":".join(entry): 1}, xx=True)
+            store.client.zadd(registry.key, {f"{job_id}:{execution_id}": 1}, xx=True)
 
     def abandoned(job: Job, *_: object) -> None:
         give_back(store, job, "its worker is gone", LOSSES_WITH_WORKER)
@@ -110,7 +123,7 @@ def _release_dead_executions(store: Store, queue: Queue) -> None:
     registry.cleanup(exception_handlers=[abandoned])
 
 
-def _alive(store: Store, job_id: str, execution_id: str) -> bool:
+def _alive(store: Store, job_id: str, execution_id: str, silence: timedelta) -> bool:
     try:
         execution = Execution.fetch(execution_id, job_id, connection=store.client)
     except ValueError:
@@ -119,16 +132,17 @@ def _alive(store: Store, job_id: str, execution_id: str) -> bool:
         worker = f"rq:worker:{execution.worker_name}"
         if not store.client.exists(worker) or store.client.hexists(worker, "death"):
             return False
-    return bool(now() - execution.last_heartbeat < SILENCE)
+    return bool(now() - execution.last_heartbeat < silence)
 
 
-def _requeue_lost(store: Store, queue: JobQueue) -> None:
+def _requeue_lost(store: Store, queue: JobQueue, unseen: timedelta) -> None:
     known: set[str] = set()
     for rq_queue in queue.queues():
         known.update(rq_queue.get_job_ids())
         started = rq_queue.started_job_registry.get_job_and_execution_ids(cleanup=False)
         known.update(job_id for job_id, _ in started)
-    seen = {_text(name): float(when) for name, when in store.client.hgetall(keys.SUSPECTS).items()}
+    noted = store.client.hgetall(keys.SUSPECTS).items()
+    seen = {text(job_id): float(when) for job_id, when in noted}
     suspects: set[str] = set()
     for record in store.jobs.active():
         if record.id in known:
@@ -137,7 +151,7 @@ def _requeue_lost(store: Store, queue: JobQueue) -> None:
         first = seen.get(record.id)
         if first is None:
             store.client.hset(keys.SUSPECTS, record.id, str(time.time()))
-        elif time.time() - first > UNSEEN:
+        elif time.time() - first > unseen.total_seconds():
             reason = lost_process(record, "its worker is gone")
             state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
             log.warning("job was lost", job_id=record.id, state=state)
@@ -149,19 +163,15 @@ def _requeue_lost(store: Store, queue: JobQueue) -> None:
         store.client.hdel(keys.SUSPECTS, *cleared)
 
 
-def _kill_overdue(store: Store) -> None:
+def _kill_overdue(store: Store, leaving: timedelta) -> None:
     for record in store.jobs.active():
         if record.state is not JobState.RUNNING:
             continue
         asked = store.jobs.cancel_requested(record.id)
-        if asked is None or datetime.now(UTC) - asked < CANCEL_GRACE:
+        if asked is None or datetime.now(UTC) - asked < leaving:
             continue
         log.warning("killing a cancelled job that does not leave", job_id=record.id)
         try:
             send_stop_job_command(store.client, record.id, serializer=JSONSerializer)
         except (NoSuchJobError, InvalidJobOperation, RedisError) as error:
             log.warning("could not kill it", job_id=record.id, error=str(error))
-
-
-def _text(value: bytes | str) -> str:
-    return value.decode() if isinstance(value, bytes) else value

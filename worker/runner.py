@@ -61,6 +61,7 @@ class Runner:
             return
         record = self.store.jobs.get(job_id)
         assert record is not None
+        log.info("begun")
         start = time.perf_counter()
         try:
             result = self._result(record)

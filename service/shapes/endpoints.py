@@ -1,5 +1,6 @@
 """``/v1/shapes``."""
 
+from pathlib import PureWindowsPath
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
@@ -84,7 +85,7 @@ async def upload_shape(
     if file.size is not None and file.size > service.settings.max_upload_bytes:
         raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
     payload, known, job_id = await run_in_threadpool(
-        _take_in, service, file, name or filename, file_type, request_id
+        _take_in, service, file, name or PureWindowsPath(filename).name[:200], file_type, request_id
     )
     if known is not None:
         return _shape(known, 200)

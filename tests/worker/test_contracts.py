@@ -1,0 +1,98 @@
+"""The contracts say what the solver says: names, defaults and ranges are the same on both sides."""
+
+from dataclasses import fields
+from typing import Any, get_args
+
+import pytest
+from pydantic import ValidationError
+
+from solver.descriptors import DESCRIPTORS
+from solver.errors import OptionError
+from solver.mesh import MESH_FORMATS as READ
+from solver.metrics import METRICS
+from solver.options import NO_DESCRIPTOR, MatchOptions
+from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, MetricName
+from worker.contracts.shapes import file_type_of
+from worker.matches import options_of
+
+FOR_THE_SHAPES = {"eigenpairs", "largest_component"}
+"""Parameters that say how shapes are made, not how they are matched."""
+
+
+def test_names() -> None:
+    assert set(get_args(MetricName)) == set(METRICS)
+    assert set(get_args(DescriptorName)) == {*DESCRIPTORS, NO_DESCRIPTOR}
+    assert set(MESH_FORMATS) == set(READ)
+    options = {field.name for field in fields(MatchOptions)}
+    assert set(MatchParameters.model_fields) == options | FOR_THE_SHAPES
+
+
+def test_defaults() -> None:
+    assert options_of(MatchParameters()) == MatchOptions()
+
+
+RANGES = {
+    "points": (3, 256),
+    "coarse_points": (3, 10),
+    "level_factor": (2, 4),
+    "oversampling": (1, 8),
+    "rho": (1.001, 4.0),
+    "beta": (0.0, 1e6),
+    "first_order_weight": (0.0, 1e6),
+    "alternatives": (1, 32),
+}
+
+
+@pytest.mark.parametrize("name", RANGES)
+def test_ranges(name: str) -> None:
+    least, most = RANGES[name]
+    for value in (least, most):
+        parameters = MatchParameters.model_validate({name: value})
+        assert getattr(options_of(parameters), name) == value
+    for value in (least - 1, most + 1):
+        values: dict[str, Any] = {name: value}
+        with pytest.raises(ValidationError):
+            MatchParameters.model_validate(values)
+        with pytest.raises(OptionError):
+            MatchOptions(**values)
+
+
+def test_one_name_or_several() -> None:
+    one = options_of(MatchParameters(metric="geodesic", descriptor="none"))
+    assert (one.metric, one.descriptor) == (("geodesic",), ("none",))
+    several = MatchParameters.model_validate(
+        {"metric": ["diffusion", "geodesic"], "descriptor": ["hks", "none"]}
+    )
+    assert options_of(several).metric == ("diffusion", "geodesic")
+    assert options_of(several).descriptor == ("hks", "none")
+
+
+@pytest.mark.parametrize(
+    ("metric", "descriptor", "needed"),
+    [
+        ("geodesic", "none", False),
+        ("geodesic", "hks", True),
+        ("diffusion", "none", True),
+        (("geodesic", "commute_time"), "none", True),
+        ("geodesic", ("none", "si_hks"), True),
+    ],
+)
+def test_when_a_spectrum_is_needed(metric: object, descriptor: object, needed: bool) -> None:
+    parameters = MatchParameters.model_validate({"metric": metric, "descriptor": descriptor})
+    assert parameters.needs_spectrum is needed
+
+
+@pytest.mark.parametrize(
+    ("filename", "file_type"),
+    [
+        ("a.off", "off"),
+        ("A.OBJ", "obj"),
+        ("dir.x/a.b.ply", "ply"),
+        ("c:\\x\\y.stl", "stl"),
+        ("a.txt", None),
+        ("off", None),
+        ("", None),
+    ],
+)
+def test_file_types(filename: str, file_type: str | None) -> None:
+    assert file_type_of(filename) == file_type
