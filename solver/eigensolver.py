@@ -2,12 +2,14 @@
 
 The usual shift is just below zero, where the matrix stays definite. A shift σ in the middle of
 the eigenvalues wanted brings the farthest of them twice as near, and about half the Krylov space
-is enough. Two things make it safe. The factor L D Lᵀ of A - σ I knows, by the signs of D, how many
-eigenvalues lie below σ (Sylvester's law of inertia): that is how σ is chosen, and how a missed
-eigenvalue is noticed (Ericsson and Ruhe, Math. Comp. 35, 1980). And whatever fails a check is left
-to ARPACK with the usual shift.
+is enough. Two things make it safe, both from Sylvester's law of inertia: the factor L D Lᵀ of
+A - σ I tells by the signs of D how many eigenvalues lie below σ (Ericsson and Ruhe, Math. Comp.
+35, 1980). That is how a good σ is recognised; and a second factor, just below the largest
+eigenvalue found, tells whether any is missing. On symmetric shapes that happens: eigenvalues of
+multiplicity m need blocks of m vectors, or are found one by one, thanks to rounding, or never.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +19,14 @@ import scipy.sparse.linalg as spla
 
 from solver.arrays import FloatArray
 
-_BLOCK = 4
-"""Vectors per step: repeated eigenvalues come out together, and products stay in the cache."""
+_BLOCKS = (4, 16, 64)
+"""Vectors per step. Four make good use of the cache; more are for higher multiplicities."""
 
 _TOLERANCE = 1e-8
 _BELOW = (0.4, 0.55, 0.7)
 """Share of the wanted eigenvalues below the shift: least, aim, most."""
 
-_TRIALS = 4
+_TRIALS = 5
 _SEED = 20100707
 
 
@@ -68,86 +70,103 @@ def smallest_eigenpairs(
     RuntimeError
         Nothing converges.
     """
-    factor = _interior_factor(matrix, k, guess)
-    found = None if factor is None else _block_lanczos(factor, k, null_vector)
-    if found is None:
-        found = _arpack(matrix, k)
-    values, vectors = found
-    return np.r_[0.0, values], np.column_stack([null_vector, vectors])
+    for factor in _factors(matrix, k, guess):
+        for block in _BLOCKS:
+            found = _block_lanczos(factor, k, null_vector, block)
+            if found is not None and _complete(matrix, found[0]):
+                return found
+    raise RuntimeError("the eigensolver does not converge")
 
 
-def _factorised(matrix: sp.csc_array, shift: float) -> _Factor:
-    shifted = sp.csc_matrix(matrix - shift * sp.eye_array(matrix.shape[0]))
-    lu = spla.splu(
-        shifted,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return _Factor(shift, int((lu.U.diagonal() < 0.0).sum()), lu)
-
-
-def _interior_factor(matrix: sp.csc_array, k: int, guess: float) -> _Factor | None:
-    """Factor at a shift with about half of the wanted eigenvalues below it, or none."""
+def _factors(matrix: sp.csc_array, k: int, guess: float) -> Iterator[_Factor]:
+    """Factors to try: one inside the spectrum, then one below it."""
     least, aim, most = (share * k for share in _BELOW)
     shift = _BELOW[1] * guess
-    probe = np.random.default_rng(_SEED).standard_normal((1, matrix.shape[0]))
     for _ in range(_TRIALS):
-        try:
-            factor = _factorised(matrix, shift)
-        except RuntimeError:  # exactly singular: the shift is an eigenvalue
+        factor = _factorised(matrix, shift)
+        if factor is None:
             shift *= 0.99
-            continue
-        if least <= factor.below <= most:
-            # Without pivoting nothing bounds the growth of rounding errors, so look at them; and
-            # the count is one only if rows were not exchanged.
-            solved = factor.solve(probe)[0]
-            error = np.linalg.norm(matrix @ solved - shift * solved - probe[0])
-            symmetric = bool((factor.lu.perm_r == factor.lu.perm_c).all())
-            if symmetric and error < 1e-7 * np.linalg.norm(probe):
-                return factor
-            shift *= 0.99
+        elif least <= factor.below <= most:
+            yield factor
+            break
         else:
-            shift *= min(max(aim / max(factor.below, 1), 0.1), 10.0)
-    return None
+            shift *= min(max(aim / max(factor.below, 1), 0.01), 100.0)
+    factor = _factorised(matrix, -1e-8 * float(matrix.diagonal().max()))
+    if factor is not None:
+        yield factor
+
+
+def _factorised(matrix: sp.csc_array, shift: float) -> _Factor | None:
+    """Factor of A - σ I, or none if it is unsound."""
+    n = matrix.shape[0]
+    try:
+        lu = spla.splu(
+            sp.csc_matrix(matrix - shift * sp.eye_array(n)),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:  # exactly singular: the shift is an eigenvalue
+        return None
+    factor = _Factor(shift, int((lu.U.diagonal() < 0.0).sum()), lu)
+    # Without pivoting nothing bounds the growth of rounding errors, so look at them; and the
+    # count is one only if rows were not exchanged.
+    probe = np.random.default_rng(_SEED).standard_normal((1, n))
+    solved = factor.solve(probe)[0]
+    error = np.linalg.norm(matrix @ solved - shift * solved - probe[0])
+    sound = (lu.perm_r == lu.perm_c).all() and error < 1e-6 * np.linalg.norm(probe)
+    return factor if sound else None
+
+
+def _complete(matrix: sp.csc_array, values: FloatArray) -> bool:
+    """Whether no eigenvalue is missing among the smallest, as far as can be told."""
+    gaps = np.flatnonzero(np.diff(values) > 1e-4 * values[1:])
+    below = int(gaps[-1]) + 1  # of what follows the last gap, any members are as good as others
+    for place in (0.5, 0.25, 0.75):
+        shift = (1.0 - place) * values[below - 1] + place * values[below]
+        factor = _factorised(matrix, float(shift))
+        if factor is not None:
+            return factor.below == below
+    return True
 
 
 def _block_lanczos(
-    factor: _Factor, k: int, null_vector: FloatArray
+    factor: _Factor, k: int, null_vector: FloatArray, width: int
 ) -> tuple[FloatArray, FloatArray] | None:
-    """The k - 1 smallest eigenpairs beside the null vector; none if they fail the checks."""
+    """The k smallest eigenpairs, the first of them the null vector's; none if they do not converge.
+
+    Every block is orthogonalised against all before, so that no eigenpair is found twice.
+    """
     n = len(null_vector)
-    capacity = min(5 * k + 25 * _BLOCK, n // _BLOCK * _BLOCK)
+    capacity = min(5 * k + 25 * width, n // width * width)
     basis = np.empty((capacity + 1, n))  # one vector a row; the first is the null vector
     basis[0] = null_vector
     projected = np.zeros((capacity, capacity))
-    start = np.random.default_rng(_SEED).standard_normal((_BLOCK, n))
-    block, _ = _orthonormal_rows(start, basis[:1])
-    size, check = 0, 2 * k + 2 * _BLOCK
-    while size + _BLOCK <= capacity:
-        basis[size + 1 : size + 1 + _BLOCK] = block
-        size += _BLOCK
+    block, _ = _orthonormal(np.random.default_rng(_SEED).standard_normal((width, n)), basis[:1])
+    size, check = 0, 2 * k + 2 * width
+    while size + width <= capacity:
+        basis[size + 1 : size + 1 + width] = block
+        size += width
         image = factor.solve(block)
-        recent = slice(max(size - 2 * _BLOCK, 0), size)
+        recent = slice(max(size - 2 * width, 0), size)
         neighbours = basis[1:][recent]
         coupling = neighbours @ image.T
         image -= coupling.T @ neighbours
-        projected[recent, size - _BLOCK : size] = coupling
-        projected[size - _BLOCK : size, recent] = coupling.T
-        block, remainder = _orthonormal_rows(image, basis[: size + 1])
+        projected[recent, size - width : size] = coupling
+        projected[size - width : size, recent] = coupling.T
+        block, remainder = _orthonormal(image, basis[: size + 1])
         if size >= check:
-            ritz = _converged(factor, k, projected[:size, :size], remainder)
+            ritz = _converged(factor.shift, k - 1, projected[:size, :size], remainder)
             if ritz is not None:
                 values, weights = ritz
-                if int((values < factor.shift).sum()) + 1 != factor.below:
-                    return None
-                return values, (weights.T @ basis[1 : size + 1]).T
-            check = size + max(k // 10, _BLOCK)
+                vectors = (weights.T @ basis[1 : size + 1]).T
+                return np.r_[0.0, values], np.column_stack([null_vector, vectors])
+            check = size + max(k // 10, width)
     return None
 
 
-def _orthonormal_rows(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Orthonormalise rows against a basis and one another: rows = Rᵀ Q + what the basis has."""
+def _orthonormal(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Orthonormalise rows against a basis and one another: Q and R of what the basis leaves."""
     rows = rows - (basis @ rows.T).T @ basis
     columns, triangle = scipy.linalg.qr(rows.T, mode="economic", check_finite=False)
     pivots = np.abs(np.diag(triangle))
@@ -159,34 +178,14 @@ def _orthonormal_rows(rows: FloatArray, basis: FloatArray) -> tuple[FloatArray, 
 
 
 def _converged(
-    factor: _Factor, k: int, projected: FloatArray, remainder: FloatArray
+    shift: float, count: int, projected: FloatArray, remainder: FloatArray
 ) -> tuple[FloatArray, FloatArray] | None:
-    """Ritz values λ = σ + 1/θ and vectors of the k - 1 smallest, if all residuals are small."""
-    theta: FloatArray
-    weights: FloatArray
+    """Smallest positive Ritz values λ = σ + 1/θ and their vectors, if all residuals are small."""
     theta, weights = scipy.linalg.eigh(projected, check_finite=False)
     with np.errstate(divide="ignore"):
-        values = factor.shift + 1.0 / theta
-    wanted = np.argsort(np.where(values > 0.0, values, np.inf))[: k - 1]
-    residuals = np.linalg.norm(remainder @ weights[-_BLOCK:, wanted], axis=0)
+        values = shift + 1.0 / theta
+    wanted = np.argsort(np.where(values > 0.0, values, np.inf))[:count]
+    residuals = np.linalg.norm(remainder @ weights[-len(remainder) :, wanted], axis=0)
     if not (residuals <= _TOLERANCE * np.abs(theta[wanted])).all():
         return None
     return values[wanted], weights[:, wanted]
-
-
-def _arpack(matrix: sp.csc_array, k: int) -> tuple[FloatArray, FloatArray]:
-    """The same by ARPACK, with a shift just below zero, where the matrix is definite."""
-    n = matrix.shape[0]
-    factor = _factorised(matrix, -1e-8 * float(matrix.diagonal().max()))
-    start = np.random.default_rng(_SEED).standard_normal(n)
-    values, vectors = spla.eigsh(
-        matrix,
-        k,
-        sigma=factor.shift,
-        OPinv=spla.LinearOperator((n, n), matvec=factor.lu.solve, dtype=np.float64),
-        ncv=min(2 * k + 20, n - 1),
-        tol=_TOLERANCE,
-        v0=start,
-    )
-    order = np.argsort(values)[1:]
-    return values[order], vectors[:, order]

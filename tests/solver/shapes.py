@@ -119,6 +119,15 @@ def tetrahedron() -> TriangleMesh:
 
 
 @cache
+def fine_tetrahedron(subdivisions: int = 4) -> TriangleMesh:
+    """Regular tetrahedron of edge √2, every face cut into 4ⁿ: closed, flat but at corners."""
+    solid = trimesh.Trimesh(tetrahedron().vertices, tetrahedron().faces, process=False)
+    for _ in range(subdivisions):
+        solid = solid.subdivide()
+    return triangle_mesh(solid.vertices, solid.faces)
+
+
+@cache
 def triangle() -> TriangleMesh:
     """Half of the unit square."""
     vertices = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
