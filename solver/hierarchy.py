@@ -1,0 +1,105 @@
+"""Hierarchical matching, section 4.1: exact where points are few, then closer and closer."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.level import Level
+from solver.primal import InfeasibleError, assign, local_search
+
+_CANDIDATES_PER_POINT = 12
+_MOST_CANDIDATES = 3072
+"""Bound on |V| above the coarsest level: a dual decomposition takes 16 |V|² bytes, 150 MB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """A correspondence at some level, with the problem it solves there.
+
+    Parameters
+    ----------
+    problem
+        Problem (5) on the candidates near the coarser correspondence.
+    partners
+        (N,) index of each source sample's target sample, `UNMATCHED` for none.
+    energy
+        Its energy.
+    """
+
+    problem: LabellingProblem
+    partners: IntArray
+    energy: float
+
+
+def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
+    """Carry a correspondence from one level to the next finer one.
+
+    Parameters
+    ----------
+    partners
+        (N_k,) correspondence C_k at the coarser level, whose samples begin those of `fine`.
+    fine
+        The next level.
+    rho
+        ρ of 4.1.
+
+    Returns
+    -------
+    Refinement
+        The best correspondence that local search finds among the candidates.
+    """
+    matched = np.flatnonzero(partners != UNMATCHED)
+    source = fine.source.distances[:, matched]
+    target = fine.target.distances[:, partners[matched]]
+    disagreement = _disagreement(source, target)
+    near = _neighbourhoods(source, target, rho)
+    per_point = max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // len(near)), 1)
+    everywhere = np.ones_like(near)
+    # Where points compete for too few candidates, they look further; all pairs always suffice.
+    for where, count in (near, per_point), (near, 2 * per_point), (everywhere, near.shape[1]):
+        candidates = _closest(disagreement, where, count)
+        problem = fine.problem(candidates)
+        try:
+            start = assign(problem, disagreement[candidates[:, 0], candidates[:, 1]])
+        except InfeasibleError:
+            continue
+        found = local_search(problem, start)
+        return Refinement(problem, found, problem.energy(found))
+    raise InfeasibleError("there are fewer target points than source points")
+
+
+def _disagreement(source: FloatArray, target: FloatArray) -> FloatArray:
+    """(N, M) mean squared difference of the distances to the points matched already.
+
+    `source` (N, K) and `target` (M, K) hold these distances.
+    """
+    squares = (
+        (source**2).sum(axis=1)[:, None]
+        + (target**2).sum(axis=1)[None, :]
+        - 2.0 * source @ target.T
+    )
+    result: FloatArray = np.maximum(squares, 0.0) / max(source.shape[1], 1)
+    return result
+
+
+def _neighbourhoods(source: FloatArray, target: FloatArray, rho: float) -> BoolArray:
+    """(N, M) whether a pair is near some matched pair on both shapes: V_{k+1} of 4.1.
+
+    The radii r_k and r'_k are those with which the matched points cover this level's samples.
+    """
+    near_source = source < rho * source.min(axis=1, initial=np.inf).max(initial=0.0)
+    near_target = target < rho * target.min(axis=1, initial=np.inf).max(initial=0.0)
+    near: BoolArray = near_source @ near_target.T
+    return near
+
+
+def _closest(disagreement: FloatArray, near: BoolArray, per_point: int) -> IntArray:
+    """(V, 2) for each source sample, the candidates that agree best with the matched points."""
+    cost = np.where(near, disagreement, np.inf)
+    count = min(per_point, cost.shape[1])
+    columns = np.sort(np.argsort(cost, axis=1, kind="stable")[:, :count], axis=1)
+    rows = np.repeat(np.arange(len(cost)), count)
+    pairs = np.stack([rows, columns.ravel()], axis=1).astype(np.int64)
+    return pairs[np.isfinite(cost[pairs[:, 0], pairs[:, 1]])]

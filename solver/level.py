@@ -1,0 +1,198 @@
+"""One level of hierarchical matching: two samplings, their structures, and problem (5) on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.distortion import Distortion, measure_distortion
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.options import NO_DESCRIPTOR, MatchOptions
+from solver.shape import Shape
+
+_COARSE_OVERSAMPLING = 1.5
+"""Target samples per source sample at the coarsest level: one in three may be nobody's image."""
+
+
+@dataclass(frozen=True, eq=False)
+class SampledStructure:
+    """Sampled points of one shape and its structures there.
+
+    Parameters
+    ----------
+    vertices
+        (n,) vertex indices, farthest first.
+    distances
+        (n, n) metric d of this level among them.
+    descriptors
+        (n, m) descriptor f at them; ``None`` when the level has no first-order term.
+    """
+
+    vertices: IntArray
+    distances: FloatArray
+    descriptors: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One level of the hierarchy: what is matched, and how it is weighed.
+
+    Parameters
+    ----------
+    index
+        0 for the coarsest.
+    metric, descriptor
+        Names of the structures.
+    source, target
+        Sampled structures of X and Y.
+    beta, first_order_weight, occlusion_cost
+        The options of the match; see ``MatchOptions``.
+    """
+
+    index: int
+    metric: str
+    descriptor: str
+    source: SampledStructure
+    target: SampledStructure
+    beta: float
+    first_order_weight: float
+    occlusion_cost: float
+
+    def problem(self, candidates: IntArray) -> LabellingProblem:
+        """Problem (5) on given candidates.
+
+        Distances are divided by the root mean square of both shapes' distances between source
+        samples and between as many target samples, and a pair weighs 2/(N − 1), so that the sum
+        over pairs grows like the sum over points. Descriptors are divided by their root mean
+        square deviation from their mean. Both shapes share the divisors, so that no difference
+        of scale is lost.
+
+        Parameters
+        ----------
+        candidates
+            (V, 2) indices into the two samplings, in lexicographic order.
+        """
+        unit = self._length_unit()
+        n = len(self.source.vertices)
+        return LabellingProblem(
+            candidates,
+            self._unary(candidates),
+            self.source.distances / unit,
+            self.target.distances / unit,
+            self.beta * 2.0 / max(n - 1, 1),
+            self.occlusion_cost,
+        )
+
+    def all_candidates(self) -> IntArray:
+        """(N·M, 2) all pairs: the full graph of the coarsest level."""
+        n, m = len(self.source.vertices), len(self.target.vertices)
+        return np.stack(np.divmod(np.arange(n * m), m), axis=1).astype(np.int64)
+
+    def distortion(self, partners: IntArray) -> Distortion:
+        """Distortion of a correspondence at this level, in the structures' own units.
+
+        Parameters
+        ----------
+        partners
+            (N,) index of each source sample's target sample, `UNMATCHED` for none.
+        """
+        x = np.flatnonzero(partners != UNMATCHED)
+        y = partners[x]
+        source, target = self.source.descriptors, self.target.descriptors
+        return measure_distortion(
+            self.source.distances[np.ix_(x, x)],
+            self.target.distances[np.ix_(y, y)],
+            None if source is None else source[x],
+            None if target is None else target[y],
+        )
+
+    def _length_unit(self) -> float:
+        n = len(self.source.vertices)
+        squares = self.source.distances**2, self.target.distances[:n, :n] ** 2
+        mean = sum(float(square.sum()) for square in squares) / max(
+            sum(square.shape[0] * (square.shape[0] - 1) for square in squares), 1
+        )
+        return float(np.sqrt(mean)) or 1.0
+
+    def _unary(self, candidates: IntArray) -> FloatArray:
+        source, target = self.source.descriptors, self.target.descriptors
+        if source is None or target is None or self.first_order_weight == 0.0:
+            return np.zeros(len(candidates))
+        both = np.concatenate([source, target])
+        unit = float(np.sqrt(((both - both.mean(axis=0)) ** 2).sum(axis=1).mean())) or 1.0
+        x, y = candidates.T
+        distance: FloatArray = np.linalg.norm(source[x] - target[y], axis=1)
+        return self.first_order_weight * distance / unit
+
+
+def level_sizes(source: Shape, target: Shape, options: MatchOptions) -> list[tuple[int, int]]:
+    """Numbers of source and target samples of each level, the coarsest first.
+
+    Parameters
+    ----------
+    source, target
+        The shapes; none can have more samples than vertices.
+    options
+        Of the match.
+
+    Returns
+    -------
+    List of (N, M) with N <= M, N growing by at most the level factor up to the points asked for.
+    """
+    most = min(source.n_vertices, target.n_vertices)
+    points = min(options.coarse_points, options.points, most)
+    wide = int(np.ceil(_COARSE_OVERSAMPLING * points))
+    sizes = [(points, min(wide, target.n_vertices))]
+    while points < min(options.points, most):
+        points = min(points * options.level_factor, options.points, most)
+        sizes.append((points, min(points * options.oversampling, target.n_vertices)))
+    return sizes
+
+
+def build_level(
+    source: Shape, target: Shape, index: int, size: tuple[int, int], options: MatchOptions
+) -> Level:
+    """Sample both shapes and compute their structures at one level.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    index
+        0 for the coarsest level.
+    size
+        Numbers (N, M) of source and target samples.
+    options
+        Of the match.
+
+    Raises
+    ------
+    OptionError
+        A shape has too few vertices.
+    """
+    metric, descriptor = options.metric_at(index), options.descriptor_at(index)
+    gamma = np.inf if options.occlusion_cost is None else options.occlusion_cost
+    return Level(
+        index,
+        metric,
+        descriptor,
+        _sample(source, size[0], metric, descriptor, options),
+        _sample(target, size[1], metric, descriptor, options),
+        options.beta,
+        options.first_order_weight,
+        gamma,
+    )
+
+
+def _sample(
+    shape: Shape, count: int, metric: str, descriptor: str, options: MatchOptions
+) -> SampledStructure:
+    sampling = shape.sampling(options.metric_at(0), count, options.diffusion_time)
+    vertices = sampling.indices
+    if metric == options.metric_at(0):
+        distances = sampling.distances
+    else:
+        distances = shape.metric(metric, options.diffusion_time).between(vertices)
+    if descriptor == NO_DESCRIPTOR or options.first_order_weight == 0.0:
+        return SampledStructure(vertices, distances, None)
+    return SampledStructure(vertices, distances, shape.descriptor(descriptor)[vertices])

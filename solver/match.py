@@ -1,0 +1,127 @@
+"""The answer to "which point of X corresponds to which point of Y, and how well?"."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from solver.arrays import FloatArray, IntArray
+from solver.distortion import Distortion
+from solver.solution import CERTIFIED_GAP, Method, relative_gap
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """Pairs of points, with what they cost.
+
+    Parameters
+    ----------
+    source, target
+        (K,) the user's own vertex numbers of the paired points.
+    costs
+        (K,) each pair's share of the energy: its first-order cost and half its second-order
+        costs with the other pairs.
+    unmatched
+        (N − K,) the user's vertex numbers of the source points left unmatched.
+    energy
+        (5) plus γN: the sum of the costs and γ for every unmatched point; 0 for a correspondence
+        without distortion.
+    distortion
+        Distortions (section 2) in the structures' own units.
+    """
+
+    source: IntArray
+    target: IntArray
+    costs: FloatArray
+    unmatched: IntArray
+    energy: float
+    distortion: Distortion
+
+
+@dataclass(frozen=True)
+class LevelReport:
+    """What was solved at one level, and what is known of its optimum.
+
+    Parameters
+    ----------
+    points, target_points
+        Numbers N and M of samples.
+    candidates
+        Number |V| of candidate pairs.
+    metric, descriptor
+        Structures of the level.
+    energy
+        At the coarsest level, of its best solution; above it, of the answer's hypothesis.
+    lower_bound
+        No correspondence among the level's candidates has less energy.
+    iterations
+        Iterations of the dual decomposition, or nodes of the search.
+    method
+        How the bound was found.
+    seconds
+        Time spent on the level.
+    rank
+        Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
+        level. More than 1 at the coarsest level means that a finer level overruled it.
+    """
+
+    points: int
+    target_points: int
+    candidates: int
+    metric: str
+    descriptor: str
+    energy: float
+    lower_bound: float
+    iterations: int
+    method: Method
+    seconds: float
+    rank: int
+
+    @property
+    def gap(self) -> float:
+        """Relative distance of the bound from the energy, in [0, 1]."""
+        return relative_gap(self.energy, self.lower_bound)
+
+    @property
+    def certified(self) -> bool:
+        """Whether the energy is proven optimal among the level's candidates."""
+        return self.gap <= CERTIFIED_GAP
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """A minimum-distortion correspondence with its certificate.
+
+    Parameters
+    ----------
+    best
+        The answer.
+    alternatives
+        Other hypotheses, as refined to the finest level; most often intrinsic symmetries. By
+        energy; none is better than `best`.
+    levels
+        From the coarsest; the last one's bound is the certificate of `best`.
+    warnings
+        What the user should know of the shapes and of the answer.
+    timings
+        Seconds by stage.
+    """
+
+    best: Correspondence
+    alternatives: tuple[Correspondence, ...]
+    levels: tuple[LevelReport, ...]
+    warnings: tuple[str, ...]
+    timings: Mapping[str, float]
+
+    @property
+    def lower_bound(self) -> float:
+        """No correspondence among the finest level's candidates has less energy."""
+        return self.levels[-1].lower_bound
+
+    @property
+    def gap(self) -> float:
+        """Relative distance of the bound from the energy, in [0, 1]."""
+        return self.levels[-1].gap
+
+    @property
+    def certified(self) -> bool:
+        """Whether the answer is proven optimal among the finest level's candidates."""
+        return self.levels[-1].certified

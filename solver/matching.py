@@ -1,0 +1,270 @@
+"""The front door: match two shapes."""
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.branch_and_bound import m_best_solutions
+from solver.control import Control
+from solver.dual_decomposition import dual_decomposition
+from solver.hierarchy import refine
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.level import Level, build_level, level_sizes
+from solver.match import Correspondence, LevelReport, Match
+from solver.options import MatchOptions
+from solver.shape import Shape
+from solver.solution import Method, Solution
+
+_EXACT_POINTS = 16
+"""Up to this many source points branch and bound is tried before the dual decomposition."""
+_COARSE_NODES = 50_000_000
+_FINE_NODES = 300_000
+_DUAL_WORK = 1e8
+"""Squared candidates times iterations that a level's bound may take: some 0.7 s."""
+_DUAL_ITERATIONS = 50, 1000
+
+
+def match(
+    source: Shape,
+    target: Shape,
+    options: MatchOptions | None = None,
+    control: Control | None = None,
+) -> Match:
+    """Minimum-distortion correspondence between samples of two shapes: problem (1), as (5).
+
+    The coarsest level is enumerated exactly; its best solutions are hypotheses, each refined
+    from level to level (4.1), ranked by their energy at the finest one. Then the winner's
+    problem is bounded at every level, and improved where the bound's search finds better.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    options
+        By default ``MatchOptions()``.
+    control
+        Reports progress and cancels. Past its deadline, or the options' time limit, the best
+        answer so far is returned with the bound known by then.
+
+    Returns
+    -------
+    Match
+        The same for the same shapes and options, unless a time limit cuts it short.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    OptionError
+        An option does not suit these shapes.
+    """
+    options = options or MatchOptions()
+    control = control or Control()
+    if options.time_limit is not None:
+        control = control.within(options.time_limit)
+    run = _Run(source, target, options, control)
+    levels = run.build_levels()
+    hypotheses = run.coarse(levels[0])
+    for level in levels[1:]:
+        hypotheses = run.finer(hypotheses, level)
+    best = run.bounded(hypotheses[0], levels)
+    return run.answer(best, hypotheses[1:], levels)
+
+
+@dataclass(frozen=True, eq=False)
+class _Stage:
+    """A hypothesis at one level, and its place among all there."""
+
+    problem: LabellingProblem
+    solution: Solution
+    rank: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Hypothesis:
+    """A coarse solution, carried through the levels so far."""
+
+    stages: tuple[_Stage, ...]
+
+    @property
+    def partners(self) -> IntArray:
+        return self.stages[-1].solution.partners
+
+    @property
+    def energy(self) -> float:
+        return self.stages[-1].solution.energy
+
+
+@dataclass
+class _Run:
+    """One match under way."""
+
+    source: Shape
+    target: Shape
+    options: MatchOptions
+    control: Control
+    timings: dict[str, float] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+    started: float = field(default_factory=time.perf_counter)
+
+    def build_levels(self) -> list[Level]:
+        """Sample the shapes and compute their structures at every level."""
+        started = time.perf_counter()
+        if self.options.needs_spectrum:
+            for name, shape in ("source", self.source), ("target", self.target):
+                self.control.report(f"spectrum of the {name}", 0.0)
+                shape.spectrum()
+        self.timings["spectra"] = time.perf_counter() - started
+        started = time.perf_counter()
+        sizes = level_sizes(self.source, self.target, self.options)
+        if sizes[-1][0] < self.options.points:
+            self.warnings.append(
+                f"only {sizes[-1][0]} points could be matched: a shape has no more vertices"
+            )
+        levels = []
+        for index, size in enumerate(sizes):
+            self.control.report("structures", 0.1 + 0.3 * index / len(sizes))
+            levels.append(build_level(self.source, self.target, index, size, self.options))
+        self.timings["structures"] = time.perf_counter() - started
+        return levels
+
+    def coarse(self, level: Level) -> list[_Hypothesis]:
+        """Enumerate the best solutions of the coarsest level."""
+        self.control.report("coarse matching", 0.4)
+        started = time.perf_counter()
+        problem = level.problem(level.all_candidates())
+        found = m_best_solutions(
+            problem, self.options.alternatives, node_limit=_COARSE_NODES, control=self.control
+        )
+        seconds = time.perf_counter() - started
+        self.timings["coarse matching"] = seconds
+        if not found.proven:
+            self.warnings.append("the coarse level's optimum could not be proven in time")
+        hypotheses = []
+        bound = float(found.energies[0]) if found.proven else 0.0
+        for rank, partners in enumerate(found.partners, start=1):
+            solution = Solution(
+                partners,
+                float(found.energies[rank - 1]),
+                bound,
+                found.nodes,
+                Method.BRANCH_AND_BOUND,
+            )
+            hypotheses.append(_Hypothesis((_Stage(problem, solution, rank, seconds),)))
+        return hypotheses
+
+    def finer(self, hypotheses: list[_Hypothesis], level: Level) -> list[_Hypothesis]:
+        """Refine every hypothesis to the next level, and rank them there."""
+        self.control.report("refinement", 0.45 + 0.05 * level.index)
+        started = time.perf_counter()
+        refined = []
+        for hypothesis in hypotheses:
+            self.control.check()
+            before = time.perf_counter()
+            found = refine(hypothesis.partners, level, self.options.rho)
+            refined.append((found, hypothesis, time.perf_counter() - before))
+        refined.sort(key=lambda entry: entry[0].energy)
+        self._spend("refinement", started)
+        return [
+            _Hypothesis(
+                (
+                    *hypothesis.stages,
+                    _Stage(
+                        found.problem,
+                        Solution(found.partners, found.energy, 0.0, 0, Method.LOCAL_SEARCH),
+                        rank,
+                        seconds,
+                    ),
+                )
+            )
+            for rank, (found, hypothesis, seconds) in enumerate(refined, start=1)
+        ]
+
+    def bounded(self, winner: _Hypothesis, levels: list[Level]) -> _Hypothesis:
+        """Bound the winner's problem at every level above the coarsest."""
+        started = time.perf_counter()
+        stages = [winner.stages[0]]
+        for level, stage in zip(levels[1:], winner.stages[1:], strict=True):
+            self.control.report(
+                f"bounds for {stage.problem.n_sources} points",
+                0.6 + 0.4 * level.index / len(levels),
+            )
+            before = time.perf_counter()
+            solution = _solve(stage.problem, stage.solution, self.control)
+            seconds = stage.seconds + time.perf_counter() - before
+            stages.append(_Stage(stage.problem, solution, stage.rank, seconds))
+        self._spend("bounds", started)
+        return _Hypothesis(tuple(stages))
+
+    def answer(self, best: _Hypothesis, others: list[_Hypothesis], levels: list[Level]) -> Match:
+        """Put the answer together, in the user's vertex numbers."""
+        finest = levels[-1]
+        seen = {best.partners.tobytes()}
+        alternatives = []
+        for hypothesis in others:
+            if hypothesis.partners.tobytes() not in seen:
+                seen.add(hypothesis.partners.tobytes())
+                alternatives.append(self._correspondence(hypothesis, finest))
+        warnings = [
+            f"{name}: {warning}"
+            for name, shape in (("source", self.source), ("target", self.target))
+            for warning in shape.mesh.warnings
+        ]
+        answer = self._correspondence(best, finest)
+        reports = tuple(
+            _report(level, stage) for level, stage in zip(levels, best.stages, strict=True)
+        )
+        self.timings["total"] = time.perf_counter() - self.started
+        return Match(
+            answer, tuple(alternatives), reports, (*warnings, *self.warnings), self.timings
+        )
+
+    def _correspondence(self, hypothesis: _Hypothesis, finest: Level) -> Correspondence:
+        partners = hypothesis.partners
+        matched = partners != UNMATCHED
+        source = self.source.mesh.vertex_ids[finest.source.vertices]
+        target = self.target.mesh.vertex_ids[finest.target.vertices]
+        return Correspondence(
+            source=source[matched],
+            target=target[partners[matched]],
+            costs=hypothesis.stages[-1].problem.costs(partners)[matched],
+            unmatched=source[~matched],
+            energy=hypothesis.energy,
+            distortion=finest.distortion(partners),
+        )
+
+    def _spend(self, stage: str, started: float) -> None:
+        self.timings[stage] = self.timings.get(stage, 0.0) + time.perf_counter() - started
+
+
+def _solve(problem: LabellingProblem, known: Solution, control: Control) -> Solution:
+    """Prove `known` optimal or improve it, exactly where that is quick, else with a bound."""
+    if problem.n_sources <= _EXACT_POINTS:
+        exact = m_best_solutions(problem, node_limit=_FINE_NODES, control=control)
+        if exact.proven:
+            energy = float(exact.energies[0])
+            return Solution(exact.partners[0], energy, energy, exact.nodes, Method.BRANCH_AND_BOUND)
+    iterations = int(np.clip(_DUAL_WORK / problem.n_candidates**2, *_DUAL_ITERATIONS))
+    return dual_decomposition(problem, known.partners, iterations=iterations, control=control)
+
+
+def _report(level: Level, stage: _Stage) -> LevelReport:
+    """Report a level; the coarsest one's energy is its optimum's, whichever solution won."""
+    problem, solution = stage.problem, stage.solution
+    proven_coarse = level.index == 0 and solution.lower_bound > 0.0
+    return LevelReport(
+        points=problem.n_sources,
+        target_points=problem.n_targets,
+        candidates=problem.n_candidates,
+        metric=level.metric,
+        descriptor=level.descriptor,
+        energy=solution.lower_bound if proven_coarse else solution.energy,
+        lower_bound=solution.lower_bound,
+        iterations=solution.iterations,
+        method=solution.method,
+        seconds=stage.seconds,
+        rank=stage.rank,
+    )

@@ -1,0 +1,117 @@
+"""What a caller may choose when two shapes are matched."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.descriptors import DESCRIPTORS
+from solver.errors import OptionError
+from solver.metrics import METRICS
+
+NO_DESCRIPTOR = "none"
+"""Name that switches the first-order term off."""
+
+MIN_POINTS = 3
+MAX_POINTS = 256
+MAX_COARSE_POINTS = 10
+
+
+@dataclass(frozen=True)
+class MatchOptions:
+    """Choices of a match; the paper's symbols in parentheses.
+
+    Parameters
+    ----------
+    points
+        Source points matched at the finest level.
+    coarse_points
+        Source points of the coarsest level, matched exactly (N₁ of 4.1).
+    level_factor
+        How many times more points each level has than the one before (q of 4.1).
+    oversampling
+        Target samples per source sample above the coarsest level. The samples of two shapes are
+        not images of one another, so the target needs more of them than the source.
+    rho
+        Size of the neighbourhoods in which partners are looked for, in covering radii (ρ of 4.1).
+    metric
+        Metric d of each level, from the coarsest on; the last name serves all finer levels.
+        Points are sampled farthest first in the first one.
+    descriptor
+        Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
+    beta
+        Weight of the second-order term (β). Distances are divided by their root mean square
+        and pairs weighed by 2/(N − 1), so that 1 means the same for any metric and any N.
+    first_order_weight
+        Weight of the first-order term. Descriptors are divided by their root mean square
+        deviation, so that 1 means the same for any descriptor.
+    occlusion_cost
+        What an unmatched source point costs (γ), in the units of the weighted energy, in which a
+        match without any distortion costs 0; ``None`` for enough that every one is matched.
+    diffusion_time
+        Time scale t of the diffusion metric (3), in units of the shape's area; ``None`` for the
+        default.
+    alternatives
+        How many of the best coarse solutions are refined and ranked.
+    time_limit
+        Seconds after which the best answer so far is returned; ``None`` for no limit.
+
+    Raises
+    ------
+    OptionError
+        A value is out of range.
+    """
+
+    points: int = 32
+    coarse_points: int = 8
+    level_factor: int = 2
+    oversampling: int = 4
+    rho: float = 1.5
+    metric: tuple[str, ...] = ("commute_time", "geodesic")
+    descriptor: tuple[str, ...] = ("si_hks",)
+    beta: float = 1.0
+    first_order_weight: float = 0.05
+    occlusion_cost: float | None = None
+    diffusion_time: float | None = None
+    alternatives: int = 8
+    time_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        self._within("points", MIN_POINTS, MAX_POINTS)
+        self._within("coarse_points", MIN_POINTS, MAX_COARSE_POINTS)
+        self._within("level_factor", 2, 4)
+        self._within("oversampling", 1, 8)
+        self._within("rho", 1.0, 4.0)
+        self._within("beta", 0.0, 1e6)
+        self._within("first_order_weight", 0.0, 1e6)
+        self._within("alternatives", 1, 32)
+        self._names("metric", self.metric, METRICS)
+        self._names("descriptor", self.descriptor, (*DESCRIPTORS, NO_DESCRIPTOR))
+        for field in ("occlusion_cost", "diffusion_time", "time_limit"):
+            value = getattr(self, field)
+            if value is not None and not 0.0 < value < np.inf:
+                raise OptionError(field, "it must be positive and finite, or left out")
+
+    def _within(self, field: str, least: float, most: float) -> None:
+        if not least <= getattr(self, field) <= most:
+            raise OptionError(field, f"it must be from {least:g} to {most:g}")
+
+    def _names(self, field: str, given: tuple[str, ...], known: tuple[str, ...]) -> None:
+        if not given:
+            raise OptionError(field, "at least one name is needed")
+        for name in given:
+            if name not in known:
+                raise OptionError(field, f"{name!r} is none of {', '.join(known)}")
+
+    def metric_at(self, level: int) -> str:
+        """Metric of a level, 0 for the coarsest."""
+        return self.metric[min(level, len(self.metric) - 1)]
+
+    def descriptor_at(self, level: int) -> str:
+        """Descriptor of a level, 0 for the coarsest."""
+        return self.descriptor[min(level, len(self.descriptor) - 1)]
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether some level uses a structure made of Laplace-Beltrami eigenpairs."""
+        described = self.first_order_weight > 0.0 and set(self.descriptor) != {NO_DESCRIPTOR}
+        return described or set(self.metric) != {"geodesic"}
