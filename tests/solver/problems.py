@@ -1,0 +1,74 @@
+"""Labelling problems that the solver's tests share."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.labelling import UNMATCHED, LabellingProblem
+
+
+def distances_of(points: FloatArray) -> FloatArray:
+    distances: FloatArray = np.linalg.norm(points[:, None] - points[None], axis=2)
+    return distances
+
+
+def metric_instance(
+    n: int,
+    m: int,
+    seed: int,
+    *,
+    noise: float = 0.3,
+    unary: float = 0.1,
+    beta: float = 1.0,
+    occlusion_cost: float = np.inf,
+    share_of_candidates: float = 1.0,
+) -> LabellingProblem:
+    """Noisy copies of some of m points in space, in another order; all or some pairs may match.
+
+    The diagonal pairs are always candidates, so that a complete correspondence exists.
+    """
+    rng = np.random.default_rng(seed)
+    target = rng.normal(size=(m, 3))
+    source = target[rng.permutation(m)[:n]] + noise * rng.normal(size=(n, 3))
+    pairs = np.array(list(itertools.product(range(n), range(m))), dtype=np.int64)
+    kept = rng.random(len(pairs)) < share_of_candidates
+    kept |= pairs[:, 0] == pairs[:, 1]
+    pairs = pairs[kept]
+    return LabellingProblem(
+        pairs,
+        unary * rng.random(len(pairs)),
+        distances_of(source),
+        distances_of(target),
+        beta,
+        occlusion_cost,
+    )
+
+
+def all_solutions(problem: LabellingProblem) -> list[tuple[float, tuple[int, ...]]]:
+    """Energy and partners of every correspondence, best first, by plain enumeration."""
+    n, m = problem.shape
+    allowed = np.isfinite(problem.unary_matrix)
+    optional = not problem.must_match_all
+    choices = [[y for y in range(m) if allowed[x, y]] + [UNMATCHED] * optional for x in range(n)]
+    solutions = []
+    for partners in itertools.product(*choices):
+        used = [y for y in partners if y != UNMATCHED]
+        if len(set(used)) == len(used):
+            solutions.append((problem.energy(np.array(partners)), partners))
+    return sorted(solutions)
+
+
+def relabelled(problem: LabellingProblem, rows: IntArray, columns: IntArray) -> LabellingProblem:
+    """The same problem with source point i renamed to rows[i], target point j to columns[j]."""
+    pairs = np.stack([rows[problem.candidates[:, 0]], columns[problem.candidates[:, 1]]], axis=1)
+    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    back_rows, back_columns = np.argsort(rows), np.argsort(columns)
+    return replace(
+        problem,
+        candidates=pairs[order],
+        unary=problem.unary[order],
+        source_distances=problem.source_distances[np.ix_(back_rows, back_rows)],
+        target_distances=problem.target_distances[np.ix_(back_columns, back_columns)],
+    )

@@ -1,0 +1,100 @@
+"""The exact search against plain enumeration."""
+
+import time
+
+import numpy as np
+import pytest
+
+from solver.branch_and_bound import m_best_solutions
+from solver.control import Control
+from solver.errors import Cancelled
+from solver.labelling import UNMATCHED
+from tests.solver.problems import all_solutions, metric_instance
+
+REGIMES = {
+    "easy": {"noise": 0.1},
+    "noisy": {"noise": 1.0},
+    "features only": {"noise": 1.0, "beta": 0.0},
+    "no features": {"unary": 0.0},
+    "strong features": {"unary": 10.0},
+    "large beta": {"beta": 100.0},
+    "few candidates": {"share_of_candidates": 0.4},
+    "cheap occlusion": {"occlusion_cost": 0.05},
+    "occlusion": {"occlusion_cost": 0.4, "noise": 0.6},
+    "dear occlusion": {"occlusion_cost": 50.0},
+    "occlusion, few candidates": {"occlusion_cost": 0.3, "share_of_candidates": 0.5},
+}
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+@pytest.mark.parametrize(("n", "m"), [(1, 1), (1, 4), (3, 3), (4, 4), (4, 6), (5, 5)])
+def test_m_best_are_those_of_enumeration(regime: str, n: int, m: int) -> None:
+    for seed in range(6):
+        problem = metric_instance(n, m, seed, **REGIMES[regime])
+        expected = all_solutions(problem)[:8]
+        found = m_best_solutions(problem, 8)
+        assert found.proven
+        np.testing.assert_allclose(
+            found.energies, [energy for energy, _ in expected], rtol=1e-9, atol=1e-12
+        )
+        assert len({tuple(row) for row in found.partners}) == len(expected)
+        for partners, energy in zip(found.partners, found.energies, strict=True):
+            assert problem.energy(partners) == pytest.approx(energy, abs=1e-12)
+
+
+def test_more_target_than_source_points_in_another_order() -> None:
+    problem = metric_instance(4, 7, 5, noise=0.0, unary=0.0)
+    found = m_best_solutions(problem)
+    assert found.energies[0] == pytest.approx(0.0, abs=1e-18)
+    assert UNMATCHED not in found.partners
+
+
+def test_ten_points_are_proven() -> None:
+    for seed in range(10):
+        problem = metric_instance(10, 10, seed, noise=0.5)
+        best = m_best_solutions(problem)
+        eight = m_best_solutions(problem, 8)
+        assert best.proven
+        assert eight.proven
+        assert eight.energies[0] == pytest.approx(best.energies[0])
+        assert (np.diff(eight.energies) >= 0.0).all()
+
+
+def test_the_same_question_has_the_same_answer() -> None:
+    problem = metric_instance(9, 9, 4, noise=0.8)
+    first, second = m_best_solutions(problem, 5), m_best_solutions(problem, 5)
+    assert (first.partners == second.partners).all()
+    assert first.nodes == second.nodes
+
+
+def test_a_node_limit_ends_the_search_without_a_proof() -> None:
+    problem = metric_instance(16, 16, 0, noise=2.0, unary=0.0)
+    found = m_best_solutions(problem, node_limit=20_000)
+    assert not found.proven
+    assert problem.energy(found.partners[0]) == pytest.approx(found.energies[0])
+
+
+def test_a_passed_deadline_ends_the_search() -> None:
+    problem = metric_instance(16, 16, 0, noise=2.0, unary=0.0)
+    found = m_best_solutions(problem, control=Control(deadline=time.monotonic()))
+    assert not found.proven
+    assert found.nodes == 0
+
+
+def test_cancelling_leaves_the_search() -> None:
+    problem = metric_instance(16, 16, 0, noise=2.0, unary=0.0)
+    with pytest.raises(Cancelled):
+        m_best_solutions(problem, control=Control(is_cancelled=lambda: True))
+
+
+def test_a_problem_without_solution_has_no_best_one() -> None:
+    problem = metric_instance(2, 2, 0)
+    crowded = type(problem)(
+        np.array([[0, 0], [1, 0]]),
+        np.zeros(2),
+        problem.source_distances,
+        problem.target_distances,
+    )
+    found = m_best_solutions(crowded)
+    assert found.proven
+    assert len(found.energies) == 0
