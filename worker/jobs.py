@@ -1,6 +1,7 @@
 """What RQ calls, by name: each in a process of its own, forked from a warm worker."""
 
 import os
+from functools import cache
 from uuid import uuid4
 
 import structlog
@@ -15,26 +16,26 @@ from worker.settings import WorkerSettings
 from worker.store import Store
 
 
+@cache
+def worker_settings() -> WorkerSettings:
+    """Return the settings of this worker, read once, before it forks."""
+    return WorkerSettings()
+
+
 def run(job_id: str) -> None:
     """Run one job, in the process that RQ forked for it."""
-    settings = WorkerSettings()
+    settings = worker_settings()
     die_with_parent(os.getppid())
     limit_memory(settings.job_memory_mb)
     job = get_current_job()
-    meta = {} if job is None else job.get_meta(refresh=False)
-    structlog.contextvars.bind_contextvars(job_id=job_id, **meta)
-    store = Store.open(settings, settings.redis_patience)
-    try:
-        Runner(store, name=uuid4().hex).run(job_id)
-    finally:
-        store.close()
+    assert job is not None
+    structlog.contextvars.bind_contextvars(job_id=job_id, **job.get_meta(refresh=False))
+    store = Store.over(job.connection, settings, settings.redis_patience)
+    Runner(store, name=uuid4().hex).run(job_id)
 
 
 def stopped(job: Job, connection: Redis) -> None:
     """Note that a job was killed because it was cancelled and did not leave; RQ's callback."""
-    settings = WorkerSettings()
-    store = Store.open(settings, settings.redis_patience)
-    try:
-        give_back(store, job, "stopped", LOSSES_AFTER_KILL)
-    finally:
-        store.close()
+    settings = worker_settings()
+    store = Store.over(connection, settings, settings.redis_patience)
+    give_back(store, job, "stopped", LOSSES_AFTER_KILL)

@@ -5,10 +5,13 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from solver.control import Control
-from solver.matching import MatchOptions, match
+from solver.match import Correspondence, Match
+from solver.matching import match
 from solver.mesh import TriangleMesh
+from solver.options import MatchOptions
 from solver.shape import Shape
 from solver.spectrum import Spectrum
+from worker import contracts
 from worker.contracts import MatchParameters, MatchPayload, MatchResult
 
 
@@ -19,13 +22,23 @@ class Side:
     Parameters
     ----------
     mesh
-        The connected mesh that is matched.
+        The mesh that is matched.
     spectrum
         Its spectrum on unit area; None if no structure that is compared needs one.
     """
 
     mesh: TriangleMesh
     spectrum: Spectrum | None
+
+    def shape(self, eigenpairs: int) -> Shape:
+        """Return the shape for the solver.
+
+        Raises
+        ------
+        MeshError
+            It has several components.
+        """
+        return Shape(self.mesh, self.spectrum, eigenpairs=eigenpairs)
 
 
 def options_of(parameters: MatchParameters) -> MatchOptions:
@@ -41,6 +54,88 @@ def options_of(parameters: MatchParameters) -> MatchOptions:
     return MatchOptions(**{field.name: values[field.name] for field in fields(MatchOptions)})
 
 
+def match_shapes(
+    source: Side, target: Side, payload: MatchPayload, control: Control
+) -> MatchResult:
+    """Match two shapes and return the result document.
+
+    Raises
+    ------
+    MeshError, OptionError
+        The shapes cannot be matched, or not so.
+    Cancelled
+        Through `control`.
+    """
+    parameters = payload.parameters
+    found = match(
+        source.shape(parameters.eigenpairs),
+        target.shape(parameters.eigenpairs),
+        options_of(parameters),
+        control,
+    )
+    return _document(found, payload)
+
+
 def result_from_blob(packed: bytes) -> MatchResult:
     """Read a stored result."""
     return MatchResult.model_validate_json(gzip.decompress(packed))
+
+
+def _document(found: Match, payload: MatchPayload) -> MatchResult:
+    best = found.best
+    return MatchResult(
+        source=payload.source,
+        target=payload.target,
+        parameters=payload.parameters,
+        correspondences=_pairs(best),
+        distortion=_distortion(best),
+        gromov_hausdorff=best.distortion.gromov_hausdorff,
+        energy=best.energy,
+        lower_bound=found.lower_bound,
+        gap=found.gap,
+        certified=found.certified,
+        alternatives=tuple(
+            contracts.Alternative(
+                energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
+            )
+            for other in found.alternatives
+        ),
+        levels=tuple(
+            contracts.Level(
+                points=level.points,
+                target_points=level.target_points,
+                candidates=level.candidates,
+                metric=level.metric,
+                descriptor=level.descriptor,
+                energy=level.energy,
+                lower_bound=level.lower_bound,
+                gap=level.gap,
+                certified=level.certified,
+                iterations=level.iterations,
+                method=level.method.value,
+                seconds=level.seconds,
+                rank=level.rank,
+            )
+            for level in found.levels
+        ),
+        unmatched=tuple(best.unmatched.tolist()),
+        warnings=found.warnings,
+        timings=dict(found.timings),
+    )
+
+
+def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
+    rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
+    return tuple(
+        contracts.Correspondence(source=source, target=target, cost=cost)
+        for source, target, cost in rows
+    )
+
+
+def _distortion(found: Correspondence) -> contracts.Distortion:
+    measured = found.distortion
+    return contracts.Distortion(
+        first_order=measured.first_order,
+        second_order=measured.second_order,
+        linf=measured.linf,
+    )

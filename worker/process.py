@@ -7,14 +7,14 @@ from types import TracebackType
 from typing import Final
 
 from rq import Queue, Worker
+from rq.exceptions import AbandonedJobError
 from rq.job import Job
-from rq.registry import AbandonedJobError
 from rq.serializers import JSONSerializer
 
+from worker.jobs import worker_settings
 from worker.limits import die_with_parent
 from worker.queue import QUEUES
 from worker.recovery import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, give_back
-from worker.settings import WorkerSettings
 from worker.store import Store
 from worker.telemetry import configure_logging, logger
 from worker.warmup import warm_up
@@ -34,7 +34,7 @@ def main() -> int:
         "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
     )
     options = parser.parse_args()
-    settings = WorkerSettings()
+    settings = worker_settings()
     configure_logging(settings.log_level, process="worker")
     if options.parent is not None:
         die_with_parent(options.parent)

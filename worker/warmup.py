@@ -3,9 +3,14 @@
 import time
 
 import numpy as np
-import trimesh
 
-from solver.mesh import MESH_FORMATS, TriangleMesh, triangle_mesh
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.mesh import read_mesh
+from worker.contracts import MatchParameters, MatchPayload
+from worker.matches import Side, match_shapes
+from worker.meshes import mesh_from_bytes, mesh_to_bytes
+from worker.picture import draw_match
 from worker.telemetry import logger
 
 log = logger("isomatch.worker")
@@ -17,4 +22,32 @@ def warm_up() -> None:
     A forked job then starts in milliseconds where it would take a good part of a second.
     """
     start = time.perf_counter()
+    mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(_torus_file(), "off")))
+    side = Side(mesh, None)
+    for metrics in (("commute_time", "geodesic"), ("diffusion", "geodesic")):
+        parameters = MatchParameters(points=24, coarse_points=4, eigenpairs=20, metric=metrics)
+        payload = MatchPayload(source="warm-up", target="warm-up", parameters=parameters)
+        result = match_shapes(side, side, payload, Control())
+    draw_match(mesh, mesh, result)
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
+
+
+def _torus_file() -> bytes:
+    """A torus whose tube gets wider, as an OFF file: it has no symmetry to speak of."""
+    vertices, faces = _torus(24, 12)
+    lines = ["OFF", f"{len(vertices)} {len(faces)} 0"]
+    lines += [" ".join(map(str, vertex)) for vertex in vertices.tolist()]
+    lines += ["3 " + " ".join(map(str, face)) for face in faces.tolist()]
+    return "\n".join(lines).encode()
+
+
+def _torus(around: int, across: int) -> tuple[FloatArray, IntArray]:
+    i, j = np.divmod(np.arange(around * across), across)
+    u, v = 2.0 * np.pi * i / around, 2.0 * np.pi * j / across
+    tube = 0.3 + 0.1 * np.sin(u) + 0.05 * np.cos(2.0 * u + 1.0) + 0.03 * np.cos(v)
+    radius = 1.0 + tube * np.cos(v)
+    vertices = np.stack([radius * np.cos(u), radius * np.sin(u), tube * np.sin(v)], axis=1)
+    east = (i + 1) % around * across
+    north = (j + 1) % across
+    corners = np.stack([i * across + j, east + j, east + north, i * across + north], axis=1)
+    return vertices, np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])

@@ -67,7 +67,7 @@ class MatchParameters(BaseModel):
         description="Weight of the second-order (metric) term, equation (5).",
     )
     first_order_weight: float = Field(
-        default=0.1, ge=0, le=1e6, description="Weight of the first-order (descriptor) term."
+        default=0.05, ge=0, le=1e6, description="Weight of the first-order (descriptor) term."
     )
     occlusion_cost: float | None = Field(
         default=None,
@@ -107,7 +107,12 @@ class MatchParameters(BaseModel):
         description="Seconds after which the best answer so far is returned with its gap; null"
         " for no limit.",
     )
-    seed: int = Field(default=0, ge=0, le=2**32 - 1, description="Seed of everything random.")
+    seed: int = Field(
+        default=0,
+        ge=0,
+        le=2**32 - 1,
+        description="Seed of everything random; at present nothing is.",
+    )
 
     @property
     def metrics(self) -> tuple[MetricName, ...]:
@@ -122,5 +127,6 @@ class MatchParameters(BaseModel):
     @property
     def needs_spectrum(self) -> bool:
         """Whether any level looks at the spectrum of the shapes."""
+        described = any(name != "none" for name in self.descriptors)
         spectral = any(name != "geodesic" for name in self.metrics)
-        return spectral or any(name != "none" for name in self.descriptors)
+        return spectral or (described and self.first_order_weight > 0)

@@ -52,6 +52,9 @@ class Level(_Part):
     iterations: int = Field(description="Steps of the solver.")
     method: str = Field(description="How the proof was made.")
     seconds: float = Field(description="Time the level took.")
+    rank: int = Field(
+        description="Place of the answer among all hypotheses by their energy at this level."
+    )
 
 
 class MatchResult(_Part):

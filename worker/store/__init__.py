@@ -59,7 +59,13 @@ class Store:
         """
         if settings.redis_url is None:
             raise ValueError("ISOMATCH_REDIS_URL is not set")
-        client = connect(settings.redis_url, patience, pause)
+        return cls.over(connect(settings.redis_url, patience, pause), settings, patience, pause)
+
+    @classmethod
+    def over(
+        cls, client: Redis, settings: StoreSettings, patience: float, pause: float = 1.0
+    ) -> Self:
+        """Return the store over a connection that there is already; otherwise as :meth:`open`."""
         cache = client
         if settings.cache_url is not None:
             cache = connect(settings.cache_url, patience, pause)

@@ -57,6 +57,8 @@ def connect(url: str, patience: float, pause: float = 1.0) -> Redis:
         url,
         socket_timeout=SOCKET_TIMEOUT,
         socket_connect_timeout=5.0,
+        # Spectra and meshes are megabytes; the default of 32 KiB takes twice the time for them.
+        socket_read_size=1024**2,
         health_check_interval=30,
         retry=Retry(ConstantBackoff(pause), max(0, round(patience / pause))),
         retry_on_error=[RedisConnectionError, RedisTimeoutError],
