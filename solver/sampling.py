@@ -8,6 +8,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError, OptionError
 from solver.metrics import Metric
 
+_LANDMARKS = 6
+
 
 @dataclass(frozen=True, eq=False)
 class FarthestPointSampling:
@@ -96,10 +98,12 @@ def farthest_point_sampling(
 
 
 def extremity(metric: Metric) -> int:
-    """Find a vertex far from everything, the same however vertices are numbered.
+    """Find one end of the shape's diameter, the same however its vertices are numbered.
 
-    Two hops to the farthest vertex span something like a diameter; its middle is a centre of the
-    shape that hardly depends on where the hops began; two hops from there lead to an end.
+    A few samples, taken from vertex 0 on, find the shape's ends roughly. From each of them, hops
+    to the farthest vertex lead to pairs of vertices farthest from one another. The most distant
+    pair is the diameter, or nearly; of its two vertices, the one that is farther from all others
+    on average is chosen. Where shapes are symmetric, or nearly, numbering can still decide.
 
     Parameters
     ----------
@@ -116,15 +120,22 @@ def extremity(metric: Metric) -> int:
     MeshError
         The shape is not connected.
     """
-    one_end = _farthest(metric, 0)
-    from_one = _row(metric, one_end)
-    from_other = _row(metric, int(np.argmax(from_one)))
-    middle = int(np.argmin(np.maximum(from_one, from_other)))
-    return _farthest(metric, _farthest(metric, middle))
-
-
-def _farthest(metric: Metric, vertex: int) -> int:
-    return int(np.argmax(_row(metric, vertex)))
+    nearest = _row(metric, 0)
+    farthest: list[int] = []
+    for _ in range(_LANDMARKS):
+        row = _row(metric, int(np.argmax(nearest)))
+        farthest.append(int(np.argmax(row)))
+        nearest = np.minimum(nearest, row)
+    seen: dict[int, tuple[float, float]] = {}  # distance to the farthest vertex, to all on average
+    while farthest:
+        here = farthest.pop()
+        if here not in seen:
+            row = _row(metric, here)
+            farthest.append(int(np.argmax(row)))
+            seen[here] = (float(row.max()), float(row.mean()))
+    diameter = max(longest for longest, _ in seen.values())
+    ends = [here for here, (longest, _) in seen.items() if longest > diameter * (1.0 - 1e-9)]
+    return max(ends, key=lambda here: seen[here][1])
 
 
 def _row(metric: Metric, vertex: int) -> FloatArray:

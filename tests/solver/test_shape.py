@@ -1,0 +1,123 @@
+"""Shape: normalisation, laziness, and unknown names."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from solver.descriptors import DESCRIPTORS
+from solver.errors import MeshError, OptionError
+from solver.mesh import largest_component
+from solver.metrics import METRICS
+from solver.shape import Shape
+from solver.spectrum import laplace_beltrami_spectrum
+from tests.solver import shapes
+
+POINTS = np.array([0, 33, 444, 600])
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_normalised_metrics_do_not_depend_on_size(name: str) -> None:
+    small = Shape(shapes.blob())
+    large = Shape(shapes.moved(shapes.blob(), seed=4, scale=1e3))
+    assert small.surface.area == pytest.approx(1.0)
+    np.testing.assert_allclose(
+        large.metric(name).between(POINTS), small.metric(name).between(POINTS), rtol=1e-7
+    )
+    np.testing.assert_array_equal(
+        large.sampling(name, 12).indices, small.sampling(name, 12).indices
+    )
+
+
+@pytest.mark.parametrize("name", DESCRIPTORS)
+def test_normalised_descriptors_do_not_depend_on_size(name: str) -> None:
+    small = Shape(shapes.blob())
+    large = Shape(shapes.moved(shapes.blob(), seed=4, scale=1e3))
+    np.testing.assert_allclose(large.descriptor(name), small.descriptor(name), rtol=1e-6)
+
+
+def test_without_normalisation_lengths_are_the_users() -> None:
+    mesh = shapes.moved(shapes.blob(), seed=4, scale=10.0)
+    plain, unit = Shape(mesh, normalise=False), Shape(mesh)
+    size = np.sqrt(mesh.area)
+    assert plain.unit == 1.0
+    assert unit.unit == pytest.approx(size)
+    np.testing.assert_allclose(
+        plain.metric("geodesic").between(POINTS),
+        size * unit.metric("geodesic").between(POINTS),
+        rtol=1e-9,
+    )
+    np.testing.assert_allclose(
+        plain.spectrum().eigenvalues, unit.spectrum().eigenvalues / mesh.area, rtol=1e-9, atol=1e-12
+    )
+    np.testing.assert_allclose(
+        plain.metric("diffusion", 0.02 * mesh.area).between(POINTS) * size,
+        unit.metric("diffusion", 0.02).between(POINTS),
+        rtol=1e-9,
+    )
+    # Table 1: what changes with scale and what does not.
+    np.testing.assert_allclose(
+        plain.metric("commute_time").between(POINTS),
+        unit.metric("commute_time").between(POINTS),
+        rtol=1e-9,
+    )
+    np.testing.assert_allclose(plain.descriptor("si_hks"), unit.descriptor("si_hks"), rtol=1e-9)
+    assert np.abs(plain.descriptor("hks") - unit.descriptor("hks")).max() > 0.1
+
+
+def test_everything_is_computed_once() -> None:
+    shape = Shape(shapes.cube())
+    for metric in METRICS:
+        assert shape.metric(metric) is shape.metric(metric)
+    assert shape.metric("diffusion", 0.1) is not shape.metric("diffusion")
+    assert shape.metric("geodesic", 0.1) is shape.metric("geodesic")
+    for name in DESCRIPTORS:
+        assert shape.descriptor(name) is shape.descriptor(name)
+    assert np.shares_memory(shape.spectrum().eigenfunctions, shape.spectrum(5).eigenfunctions)
+
+
+def test_a_known_spectrum_is_used_and_a_short_one_is_not() -> None:
+    mesh = shapes.cube()
+    unit = laplace_beltrami_spectrum(mesh.scaled(1.0 / np.sqrt(mesh.area)), 30)
+    shape = Shape(mesh, unit, eigenpairs=20)
+    assert np.shares_memory(shape.spectrum().eigenvalues, unit.eigenvalues)
+    assert shape.spectrum().n_eigenpairs == 20
+    assert Shape(mesh, unit, eigenpairs=40).spectrum().n_eigenpairs == 40
+    assert Shape(shapes.tetrahedron()).spectrum().n_eigenpairs == 4
+    with pytest.raises(ValueError, match="another mesh"):
+        Shape(shapes.tetrahedron(), unit)
+
+
+def test_samplings_are_prefixes_of_the_longest() -> None:
+    shape = Shape(shapes.blob())
+    short = shape.sampling("geodesic", 5)
+    long = shape.sampling("geodesic", 30)
+    np.testing.assert_array_equal(long.indices[:5], short.indices)
+    again = shape.sampling("geodesic", 12)
+    assert np.shares_memory(again.indices, long.indices)
+    assert not np.array_equal(
+        shape.sampling("diffusion", 30, 0.5).indices, shape.sampling("diffusion", 30, 0.001).indices
+    )
+
+
+def test_unknown_names_and_bad_options() -> None:
+    shape = Shape(shapes.cube(2))
+    calls: list[tuple[str, Callable[[], object]]] = [
+        ("metric", lambda: shape.metric("euclidean")),
+        ("metric", lambda: shape.sampling("euclidean", 3)),
+        ("descriptor", lambda: shape.descriptor("none")),
+        ("diffusion_time", lambda: shape.metric("diffusion", -1.0)),
+        ("points", lambda: shape.sampling("geodesic", 1000)),
+        ("eigenpairs", lambda: Shape(shapes.cube(2), eigenpairs=1)),
+    ]
+    for field, call in calls:
+        with pytest.raises(OptionError) as caught:
+            call()
+        assert caught.value.field == field
+
+
+def test_several_components_are_refused_until_one_is_chosen() -> None:
+    both = shapes.two_components()
+    with pytest.raises(MeshError, match="2 components"):
+        Shape(both)
+    assert Shape(largest_component(both)).n_vertices == shapes.icosphere(2).n_vertices
