@@ -14,6 +14,7 @@ from solver.labelling import UNMATCHED, LabellingProblem
 from solver.level import Level, build_level, level_sizes
 from solver.match import Correspondence, LevelReport, Match
 from solver.options import MatchOptions
+from solver.primal import assign, local_search
 from solver.shape import Shape
 from solver.solution import Method, Solution
 
@@ -143,15 +144,17 @@ class _Run:
         self.timings["coarse matching"] = seconds
         if not found.proven:
             self.warnings.append("the coarse level's optimum could not be proven in time")
-        hypotheses = []
+        if not len(found.partners):
+            partners = local_search(problem, assign(problem, problem.unary))
+            solution = Solution(partners, problem.energy(partners), 0.0, 0, Method.LOCAL_SEARCH)
+            return [_Hypothesis((_Stage(problem, solution, 1, seconds),))]
         bound = float(found.energies[0]) if found.proven else 0.0
-        for rank, partners in enumerate(found.partners, start=1):
+        hypotheses = []
+        for rank, (partners, energy) in enumerate(
+            zip(found.partners, found.energies, strict=True), start=1
+        ):
             solution = Solution(
-                partners,
-                float(found.energies[rank - 1]),
-                bound,
-                found.nodes,
-                Method.BRANCH_AND_BOUND,
+                partners, float(energy), bound, found.nodes, Method.BRANCH_AND_BOUND
             )
             hypotheses.append(_Hypothesis((_Stage(problem, solution, rank, seconds),)))
         return hypotheses
