@@ -159,8 +159,8 @@ def _block_lanczos(
             ritz = _converged(factor.shift, k - 1, projected[:size, :size], remainder)
             if ritz is not None:
                 values, weights = ritz
-                vectors = (weights.T @ basis[1 : size + 1]).T
-                return np.r_[0.0, values], np.column_stack([null_vector, vectors])
+                weights = scipy.linalg.block_diag(np.ones((1, 1)), weights)
+                return np.r_[0.0, values], basis[: size + 1].T @ weights
             check = size + max(k // 10, width)
     return None
 

@@ -91,7 +91,7 @@ class EmbeddedMetric:
     """
 
     def __init__(self, embedding: FloatArray) -> None:
-        self.embedding = embedding
+        self.embedding = np.ascontiguousarray(embedding)
         self._squared_norms = np.einsum("ij,ij->i", embedding, embedding)
 
     @property
@@ -100,15 +100,20 @@ class EmbeddedMetric:
         return len(self.embedding)
 
     def distances(self, sources: IntArray) -> FloatArray:
-        """(S, V) distances from (S,) vertices to all."""
-        found = np.empty((len(sources), self.n_vertices))
-        for row, source in zip(found, sources, strict=True):
-            offsets = self.embedding - self.embedding[source]
-            np.sqrt(np.einsum("ij,ij->i", offsets, offsets), out=row)
+        """(S, V) distances from (S,) vertices to all.
+
+        By |a - b|² = |a|² + |b|² - 2 a·b, a matrix product: several times faster than
+        differences, at the price of an absolute error of about 10⁻⁸ times the shape's diameter
+        where distances are next to nothing.
+        """
+        squares = self._squared_norms[sources][:, None] + self._squared_norms
+        squares -= 2.0 * (self.embedding[sources] @ self.embedding.T)
+        squares[np.arange(len(sources)), sources] = 0.0
+        found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
         return found
 
     def between(self, points: IntArray) -> FloatArray:
-        """(A, A) distances among (A,) vertices, exactly symmetric."""
+        """(A, A) distances among (A,) vertices, exactly symmetric, by differences."""
         images = self.embedding[points]
         found = np.empty((len(points), len(points)))
         for row, image in zip(found, images, strict=True):

@@ -199,7 +199,7 @@ def _eigenpairs(
 
 
 def _signs(functions: FloatArray, mass: FloatArray) -> FloatArray:
-    skewness = mass @ functions**3 / np.sqrt(mass @ functions**6 * mass.sum())
+    skewness = np.sqrt(mass.sum()) * (mass @ (functions * functions * functions))
     largest = functions[np.argmax(np.abs(functions), axis=0), np.arange(functions.shape[1])]
     signs: FloatArray = np.where(
         np.where(np.abs(skewness) > 1e-6, skewness, largest) < 0.0, -1.0, 1.0
