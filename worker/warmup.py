@@ -1,5 +1,6 @@
 """Doing a tiny job of each kind before the first real one, so that forked jobs start warm."""
 
+import gc
 import time
 
 import numpy as np
@@ -29,6 +30,9 @@ def warm_up() -> None:
         payload = MatchPayload(source="warm-up", target="warm-up", parameters=parameters)
         result = match_shapes(side, side, payload, Control())
     draw_match(mesh, mesh, result)
+    # What is here by now stays: a collection in a fork would copy all its pages for nothing.
+    gc.collect()
+    gc.freeze()
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
 
 

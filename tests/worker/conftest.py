@@ -1,7 +1,11 @@
 """A real server of its own for the session, and real forking workers for those who ask."""
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -102,3 +106,26 @@ def horses(worker: int) -> list[int]:
     """Processes that a worker has forked; Linux only."""
     children = Path(f"/proc/{worker}/task/{worker}/children").read_text()
     return [int(pid) for pid in children.split()]
+
+
+def validation(queue: JobQueue, data: bytes) -> str:
+    """Queue the validation of a file."""
+    job = new_job(ValidationPayload(shape=shape_id(data), name="x", file_type="off"))
+    queue.store.shapes.add_candidate(shape_id(data), "off", data, job.id)
+    return queue.submit(job).id
+
+
+@contextmanager
+def worker(queue: JobQueue, **settings: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A worker of the queue, with settings from its environment."""
+    redis_url = queue.store.jobs.settings.redis_url
+    assert redis_url is not None
+    process = subprocess.Popen(
+        [sys.executable, "-m", "worker", "--parent", str(os.getpid())],
+        env={**os.environ, "ISOMATCH_REDIS_URL": redis_url, **settings},
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()

@@ -169,12 +169,10 @@ def test_a_mesh_too_large_for_the_memory_fails_alone(served: JobQueue, upload: U
     upload(blob_file(2, seed=8))
 
 
-def slow(shape: str, seconds: float = 30.0) -> MatchPayload:
-    """A match that is known to last."""
-    return matching(shape, shape, SLOW)
-
-
-SLOW = MatchParameters(points=200, eigenpairs=100, alternatives=32, coarse_points=10, seed=400)
+def slow(shape: str) -> MatchPayload:
+    """A match that lasts some seconds."""
+    parameters = MatchParameters(points=256, alternatives=32, coarse_points=10)
+    return matching(shape, shape, parameters)
 
 
 def horse_of(served: JobQueue, job_id: str) -> int:
@@ -226,9 +224,8 @@ def test_a_killed_process_is_repeated_once_and_then_given_up(
 
 @linux
 def test_a_killed_process_does_no_harm(served: JobQueue, run: Run, upload: Upload) -> None:
-    shape = upload(blob_file(3, seed=9))
-    payload = matching(shape, shape, QUICK.model_copy(update={"seed": 40, "points": 128}))
-    job = served.submit_match(payload, None)
+    shape = upload(blob_file(4))
+    job = served.submit_match(matching(shape, shape, MatchParameters(points=256)), None)
     os.kill(horse_of(served, job.id), signal.SIGKILL)
     record = ended(served, job.id)
     assert record.state is JobState.SUCCEEDED, record.error

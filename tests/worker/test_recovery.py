@@ -2,26 +2,21 @@
 
 import os
 import signal
-import subprocess
-import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from datetime import timedelta
 from pathlib import Path
 
 import pytest
 
-from tests.worker.conftest import ended, horses
+from tests.worker.conftest import ended, horses, validation, worker
 from tests.worker.figures import blob_file
 from worker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
-    ValidationPayload,
     shape_id,
 )
-from worker.queue import JobQueue, new_job
+from worker.queue import JobQueue
 from worker.recovery import LOSSES_WITH_WORKER, Patience, recover
 from worker.store import keys
 
@@ -29,14 +24,7 @@ linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /
 
 NOW = Patience(unseen=timedelta(0), silence=timedelta(0), leaving=timedelta(0))
 
-LONG = MatchParameters(points=256, coarse_points=10, alternatives=32, seed=400)
-
-
-def validation(queue: JobQueue, data: bytes) -> str:
-    """Queue the validation of a file."""
-    job = new_job(ValidationPayload(shape=shape_id(data), name="x", file_type="off"))
-    queue.store.shapes.add_candidate(shape_id(data), "off", data, job.id)
-    return queue.submit(job).id
+LONG = MatchParameters(points=256, coarse_points=10, alternatives=32)
 
 
 def test_a_job_that_was_taken_and_never_begun_is_queued_again(queue: JobQueue) -> None:
@@ -79,22 +67,6 @@ def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
     for _ in range(2):
         recover(queue.store, queue, NOW)
     assert queue.store.client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
-
-
-@contextmanager
-def worker(queue: JobQueue) -> Iterator[subprocess.Popen[bytes]]:
-    """A worker of the queue."""
-    redis_url = queue.store.jobs.settings.redis_url
-    assert redis_url is not None
-    process = subprocess.Popen(
-        [sys.executable, "-m", "worker", "--parent", str(os.getpid())],
-        env={**os.environ, "ISOMATCH_REDIS_URL": redis_url},
-    )
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
 
 
 def begun(queue: JobQueue, data: bytes) -> str:

@@ -1,0 +1,91 @@
+"""What one job may take, of memory and of time; and what is left of the worker afterwards."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.worker.conftest import ended, validation, worker
+from tests.worker.figures import blob_file
+from worker.contracts import (
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    SpectrumKey,
+    shape_id,
+)
+from worker.queue import JobQueue, QueueSettings
+from worker.settings import WorkerSettings
+from worker.store import Store
+
+ROOT = Path(__file__).resolve().parents[2]
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="the limit is on address space")
+
+LONG = MatchParameters(points=256, alternatives=32, coarse_points=10)
+
+
+def failed(record: JobRecord, slug: str) -> None:
+    assert record.state is JobState.FAILED
+    assert record.error is not None
+    assert record.error.slug == slug
+    assert record.error.status == 422
+
+
+@linux
+def test_memory_is_limited_beyond_what_is_there() -> None:
+    program = """
+import numpy as np
+kept = np.ones(2**24)
+from worker.limits import limit_memory
+limit_memory(0)
+limit_memory(100)
+small = np.ones(2**22)
+try:
+    np.ones(2**25)
+except MemoryError:
+    print("limited")
+"""
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert said.stdout.strip() == "limited", said.stderr
+
+
+@linux
+def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
+    large = blob_file(5)
+    with worker(queue, ISOMATCH_JOB_MEMORY_MB="40"):
+        assert ended(queue, validation(queue, large)).state is JobState.SUCCEEDED
+        shape = shape_id(large)
+        # The eigenfunctions alone are 25 MB, and are not all that is needed.
+        parameters = MatchParameters(eigenpairs=300)
+        payload = MatchPayload(source=shape, target=shape, parameters=parameters)
+        failed(ended(queue, queue.submit_match(payload, None).id), "out-of-memory")
+        assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
+
+
+def test_a_job_that_takes_too_long_fails_alone(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings(job_timeout=1))
+    data = blob_file(4)
+    with worker(queue):
+        ended(queue, validation(queue, data))
+        payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
+        failed(ended(queue, queue.submit_match(payload, None).id), "timed-out")
+        assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
+
+
+def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSettings) -> None:
+    assert settings.redis_url is not None
+    elsewhere = settings.redis_url.replace("db=1", "db=6")
+    apart = Store.open(settings.model_copy(update={"cache_url": elsewhere}), patience=1)
+    key = SpectrumKey("a", 10)
+    apart.spectra.put(key, b"spectrum")
+    assert apart.spectra.get(key) == b"spectrum"
+    assert apart.spectra.lock(key, "me", 1.0)
+    assert not store.spectra.has(key)
+    assert store.spectra.locked(key)
+    apart.spectra.cache.flushdb()
+    apart.close()
