@@ -189,6 +189,8 @@ class Level(Answer):
         Names of the structures that were compared.
     energy, lower_bound, gap, certified, iterations, method, seconds
         The answer of the solver, what it proved, and what it took.
+    rank
+        Place of this answer among all hypotheses by their energy at this level, 0 for the first.
     """
 
     points: int
@@ -203,3 +205,4 @@ class Level(Answer):
     iterations: int
     method: str
     seconds: FiniteFloat
+    rank: int

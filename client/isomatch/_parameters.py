@@ -37,7 +37,7 @@ class MatchParameters(TypedDict, total=False):
     beta
         Weight of the second-order (metric) term of (5), 0 to 1e6 [1.0].
     first_order_weight
-        Weight of the first-order (descriptor) term of (5), 0 to 1e6 [0.1].
+        Weight of the first-order (descriptor) term of (5), 0 to 1e6 [0.05].
     occlusion_cost
         Cost of leaving a source point unmatched, gamma of (5); None makes it large enough that
         every point is matched [None].

@@ -1,8 +1,10 @@
 """The command line: ``isomatch match a.off b.obj`` and what goes with it."""
 
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Annotated, Any, cast
 
 import typer
@@ -54,6 +56,26 @@ def _connected(url: str) -> Iterator[Client]:
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def _interrupts_deferred() -> Iterator[None]:
+    """Hold a first Ctrl-C back until the end: a job whose id is not known cannot be cancelled."""
+    interrupted = False
+
+    def hold_back(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        if interrupted:
+            raise KeyboardInterrupt
+        interrupted = True
+
+    before = signal.signal(signal.SIGINT, hold_back)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if interrupted:
+        raise KeyboardInterrupt
 
 
 def _leave(message: str) -> None:
@@ -153,12 +175,15 @@ def match(
         console = Console(stderr=True)
         for path, shape in ((source, first), (target, second)):
             render.print_warnings([f"{path.name}: {text}" for text in shape.warnings], console)
-        job = client.match(first, second, **cast(MatchParameters, parameters))
+        job: Job | None = None
         try:
+            with _interrupts_deferred():
+                job = client.match(first, second, **cast(MatchParameters, parameters))
             _finish(job, as_json, output, picture)
         except KeyboardInterrupt:
-            job.cancel()
-            typer.echo(f"job {job.id} cancelled", err=True)
+            if job is not None:
+                job.cancel()
+                typer.echo(f"job {job.id} cancelled", err=True)
             raise
 
 

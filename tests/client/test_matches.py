@@ -7,6 +7,8 @@ import isomatch
 import numpy as np
 import pytest
 
+ISLANDS = b"OFF\n6 2 0\n0 0 0\n1 0 0\n0 1 0\n5 0 0\n6 0 0\n5 1 0\n3 0 1 2\n3 3 4 5\n"
+
 Pair = tuple[isomatch.Shape, isomatch.Shape]
 
 
@@ -103,8 +105,7 @@ def test_waiting_ends_in_time_and_the_job_goes_on(client: isomatch.Client, pair:
 
 
 def test_a_job_that_fails_says_why(client: isomatch.Client, pair: Pair) -> None:
-    triangle = client.upload(b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", file_type="off")
-    job = client.match(pair[0], triangle, points=8).wait(timeout=60)
+    job = client.match(pair[0], client.upload(ISLANDS, file_type="off")).wait(timeout=60)
     assert job.state == "failed"
     assert job.error is not None
     with pytest.raises(isomatch.JobFailed) as failure:
