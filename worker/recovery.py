@@ -22,7 +22,7 @@ from rq.queue import Queue
 from rq.serializers import JSONSerializer
 from rq.utils import now
 
-from worker.contracts import JobKind, JobRecord, JobState, Problem
+from worker.contracts import JobKind, JobRecord, JobState, Problem, ValidationPayload
 from worker.queue import JobQueue
 from worker.store import Store, keys, scripts
 from worker.store.replies import text
@@ -64,7 +64,9 @@ def give_back(store: Store, job: Job, how: str, losses_allowed: int) -> None:
     losses_allowed
         How many losses a job may have had.
     """
-    state = store.jobs.lose(job.id, losses_allowed, lost_process(store.jobs.get(job.id), how))
+    record = store.jobs.get(job.id)
+    state = store.jobs.lose(job.id, losses_allowed, lost_process(record, how))
+    _clean_up(store, record, state)
     job.retries_left = 1 if state is JobState.QUEUED else 0
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
 
@@ -155,6 +157,7 @@ def _requeue_lost(store: Store, queue: JobQueue, unseen: timedelta) -> None:
             reason = lost_process(record, "its worker is gone")
             state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
             log.warning("job was lost", job_id=record.id, state=state)
+            _clean_up(store, record, state)
             if state is JobState.QUEUED:
                 queue.enqueue(record)
             suspects.discard(record.id)
@@ -175,3 +178,10 @@ def _kill_overdue(store: Store, leaving: timedelta) -> None:
             send_stop_job_command(store.client, record.id, serializer=JSONSerializer)
         except (NoSuchJobError, InvalidJobOperation, RedisError) as error:
             log.warning("could not kill it", job_id=record.id, error=str(error))
+
+
+def _clean_up(store: Store, record: JobRecord | None, state: JobState | None) -> None:
+    if record is None or state is None or not state.ended:
+        return
+    if isinstance(record.payload, ValidationPayload):
+        store.shapes.reject(record.payload.shape, record.payload.file_type)

@@ -103,6 +103,11 @@ def _take_in(
         return payload, known, ""
     job = new_job(payload, request_id)
     holder = shapes.add_candidate(payload.shape, file_type, data, job.id)
+    state = service.store.jobs.state(holder)
+    if holder != job.id and (state is None or state.ended):
+        # It was given up without a verdict on the file: try again.
+        shapes.reject(payload.shape, file_type)
+        holder = shapes.add_candidate(payload.shape, file_type, data, job.id)
     if holder == job.id:
         service.queue.submit(job)
     return payload, None, holder
@@ -162,6 +167,7 @@ def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
     """Delete a shape; matches of it that have not begun will fail and say so."""
     if not service.store.shapes.delete(shape):
         raise ShapeNotFound(f"There is no shape {shape}.")
+    service.store.spectra.forget(shape)
 
 
 @router.get(

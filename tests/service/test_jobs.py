@@ -20,7 +20,7 @@ Shapes = tuple[str, str]
 Upload = Callable[..., Json]
 
 QUICK = {"points": 8, "eigenpairs": 30}
-LONG = {"points": 256, "coarse_points": 10, "alternatives": 32, "seed": 400}
+LONG = {"points": 256, "coarse_points": 10, "alternatives": 32}
 """Parameters of a match that lasts, on a larger shape."""
 
 

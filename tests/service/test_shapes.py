@@ -17,6 +17,7 @@ from service.embedded import EmbeddedServer
 from service.settings import Settings
 from tests.service.conftest import LIMIT, Api, Json, problem, running_api
 from tests.worker.figures import blob, blob_file, off
+from worker.contracts import Problem
 
 Upload = Callable[..., Json]
 
@@ -242,6 +243,7 @@ def test_an_upload_that_takes_long_is_answered_before(server: EmbeddedServer) ->
     # No worker serves this database: nothing is ever validated.
     settings = Settings(redis_url=f"{server.url}?db=2", validation_wait=0.05)
     with running_api(settings) as api, httpx2.Client(base_url=api.url) as http:
+        api.store.client.flushdb()
         answer = post(http, WHOLE)
         assert answer.status_code == 202
         job = answer.json()
@@ -252,3 +254,15 @@ def test_an_upload_that_takes_long_is_answered_before(server: EmbeddedServer) ->
         assert post(http, WHOLE).json()["id"] == job["id"]
         assert http.get("/v1/jobs").json()["items"] == []
         assert http.get(job["links"]["self"]).json() == job
+        # Given up without a verdict, the file may be sent again.
+        api.store.jobs.cancel(job["id"])
+        problem(http.get(answer.headers["location"]), 404, "shape-not-found")
+        fresh = post(http, WHOLE)
+        assert fresh.status_code == 202
+        assert fresh.json()["id"] != job["id"]
+        # Refused after the sender was told to ask again, it is refused when he asks.
+        stated = Problem.of("unusable-mesh", "Not a usable mesh", 422, "the file lies")
+        assert api.store.jobs.claim(fresh.json()["id"], "me")
+        api.store.jobs.fail(fresh.json()["id"], "me", stated)
+        refused = problem(http.get(fresh.headers["location"]), 422, "unusable-mesh")
+        assert refused["detail"] == "the file lies"

@@ -105,7 +105,7 @@ def gone(pids: set[int]) -> bool:
     return not alive(pids)
 
 
-LONG = {"points": 256, "coarse_points": 10, "alternatives": 32, "seed": 400}
+LONG = {"points": 256, "coarse_points": 10, "alternatives": 32}
 
 
 def begun(running: Running, data: bytes, **parameters: object) -> str:
@@ -192,7 +192,7 @@ def test_killed_it_leaves_no_process_and_loses_no_job(tmp_path: Path) -> None:
 
 
 @linux
-def test_workers_that_die_are_replaced(tmp_path: Path) -> None:
+def test_workers_and_a_store_that_die_are_replaced(tmp_path: Path) -> None:
     with service(tmp_path / "data", tmp_path / "log") as running:
         commands = {
             pid: Path(f"/proc/{pid}/cmdline").read_text().split("\0") for pid in running.family()
@@ -201,6 +201,12 @@ def test_workers_that_die_are_replaced(tmp_path: Path) -> None:
         os.kill(worker, signal.SIGKILL)
         data = blob_file(2)
         answer = running.http.post("/v1/shapes", files={"file": ("a.off", data)})
+        assert answer.status_code == 201
+        (store,) = (pid for pid, command in commands.items() if "worker" not in command)
+        os.kill(store, signal.SIGKILL)
+        time.sleep(1.0)
+        assert running.http.get(answer.headers["location"]).json() == answer.json()
+        answer = running.http.post("/v1/shapes", files={"file": ("a.off", blob_file(1))})
         assert answer.status_code == 201
 
 

@@ -46,6 +46,8 @@ def test_a_job_that_was_taken_and_never_begun_is_queued_again(queue: JobQueue) -
     assert record.state is JobState.FAILED
     assert record.error is not None
     assert client.hlen(keys.SUSPECTS) == 0
+    # What was uploaded is not kept for a job that will never be.
+    assert client.keys("isomatch:candidate:*") == []
 
 
 def test_a_job_in_its_queue_is_left_alone(queue: JobQueue) -> None:

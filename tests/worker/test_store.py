@@ -291,6 +291,16 @@ def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings
     assert spectra.has(b)
 
 
+def test_the_cache_forgets_a_shape(store: Store) -> None:
+    kept = SpectrumKey("b", 10)
+    for key in (SpectrumKey("a", 10), SpectrumKey("a", 20, True), kept):
+        store.spectra.put(key, bytes(10))
+    store.spectra.forget("a")
+    assert store.spectra.has(kept)
+    assert store.client.zcard(keys.CACHED_SPECTRA) == 1
+    assert store.client.hgetall(keys.CACHED_SIZES) == {str(kept).encode(): b"10", b"total": b"10"}
+
+
 def test_a_spectrum_is_named_by_all_it_depends_on() -> None:
     names = {
         str(SpectrumKey(shape, eigenpairs, largest))

@@ -135,11 +135,10 @@ return 0
 """
 """Hold a lock for longer if it is still one's own."""
 
-CACHE_PUT: Final = """
--- KEYS: 1 by last use, 2 sizes, 3 blob.  ARGV: 1 name, 2 now, 3 oldest use kept, 4 budget, 5 blob
---       6 prefix of the blobs
+_DROP: Final = """
+-- KEYS: 1 by last use, 2 sizes.  ARGV: 1 name, 2 prefix of the blobs
 local function drop(name)
-    redis.call('DEL', ARGV[6] .. name)
+    redis.call('DEL', ARGV[2] .. name)
     redis.call('ZREM', KEYS[1], name)
     local size = redis.call('HGET', KEYS[2], name)
     if size then
@@ -148,14 +147,23 @@ local function drop(name)
     end
 end
 drop(ARGV[1])
-for _, name in ipairs(redis.call('ZRANGEBYSCORE', KEYS[1], '-inf', ARGV[3])) do
+"""
+
+CACHE_DROP: Final = _DROP
+"""Take a spectrum out of the cache."""
+
+CACHE_PUT: Final = (
+    _DROP
+    + """
+-- KEYS: 3 blob.  ARGV: 3 now, 4 oldest use kept, 5 budget, 6 blob
+for _, name in ipairs(redis.call('ZRANGEBYSCORE', KEYS[1], '-inf', ARGV[4])) do
     drop(name)
 end
-local size = #ARGV[5]
-if size > tonumber(ARGV[4]) then
+local size = #ARGV[6]
+if size > tonumber(ARGV[5]) then
     return 0
 end
-while tonumber(redis.call('HGET', KEYS[2], 'total') or '0') + size > tonumber(ARGV[4]) do
+while tonumber(redis.call('HGET', KEYS[2], 'total') or '0') + size > tonumber(ARGV[5]) do
     local oldest = redis.call('ZRANGE', KEYS[1], 0, 0)
     if #oldest == 0 then
         redis.call('HSET', KEYS[2], 'total', 0)
@@ -163,10 +171,11 @@ while tonumber(redis.call('HGET', KEYS[2], 'total') or '0') + size > tonumber(AR
     end
     drop(oldest[1])
 end
-redis.call('SET', KEYS[3], ARGV[5])
-redis.call('ZADD', KEYS[1], ARGV[2], ARGV[1])
+redis.call('SET', KEYS[3], ARGV[6])
+redis.call('ZADD', KEYS[1], ARGV[3], ARGV[1])
 redis.call('HSET', KEYS[2], ARGV[1], size)
 redis.call('HINCRBY', KEYS[2], 'total', size)
 return 1
 """
+)
 """Cache a spectrum, and drop what was not used for long or longest until all fit the budget."""

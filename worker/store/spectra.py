@@ -61,13 +61,25 @@ class Spectra:
             keys.CACHED_SIZES,
             keys.cached_spectrum(key),
             str(key),
+            keys.cached_spectrum(""),
             now,
             now - self.settings.cache_ttl,
             self.settings.cache_bytes,
             spectrum,
-            keys.cached_spectrum(""),
         )
         return bool(stored)
+
+    def forget(self, shape_id: str) -> None:
+        """Take all spectra of a shape out of the cache."""
+        for name, _ in self.cache.zscan_iter(keys.CACHED_SPECTRA, match=f"{shape_id}:*"):
+            self.cache.eval(
+                scripts.CACHE_DROP,
+                2,
+                keys.CACHED_SPECTRA,
+                keys.CACHED_SIZES,
+                name,
+                keys.cached_spectrum(""),
+            )
 
     def lock(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
         """Become the one who computes a spectrum, for some seconds; False if somebody else is."""
