@@ -1,0 +1,90 @@
+"""The shapes that experiments run on: a folder of meshes, or generated ones."""
+
+import os
+import re
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from solver.arrays import IntArray
+from solver.mesh import MESH_FORMATS, read_mesh, triangle_mesh
+from solver.shape import Shape
+from solver.synthetic import HUMAN_POSES, correspondence, human
+
+
+@dataclass(frozen=True, eq=False)
+class KnownShape:
+    """A shape whose points are known from one shape of its class to the next.
+
+    Parameters
+    ----------
+    name, category
+        The class is the name up to its first digit.
+    shape
+        What is matched.
+    truth
+        (T,) vertices; those of two shapes of a class correspond, or ``None`` if nobody knows.
+    symmetric_truth
+        (T,) the same under the left-right intrinsic symmetry.
+    """
+
+    name: str
+    category: str
+    shape: Shape
+    truth: IntArray | None
+    symmetric_truth: IntArray | None
+
+
+def default_folder() -> Path | None:
+    """Folder named by ``ISOMATCH_DATA``, if any."""
+    named = os.environ.get("ISOMATCH_DATA")
+    return Path(named) if named else None
+
+
+def read_collection(folder: Path) -> list[KnownShape]:
+    """Read every mesh of a folder, with ``NAME.vts`` and ``NAME.sym.vts`` where they are.
+
+    Parameters
+    ----------
+    folder
+        A ``.vts`` file has one 1-based vertex number a line, of the same point of the class.
+    """
+    paths = sorted(path for path in folder.iterdir() if path.suffix[1:].lower() in MESH_FORMATS)
+    shapes = []
+    for path in paths:
+        mesh = read_mesh(path.read_bytes(), path.suffix[1:].lower())
+        truths = [_read_vertices(path.with_suffix(suffix)) for suffix in (".vts", ".sym.vts")]
+        shapes.append(KnownShape(path.stem, category_of(path.stem), Shape(mesh), *truths))
+    return shapes
+
+
+def generated_collection(resolution: int = 3000) -> list[KnownShape]:
+    """One human in every pose, each triangulated on its own."""
+    figures = [human(pose, resolution=resolution, seed=i) for i, pose in enumerate(HUMAN_POSES)]
+    first = figures[0]
+    mirrored = KDTree(first.rest).query(first.rest * np.array([-1.0, 1.0, 1.0]))[1]
+    shapes = []
+    for pose, figure in zip(HUMAN_POSES, figures, strict=True):
+        truth = correspondence(first, figure)
+        shape = Shape(triangle_mesh(figure.vertices, figure.faces))
+        shapes.append(KnownShape(f"human-{pose}", "human", shape, truth, truth[mirrored]))
+    return shapes
+
+
+def category_of(name: str) -> str:
+    """Class of a shape: its name up to the first digit."""
+    return re.split(r"\d", name, maxsplit=1)[0]
+
+
+def pairs_within_classes(shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
+    """All unordered pairs of shapes of one class."""
+    return [(a, b) for a, b in combinations(shapes, 2) if a.category == b.category]
+
+
+def _read_vertices(path: Path) -> IntArray | None:
+    if not path.exists():
+        return None
+    return np.loadtxt(path, dtype=np.int64) - 1

@@ -1,0 +1,94 @@
+"""How far matched points lie from the truth: ``python -m bench.correspondence``.
+
+Geodesic error over √area (the Princeton protocol), against the direct truth and against the better
+of the direct and the mirrored one, per pair of shapes of a class.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from bench.collection import (
+    KnownShape,
+    default_folder,
+    generated_collection,
+    pairs_within_classes,
+    read_collection,
+)
+from solver.arrays import FloatArray, IntArray
+from solver.match import Match
+from solver.matching import match
+from solver.options import MatchOptions
+
+
+def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[float, float]:
+    """Mean geodesic error over √area, direct and under the symmetry."""
+    distances = target.shape.metric("geodesic").distances(found.best.target)
+    assert source.truth is not None
+    nearest = np.asarray(
+        KDTree(source.shape.surface.vertices[source.truth]).query(
+            source.shape.surface.vertices[found.best.source]
+        )[1]
+    )
+
+    def mean(truth: IntArray | None) -> float:
+        if truth is None:
+            return float("inf")
+        errors: FloatArray = distances[np.arange(len(nearest)), truth[nearest]]
+        return float(errors.mean())
+
+    return mean(target.truth), mean(target.symmetric_truth)
+
+
+def main() -> None:
+    """Match the pairs, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--pairs", type=Path, help="file of two names a line; else all in a class")
+    parser.add_argument("--points", type=int, default=32)
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    shapes = read_collection(arguments.data) if arguments.data else generated_collection()
+    by_name = {shape.name: shape for shape in shapes}
+    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    if arguments.pairs:
+        names = [line.split() for line in arguments.pairs.read_text().splitlines() if line.strip()]
+        pairs = [(by_name[a], by_name[b]) for a, b in names]
+    for shape in by_name.values():
+        shape.shape.spectrum()
+    options = MatchOptions(points=arguments.points)
+    rows = []
+    print(f"{'pair':34}{'direct':>8}{'better':>8}{'gap':>9}{'proven':>8}{'seconds':>9}")
+    for source, target in pairs:
+        started = time.perf_counter()
+        found = match(source.shape, target.shape, options)
+        seconds = time.perf_counter() - started
+        direct, mirrored = mean_errors(source, target, found)
+        better = min(direct, mirrored)
+        rows.append((direct, better, found.gap, found.levels[0].certified, seconds))
+        print(
+            f"{source.name + ' ' + target.name:34}{direct:8.3f}{better:8.3f}{found.gap:9.2%}"
+            f"{'coarse' if found.levels[0].certified else '-':>8}{seconds:9.2f}",
+            flush=True,
+        )
+    direct, better, gap, proven, seconds = np.array(rows, dtype=np.float64).T
+    figures = {
+        "pairs": len(rows),
+        "direct": float(direct.mean()),
+        "best": float(better.mean()),
+        "share_over_0_1": float((better > 0.1).mean()),
+        "median_gap": float(np.median(gap)),
+        "coarse_proven": float(proven.mean()),
+        "seconds_per_pair": float(np.median(seconds)),
+    }
+    print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
+    if arguments.json:
+        print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()
