@@ -1,21 +1,34 @@
 """Results as tables for a terminal or a text file."""
 
+import os
 from collections.abc import Iterable
+from datetime import datetime
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._models import Shape
 
+FILE_WIDTH = 120
+"""Columns of what is not printed on a terminal."""
+
+
+def standard_output() -> Console:
+    """Return the console that results are printed on."""
+    console = Console(highlight=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = FILE_WIDTH
+    return console
+
 
 def print_match(match: Match, console: Console) -> None:
     """Print the correspondences of a match and what is proven of it."""
-    table = Table("source", "target", "cost", title="correspondences", title_justify="left")
-    for column in table.columns:
-        column.justify = "right"
+    columns = (Column(name, justify="right") for name in ("source", "target", "cost"))
+    table = Table(*columns, box=SIMPLE_HEAD, pad_edge=False)
     for pair in match.correspondences:
         table.add_row(str(pair.source), str(pair.target), f"{pair.cost:.6g}")
     console.print(table)
@@ -58,33 +71,43 @@ def certified_levels(match: Match) -> str:
 
 def print_shapes(shapes: Iterable[Shape], console: Console) -> None:
     """Print shapes, one in a row."""
-    table = Table("id", "name", "type", "vertices", "faces", "closed", "uploaded")
+    table = _listing("id", "type", "vertices", "faces", "uploaded")
+    table.add_column("name", overflow="fold")
     for shape in shapes:
         table.add_row(
-            Text(shape.id, no_wrap=True),
-            Text(shape.name),
+            shape.id,
             shape.file_type,
             str(shape.vertices),
             str(shape.faces),
-            "yes" if shape.closed else "no",
-            f"{shape.created:%Y-%m-%d %H:%M}",
+            _local(shape.created),
+            Text(shape.name),
         )
     console.print(table)
 
 
 def print_jobs(jobs: Iterable[Job], console: Console) -> None:
     """Print jobs, one in a row."""
-    table = Table("id", "kind", "state", "stage", "done", "queued")
+    table = _listing("id", "kind", "state", "done", "queued")
+    table.add_column("stage", overflow="fold")
     for job in jobs:
         table.add_row(
-            Text(job.id, no_wrap=True),
+            job.id,
             job.kind,
             job.state,
-            Text(job.progress.stage),
             f"{job.progress.fraction:.0%}",
-            f"{job.created:%Y-%m-%d %H:%M}",
+            _local(job.created),
+            Text(job.progress.stage),
         )
     console.print(table)
+
+
+def _listing(*names: str) -> Table:
+    # What is cut short, an id above all, is of no use: the last column is what gives way.
+    return Table(*(Column(name, no_wrap=True) for name in names), box=SIMPLE_HEAD, pad_edge=False)
+
+
+def _local(time: datetime) -> str:
+    return f"{time.astimezone():%Y-%m-%d %H:%M}"
 
 
 def print_warnings(warnings: Iterable[str], console: Console) -> None:

@@ -92,7 +92,7 @@ def _finish(job: Job, as_json: bool, output: Path | None, picture: Path | None) 
     if as_json:
         typer.echo(result.to_json())
     else:
-        render.print_match(result, Console())
+        render.print_match(result, render.standard_output())
 
 
 @app.command()
@@ -212,7 +212,7 @@ def upload(
         if as_json:
             _echo_models(shape.model_dump_json() for shape in shapes)
         else:
-            render.print_shapes(shapes, Console())
+            render.print_shapes(shapes, render.standard_output())
             for shape in shapes:
                 warnings = [f"{shape.name}: {text}" for text in shape.warnings]
                 render.print_warnings(warnings, Console(stderr=True))
@@ -225,7 +225,7 @@ def shapes(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
         if as_json:
             _echo_models(shape.model_dump_json() for shape in client.shapes())
         else:
-            render.print_shapes(client.shapes(), Console())
+            render.print_shapes(client.shapes(), render.standard_output())
 
 
 @app.command()
@@ -242,7 +242,7 @@ def jobs(
         if as_json:
             _echo_models(job.record.model_dump_json() for job in found)
         else:
-            render.print_jobs(found, Console())
+            render.print_jobs(found, render.standard_output())
 
 
 @app.command()

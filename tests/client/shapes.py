@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import trimesh
+from scipy.spatial.transform import Rotation
 
 Floats = npt.NDArray[np.float64]
 
@@ -25,7 +26,7 @@ def blob_meshes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     """The blob twice: another triangulation, turned and moved."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     first = trimesh.Trimesh(blob(ball.vertices), ball.faces, process=False)
-    turn = trimesh.transformations.rotation_matrix(2.0, [0.3, 0.6, 0.2])[:3, :3]
+    turn = Rotation.from_rotvec([0.9, 1.7, 0.6]).as_matrix()
     ball = trimesh.creation.icosphere(subdivisions=3)
     second = trimesh.Trimesh(blob(ball.vertices @ turn), ball.faces, process=False)
     second.vertices = second.vertices @ turn.T + [3.0, 0.0, 1.0]

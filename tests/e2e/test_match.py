@@ -61,7 +61,7 @@ def test_a_symmetric_figure(client: isomatch.Client, symmetric: Figures, tmp_pat
     match = job.result(timeout=120)
     direct, mirrored = symmetric.errors(match.pairs)
     assert len(match.pairs) == 32
-    assert min(direct.mean(), mirrored.mean()) < 0.06
+    assert min(direct.mean(), mirrored.mean()) < 0.05
     assert match.levels[0].certified
     assert match.levels[0].gap <= 1e-4
     assert [level.points for level in match.levels] == [8, 16, 32]
@@ -87,7 +87,7 @@ def test_an_asymmetric_figure_is_not_mirrored(
 ) -> None:
     match = client.match(*uploaded(client, asymmetric, tmp_path), points=32).result(timeout=120)
     direct, mirrored = asymmetric.errors(match.pairs)
-    assert direct.mean() < 0.06
+    assert direct.mean() < 0.05
     assert direct.mean() < mirrored.mean()
 
 
