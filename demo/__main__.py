@@ -7,10 +7,10 @@ import time
 from pathlib import Path
 from types import FrameType
 
-import numpy as np
 from isomatch import Client, IsomatchError, Match
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from demo.figures import Figures, generate, write_off
 from demo.stack import StackError, running_stack
@@ -90,33 +90,33 @@ def show(console: Console, match: Match, figures: Figures) -> None:
     """Print the correspondences, what is proven of them, and how far they are from the truth."""
     direct, mirrored = figures.errors(match.pairs)
     flipped = float(mirrored.mean()) < float(direct.mean())
-    console.print(correspondence_table(match, mirrored if flipped else direct))
+    errors = mirrored if flipped else direct
+    console.print(correspondence_table(match, errors))
     distortion = match.distortion
     first_order = "none" if distortion.first_order is None else f"{distortion.first_order:.4g}"
     coarse = match.levels[0]
     proof = "proven optimal" if coarse.certified else f"gap {coarse.gap:.2%}"
     console.print(
-        f"distortion    {distortion.second_order:.4g} second order, {first_order} first order, "
-        f"{distortion.linf:.4g} largest (distances on a figure of unit area)\n"
-        f"energy        {match.energy:.6g}, and none is below {match.lower_bound:.6g}: "
-        f"gap {match.gap:.2%}, {'certified optimal' if match.certified else 'not certified'}\n"
+        f"distortion    second order {distortion.second_order:.4g}, first order {first_order}, "
+        f"largest {distortion.linf:.4g}\n"
+        f"energy        {match.energy:.6g}\n"
+        f"lower bound   {match.lower_bound:.6g}: gap {match.gap:.2%}, "
+        f"{'certified optimal' if match.certified else 'not certified'}\n"
         f"coarse level  {coarse.points} points, {proof}\n"
         f"alternatives  {len(match.alternatives)} more\n"
-        f"mean error    {min(direct.mean(), mirrored.mean()):.4f} per square root of the area, "
-        f"{'as the mirror image' if flipped else 'direct'} "
-        f"({direct.mean():.4f} direct, {mirrored.mean():.4f} mirrored; the figure is symmetric)\n"
-        f"time          {match.timings['total']:.1f} s in the worker"
+        f"time          {match.timings['total']:.1f} s in the worker\n"
+        f"mean error    {errors.mean():.4f}, where the square root of the area is 1, from the "
+        f"{'mirror image of the ' if flipped else ''}truth\n"
+        f"              (the figure is symmetric: left is told from right by nothing on its skin)"
     )
 
 
 def correspondence_table(match: Match, errors: FloatArray) -> Table:
     """Return the pairs with their costs and their distances from the truth."""
-    table = Table("source", "target", "cost", "error", title="correspondences")
-    for column in table.columns:
-        column.justify = "right"
+    names = ("source", "target", "cost", "error")
+    table = Table(*(Column(name, justify="right") for name in names), box=SIMPLE_HEAD)
     for (source, target), cost, error in zip(match.pairs, match.costs, errors, strict=True):
         table.add_row(str(source), str(target), f"{cost:.4g}", f"{error:.4f}")
-    table.caption = f"largest error {np.max(errors):.4f}"
     return table
 
 
