@@ -1,0 +1,202 @@
+"""A match as a picture: both shapes, corresponding points in the same colour and joined."""
+
+from dataclasses import dataclass
+from io import BytesIO
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import hsv_to_rgb
+from matplotlib.figure import Figure
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh import TriangleMesh
+from worker.contracts import MatchResult
+from worker.view import source_view, target_view
+
+_SKIN = np.array([0.86, 0.87, 0.89])
+_INK = "#2b2f36"
+_FAINT = "#6b7280"
+_INCHES = 12.0, 7.2
+_DOTS_PER_INCH = 140
+_GAP = 0.28
+_LIGHT = np.array([-0.35, 0.55, 0.76])
+
+
+@dataclass(frozen=True, eq=False)
+class _Scene:
+    """One shape as it lies on the paper: x to the right, y up, z towards the reader."""
+
+    vertices: FloatArray
+    faces: IntArray
+    points: IntArray
+
+
+def draw_match(
+    source: TriangleMesh,
+    target: TriangleMesh,
+    result: MatchResult,
+    names: tuple[str, str] = ("source", "target"),
+) -> bytes:
+    """Draw a match.
+
+    Parameters
+    ----------
+    source, target
+        The meshes X and Y, as uploaded.
+    result
+        The match; its vertex numbers are the users' own.
+    names
+        What the shapes are called.
+
+    Returns
+    -------
+    PNG, the same for the same match.
+    """
+    left, right = _scenes(source, target, result)
+    figure = Figure(figsize=_INCHES, dpi=_DOTS_PER_INCH, facecolor="white")
+    axes = figure.add_axes((0.02, 0.06, 0.96, 0.82))
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    for scene in (left, right):
+        _draw_surface(axes, scene)
+    _draw_points(axes, left, right)
+    for scene, name, mesh in ((left, names[0], source), (right, names[1], target)):
+        x, y = _middle(scene), float(scene.vertices[:, 1].min())
+        label = f"{_short(name)}\n{mesh.n_vertices:,} vertices"
+        axes.annotate(
+            label, (x, y), (0, -10), textcoords="offset points", ha="center", va="top",
+            fontsize=10, color=_FAINT, linespacing=1.5,
+        )  # fmt: skip
+    axes.autoscale_view()
+    title, subtitle = _captions(result)
+    figure.text(0.5, 0.955, title, ha="center", fontsize=14, color=_INK)
+    figure.text(0.5, 0.915, subtitle, ha="center", fontsize=10, color=_FAINT)
+    canvas = FigureCanvasAgg(figure)
+    png = BytesIO()
+    canvas.print_figure(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "isomatch"})
+    return png.getvalue()
+
+
+def _captions(result: MatchResult) -> tuple[str, str]:
+    count, alone = len(result.correspondences), len(result.unmatched)
+    title = f"{count} corresponding points" + (f", {alone} without partner" if alone else "")
+    proof = "proven optimal" if result.certified else f"optimal to {100.0 * result.gap:.2g} %"
+    return title, (
+        f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
+        f"   ·   greatest distortion {result.distortion.linf:.3g}"
+    )
+
+
+def _scenes(
+    source: TriangleMesh, target: TriangleMesh, result: MatchResult
+) -> tuple[_Scene, _Scene]:
+    """Both shapes, turned alike, of the same area, standing side by side."""
+    numbers = np.array(
+        [(pair.source, pair.target) for pair in result.correspondences], dtype=np.int64
+    ).reshape(-1, 2)
+    here, there = _vertices(source, numbers[:, 0]), _vertices(target, numbers[:, 1])
+    first = _unit(source)
+    second = _unit(target)
+    view = source_view(first)
+    left = view.of(first)
+    other = target_view(view, first[here], second[there]) if len(here) >= 3 else view
+    right = other.of(second)
+    left = left - [left[:, 0].max() + _GAP, left[:, 1].min(), 0.0]
+    right = right - [right[:, 0].min() - _GAP, right[:, 1].min(), 0.0]
+    return _Scene(left, source.faces, here), _Scene(right, target.faces, there)
+
+
+def _unit(mesh: TriangleMesh) -> FloatArray:
+    return mesh.scaled(1.0 / np.sqrt(mesh.area)).vertices
+
+
+def _vertices(mesh: TriangleMesh, numbers: IntArray) -> IntArray:
+    """Indices of the vertices that the user knows by these numbers."""
+    order = np.argsort(mesh.vertex_ids, kind="stable")
+    return order[np.searchsorted(mesh.vertex_ids, numbers, sorter=order)].astype(np.int64)
+
+
+def _draw_surface(axes: Axes, scene: _Scene) -> None:
+    corners = scene.vertices[scene.faces]
+    order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
+    shade = _shades(scene)[order]
+    colors = np.clip(_SKIN * shade[:, None], 0.0, 1.0)
+    # Edges in the face's own colour close the hairlines that antialiasing leaves between faces.
+    axes.add_collection(
+        PolyCollection(
+            list(corners[order][:, :, :2]), facecolors=colors, edgecolors=colors, linewidths=0.3
+        )
+    )
+
+
+def _shades(scene: _Scene) -> FloatArray:
+    """(F,) brightness: smooth normals, lit from the upper left, from both sides alike."""
+    a, b, c = np.moveaxis(scene.vertices[scene.faces], 1, 0)
+    across = np.cross(b - a, c - a)
+    normals = np.zeros_like(scene.vertices)
+    for corner in range(3):
+        np.add.at(normals, scene.faces[:, corner], across)
+    smooth = normals[scene.faces].sum(axis=1)
+    smooth /= np.maximum(np.linalg.norm(smooth, axis=1), 1e-300)[:, None]
+    smooth *= np.where(smooth[:, 2] < 0.0, -1.0, 1.0)[:, None]
+    lit = np.clip(smooth @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+    shades: FloatArray = 0.62 + 0.46 * lit - 0.10 * (1.0 - smooth[:, 2]) ** 2
+    return shades
+
+
+def _draw_points(axes: Axes, left: _Scene, right: _Scene) -> None:
+    here, there = left.vertices[left.points], right.vertices[right.points]
+    colors = _colors(here)
+    axes.add_collection(
+        LineCollection(
+            list(np.stack([here[:, :2], there[:, :2]], axis=1)),
+            colors=colors, linewidths=0.9, alpha=0.45, zorder=3,
+        )
+    )  # fmt: skip
+    for scene, places in ((left, here), (right, there)):
+        hidden = _hidden(scene)
+        for which, size, alpha in ((hidden, 26.0, 0.55), (~hidden, 52.0, 1.0)):
+            axes.scatter(
+                places[which, 0], places[which, 1], s=size, c=colors[which], alpha=alpha,
+                edgecolors="white", linewidths=0.9, zorder=4,
+            )  # fmt: skip
+
+
+def _colors(places: FloatArray) -> FloatArray:
+    """(K, 3) hue by direction from the middle, paler near it: neighbours have like colours."""
+    offsets = places[:, :2] - 0.5 * (
+        places[:, :2].min(axis=0, initial=np.inf) + places[:, :2].max(axis=0, initial=-np.inf)
+    )
+    hue = (np.arctan2(offsets[:, 1], offsets[:, 0]) / (2.0 * np.pi)) % 1.0
+    reach = np.linalg.norm(offsets, axis=1)
+    saturation = 0.55 + 0.40 * reach / max(float(reach.max(initial=0.0)), 1e-300)
+    return np.asarray(hsv_to_rgb(np.stack([hue, saturation, np.full_like(hue, 0.88)], axis=1)))
+
+
+def _hidden(scene: _Scene) -> BoolArray:
+    """(K,) whether some face lies clearly in front of a point."""
+    a, b, c = np.moveaxis(scene.vertices[scene.faces], 1, 0)
+    tolerance = 0.02
+    hidden = np.zeros(len(scene.points), dtype=np.bool_)
+    ab, ac = b - a, c - a
+    twice = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+    sound = np.abs(twice) > 1e-18
+    for i, place in enumerate(scene.vertices[scene.points]):
+        ap = place - a
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = (ap[:, 0] * ac[:, 1] - ap[:, 1] * ac[:, 0]) / twice
+            v = (ab[:, 0] * ap[:, 1] - ab[:, 1] * ap[:, 0]) / twice
+            inside = sound & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+            depth = a[:, 2] + u * ab[:, 2] + v * ac[:, 2]
+            hidden[i] = bool((inside & (depth > place[2] + tolerance)).any())
+    return hidden
+
+
+def _middle(scene: _Scene) -> float:
+    return float(0.5 * (scene.vertices[:, 0].min() + scene.vertices[:, 0].max()))
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 40 else name[:37] + "..."

@@ -1,0 +1,75 @@
+"""From which side shapes are looked at in a picture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray
+
+_THIN = 0.75
+"""Cosine beyond which an axis counts as the thin direction; no two axes can both exceed it."""
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """A rotation from a shape's coordinates to the paper's.
+
+    Parameters
+    ----------
+    axes
+        (3, 3) rows: the direction to the right, the one up, and the one towards the reader.
+    """
+
+    axes: FloatArray
+
+    def of(self, points: FloatArray) -> FloatArray:
+        """(K, 3) points in the paper's coordinates."""
+        seen: FloatArray = points @ self.axes.T
+        return seen
+
+
+def source_view(vertices: FloatArray) -> View:
+    """Look along the direction in which a shape is thinnest, with its own y or z axis up.
+
+    Files have either axis up. Of those along which the shape is not thin, the one is taken on
+    whose lower end the shape would stand most firmly.
+
+    Parameters
+    ----------
+    vertices
+        (V, 3), centred.
+    """
+    thin = np.linalg.eigh(np.cov(vertices.T))[1][:, 0]
+    upright = [axis for axis in (1, 2) if abs(thin[axis]) <= _THIN]
+    up = np.eye(3)[max(upright, key=lambda axis: _support(vertices, axis))]
+    towards = thin - (thin @ up) * up
+    towards /= np.linalg.norm(towards)
+    # Eigenvectors have no sign: face the positive side of the axis that is nearest.
+    towards *= np.sign(towards[np.argmax(np.abs(towards))])
+    return View(np.stack([np.cross(up, towards), up, towards]))
+
+
+def _support(vertices: FloatArray, axis: int) -> float:
+    """How far apart the lowest vertices lie, when an axis points up."""
+    height = vertices[:, axis]
+    lowest = height <= height.min() + 0.1 * np.ptp(height)
+    return float(np.delete(vertices[lowest], axis, axis=1).std(axis=0).sum())
+
+
+def target_view(view: View, source_points: FloatArray, target_points: FloatArray) -> View:
+    """Turn another shape about the vertical, until matched points lie alike.
+
+    Parameters
+    ----------
+    view
+        How the source is looked at.
+    source_points, target_points
+        (K, 3) matched points of both shapes, centred.
+    """
+    seen, other = view.of(source_points), view.of(target_points)
+    flat = np.stack([seen[:, 0] + 1j * seen[:, 2], other[:, 0] + 1j * other[:, 2]])
+    flat = flat - flat.mean(axis=1, keepdims=True)
+    turn = np.angle(np.vdot(flat[1], flat[0]))
+    cosine, sine = np.cos(turn), np.sin(turn)
+    rotation = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+    return View(rotation @ view.axes)
