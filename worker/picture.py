@@ -64,7 +64,7 @@ def draw_match(
     _draw_points(axes, left, right)
     for scene, name, mesh in ((left, names[0], source), (right, names[1], target)):
         x, y = _middle(scene), float(scene.vertices[:, 1].min())
-        label = f"{_short(name)}\n{mesh.n_vertices:,} vertices"
+        label = f"{_short(name)}\n{mesh.n_vertices:,} vertices".lstrip()
         axes.annotate(
             label, (x, y), (0, -10), textcoords="offset points", ha="center", va="top",
             fontsize=10, color=_FAINT, linespacing=1.5,
