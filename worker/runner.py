@@ -163,7 +163,11 @@ class Runner:
         if packed is None:
             raise ResultGone("the result has expired")
         result = result_from_blob(packed)
-        picture = draw_match(self._mesh(result.source), self._mesh(result.target), result)
+        records = [self.store.shapes.get(shape) for shape in (result.source, result.target)]
+        source, target = ("" if record is None else record.name for record in records)
+        picture = draw_match(
+            self._mesh(result.source), self._mesh(result.target), result, (source, target)
+        )
         self.store.jobs.set_picture(payload.match, picture)
 
     def _mesh(self, shape: str) -> TriangleMesh:
