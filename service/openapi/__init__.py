@@ -1,9 +1,6 @@
 """The OpenAPI document: as FastAPI sees it, and as it should be."""
 
-import argparse
 import json
-import sys
-from pathlib import Path
 from typing import Any
 
 from fastapi import FastAPI
@@ -60,20 +57,3 @@ def _mark_files(node: Any) -> None:
 def text(app: FastAPI) -> str:
     """Return the OpenAPI document as it is written to a file."""
     return json.dumps(app.openapi(), indent=2, ensure_ascii=False) + "\n"
-
-
-def main() -> int:
-    """Write the OpenAPI document: ``python -m service.openapi PATH``."""
-    from service.app import create_app
-    from service.settings import Settings
-
-    parser = argparse.ArgumentParser(prog="python -m service.openapi", description=__doc__)
-    parser.add_argument("path", type=Path)
-    path: Path = parser.parse_args().path
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(text(create_app(Settings())), encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
