@@ -53,8 +53,6 @@ class MatchParameters(TypedDict, total=False):
     time_limit
         Seconds after which the best answer so far is returned with its gap; None for no limit
         [None].
-    seed
-        Seed of everything random [0].
     """
 
     points: int
@@ -72,7 +70,6 @@ class MatchParameters(TypedDict, total=False):
     alternatives: int
     largest_component: bool
     time_limit: float | None
-    seed: int
 
 
 PARAMETER_NAMES: Final = frozenset(MatchParameters.__annotations__)

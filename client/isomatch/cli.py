@@ -141,7 +141,6 @@ def match(
     time_limit: Annotated[
         float | None, typer.Option(help="Seconds; the best answer so far is returned.")
     ] = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of everything random.")] = None,
     as_json: AsJson = False,
     output: Output = None,
     picture: Picture = None,
@@ -167,7 +166,6 @@ def match(
         "alternatives": alternatives,
         "largest_component": largest_component,
         "time_limit": time_limit,
-        "seed": seed,
     }
     parameters = {name: value for name, value in given.items() if value not in (None, [])}
     with _connected(url) as client:

@@ -57,7 +57,7 @@ def test_a_bad_parameter(client: isomatch.Client) -> None:
 def test_a_result_that_is_not_there_yet(
     client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
 ) -> None:
-    job = client.match(*pair, points=128, seed=5).cancel()
+    job = client.match(*pair, points=128, rho=1.9).cancel()
     job.wait(timeout=30)
     with pytest.raises(isomatch.Conflict):
         job.picture()

@@ -48,7 +48,7 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
 def test_progress_is_told(
     client: isomatch.Client, pair: Pair, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    client.match(*pair, points=6, coarse_points=6, seed=2).result(progress=True)
+    client.match(*pair, points=6, coarse_points=6, rho=1.9).result(progress=True)
     said = capsys.readouterr()
     assert said.out == ""
     assert "100%  succeeded" in said.err
@@ -82,7 +82,7 @@ def test_jobs_are_found_again(client: isomatch.Client, pair: Pair) -> None:
 
 def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> None:
     # One worker process at least is busy with the first, so that the last is cancelled in time.
-    jobs = [client.match(*pair, points=128, seed=seed) for seed in range(4)]
+    jobs = [client.match(*pair, points=128, beta=1.0 + i) for i in range(4)]
     last = jobs[-1].cancel()
     last.wait(timeout=30)
     assert last.state == "cancelled"
@@ -94,7 +94,7 @@ def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> N
 
 
 def test_waiting_ends_in_time_and_the_job_goes_on(client: isomatch.Client, pair: Pair) -> None:
-    job = client.match(*pair, points=96, seed=11)
+    job = client.match(*pair, points=96, rho=1.9)
     with pytest.raises(isomatch.WaitTimeout, match="it goes on"):
         job.result(timeout=0.0)
     with pytest.raises(TimeoutError):

@@ -250,7 +250,6 @@ BAD_PARAMETERS = {
     "alternatives": (0, 33),
     "largest_component": ("yes", 1),
     "time_limit": (0, -5),
-    "seed": (-1,),
     "pionts": (32,),
 }
 

@@ -15,8 +15,8 @@ from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, Metr
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
-NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component", "seed"}
-"""Parameters that say how shapes are made, and the seed of what is random: nothing as yet."""
+NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component"}
+"""Parameters that say how shapes are made."""
 
 
 def test_names() -> None:

@@ -107,12 +107,6 @@ class MatchParameters(BaseModel):
         description="Seconds after which the best answer so far is returned with its gap; null"
         " for no limit.",
     )
-    seed: int = Field(
-        default=0,
-        ge=0,
-        le=2**32 - 1,
-        description="Seed of everything random; at present nothing is.",
-    )
 
     @property
     def metrics(self) -> tuple[MetricName, ...]:
