@@ -8,7 +8,7 @@ from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, IntArray
 from solver.spectrum import Spectrum
 
 DescriptorName: TypeAlias = Literal["hks", "si_hks"]
@@ -28,7 +28,9 @@ _STEPS_PER_OCTAVE = 8
 _FREQUENCIES = 6
 
 
-def heat_kernel_signature(spectrum: Spectrum, times: FloatArray | None = None) -> FloatArray:
+def heat_kernel_signature(
+    spectrum: Spectrum, times: FloatArray | None = None, vertices: IntArray | None = None
+) -> FloatArray:
     """Heat kernel signature, section 3.6, relative to its mean over the shape.
 
     Component j at vertex x is h_{t_j}(x, x) A / Z(t_j) / √m, with h of equation (2), A the area
@@ -42,10 +44,12 @@ def heat_kernel_signature(spectrum: Spectrum, times: FloatArray | None = None) -
     times
         (m,) time scales t_j > 0 in the spectrum's unit of area. By default 32, logarithmically
         spaced from 0.0073 to 1, which suit a shape of unit area.
+    vertices
+        (S,) where it is wanted; by default at all V vertices.
 
     Returns
     -------
-    (V, m) float64, without unit. It changes with the scale of the shape unless the times do.
+    (S, m) float64, without unit. It changes with the scale of the shape unless the times do.
 
     Raises
     ------
@@ -54,14 +58,14 @@ def heat_kernel_signature(spectrum: Spectrum, times: FloatArray | None = None) -
     """
     times = _TIMES if times is None else np.asarray(times, dtype=np.float64)
     trace = np.exp(-np.outer(spectrum.eigenvalues, times)).sum(axis=0)
-    signature: FloatArray = _heat_kernel_diagonal(spectrum, times) * (
+    signature: FloatArray = _heat_kernel_diagonal(spectrum, times, vertices) * (
         spectrum.area / trace / np.sqrt(len(times))
     )
     return signature
 
 
 def scale_invariant_heat_kernel_signature(
-    spectrum: Spectrum, frequencies: int = _FREQUENCIES
+    spectrum: Spectrum, frequencies: int = _FREQUENCIES, vertices: IntArray | None = None
 ) -> FloatArray:
     """Scale-invariant heat kernel signature, section 3.7 (Bronstein and Kokkinos, CVPR 2010).
 
@@ -82,15 +86,17 @@ def scale_invariant_heat_kernel_signature(
         Of the shape.
     frequencies
         How many of the lowest frequencies, the zeroth included.
+    vertices
+        (S,) where it is wanted; by default at all V vertices.
 
     Returns
     -------
-    (V, frequencies) float64, without unit.
+    (S, frequencies) float64, without unit.
     """
     first, last = _OCTAVES
     count = (last - first) * _STEPS_PER_OCTAVE + 1
     times = spectrum.area * np.exp2(np.linspace(first, last, count))
-    slope = np.diff(np.log(_heat_kernel_diagonal(spectrum, times)), axis=1)
+    slope = np.diff(np.log(_heat_kernel_diagonal(spectrum, times, vertices)), axis=1)
     magnitudes = np.abs(np.fft.rfft(slope, axis=1)[:, :frequencies])
     trace = np.exp(-np.outer(spectrum.eigenvalues, times[[0, -1]])).sum(axis=0)
     decay = np.log(trace[0] / trace[1])
@@ -98,10 +104,13 @@ def scale_invariant_heat_kernel_signature(
     return signature
 
 
-def _heat_kernel_diagonal(spectrum: Spectrum, times: FloatArray) -> FloatArray:
-    """h_t(x, x) of (2): (V, m) for (m,) times."""
+def _heat_kernel_diagonal(
+    spectrum: Spectrum, times: FloatArray, vertices: IntArray | None
+) -> FloatArray:
+    """h_t(x, x) of (2): (S, m) at (S,) vertices, by default all, for (m,) times."""
     if not (times > 0.0).all():
         raise ValueError("times must be positive")
+    functions = spectrum.eigenfunctions
     decay = np.exp(-np.outer(spectrum.eigenvalues, times))
-    diagonal: FloatArray = spectrum.eigenfunctions**2 @ decay
+    diagonal: FloatArray = (functions if vertices is None else functions[vertices]) ** 2 @ decay
     return diagonal

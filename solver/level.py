@@ -195,4 +195,4 @@ def _sample(
         distances = shape.metric(metric, options.diffusion_time).between(vertices)
     if descriptor == NO_DESCRIPTOR or options.first_order_weight == 0.0:
         return SampledStructure(vertices, distances, None)
-    return SampledStructure(vertices, distances, shape.descriptor(descriptor)[vertices])
+    return SampledStructure(vertices, distances, shape.descriptor(descriptor, vertices))

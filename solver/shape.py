@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, IntArray
 from solver.descriptors import (
     DESCRIPTORS,
     heat_kernel_signature,
@@ -73,7 +73,6 @@ class Shape:
         self.eigenpairs = eigenpairs
         self._unit_spectrum = spectrum
         self._metrics: dict[tuple[str, float | None], Metric] = {}
-        self._descriptors: dict[str, FloatArray] = {}
         self._samplings: dict[tuple[str, float | None], FarthestPointSampling] = {}
 
     @property
@@ -129,33 +128,30 @@ class Shape:
             self._metrics[key] = self._new_metric(name, diffusion_time)
         return self._metrics[key]
 
-    def descriptor(self, name: str) -> FloatArray:
+    def descriptor(self, name: str, vertices: IntArray | None = None) -> FloatArray:
         """Local descriptor f_X.
 
         Parameters
         ----------
         name
             One of `DESCRIPTORS`.
+        vertices
+            (S,) where it is wanted; by default at all V vertices.
 
         Returns
         -------
-        (V, m) float64
+        (S, m) float64
 
         Raises
         ------
         OptionError
             The name is unknown.
         """
-        if name not in DESCRIPTORS:
-            raise OptionError("descriptor", f"{name!r} is none of {', '.join(DESCRIPTORS)}")
-        if name not in self._descriptors:
-            spectrum = self.spectrum()
-            self._descriptors[name] = (
-                heat_kernel_signature(spectrum)
-                if name == "hks"
-                else scale_invariant_heat_kernel_signature(spectrum)
-            )
-        return self._descriptors[name]
+        if name == "hks":
+            return heat_kernel_signature(self.spectrum(), vertices=vertices)
+        if name == "si_hks":
+            return scale_invariant_heat_kernel_signature(self.spectrum(), vertices=vertices)
+        raise OptionError("descriptor", f"{name!r} is none of {', '.join(DESCRIPTORS)}")
 
     def sampling(
         self, metric_name: str, count: int, diffusion_time: float | None = None
