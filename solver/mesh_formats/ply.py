@@ -1,7 +1,9 @@
 """Polygon File Format (PLY): text and binary, either byte order, polygons of any mix of sizes.
 
 The header declares *elements* (``vertex``, ``face``, ...) of so many rows, and the properties of a
-row in order: a number, or a list preceded by its length.
+row in order: a number, or a list preceded by its length. Read here and not by trimesh 5.2, which
+refuses binary files of mixed polygons, ignores the length of every list but the first, and shortens
+the faces of a text file that is cut off.
 """
 
 from dataclasses import dataclass
@@ -12,7 +14,6 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh_formats.contents import FileContents, colors_in_unit_range, polygon_contents
 from solver.mesh_formats.ply_data import (
-    FACE_LISTS,
     Columns,
     Element,
     Property,
@@ -41,6 +42,9 @@ _TYPES = {
     "double": "f8",
     "float64": "f8",
 }
+_FACE_LISTS = ("vertex_indices", "vertex_index")
+"""Names under which faces list their corners."""
+
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LONGEST_HEADER = 1 << 20
 
@@ -86,7 +90,7 @@ def read_ply(data: bytes) -> FileContents:
     vertex, face = columns["vertex"], columns.get("face", {})
     vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
     sizes, corners = _polygons(face)
-    types = {prop.name: prop.kind for e in header.elements if e.name == "vertex" for prop in e}
+    types = next(e.properties for e in header.elements if e.name == "vertex")
     return polygon_contents(vertices, sizes, corners, _colors(vertex, types), notes)
 
 
@@ -98,7 +102,8 @@ def _parse_header(data: bytes) -> _Header:
     if end < 0 or line_break < 0:
         raise MeshError("the PLY header does not end; the file is cut off or damaged")
     byte_order: str | None = None
-    elements: list[Element] = []
+    elements: dict[str, Element] = {}
+    element: Element | None = None
     for line in decode(data[:end]).splitlines()[1:]:
         words = line.split()
         if not words or words[0] in ("comment", "obj_info"):
@@ -106,16 +111,18 @@ def _parse_header(data: bytes) -> _Header:
         if words[0] == "format" and len(words) == 3 and words[1] in _FORMATS:
             byte_order = _FORMATS[words[1]]
         elif words[0] == "element" and len(words) == 3 and words[2].isdecimal():
-            elements.append(Element(words[1], int(words[2]), ()))
-        elif words[0] == "property" and elements:
-            elements[-1] = elements[-1].with_property(_property(words))
+            element = Element(words[1], int(words[2]))
+            if elements.setdefault(element.name, element) is not element:
+                raise MeshError(f"the PLY header declares the element {element.name[:80]} twice")
+        elif words[0] == "property" and element is not None:
+            prop = _property(words)
+            if element.properties.setdefault(words[-1], prop) is not prop:
+                raise MeshError(f"the PLY header declares the property {words[-1][:80]} twice")
         else:
             raise MeshError(f"a line of the PLY header cannot be read: {line[:80]!r}")
     if byte_order is None:
         raise MeshError("the PLY header does not say its format")
-    if len({element.name for element in elements}) != len(elements):
-        raise MeshError("the PLY header declares an element twice")
-    return _Header(byte_order, tuple(elements), line_break + 1)
+    return _Header(byte_order, tuple(elements.values()), line_break + 1)
 
 
 def _property(words: list[str]) -> Property:
@@ -124,9 +131,9 @@ def _property(words: list[str]) -> Property:
             length = _TYPES[words[2]]
             if length[0] == "f":
                 raise KeyError(words[2])
-            return Property(words[4], _TYPES[words[3]], length)
-        _, kind, name = words
-        return Property(name, _TYPES[kind])
+            return Property(_TYPES[words[3]], length)
+        _, kind, _ = words
+        return Property(_TYPES[kind])
     except (KeyError, ValueError):
         raise MeshError(f"a PLY property cannot be read: {' '.join(words)[:80]!r}") from None
 
@@ -135,24 +142,22 @@ def _numbers(columns: Columns, name: str) -> FloatArray:
     values = columns.get(name)
     if not isinstance(values, np.ndarray):
         raise MeshError(f"the vertices of the PLY file have no {name}")
-    return values
+    return values.astype(np.float64)
 
 
 def _polygons(columns: Columns) -> tuple[IntArray, IntArray]:
     if not columns:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    lists = next((columns[name] for name in FACE_LISTS if name in columns), None)
+    lists = next((columns[name] for name in _FACE_LISTS if name in columns), None)
     if not isinstance(lists, tuple) or lists[1].dtype.kind == "f":
         raise MeshError("the faces of the PLY file have no list of integers vertex_indices")
     sizes, corners = lists
     return sizes, corners.astype(np.int64)
 
 
-def _colors(vertex: Columns, types: dict[str, str]) -> FloatArray | None:
+def _colors(vertex: Columns, types: dict[str, Property]) -> FloatArray | None:
     channels = [vertex.get(name) for name in ("red", "green", "blue")]
     if not all(isinstance(channel, np.ndarray) for channel in channels):
         return None
     values = np.stack([np.asarray(channel, dtype=np.float64) for channel in channels], axis=1)
-    if types["red"] == "u1":
-        return values / 255.0
-    return colors_in_unit_range(values)
+    return values / 255.0 if types["red"].kind == "u1" else colors_in_unit_range(values)

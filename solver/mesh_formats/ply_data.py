@@ -1,24 +1,20 @@
 """The rows of a PLY file: binary or text, as columns by property name."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import islice
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import IntArray
 from solver.errors import MeshError
-from solver.mesh_formats.text import counted_lists, float_table
 
 Values: TypeAlias = npt.NDArray[Any]
 
-Columns: TypeAlias = dict[str, FloatArray | tuple[IntArray, Values]]
+Columns: TypeAlias = dict[str, Values | tuple[IntArray, Values]]
 """By property: a number per row, or (sizes, values one after the other) of a list per row."""
-
-
-FACE_LISTS = ("vertex_indices", "vertex_index")
-"""Names under which faces list their corners."""
 
 
 @dataclass(frozen=True)
@@ -27,41 +23,23 @@ class Property:
 
     Parameters
     ----------
-    name
-        As in the header.
     kind
         NumPy's code of its type, without byte order.
     length
         Code of the type of the list's length; ``None`` for a single number.
     """
 
-    name: str
     kind: str
     length: str | None = None
 
 
 @dataclass(frozen=True)
 class Element:
-    """A kind of row, how many there are, and their properties in order."""
+    """A kind of row, how many there are, and their properties by name, in order."""
 
     name: str
     rows: int
-    properties: tuple[Property, ...]
-
-    def with_property(self, prop: Property) -> "Element":
-        """Return the element with one property more.
-
-        Raises
-        ------
-        MeshError
-            It has one of that name already.
-        """
-        if any(known.name == prop.name for known in self.properties):
-            raise MeshError(f"the PLY header declares the property {prop.name} twice")
-        return replace(self, properties=(*self.properties, prop))
-
-    def __iter__(self) -> Iterator[Property]:
-        return iter(self.properties)
+    properties: dict[str, Property] = field(default_factory=dict)
 
 
 def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) -> dict[str, Columns]:
@@ -84,9 +62,6 @@ def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) ->
     columns: dict[str, Columns] = {}
     position = 0
     for element in elements:
-        least = sum(np.dtype(prop.length or prop.kind).itemsize for prop in element)
-        if element.rows * least > len(body) - position:
-            raise _cut_off(element)
         columns[element.name], position = _binary_rows(element, body, position, byte_order)
     if position != len(body):
         raise MeshError(
@@ -99,84 +74,61 @@ def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) ->
 def _binary_rows(
     element: Element, body: bytes, position: int, byte_order: str
 ) -> tuple[Columns, int]:
-    if not element.rows or not element.properties:
-        return _empty(element), position
-    sizes, _ = _row_at(element, body, position, byte_order)
-    fields: list[tuple[str, str, tuple[int, ...]]] = []
-    for number, prop in enumerate(element):
-        if prop.length is None:
-            fields.append((f"value{number}", byte_order + prop.kind, ()))
-        else:
-            fields.append((f"size{number}", byte_order + prop.length, ()))
-            fields.append((f"value{number}", byte_order + prop.kind, (sizes[number],)))
-    row = np.dtype(fields)
-    if element.rows * row.itemsize <= len(body) - position:
-        table = np.frombuffer(body, dtype=row, count=element.rows, offset=position)
-        names = [name for name, _, _ in fields if name.startswith("size")]
-        if all((table[name] == sizes[int(name[4:])]).all() for name in names):
-            return _uniform(element, table), position + element.rows * row.itemsize
-    return _walk(element, body, position, byte_order)
-
-
-def _uniform(element: Element, table: Values) -> Columns:
+    """Read rows in runs whose lists have the same lengths."""
+    kinds = {
+        (name, what): np.dtype(byte_order + kind)
+        for name, prop in element.properties.items()
+        for what, kind in (("size", prop.length), ("value", prop.kind))
+        if kind
+    }
+    read = {key: bytearray() for key in kinds}
+    left, longest = element.rows if kinds else 0, 1
+    while left:
+        row = _row_type(element, body, position, byte_order)
+        fitting = min(left, longest, (len(body) - position) // row.itemsize)
+        table = np.frombuffer(body, row, fitting, position)
+        alike = np.ones(fitting, dtype=np.bool_)
+        for number, (_, what) in enumerate(kinds):
+            if what == "size":
+                alike &= table[f"f{number}"] == table[f"f{number}"][0]
+        run = fitting if alike.all() else int(np.argmin(alike))
+        for number, key in enumerate(kinds):
+            read[key] += table[f"f{number}"][:run].tobytes()
+        # Looking further ahead only after success keeps the work linear whatever the lists are.
+        longest = 2 * longest if run == longest else 1
+        left -= run
+        position += run * row.itemsize
     columns: Columns = {}
-    for number, prop in enumerate(element):
-        values = table[f"value{number}"]
+    for name, prop in element.properties.items():
+        values = np.frombuffer(read[name, "value"], kinds[name, "value"])
         if prop.length is None:
-            columns[prop.name] = values.astype(np.float64)
+            columns[name] = values
         else:
-            sizes = table[f"size{number}"].astype(np.int64)
-            columns[prop.name] = (sizes, values.reshape(-1))
-    return columns
-
-
-def _row_at(element: Element, body: bytes, position: int, byte_order: str) -> tuple[list[int], int]:
-    """Lengths of a row's lists (0 for numbers), and where the next row begins."""
-    sizes: list[int] = []
-    for prop in element:
-        size, items = 0, 1
-        if prop.length is not None:
-            size = items = int(_read(body, position, byte_order + prop.length, 1, element)[0])
-            if size < 0:
-                raise MeshError(f"a {element.name} of the PLY file has a list of negative length")
-            position += np.dtype(prop.length).itemsize
-        sizes.append(size)
-        position += items * np.dtype(prop.kind).itemsize
-    if position > len(body):
-        raise _cut_off(element)
-    return sizes, position
-
-
-def _walk(element: Element, body: bytes, position: int, byte_order: str) -> tuple[Columns, int]:
-    """Row by row, for lists of different lengths."""
-    sizes: list[list[int]] = []
-    values: list[list[Values]] = [[] for _ in element]
-    for _ in range(element.rows):
-        lengths, end = _row_at(element, body, position, byte_order)
-        sizes.append(lengths)
-        for number, prop in enumerate(element):
-            items = 1
-            if prop.length is not None:
-                items = lengths[number]
-                position += np.dtype(prop.length).itemsize
-            values[number].append(_read(body, position, byte_order + prop.kind, items, element))
-            position += items * np.dtype(prop.kind).itemsize
-        position = end
-    columns: Columns = {}
-    for number, prop in enumerate(element):
-        joined = np.concatenate(values[number])
-        if prop.length is None:
-            columns[prop.name] = joined.astype(np.float64)
-        else:
-            lengths_column = np.array([row[number] for row in sizes], dtype=np.int64)
-            columns[prop.name] = (lengths_column, joined)
+            sizes = np.frombuffer(read[name, "size"], kinds[name, "size"]).astype(np.int64)
+            columns[name] = (sizes, values)
     return columns, position
 
 
-def _read(body: bytes, position: int, kind: str, count: int, element: Element) -> Values:
-    if position + count * np.dtype(kind).itemsize > len(body):
-        raise _cut_off(element)
-    return np.frombuffer(body, dtype=kind, count=count, offset=position)
+def _row_type(element: Element, body: bytes, position: int, byte_order: str) -> np.dtype[np.void]:
+    """Layout of the row that begins at `position`, all of which is there; fields f0, f1, ..."""
+    fields: list[tuple[str, str, tuple[int, ...]]] = []
+    for prop in element.properties.values():
+        items = 1
+        if prop.length is not None:
+            length = np.dtype(byte_order + prop.length)
+            if position + length.itemsize > len(body):
+                raise _cut_off(element)
+            items = int(np.frombuffer(body, length, 1, position)[0])
+            if items < 0:
+                raise MeshError(f"a {element.name} of the PLY file has a list of negative length")
+            fields.append((f"f{len(fields)}", length.str, ()))
+            position += length.itemsize
+        position += items * np.dtype(prop.kind).itemsize
+        if position > len(body):
+            raise _cut_off(element)
+        shape = () if prop.length is None else (items,)
+        fields.append((f"f{len(fields)}", byte_order + prop.kind, shape))
+    return np.dtype(fields)
 
 
 def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
@@ -194,68 +146,47 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
     MeshError
         There are fewer lines than the header promises, or one cannot be read.
     """
-    lines = [line for raw in text.splitlines() if (line := raw.strip())]
+    lines = [line for line in text.splitlines() if line.strip()]
     columns: dict[str, Columns] = {}
     position = 0
     for element in elements:
-        if not element.properties or not element.rows:
-            columns[element.name] = _empty(element)
-            continue
-        if element.rows > len(lines) - position:
+        end = position + element.rows if element.properties else position
+        if end > len(lines):
             raise _cut_off(element)
-        rows = lines[position : position + element.rows]
-        position += element.rows
-        columns[element.name] = _text_rows(element, rows)
+        try:
+            columns[element.name] = _text_rows(element, lines[position:end])
+        except (ValueError, OverflowError) as error:
+            raise MeshError(
+                f"a {element.name} line of the PLY file cannot be read: {error}; "
+                "the file is cut off or damaged"
+            ) from error
+        position = end
     return columns
 
 
-def _text_rows(element: Element, rows: list[str]) -> Columns:
-    first = element.properties[0]
-    if first.length is not None and first.name in FACE_LISTS:
-        # What follows (colours, texture coordinates) is not needed.
-        return {first.name: counted_lists(rows, element.name)}
-    if any(prop.length is not None for prop in element):
-        return _text_walk(element, rows)
-    table = float_table(rows, element.name)
-    if table.shape[1] != len(element.properties):
-        raise MeshError(
-            f"a {element.name} line of the PLY file has {table.shape[1]} numbers; "
-            f"its header promises {len(element.properties)}"
-        )
-    return {prop.name: table[:, number] for number, prop in enumerate(element)}
-
-
-def _text_walk(element: Element, rows: list[str]) -> Columns:
-    """Word by word, for lists that stand behind other properties."""
-    sizes: list[list[int]] = [[] for _ in element]
-    words: list[list[str]] = [[] for _ in element]
-    try:
-        for row in rows:
-            rest = row.split()
-            for number, prop in enumerate(element):
-                size = 1 if prop.length is None else int(rest.pop(0))
-                if not 0 <= size <= len(rest):
-                    raise _cut_off(element)
-                sizes[number].append(size)
-                words[number] += rest[:size]
-                rest = rest[size:]
-        columns: Columns = {}
-        for number, prop in enumerate(element):
-            if prop.length is None:
-                columns[prop.name] = np.array(words[number], dtype=np.float64)
-            else:
-                values = np.array(words[number], dtype="f8" if prop.kind[0] == "f" else "i8")
-                columns[prop.name] = (np.array(sizes[number], dtype=np.int64), values)
-    except (ValueError, IndexError, OverflowError) as error:
-        raise MeshError(f"a {element.name} line of the PLY file cannot be read: {error}") from error
+def _text_rows(element: Element, rows: Sequence[str]) -> Columns:
+    sizes: dict[str, list[int]] = {name: [] for name in element.properties}
+    words: dict[str, list[str]] = {name: [] for name in element.properties}
+    for row in rows:
+        rest = iter(row.split())
+        for name, prop in element.properties.items():
+            size = 1 if prop.length is None else int(next(rest, ""))
+            sizes[name].append(size)
+            words[name].extend(islice(rest, size))
+        if next(rest, None) is not None:
+            raise ValueError("it is longer than the header says")
+        if "_" in row:  # Python would read 1_0 as 10
+            raise ValueError("a word in it is no number")
+    columns: Columns = {}
+    for name, prop in element.properties.items():
+        if len(words[name]) != sum(sizes[name]):
+            raise ValueError(f"{name} is shorter than promised")
+        if prop.length is None:
+            columns[name] = np.array(words[name], dtype=np.float64)
+        else:
+            kind = np.float64 if prop.kind.startswith("f") else np.int64
+            columns[name] = (np.array(sizes[name], np.int64), np.array(words[name], kind))
     return columns
-
-
-def _empty(element: Element) -> Columns:
-    nothing = np.zeros(0, dtype=np.int64)
-    return {
-        prop.name: np.zeros(0) if prop.length is None else (nothing, nothing) for prop in element
-    }
 
 
 def _cut_off(element: Element) -> MeshError:
