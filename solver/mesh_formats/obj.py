@@ -1,7 +1,9 @@
 """Wavefront OBJ: positions, faces and vertex colours; everything else is left aside.
 
 Texture coordinates and normals have their own indices in a face's corners. Only the first index,
-the position's, is read, so a vertex here is a ``v`` line, whatever seams the texture has.
+the position's, is read, so a vertex here is a ``v`` line, whatever seams the texture has. Read here
+and not by trimesh 5.2, which repeats vertices along seams and for every material, takes index 0
+and negative indices for other vertices than are meant, and drops faces that are cut off.
 """
 
 import re

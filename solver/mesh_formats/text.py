@@ -62,34 +62,23 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
     MeshError
         Something is not an integer, or a list is shorter than its count.
     """
-    if not lines:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    table = _uniform_integers(lines)
-    if table is not None and (table[:, 0] == table.shape[1] - 1).all():
-        return np.ascontiguousarray(table[:, 0]), table[:, 1:].reshape(-1)
-    rows = [line.split() for line in lines]
+    sizes: list[int] = []
+    values: list[int] = []
     try:
-        sizes = np.array([int(row[0]) for row in rows], dtype=np.int64)
-        for number, (row, size) in enumerate(zip(rows, sizes.tolist(), strict=True)):
-            if not 0 <= size < len(row):
+        for number, line in enumerate(lines):
+            size, *row = line.split()
+            sizes.append(int(size))
+            if not 0 <= sizes[-1] <= len(row):
                 raise MeshError(
-                    f"{what} {number} promises {size} values and has {len(row) - 1}; "
+                    f"{what} {number} promises {size} values and has {len(row)}; "
                     "the file is cut off or damaged"
                 )
-        values = np.array(
-            [int(value) for row in rows for value in row[1 : int(row[0]) + 1]], dtype=np.int64
-        )
-    except (ValueError, IndexError, OverflowError) as error:
+            values.extend(map(int, row[: sizes[-1]]))
+            if "_" in line:  # Python would read 1_0 as 10
+                raise ValueError("a word in it is no number")
+        return np.array(sizes, dtype=np.int64), np.array(values, dtype=np.int64)
+    except (ValueError, OverflowError) as error:
         raise MeshError(f"a {what} line cannot be read: {_plain(error)}") from error
-    return sizes, values
-
-
-def _uniform_integers(lines: Sequence[str]) -> IntArray | None:
-    """Lines of equally many integers as a table, none if they are something else."""
-    try:
-        return np.loadtxt(lines, dtype=np.int64, comments=None, ndmin=2)
-    except ValueError:
-        return None
 
 
 def last_line_note(text: str) -> tuple[str, ...]:
