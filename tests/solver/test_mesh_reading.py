@@ -3,6 +3,7 @@
 import base64
 import json
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -191,6 +192,7 @@ def test_colors_of_off(header: str, colors: str) -> None:
         ("OFF\n3 1 0\n0 0\n1 0\n1 1\n3 0 1 2\n", "fewer than three"),
         ("OFF\n3 1 0\n0 0 0\n1 0 zero\n1 1 0\n3 0 1 2\n", "vertex line"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 two\n", "face line"),
+        ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 0_2\n", "face line"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n", "vertex 3"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 -1\n", "vertex -1"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1\n", "promises 3 values and has 2"),
@@ -274,6 +276,47 @@ def test_ply_polygons_of_any_mix_of_sizes(encoding: str) -> None:
     mesh = read_mesh(mesh_files.ply(FIVE, MIXED, encoding), "ply")
     np.testing.assert_array_equal(mesh.vertices, FIVE)
     assert mesh.faces.tolist() == [[0, 1, 4], [0, 1, 2], [0, 2, 3], [2, 3, 4]]
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
+def test_ply_runs_of_polygons_of_one_size(encoding: str) -> None:
+    """Binary rows are read run by run, and runs may have any length."""
+    rng = np.random.default_rng(4)
+    sizes = np.repeat(rng.integers(3, 6, size=40), rng.integers(1, 30, size=40))
+    vertices = rng.normal(size=(400, 3))
+    polygons = [rng.choice(400, size, replace=False).tolist() for size in sizes]
+    mesh = read_mesh(mesh_files.ply(vertices, polygons, encoding), "ply")
+    fans = [[p[0], b, c] for p in polygons for b, c in pairwise(p[1:])]
+    assert mesh.vertex_ids[mesh.faces].tolist() == fans
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"1.0 1.0 0.0\n", b"1.0 1.0\n"),
+        (b"1.0 1.0 0.0\n", b"1.0 1.0 0.0 7\n"),
+        (b"1.0 1.0 0.0\n", b"1.0 1_0 0.0\n"),
+        (b"3 0 2 3\n", b"3 0 2\n"),
+        (b"3 0 2 3\n", b"2 0 2 3\n"),
+        (b"3 0 2 3\n", b"-3 0 2 3\n"),
+        (b"3 0 2 3\n", b"3 0 2.9 3\n"),
+        (b"3 0 2 3\n", b"3 0 two 3\n"),
+    ],
+)
+def test_text_ply_rows_that_contradict_the_header(old: bytes, new: bytes) -> None:
+    data = mesh_files.ply(SQUARE, TWO, "ascii")
+    assert old in data
+    with pytest.raises(MeshError, match="line of the PLY file cannot be read"):
+        read_mesh(data.replace(old, new, 1), "ply")
+
+
+def test_binary_ply_list_lengths_are_all_believed() -> None:
+    """Two faces of three corners have as many bytes whatever the second says of its length."""
+    data = mesh_files.ply(SQUARE, TWO)
+    for length in (2, 4, 255):
+        wrong = data[:-13] + bytes([length]) + data[-12:]
+        with pytest.raises(MeshError, match=r"cut off|more than its header"):
+            read_mesh(wrong, "ply")
 
 
 def _ply(encoding: str, kind: str, face_first: str, body: bytes) -> bytes:
@@ -377,6 +420,21 @@ def test_several_solids_in_a_text_stl_are_one_mesh() -> None:
     upper = mesh_files.text_stl(SQUARE, np.array(TWO[:1]))
     lower = mesh_files.text_stl(SQUARE, np.array(TWO[1:])).upper()
     assert read_mesh(upper + lower, "stl").faces.tolist() == TWO
+
+
+def test_stl_names_are_not_read() -> None:
+    text = mesh_files.text_stl(SQUARE, np.array(TWO))
+    text = text.replace(b"solid shape", b"solid vertex 1 2 3 normal endsolid")
+    assert read_mesh(text, "stl").faces.tolist() == TWO
+    binary = mesh_files.stl(SQUARE, np.array(TWO), header=b"solid \xe9\xff")
+    assert read_mesh(binary, "stl").faces.tolist() == TWO
+
+
+@pytest.mark.parametrize("end", [20, 60, 200])
+def test_a_second_solid_that_is_cut_off(end: int) -> None:
+    text = mesh_files.text_stl(SQUARE, np.array(TWO))
+    with pytest.raises(MeshError, match="cut off"):
+        read_mesh(text + text[:-end], "stl")
 
 
 @pytest.mark.parametrize(
