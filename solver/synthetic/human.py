@@ -173,8 +173,8 @@ def _head(p: HumanProportions) -> tuple[list[Flesh], list[tuple[str, Point]]]:
         ),
     ]
     for s in _SIDES:
-        low, high = (0.078 * s * h, y + 0.055 * h, 0.0), (0.088 * s * h, y + 0.09 * h, -0.012 * h)
-        flesh.append(Flesh("head", low, 0.008 * h, high, 0.014 * h))
+        low, high = (0.074 * s * h, y + 0.06 * h, 0.0), (0.081 * s * h, y + 0.088 * h, -0.012 * h)
+        flesh.append(Flesh("head", low, 0.006 * h, high, 0.01 * h))
     landmarks = [("head", (0.0, y + 0.19 * h, 0.0)), ("nose", (0.0, y + 0.05 * h, 0.12 * h))]
     return flesh, landmarks
 
@@ -203,7 +203,7 @@ def _arm(p: HumanProportions, size: float, hand: float) -> tuple[list[Joint], li
     ]
     flesh = [
         Flesh("left_shoulder", at(-0.01), 0.05 * r, at(0.05), 0.048 * r),
-        Flesh("left_shoulder", at(0.0), 0.044 * r, at(elbow), 0.034 * r),
+        Flesh("left_shoulder", at(0.0), 0.044 * r, at(elbow), 0.03 * r),
         Flesh(
             "left_shoulder",
             at(0.4 * elbow, front=0.012),
@@ -211,7 +211,7 @@ def _arm(p: HumanProportions, size: float, hand: float) -> tuple[list[Joint], li
             at(0.65 * elbow, front=0.01),
             0.034 * r,
         ),
-        Flesh("left_elbow", at(elbow), 0.034 * r, at(wrist), 0.022 * r),
+        Flesh("left_elbow", at(elbow), 0.03 * r, at(wrist), 0.02 * r),
         Flesh("left_elbow", at(elbow + 0.04 * size), 0.037 * r, at(elbow + 0.1 * size), 0.034 * r),
         Flesh(
             "left_wrist", at(wrist), 0.021 * r, at(wrist + 0.08 * m, front=-0.018 * m), 0.017 * m
@@ -265,7 +265,7 @@ def _leg(p: HumanProportions, size: float) -> tuple[list[Joint], list[Flesh]]:
         Joint("left_toes", "left_ankle", ball),
     ]
     flesh = [
-        Flesh("left_hip", (0.092, -0.08, 0.0), 0.08 * r, knee, 0.047 * r),
+        Flesh("left_hip", (0.092, -0.08, 0.0), 0.08 * r, knee, 0.042 * r),
         Flesh(
             "left_hip",
             (0.1, -0.04 - 0.1 * length, 0.012),
@@ -273,7 +273,7 @@ def _leg(p: HumanProportions, size: float) -> tuple[list[Joint], list[Flesh]]:
             (0.112, -0.04 - 0.24 * length, 0.012),
             0.06 * r,
         ),
-        Flesh("left_knee", knee, 0.045 * r, ankle, 0.028 * r),
+        Flesh("left_knee", knee, 0.041 * r, ankle, 0.026 * r),
         Flesh("left_knee", shin(0.15, 0.012), 0.046 * r, shin(0.4, 0.018), 0.042 * r),
         Flesh(
             "left_ankle",

@@ -1,10 +1,54 @@
 """The body as a level set: smooth union of rounded cones, and its marching-cubes surface."""
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 from skimage.measure import marching_cubes
 
 from solver.arrays import FloatArray, IntArray
+from solver.kernel import kernel
 from solver.synthetic.skeleton import Cones
+
+
+class Skin(NamedTuple):
+    """The function whose zero level is the skin, at p points.
+
+    Attributes
+    ----------
+    value
+        (p,) float64, about the distance from the skin, negative inside.
+    gradient
+        (p, 3) float64, of length near 1 close to the skin.
+    thickness
+        (p,) float64, radius of the cones nearby, in metres.
+    """
+
+    value: FloatArray
+    gradient: FloatArray
+    thickness: FloatArray
+
+
+def body(cones: Cones, blend: float, points: FloatArray) -> Skin:
+    """Smooth union of cones, ``-b log(sum_i exp(-d_i / b))``, at points.
+
+    Parameters
+    ----------
+    cones
+        n cones.
+    blend
+        b, in metres.
+    points
+        (p, 3) float64.
+
+    Returns
+    -------
+    skin
+        Value, gradient and thickness.
+    """
+    arrays = cones.start, cones.end, cones.start_radius, cones.end_radius
+    distances, gradients, thickness = _union(*arrays, blend, points)
+    return Skin(distances, gradients, thickness)
 
 
 def cone_distances(cones: Cones, points: FloatArray) -> FloatArray:
@@ -23,51 +67,63 @@ def cone_distances(cones: Cones, points: FloatArray) -> FloatArray:
         (p, n) float64. Measured to the ball whose centre is the nearest point of the axis, which
         differs from the Euclidean distance by second order in the taper.
     """
-    return np.stack([_one_cone(cones, i, points)[0] for i in range(len(cones.start))], axis=1)
-
-
-def body(cones: Cones, blend: float, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Value and gradient of the function whose zero level is the skin.
-
-    The union is smoothed as ``-b log(sum_i exp(-d_i / b))``.
-
-    Parameters
-    ----------
-    cones
-        n cones.
-    blend
-        b, in metres.
-    points
-        (p, 3) float64.
-
-    Returns
-    -------
-    value
-        (p,) float64, negative inside.
-    gradient
-        (p, 3) float64, of length near 1 close to the skin.
-    """
-    distances = np.empty((len(cones.start), len(points)))
-    gradients = np.empty((len(cones.start), len(points), 3))
+    distances = np.empty((len(points), len(cones.start)))
     for i in range(len(cones.start)):
-        distances[i], gradients[i] = _one_cone(cones, i, points)
-    nearest = distances.min(axis=0)
-    weights = np.exp((nearest - distances) / blend)
-    total = weights.sum(axis=0)
-    gradient = np.einsum("np,npd->pd", weights / total, gradients)
-    return nearest - blend * np.log(total), gradient
+        axis = cones.end[i] - cones.start[i]
+        from_start = points - cones.start[i]
+        along = np.clip(from_start @ axis / max(float(axis @ axis), 1e-30), 0.0, 1.0)
+        across = np.linalg.norm(from_start - along[:, None] * axis, axis=1)
+        taper = cones.end_radius[i] - cones.start_radius[i]
+        distances[:, i] = across - cones.start_radius[i] - along * taper
+    return distances
 
 
-def _one_cone(cones: Cones, i: int, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    axis = cones.end[i] - cones.start[i]
-    length = max(float(axis @ axis), 1e-30)
-    along = np.clip((points - cones.start[i]) @ axis / length, 0.0, 1.0)
-    taper = cones.end_radius[i] - cones.start_radius[i]
-    offset = points - cones.start[i] - along[:, None] * axis
-    norm = np.maximum(np.linalg.norm(offset, axis=1), 1e-12)
-    inner = (along > 0.0) & (along < 1.0)
-    gradient = offset / norm[:, None] - np.outer(inner * taper / length, axis)
-    return norm - cones.start_radius[i] - along * taper, gradient
+@kernel
+def _union(
+    start: FloatArray,
+    end: FloatArray,
+    start_radius: FloatArray,
+    end_radius: FloatArray,
+    blend: float,
+    points: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    n, p = len(start), len(points)
+    value, gradient, thickness = np.empty(p), np.empty((p, 3)), np.empty(p)
+    distance, along = np.empty(n), np.empty(n)
+    axis, offset = np.empty(3), np.empty(3)
+    for k in range(p):
+        for i in range(n):
+            dot = square = length = 0.0
+            for d in range(3):
+                a, u = end[i, d] - start[i, d], points[k, d] - start[i, d]
+                dot, square, length = dot + a * u, square + u * u, length + a * a
+            t = min(max(dot / max(length, 1e-30), 0.0), 1.0)
+            across = math.sqrt(max(square - 2.0 * t * dot + t * t * length, 0.0))
+            along[i] = t
+            distance[i] = across - start_radius[i] - t * (end_radius[i] - start_radius[i])
+        nearest = distance.min()
+        total = radius = 0.0
+        gradient[k] = 0.0
+        for i in range(n):
+            if distance[i] > nearest + 20.0 * blend:
+                continue
+            share, t = math.exp((nearest - distance[i]) / blend), along[i]
+            taper = end_radius[i] - start_radius[i]
+            length = across = 0.0
+            for d in range(3):
+                axis[d] = end[i, d] - start[i, d]
+                offset[d] = points[k, d] - start[i, d] - t * axis[d]
+                length, across = length + axis[d] ** 2, across + offset[d] ** 2
+            across = max(math.sqrt(across), 1e-12)
+            slope = taper / length if 0.0 < t < 1.0 else 0.0
+            for d in range(3):
+                gradient[k, d] += share * (offset[d] / across - slope * axis[d])
+            total += share
+            radius += share * (start_radius[i] + t * taper)
+        gradient[k] /= total
+        thickness[k] = radius / total
+        value[k] = nearest - blend * math.log(total)
+    return value, gradient, thickness
 
 
 def marching_cubes_surface(

@@ -10,9 +10,14 @@ import numpy as np
 from scipy import sparse
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.synthetic.implicit import Skin
 
-Surface = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-"""Value and gradient, at (p, 3) points, of the function whose zero level is the surface."""
+Surface = Callable[[FloatArray], Skin]
+"""What is known of the surface at (p, 3) points."""
+
+
+_DEEPEST_CHORD = 0.4
+"""How deep an edge may cut into the flesh, per thickness: four edges go round a limb, not three."""
 
 
 def edges_of(faces: IntArray) -> IntArray:
@@ -29,7 +34,11 @@ def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def collapse_edges(
-    vertices: FloatArray, faces: IntArray, count: int, rng: np.random.Generator
+    vertices: FloatArray,
+    faces: IntArray,
+    surface: Surface,
+    count: int,
+    rng: np.random.Generator,
 ) -> tuple[FloatArray, IntArray]:
     """Merge the ends of short edges until ``count`` vertices are left.
 
@@ -37,9 +46,11 @@ def collapse_edges(
     ----------
     vertices, faces
         (V, 3) float64 and (F, 3) int64, a closed manifold.
+    surface
+        Where merged vertices are put.
     count
         Number of vertices to end with; more are left only when every further collapse would
-        change the topology or fold the surface.
+        change the topology, fold the surface or cut a thin part.
     rng
         Chooses among the edges that may be collapsed at once.
 
@@ -49,16 +60,21 @@ def collapse_edges(
         The coarser mesh.
     """
     stalled = 0
-    while len(vertices) > count and stalled < 20:
+    while len(vertices) > count and stalled < 12:
         edges = edges_of(faces)
+        skin = surface(vertices[edges].mean(axis=1))
         lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-        short = lengths <= np.quantile(lengths, min(1.0, 0.4 + 0.05 * stalled))
+        lengths /= edge_sizes(skin)
+        lengths[skin.value < -_DEEPEST_CHORD * skin.thickness] = np.inf
+        limit = np.quantile(lengths, min(0.4 + 0.05 * stalled, 1.0), method="lower")
+        short = (lengths <= limit) & np.isfinite(lengths)
         chosen = edges[_far_apart(edges, short, len(vertices), rng)]
-        chosen = chosen[_closes_no_loop(chosen, edges, len(vertices))]
-        chosen = chosen[: len(vertices) - count]
-        chosen = chosen[_folds_nothing(chosen, vertices, faces)]
+        chosen = chosen[_closes_no_loop(chosen, edges, len(vertices))][: len(vertices) - count]
+        merged = onto(vertices[chosen].mean(axis=1), surface)
+        unfolded = _folds_nothing(chosen, merged, vertices, faces)
+        chosen, merged = chosen[unfolded], merged[unfolded]
         stalled = stalled + 1 if len(chosen) == 0 else 0
-        vertices, faces = _merge(chosen, vertices, faces)
+        vertices, faces = _merge(chosen, merged, vertices, faces)
     return vertices, faces
 
 
@@ -90,12 +106,14 @@ def _closes_no_loop(chosen: IntArray, edges: IntArray, n_vertices: int) -> BoolA
     return verdict
 
 
-def _folds_nothing(chosen: IntArray, vertices: FloatArray, faces: IntArray) -> BoolArray:
+def _folds_nothing(
+    chosen: IntArray, merged: FloatArray, vertices: FloatArray, faces: IntArray
+) -> BoolArray:
     """Which edges can be collapsed without turning a neighbouring triangle by much."""
     owner = np.full(len(vertices), -1)
     owner[chosen] = np.arange(len(chosen))[:, None]
     moved = vertices.copy()
-    moved[chosen] = vertices[chosen].mean(axis=1, keepdims=True)
+    moved[chosen] = merged[:, None]
     before, after = face_normals(vertices, faces), face_normals(moved, faces)
     owners = owner[faces].max(axis=1)
     vanishing = np.sum(owner[faces] == owners[:, None], axis=1) == 2
@@ -107,10 +125,12 @@ def _folds_nothing(chosen: IntArray, vertices: FloatArray, faces: IntArray) -> B
     return verdict
 
 
-def _merge(chosen: IntArray, vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Replace both ends of each edge by its midpoint and renumber."""
+def _merge(
+    chosen: IntArray, merged: FloatArray, vertices: FloatArray, faces: IntArray
+) -> tuple[FloatArray, IntArray]:
+    """Replace both ends of each edge by the merged vertex and renumber."""
     vertices = vertices.copy()
-    vertices[chosen[:, 0]] = vertices[chosen].mean(axis=1)
+    vertices[chosen[:, 0]] = merged
     image = np.arange(len(vertices))
     image[chosen[:, 1]] = chosen[:, 0]
     kept = np.ones(len(vertices), dtype=np.bool_)
@@ -180,7 +200,7 @@ def relax(
     vertices, faces
         (V, 3) float64 and (F, 3) int64.
     surface
-        The surface that the vertices stay on (by one Newton step after each move).
+        The surface that the vertices stay on.
     steps
         Number of moves.
     strength
@@ -193,21 +213,41 @@ def relax(
     """
     n = len(vertices)
     edges = edges_of(faces)
-    both = np.concatenate([edges, edges[:, ::-1]])
-    adjacent = sparse.csr_array((np.ones(len(both)), (both[:, 0], both[:, 1])), shape=(n, n))
-    degree = np.bincount(both[:, 0], minlength=n)
+    tail, head = np.concatenate([edges, edges[:, ::-1]]).T
     for _ in range(steps):
-        _, gradient = surface(vertices)
-        normal = gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
-        move = (adjacent @ vertices) / degree[:, None] - vertices
+        skin = surface(vertices)
+        normal = skin.gradient / np.linalg.norm(skin.gradient, axis=1, keepdims=True)
+        sizes = edge_sizes(skin)
+        pull = 1.0 / (sizes[tail] + sizes[head])
+        adjacent = sparse.csr_array((pull, (tail, head)), shape=(n, n))
+        centre = adjacent @ vertices / np.bincount(tail, pull, minlength=n)[:, None]
+        move = centre - vertices
         move -= np.einsum("vd,vd->v", move, normal)[:, None] * normal
-        vertices = onto(vertices + strength * move, surface)
+        moved = onto(vertices + strength * move, surface)
+        vertices = np.where(_inside_out(moved, faces, normal)[:, None], vertices, moved)
     return vertices
 
 
+def _inside_out(vertices: FloatArray, faces: IntArray, normals: FloatArray) -> BoolArray:
+    """Vertices of triangles that face away from the surface's normals, where it is too thin."""
+    facing = face_normals(vertices, faces)
+    outwards = normals[faces].sum(axis=1)
+    cosine = np.einsum("fd,fd->f", facing, outwards)
+    cosine /= np.linalg.norm(facing, axis=1) * np.linalg.norm(outwards, axis=1) + 1e-30
+    verdict = np.zeros(len(vertices), dtype=np.bool_)
+    verdict[faces[cosine < 0.6]] = True
+    return verdict
+
+
+def edge_sizes(skin: Skin) -> FloatArray:
+    """How long edges should be, up to a factor: shorter where the body is thinner."""
+    return np.sqrt(skin.thickness)
+
+
 def onto(vertices: FloatArray, surface: Surface) -> FloatArray:
-    """Bring points near the surface onto it by one Newton step along the gradient."""
-    value, gradient = surface(vertices)
-    square = np.einsum("vd,vd->v", gradient, gradient)
-    moved: FloatArray = vertices - (value / square)[:, None] * gradient
-    return moved
+    """Bring points near the surface onto it by Newton steps along the gradient."""
+    for _ in range(2):
+        skin = surface(vertices)
+        square = np.einsum("vd,vd->v", skin.gradient, skin.gradient)
+        vertices = vertices - (skin.value / square)[:, None] * skin.gradient
+    return vertices

@@ -50,7 +50,8 @@ def skin(figure: Figure, resolution: int, seed: int) -> tuple[FloatArray, IntArr
     vertices = relax(vertices, faces, surface, 2)
     while len(vertices) > resolution:
         before = len(vertices)
-        vertices, faces = collapse_edges(vertices, faces, max(resolution, before * 2 // 3), rng)
+        count = max(resolution, before * 2 // 3)
+        vertices, faces = collapse_edges(vertices, faces, surface, count, rng)
         if len(vertices) == before:
             break
         vertices, faces = _improve(vertices, faces, surface, 2, rng)
