@@ -1,6 +1,5 @@
 """What RQ calls, by name: each in a process of its own, forked from a warm worker."""
 
-import os
 from functools import cache
 from uuid import uuid4
 
@@ -9,7 +8,7 @@ from redis import Redis
 from rq import get_current_job
 from rq.job import Job
 
-from worker.limits import die_with_parent, limit_memory
+from worker.limits import limit_memory
 from worker.recovery import LOSSES_AFTER_KILL, give_back
 from worker.runner import Runner
 from worker.settings import WorkerSettings
@@ -25,7 +24,6 @@ def worker_settings() -> WorkerSettings:
 def run(job_id: str) -> None:
     """Run one job, in the process that RQ forked for it."""
     settings = worker_settings()
-    die_with_parent(os.getppid())
     limit_memory(settings.job_memory_mb)
     job = get_current_job()
     assert job is not None

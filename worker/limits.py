@@ -54,6 +54,20 @@ def die_with_parent(parent: int) -> None:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
+def forks_die_with_parent() -> None:
+    """Let every process that this one forks from now on be killed when its parent is gone.
+
+    The parent's id is noted before each fork: a child that asks for it later cannot tell its
+    parent from who inherited it.
+    """
+    parents: list[int] = []
+
+    def note() -> None:
+        parents[:] = [os.getpid()]
+
+    os.register_at_fork(before=note, after_in_child=lambda: die_with_parent(parents[0]))
+
+
 def _watch(parent: int) -> None:
     while os.getppid() == parent:
         time.sleep(1.0)

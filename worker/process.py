@@ -12,7 +12,7 @@ from rq.job import Job
 from rq.serializers import JSONSerializer
 
 from worker.jobs import worker_settings
-from worker.limits import die_with_parent
+from worker.limits import die_with_parent, forks_die_with_parent
 from worker.queue import QUEUES
 from worker.recovery import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, give_back
 from worker.store import Store
@@ -38,6 +38,7 @@ def main() -> int:
     configure_logging(settings.log_level, process="worker")
     if options.parent is not None:
         die_with_parent(options.parent)
+    forks_die_with_parent()
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2

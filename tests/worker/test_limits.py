@@ -55,6 +55,37 @@ except MemoryError:
 
 
 @linux
+@pytest.mark.parametrize("moment", ["at once", "before the child asks for it"])
+def test_a_fork_does_not_outlive_its_parent(moment: str) -> None:
+    program = f"""
+import os, signal, time
+from worker.limits import forks_die_with_parent
+parent = os.getpid()
+def wait():
+    while os.getppid() == parent:
+        time.sleep(0.01)
+if {moment != "at once"}:
+    os.register_at_fork(after_in_child=wait)
+forks_die_with_parent()
+ready, tell = os.pipe()
+if os.fork() == 0:
+    os.write(tell, b".")
+    time.sleep(5)
+    os.write(1, b"survived")
+    os._exit(0)
+if {moment == "at once"}:
+    os.read(ready, 1)
+os.kill(parent, signal.SIGKILL)
+"""
+    # The pipe of the output is closed only when the child is gone too.
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert said.returncode == -9, said.stderr
+    assert said.stdout == ""
+
+
+@linux
 def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
     large = blob_file(5)
     with worker(queue, ISOMATCH_JOB_MEMORY_MB="40"):
