@@ -1,21 +1,26 @@
 """Exact optimum, and the m best solutions, of small labelling problems.
 
 Depth-first search over the source points. The bound at a node lets every open source point choose
-its target on its own: it pays its unary cost, its exact pairwise costs to the points decided
+its candidate on its own: it pays its unary cost, its exact pairwise costs to the points decided
 already, and *half* of the least pairwise cost it can have with each point still open (the other
 half is paid by that point). Unmatched points complicate this: an open point that stays unmatched
 pays no pairwise cost, so the halves that others have counted on are given back through its own
 occlusion cost.
+
+The costs that bound need not be those of the problem: a dual decomposition turns them into costs of
+the same solutions whose greater part is a constant, and with these the search prunes much earlier.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.kernel import kernel
-from solver.labelling import UNMATCHED, LabellingProblem, pairwise_cost
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.primal import partners_of
 
 _NODES_PER_CALL = 20_000
 
@@ -43,10 +48,40 @@ class ExactSolutions:
     nodes: int
 
 
+@dataclass(frozen=True, eq=False)
+class BoundingCosts:
+    """Costs that add up to no more than the energy, for every correspondence of a problem.
+
+    Parameters
+    ----------
+    constant
+        What every correspondence costs.
+    unary
+        (V,) cost of each candidate.
+    pairwise
+        (V, V) symmetric cost of every two candidates, ``inf`` where they exclude one another.
+    occlusion
+        (N,) cost of leaving each source point unmatched, ``inf`` where that is forbidden.
+    """
+
+    constant: float
+    unary: FloatArray
+    pairwise: FloatArray
+    occlusion: FloatArray
+
+    @classmethod
+    def of(cls, problem: LabellingProblem) -> "BoundingCosts":
+        """Return the problem's own costs."""
+        occlusion = np.full(problem.n_sources, float(problem.occlusion_cost))
+        return cls(0.0, problem.unary, problem.pairwise_matrix(), occlusion)
+
+
 def m_best_solutions(
     problem: LabellingProblem,
     m: int = 1,
     *,
+    known: IntArray | None = None,
+    bounding: BoundingCosts | None = None,
     node_limit: int = 50_000_000,
     control: Control | None = None,
 ) -> ExactSolutions:
@@ -56,9 +91,14 @@ def m_best_solutions(
     ----------
     problem
         A small problem; time grows exponentially with its number of source points. Twelve are
-        quick, sixteen usually are.
+        quick, sixteen usually are. Memory is 8 bytes times the square of its number of
+        candidates, or twice that with `bounding`.
     m
         How many solutions.
+    known
+        (N,) a correspondence of the problem; nothing worse is looked at when m is 1.
+    bounding
+        Costs to prune with; by default the problem's own.
     node_limit
         Search nodes after which the search gives up; the best found are then returned with
         ``proven`` false.
@@ -79,299 +119,245 @@ def m_best_solutions(
     if m < 1:
         raise ValueError("m must be at least 1")
     control = control or Control()
-    search = _Search.start(problem, m)
+    own = BoundingCosts.of(problem)
+    state = _start(problem, own, bounding or own, m)
+    if known is not None:
+        state.best_chosen[0] = problem.chosen_candidates(known)
+        state.best_energies[0] = problem.energy(known)
     done = False
-    while not done and search.counters[_NODES] < node_limit and control.seconds_left() > 0.0:
+    while not done and state.counters[_NODES] < node_limit and control.seconds_left() > 0.0:
         control.check()
-        done = _advance(
-            problem.source_distances,
-            problem.target_distances,
-            problem.beta,
-            search.halves,
-            search.most,
-            search.levels,
-            search.occlusion,
-            search.energy,
-            search.row,
-            search.columns,
-            search.cursor,
-            search.used,
-            search.partners,
-            search.best_energies,
-            search.best_partners,
-            search.counters,
-            _NODES_PER_CALL,
-        )
-    found = np.isfinite(search.best_energies)
-    partners = search.best_partners[found]
+        done = _advance(state, _NODES_PER_CALL)
+    found = np.isfinite(state.best_energies)
+    partners = np.stack([partners_of(problem, row) for row in state.best_chosen])[found]
     energies = np.array([problem.energy(row) for row in partners])
     order = np.argsort(energies, kind="stable")
-    return ExactSolutions(partners[order], energies[order], done, int(search.counters[_NODES]))
+    return ExactSolutions(partners[order], energies[order], done, int(state.counters[_NODES]))
 
 
 _DEPTH, _NODES, _ENTERING = 0, 1, 2
+_OPEN = -2
 
 
-@dataclass(frozen=True, eq=False)
-class _Search:
+class _Search(NamedTuple):
     """State of the depth-first search, all in arrays, so that it can stop and go on."""
 
-    halves: FloatArray  # (N, M, N): half the least pairwise cost of (x, y) with open point x'
+    rows: IntArray  # (N+1,) candidates of source point x are rows[x] .. rows[x+1]
+    own_unary: FloatArray  # (V,) costs of the problem itself
+    own_pairwise: FloatArray  # (V, V)
+    own_occlusion: FloatArray  # (N,)
+    pairwise: FloatArray  # (V, V) costs to bound with
+    halves: FloatArray  # (N, V): half the least pairwise cost of a candidate with open point x'
     most: FloatArray  # (N, N): the largest half that x counts on from x'
-    levels: FloatArray  # (N+1, N, M): cost of (x, y) given the decisions made at each depth
+    levels: FloatArray  # (N+1, V): cost of each candidate given the decisions at each depth
     occlusion: FloatArray  # (N+1, N): cost of leaving x unmatched, likewise
-    energy: FloatArray  # (N+1,) energy of the decided points
+    bound: FloatArray  # (N+1,) cost of the decided points
     row: IntArray  # (N+1,) source point decided at each depth
-    columns: IntArray  # (N+1, M+1) its choices, cheapest first
+    choices: IntArray  # (N+1, K+1) its choices, cheapest first
     cursor: IntArray  # (N+1, 2) next choice, and number of choices
-    used: BoolArray  # (M,)
-    partners: IntArray  # (N,) UNMATCHED or a target; -2 while open
+    chosen: IntArray  # (N,) candidate of each source point, UNMATCHED, or _OPEN
     best_energies: FloatArray  # (m,)
-    best_partners: IntArray  # (m, N)
+    best_chosen: IntArray  # (m, N)
     counters: IntArray  # depth, nodes, whether the node at this depth is new
 
-    @classmethod
-    def start(cls, problem: LabellingProblem, m: int) -> "_Search":
-        n, k = problem.shape
-        halves, most, levels, occlusion = _root_costs(
-            problem.source_distances,
-            problem.target_distances,
-            problem.beta,
-            problem.unary_matrix,
-            problem.occlusion_cost,
-        )
-        return cls(
-            halves=halves,
-            most=most,
-            levels=np.concatenate([levels[None], np.zeros((n, n, k))]),
-            occlusion=np.concatenate([occlusion[None], np.zeros((n, n))]),
-            energy=np.zeros(n + 1),
-            row=np.zeros(n + 1, dtype=np.int64),
-            columns=np.zeros((n + 1, k + 1), dtype=np.int64),
-            cursor=np.zeros((n + 1, 2), dtype=np.int64),
-            used=np.zeros(k, dtype=np.bool_),
-            partners=np.full(n, _OPEN, dtype=np.int64),
-            best_energies=np.full(m, np.inf),
-            best_partners=np.full((m, n), UNMATCHED, dtype=np.int64),
-            counters=np.array([0, 0, 1], dtype=np.int64),
-        )
 
-
-_OPEN = -2
+def _start(
+    problem: LabellingProblem, own: BoundingCosts, bounding: BoundingCosts, m: int
+) -> _Search:
+    n, v = problem.n_sources, problem.n_candidates
+    rows = problem.first_candidate
+    halves, most, unary, occlusion = _root_costs(
+        rows, bounding.unary, bounding.pairwise, bounding.occlusion
+    )
+    widest = int(np.diff(rows).max(initial=0))
+    bound = np.zeros(n + 1)
+    bound[0] = bounding.constant
+    return _Search(
+        rows=rows,
+        own_unary=own.unary,
+        own_pairwise=own.pairwise,
+        own_occlusion=own.occlusion,
+        pairwise=bounding.pairwise,
+        halves=halves,
+        most=most,
+        levels=np.concatenate([unary[None], np.zeros((n, v))]),
+        occlusion=np.concatenate([occlusion[None], np.zeros((n, n))]),
+        bound=bound,
+        row=np.zeros(n + 1, dtype=np.int64),
+        choices=np.zeros((n + 1, widest + 1), dtype=np.int64),
+        cursor=np.zeros((n + 1, 2), dtype=np.int64),
+        chosen=np.full(n, _OPEN, dtype=np.int64),
+        best_energies=np.full(m, np.inf),
+        best_chosen=np.full((m, n), UNMATCHED, dtype=np.int64),
+        counters=np.array([0, 0, 1], dtype=np.int64),
+    )
 
 
 @kernel
 def _root_costs(
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
-    unary: FloatArray,
-    occlusion_cost: float,
+    rows: IntArray, unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    n, k = unary.shape
-    halves = np.zeros((n, k, n))
+    n = len(rows) - 1
+    halves = np.zeros((n, len(unary)))
     most = np.zeros((n, n))
     for x in range(n):
-        for y in range(k):
-            if np.isinf(unary[x, y]):
-                continue
+        for a in range(rows[x], rows[x + 1]):
             for other in range(n):
                 if other == x:
                     continue
                 least = np.inf
-                for z in range(k):
-                    if z != y and np.isfinite(unary[other, z]):
-                        cost = pairwise_cost(
-                            beta, source_distances[x, other], target_distances[y, z]
-                        )
-                        least = min(least, cost)
+                for b in range(rows[other], rows[other + 1]):
+                    least = min(least, pairwise[a, b])
                 if np.isinf(least):
-                    least = 0.0  # x' has no target left beside y: it can only be unmatched
-                halves[x, y, other] = 0.5 * least
+                    least = 0.0  # x' has no candidate left beside a: it can only be unmatched
+                halves[other, a] = 0.5 * least
                 most[x, other] = max(most[x, other], 0.5 * least)
-    costs = unary.copy()
-    occlusion = np.full(n, float(occlusion_cost))
-    for x in range(n):
-        for other in range(n):
-            for y in range(k):
-                costs[x, y] += halves[x, y, other]
-            occlusion[x] -= most[other, x]
-    return halves, most, costs, occlusion
+    costs = unary + halves.sum(axis=0)
+    return halves, most, costs, occlusion - most.sum(axis=0)
 
 
 @kernel
-def _advance(
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
-    halves: FloatArray,
-    most: FloatArray,
-    levels: FloatArray,
-    occlusion: FloatArray,
-    energy: FloatArray,
-    row: IntArray,
-    columns: IntArray,
-    cursor: IntArray,
-    used: BoolArray,
-    partners: IntArray,
-    best_energies: FloatArray,
-    best_partners: IntArray,
-    counters: IntArray,
-    max_nodes: int,
-) -> bool:
+def _advance(s: _Search, max_nodes: int) -> bool:
     """Visit up to `max_nodes` more nodes; return whether the search is finished."""
-    n = len(partners)
-    m = len(best_energies)
-    depth = counters[_DEPTH]
+    n = len(s.chosen)
+    depth = s.counters[_DEPTH]
     for _ in range(max_nodes):
-        if counters[_ENTERING] == 1:
-            counters[_NODES] += 1
-            counters[_ENTERING] = 0
+        if s.counters[_ENTERING] == 1:
+            s.counters[_NODES] += 1
+            s.counters[_ENTERING] = 0
             if depth == n:
-                _keep(best_energies, best_partners, energy[n], partners)
-                cursor[depth, 0] = 0
-                cursor[depth, 1] = 0
+                _keep(s)
+                s.cursor[depth, 0] = 0
+                s.cursor[depth, 1] = 0
             else:
-                _expand(
-                    depth, levels, occlusion, energy, row, columns, cursor, used, partners,
-                    best_energies[m - 1],
-                )  # fmt: skip
-        if cursor[depth, 0] >= cursor[depth, 1]:
+                _expand(s, depth)
+        if s.cursor[depth, 0] >= s.cursor[depth, 1]:
             if depth == 0:
                 return True
             depth -= 1
-            x = row[depth]
-            if partners[x] >= 0:
-                used[partners[x]] = False
-            partners[x] = _OPEN
-            counters[_DEPTH] = depth
+            s.chosen[s.row[depth]] = _OPEN
+            s.counters[_DEPTH] = depth
             continue
-        y = columns[depth, cursor[depth, 0]]
-        cursor[depth, 0] += 1
-        _descend(
-            depth, row[depth], y, source_distances, target_distances, beta, halves, most,
-            levels, occlusion, energy, used, partners,
-        )  # fmt: skip
+        a = s.choices[depth, s.cursor[depth, 0]]
+        s.cursor[depth, 0] += 1
+        _descend(s, depth, a)
         depth += 1
-        counters[_DEPTH] = depth
-        counters[_ENTERING] = 1
+        s.counters[_DEPTH] = depth
+        s.counters[_ENTERING] = 1
     return False
 
 
 @kernel
-def _keep(
-    best_energies: FloatArray, best_partners: IntArray, energy: float, partners: IntArray
-) -> None:
-    """Insert a solution into the sorted list of the best, if it belongs there."""
-    m = len(best_energies)
-    if energy >= best_energies[m - 1]:
-        return
-    place = m - 1
-    while place > 0 and best_energies[place - 1] > energy:
-        best_energies[place] = best_energies[place - 1]
-        best_partners[place] = best_partners[place - 1]
-        place -= 1
-    best_energies[place] = energy
-    best_partners[place] = partners
+def _energy(s: _Search) -> float:
+    """Energy of the correspondence decided, by the problem's own costs."""
+    chosen, own_occlusion = s.chosen, s.own_occlusion
+    own_unary, own_pairwise = s.own_unary, s.own_pairwise
+    energy = 0.0
+    n = len(chosen)
+    for x in range(n):
+        a = chosen[x]
+        if a < 0:
+            energy += own_occlusion[x]
+            continue
+        energy += own_unary[a]
+        for other in range(x):
+            b = chosen[other]
+            if b >= 0:
+                energy += own_pairwise[a, b]
+    return energy
 
 
 @kernel
-def _expand(
-    depth: int,
-    levels: FloatArray,
-    occlusion: FloatArray,
-    energy: FloatArray,
-    row: IntArray,
-    columns: IntArray,
-    cursor: IntArray,
-    used: BoolArray,
-    partners: IntArray,
-    worst_kept: float,
-) -> None:
+def _keep(s: _Search) -> None:
+    """Insert a solution into the sorted list of the best, if it belongs there."""
+    energy = _energy(s)
+    m = len(s.best_energies)
+    if energy >= s.best_energies[m - 1]:
+        return
+    for k in range(m):
+        if s.best_energies[k] < np.inf and (s.best_chosen[k] == s.chosen).all():
+            return  # the one known beforehand
+    place = m - 1
+    while place > 0 and s.best_energies[place - 1] > energy:
+        s.best_energies[place] = s.best_energies[place - 1]
+        s.best_chosen[place] = s.best_chosen[place - 1]
+        place -= 1
+    s.best_energies[place] = energy
+    s.best_chosen[place] = s.chosen
+
+
+@kernel
+def _expand(s: _Search, depth: int) -> None:
     """Bound the node; unless it can be pruned, choose its source point and order the choices.
 
     The point chosen is the one whose second-best choice costs most over its best, so that wrong
     decisions are refuted early.
     """
-    n, k = levels.shape[1], levels.shape[2]
-    costs = levels[depth]
-    bound = energy[depth]
+    chosen, rows = s.chosen, s.rows
+    costs, occlusion = s.levels[depth], s.occlusion[depth]
+    worst_kept = s.best_energies[len(s.best_energies) - 1]
+    bound = s.bound[depth]
     widest = -1.0
-    chosen = -1
-    for x in range(n):
-        if partners[x] != _OPEN:
+    x = -1
+    for open_point in range(len(chosen)):
+        if chosen[open_point] != _OPEN:
             continue
-        best = occlusion[depth, x]
+        best = occlusion[open_point]
         second = np.inf
-        for y in range(k):
-            if not used[y]:
-                cost = costs[x, y]
-                if cost < best:
-                    second = best
-                    best = cost
-                elif cost < second:
-                    second = cost
+        for a in range(rows[open_point], rows[open_point + 1]):
+            cost = costs[a]
+            if cost < second:
+                second = max(cost, best)
+                best = min(cost, best)
         bound += best
         regret = second - best if np.isfinite(best) else np.inf
         if regret > widest:
             widest = regret
-            chosen = x
-    cursor[depth, 0] = 0
-    cursor[depth, 1] = 0
-    row[depth] = chosen
+            x = open_point
+    s.cursor[depth, 0] = 0
+    s.cursor[depth, 1] = 0
+    s.row[depth] = x
     slack = 1e-12 * (1.0 + abs(worst_kept)) if np.isfinite(worst_kept) else 0.0
     if not bound < worst_kept - slack:
         return
-    choices = np.empty(k + 1)
-    least = occlusion[depth, chosen]
-    choices[k] = occlusion[depth, chosen]
-    for y in range(k):
-        choices[y] = np.inf if used[y] else costs[chosen, y]
-        least = min(least, choices[y])
-    order = np.argsort(choices)
-    count = 0
-    for place in range(k + 1):
-        y = order[place]
-        if not bound - least + choices[y] < worst_kept - slack:
+    first, count = rows[x], rows[x + 1] - rows[x]
+    offers = np.empty(count + 1)
+    offers[count] = occlusion[x]
+    for i in range(count):
+        offers[i] = costs[first + i]
+    least = offers.min()
+    kept = 0
+    for i in np.argsort(offers):
+        if not bound - least + offers[i] < worst_kept - slack:
             break
-        columns[depth, count] = UNMATCHED if y == k else y
-        count += 1
-    cursor[depth, 1] = count
+        s.choices[depth, kept] = UNMATCHED if i == count else first + i
+        kept += 1
+    s.cursor[depth, 1] = kept
 
 
 @kernel
-def _descend(
-    depth: int,
-    x: int,
-    y: int,
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
-    halves: FloatArray,
-    most: FloatArray,
-    levels: FloatArray,
-    occlusion: FloatArray,
-    energy: FloatArray,
-    used: BoolArray,
-    partners: IntArray,
-) -> None:
-    """Decide x → y and write the open points' costs given that decision."""
-    n, k = levels.shape[1], levels.shape[2]
-    partners[x] = y
-    if y >= 0:
-        used[y] = True
-        energy[depth + 1] = energy[depth] + levels[depth, x, y]
+def _descend(s: _Search, depth: int, a: int) -> None:
+    """Give the point of this depth candidate a, and write the open points' costs given that."""
+    # Arrays are taken out of the tuple before the loops: doing so counts references.
+    chosen, rows = s.chosen, s.rows
+    x = s.row[depth]
+    chosen[x] = a
+    if a >= 0:
+        s.bound[depth + 1] = s.bound[depth] + s.levels[depth, a]
     else:
-        energy[depth + 1] = energy[depth] + occlusion[depth, x]
-    for other in range(n):
-        if partners[other] != _OPEN:
+        s.bound[depth + 1] = s.bound[depth] + s.occlusion[depth, x]
+    before, after, halves = s.levels[depth], s.levels[depth + 1], s.halves[x]
+    occlusion_before, occlusion_after = s.occlusion[depth], s.occlusion[depth + 1]
+    all_halves, most, pairwise = s.halves, s.most, s.pairwise[a]
+    for other in range(len(chosen)):
+        if chosen[other] != _OPEN:
             continue
         # Nothing is left to share between x and this point: what either counted on from the
         # other, and what an unmatched one gave back, is replaced by the exact cost.
-        settled = -halves[x, y, other] if y >= 0 else most[other, x]
-        for z in range(k):
-            cost = levels[depth, other, z] - halves[other, z, x] + settled
-            if y >= 0:
-                cost += pairwise_cost(beta, source_distances[x, other], target_distances[y, z])
-            levels[depth + 1, other, z] = cost
-        occlusion[depth + 1, other] = occlusion[depth, other] + most[x, other] + settled
+        settled = -all_halves[other, a] if a >= 0 else most[other, x]
+        for b in range(rows[other], rows[other + 1]):
+            after[b] = before[b] - halves[b] + settled
+        if a >= 0:
+            for b in range(rows[other], rows[other + 1]):
+                after[b] += pairwise[b]  # infinite where a takes the target point of b
+        occlusion_after[other] = occlusion_before[other] + most[x, other] + settled

@@ -31,6 +31,22 @@ class Distortion:
         return 0.5 * self.linf
 
 
+def greatest_distortions(source_distances: FloatArray, target_distances: FloatArray) -> FloatArray:
+    """Return for each pair of a correspondence the greatest distortion of a distance to another.
+
+    Parameters
+    ----------
+    source_distances, target_distances
+        (K, K) d_X and d_Y among the matched points, in the order of the correspondence.
+
+    Returns
+    -------
+    (K,) float64; the greatest of them is dis∞(C × C).
+    """
+    greatest: FloatArray = np.abs(source_distances - target_distances).max(axis=1, initial=0.0)
+    return greatest
+
+
 def measure_distortion(
     source_distances: FloatArray,
     target_distances: FloatArray,

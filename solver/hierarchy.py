@@ -10,8 +10,8 @@ from solver.level import Level
 from solver.primal import InfeasibleError, assign, local_search
 
 _CANDIDATES_PER_POINT = 12
-_MOST_CANDIDATES = 3072
-"""Bound on |V| above the coarsest level: a dual decomposition takes 16 |V|² bytes, 150 MB."""
+_MOST_CANDIDATES = 2048
+"""Bound on |V| above the coarsest level: a dual decomposition takes some 45 |V|² bytes, 190 MB."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,3 +26,22 @@ def kernel(function: _Function) -> _Function:
         The compiled function, with the signature of the original.
     """
     return cast(_Function, numba.njit(cache=True, nogil=True)(function))
+
+
+def inlined(function: _Function) -> _Function:
+    """Compile a very small function into whatever compiled function calls it.
+
+    For those called in inner loops with many arguments: passing these would take longer than what
+    the function does.
+
+    Parameters
+    ----------
+    function
+        A function that numba can compile in nopython mode.
+
+    Returns
+    -------
+    function
+        The compiled function, with the signature of the original.
+    """
+    return cast(_Function, numba.njit(cache=True, nogil=True, inline="always")(function))

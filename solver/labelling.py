@@ -4,8 +4,12 @@ Labels are attached to *candidates*, the pairs of V ⊂ X × Y that may be match
 takes one of its candidates or stays unmatched, each target point serves at most one source point.
 
 The energy is (5) plus the constant γ|X|, so that it counts what a correspondence costs: the
-distortion of what is matched, and γ for every source point that is not. It is never negative, zero
-only for a perfect correspondence, and a relative gap has a meaning that γ does not dilute.
+distortion of what is matched, and γ for every source point that is not. Of distortions it is never
+negative, zero only for a perfect correspondence, and a relative gap has a meaning that γ does not
+dilute.
+
+Pairwise costs have two forms, which add up: distortions of two metrics, computed where they are
+needed from the two distance matrices, and explicit terms on some pairs of candidates.
 """
 
 from dataclasses import dataclass
@@ -14,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.kernel import kernel
+from solver.pairwise import NO_TERMS, PairwiseCosts, PairwiseTerms, pairwise_sums
 
 UNMATCHED = -1
 """Marks a source point without a partner wherever an array holds partners."""
@@ -22,7 +26,7 @@ UNMATCHED = -1
 
 @dataclass(frozen=True, eq=False)
 class LabellingProblem:
-    """Problem (5) on a set of candidate pairs, with pairwise costs computed on the fly.
+    """Problem (5) on a set of candidate pairs.
 
     Parameters
     ----------
@@ -30,13 +34,15 @@ class LabellingProblem:
         (V, 2) indices (x, y) into the source and target points, each row once, in
         lexicographic order.
     unary
-        (V,) first-order cost of each candidate, non-negative: the weighted ‖f_X(x) − f_Y(y)‖.
+        (V,) first-order cost of each candidate: the weighted ‖f_X(x) − f_Y(y)‖.
     source_distances, target_distances
         (N, N) and (M, M) symmetric metrics d_X and d_Y between the sampled points.
     beta
         Weight β ≥ 0 of the second-order term; every unordered pair of candidates counts once.
     occlusion_cost
-        γ > 0, what an unmatched source point costs; ``inf`` when every one must be matched.
+        γ ≥ 0, what an unmatched source point costs; ``inf`` when every one must be matched.
+    terms
+        Explicit pairwise costs, in addition to the metrics' distortions.
     """
 
     candidates: IntArray
@@ -45,6 +51,7 @@ class LabellingProblem:
     target_distances: FloatArray
     beta: float = 1.0
     occlusion_cost: float = np.inf
+    terms: PairwiseTerms = NO_TERMS
 
     def __post_init__(self) -> None:
         count = len(self.candidates)
@@ -55,15 +62,37 @@ class LabellingProblem:
                 raise ValueError("distances must be square matrices")
             if not np.isfinite(distances).all():
                 raise ValueError("distances must be finite")
-        if count and not (np.isfinite(self.unary).all() and self.unary.min() >= 0.0):
-            raise ValueError("unary costs must be finite and non-negative")
-        if not (0.0 <= self.beta < np.inf) or not self.occlusion_cost > 0.0:
-            raise ValueError("beta must be finite and >= 0, the occlusion cost > 0")
-        keys = self.candidates[:, 0] * self.n_targets + self.candidates[:, 1]
+        if not np.isfinite(self.unary).all():
+            raise ValueError("unary costs must be finite")
+        if not (0.0 <= self.beta < np.inf) or not self.occlusion_cost >= 0.0:
+            raise ValueError("beta must be finite and >= 0, the occlusion cost >= 0")
+        if len(self.terms.first) and self.terms.second.max() >= count:
+            raise ValueError("pairwise terms name candidates that do not exist")
         if count and (self.candidates.min() < 0 or (self.candidates >= self.shape).any()):
             raise ValueError("candidates name points that do not exist")
-        if (np.diff(keys) <= 0).any():
+        if (np.diff(self._keys) <= 0).any():
             raise ValueError("candidates must be unique and in lexicographic order")
+
+    @classmethod
+    def explicit(
+        cls,
+        shape: tuple[int, int],
+        candidates: IntArray,
+        unary: FloatArray,
+        terms: PairwiseTerms,
+        occlusion_cost: float = np.inf,
+    ) -> "LabellingProblem":
+        """Return a problem without metrics, whose pairwise costs are all listed.
+
+        Parameters
+        ----------
+        shape
+            (N, M) numbers of source and target points.
+        candidates, unary, terms, occlusion_cost
+            As above.
+        """
+        source, target = (np.zeros((points, points)) for points in shape)
+        return cls(candidates, unary, source, target, 0.0, occlusion_cost, terms)
 
     @property
     def n_sources(self) -> int:
@@ -104,8 +133,28 @@ class LabellingProblem:
         matrix[self.candidates[:, 0], self.candidates[:, 1]] = self.unary
         return matrix
 
+    @cached_property
+    def pairwise_costs(self) -> PairwiseCosts:
+        """Both forms of the pairwise costs as the solvers' compiled parts take them."""
+        first, other, cost = self.terms.adjacency(self.n_candidates)
+        return PairwiseCosts(
+            self.candidates,
+            self.first_candidate,
+            self.source_distances,
+            self.target_distances,
+            self.beta,
+            first,
+            other,
+            cost,
+        )
+
+    @cached_property
+    def non_negative(self) -> bool:
+        """Whether no cost is below zero, as of distortions; then no energy is either."""
+        return bool(self.unary.min(initial=0.0) >= 0.0 and self.terms.costs.min(initial=0.0) >= 0.0)
+
     def pairwise_matrix(self) -> FloatArray:
-        """Second-order cost of every pair of candidates: β |d_X(x, x') − d_Y(y, y')|².
+        """Pairwise cost of every two candidates: β |d_X(x, x') − d_Y(y, y')|² and explicit terms.
 
         Returns
         -------
@@ -115,9 +164,42 @@ class LabellingProblem:
         x, y = self.candidates.T
         difference = self.source_distances[np.ix_(x, x)] - self.target_distances[np.ix_(y, y)]
         costs = self.beta * difference**2
+        terms = self.terms
+        np.add.at(costs, (terms.first, terms.second), terms.costs)
+        np.add.at(costs, (terms.second, terms.first), terms.costs)
         costs[(x[:, None] == x[None, :]) | (y[:, None] == y[None, :])] = np.inf
         np.fill_diagonal(costs, 0.0)
         return costs
+
+    def chosen_candidates(self, partners: IntArray) -> IntArray:
+        """Index of the candidate that each source point uses, -1 for none.
+
+        Parameters
+        ----------
+        partners
+            (N,) target point of each source point, `UNMATCHED` for none.
+
+        Raises
+        ------
+        ValueError
+            A matched pair is not a candidate, or a target point is used twice.
+        """
+        matched = partners != UNMATCHED
+        targets = partners[matched]
+        if len(np.unique(targets)) != len(targets):
+            raise ValueError("a target point is used twice")
+        wanted = np.arange(self.n_sources) * self.n_targets + partners
+        place = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
+        if matched.any() and (
+            len(self._keys) == 0 or (self._keys[place[matched]] != wanted[matched]).any()
+        ):
+            raise ValueError("a matched pair is not a candidate")
+        return np.where(matched, place, UNMATCHED).astype(np.int64)
+
+    @cached_property
+    def _keys(self) -> IntArray:
+        keys: IntArray = self.candidates[:, 0] * self.n_targets + self.candidates[:, 1]
+        return keys
 
     def costs(self, partners: IntArray) -> FloatArray:
         """Each source point's share of the energy: its unary cost and half its pairwise costs.
@@ -136,20 +218,10 @@ class LabellingProblem:
         ValueError
             `partners` uses a pair that is not a candidate, or a target point twice.
         """
-        matched = np.flatnonzero(partners != UNMATCHED)
-        targets = partners[matched]
-        if len(np.unique(targets)) != len(targets):
-            raise ValueError("a target point is used twice")
-        unary = self.unary_matrix[matched, targets]
-        if not np.isfinite(unary).all():
-            raise ValueError("a matched pair is not a candidate")
-        difference = (
-            self.source_distances[np.ix_(matched, matched)]
-            - self.target_distances[np.ix_(targets, targets)]
-        )
-        np.fill_diagonal(difference, 0.0)
+        chosen = self.chosen_candidates(partners)
+        used = chosen[chosen >= 0]
         shares = np.full(self.n_sources, self.occlusion_cost, dtype=np.float64)
-        shares[matched] = unary + 0.5 * self.beta * (difference**2).sum(axis=1)
+        shares[chosen >= 0] = self.unary[used] + 0.5 * pairwise_sums(self.pairwise_costs, used)
         return shares
 
     def energy(self, partners: IntArray) -> float:
@@ -166,10 +238,3 @@ class LabellingProblem:
             `partners` uses a pair that is not a candidate, or a target point twice.
         """
         return float(self.costs(partners).sum())
-
-
-@kernel
-def pairwise_cost(beta: float, source_distance: float, target_distance: float) -> float:
-    """Second-order cost of two candidates in (5): β |d_X(x, x') − d_Y(y, y')|²."""
-    difference = source_distance - target_distance
-    return beta * difference * difference

@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.distortion import Distortion, measure_distortion
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.options import NO_DESCRIPTOR, MatchOptions
+from solver.options import LINF, NO_DESCRIPTOR, MatchOptions
 from solver.shape import Shape
 
 _COARSE_OVERSAMPLING = 1.5
@@ -140,7 +140,8 @@ def level_sizes(source: Shape, target: Shape, options: MatchOptions) -> list[tup
     List of (N, M) with N <= M, N growing by at most the level factor up to the points asked for.
     """
     most = min(source.n_vertices, target.n_vertices)
-    points = min(options.coarse_points, options.points, most)
+    only = options.objective == LINF
+    points = min(options.points if only else options.coarse_points, options.points, most)
     wide = int(np.ceil(_COARSE_OVERSAMPLING * points))
     sizes = [(points, min(wide, target.n_vertices))]
     while points < min(options.points, most):

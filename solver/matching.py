@@ -5,24 +5,23 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
-from solver.dual_decomposition import dual_decomposition
+from solver.distortion import greatest_distortions
+from solver.gromov_hausdorff import minimax_correspondence, within_distortion
 from solver.hierarchy import refine
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.level import Level, build_level, level_sizes
 from solver.match import Correspondence, LevelReport, Match
-from solver.options import MatchOptions
+from solver.minimise import minimise
+from solver.options import LINF, MatchOptions
 from solver.primal import assign, local_search
 from solver.shape import Shape
 from solver.solution import Method, Solution
 
-_EXACT_POINTS = 16
-"""Up to this many source points branch and bound is tried before the dual decomposition."""
 _COARSE_NODES = 50_000_000
-_FINE_NODES = 300_000
-_DUAL_WORK = 1e8
+_DUAL_WORK = 2e8
 """Squared candidates times iterations that a level's bound may take: some 0.7 s."""
 _DUAL_ITERATIONS = 50, 1000
 
@@ -67,6 +66,9 @@ def match(
         control = control.within(options.time_limit)
     run = _Run(source, target, options, control)
     levels = run.build_levels()
+    if options.objective == LINF:
+        hypotheses = run.minimax(levels[0])
+        return run.answer(hypotheses[0], hypotheses[1:], levels)
     hypotheses = run.coarse(levels[0])
     for level in levels[1:]:
         hypotheses = run.finer(hypotheses, level)
@@ -159,6 +161,32 @@ class _Run:
             hypotheses.append(_Hypothesis((_Stage(problem, solution, rank, seconds),)))
         return hypotheses
 
+    def minimax(self, level: Level) -> list[_Hypothesis]:
+        """Find the correspondences of least greatest distortion; of these, the best by (5)."""
+        self.control.report("coarse matching", 0.4)
+        started = time.perf_counter()
+        source, target = level.source.distances, level.target.distances
+        least = minimax_correspondence(source, target, control=self.control)
+        if not least.proven:
+            self.warnings.append("the least greatest distortion could not be proven in time")
+        problem = level.problem(level.all_candidates())
+        found = m_best_solutions(
+            within_distortion(problem, source, target, least.distortion),
+            self.options.alternatives,
+            known=least.pairs[:, 1],
+            control=self.control,
+        )
+        self.timings["coarse matching"] = seconds = time.perf_counter() - started
+        hypotheses = []
+        for rank, partners in enumerate(found.partners, start=1):
+            energy = level.distortion(partners).linf
+            if energy <= least.distortion:
+                solution = Solution(
+                    partners, energy, least.lower_bound, least.nodes, Method.MINIMAX
+                )
+                hypotheses.append(_Hypothesis((_Stage(problem, solution, rank, seconds),)))
+        return hypotheses
+
     def finer(self, hypotheses: list[_Hypothesis], level: Level) -> list[_Hypothesis]:
         """Refine every hypothesis to the next level, and rank them there."""
         self.control.report("refinement", 0.45 + 0.05 * level.index)
@@ -233,31 +261,34 @@ class _Run:
         return Correspondence(
             source=source[matched],
             target=target[partners[matched]],
-            costs=hypothesis.stages[-1].problem.costs(partners)[matched],
+            costs=self._costs(hypothesis, finest)[matched],
             unmatched=source[~matched],
             energy=hypothesis.energy,
             distortion=finest.distortion(partners),
         )
+
+    def _costs(self, hypothesis: _Hypothesis, level: Level) -> FloatArray:
+        partners = hypothesis.partners
+        if self.options.objective == LINF:
+            target = level.target.distances[np.ix_(partners, partners)]
+            return greatest_distortions(level.source.distances, target)
+        return hypothesis.stages[-1].problem.costs(partners)
 
     def _spend(self, stage: str, started: float) -> None:
         self.timings[stage] = self.timings.get(stage, 0.0) + time.perf_counter() - started
 
 
 def _solve(problem: LabellingProblem, known: Solution, control: Control) -> Solution:
-    """Prove `known` optimal or improve it, exactly where that is quick, else with a bound."""
-    if problem.n_sources <= _EXACT_POINTS:
-        exact = m_best_solutions(problem, node_limit=_FINE_NODES, control=control)
-        if exact.proven:
-            energy = float(exact.energies[0])
-            return Solution(exact.partners[0], energy, energy, exact.nodes, Method.BRANCH_AND_BOUND)
+    """Prove `known` optimal or improve it, as far as the work a level may take allows."""
     iterations = int(np.clip(_DUAL_WORK / problem.n_candidates**2, *_DUAL_ITERATIONS))
-    return dual_decomposition(problem, known.partners, iterations=iterations, control=control)
+    return minimise(problem, known.partners, iterations=iterations, control=control)
 
 
 def _report(level: Level, stage: _Stage) -> LevelReport:
     """Report a level; the coarsest one's energy is its optimum's, whichever solution won."""
     problem, solution = stage.problem, stage.solution
-    proven_coarse = level.index == 0 and solution.lower_bound > 0.0
+    enumerated = level.index == 0 and solution.method is Method.BRANCH_AND_BOUND
+    proven_coarse = enumerated and solution.lower_bound > 0.0
     return LevelReport(
         points=problem.n_sources,
         target_points=problem.n_targets,

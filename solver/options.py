@@ -11,6 +11,9 @@ from solver.metrics import METRICS
 NO_DESCRIPTOR = "none"
 """Name that switches the first-order term off."""
 
+L2, LINF = "l2", "linf"
+"""What a correspondence may minimise."""
+
 MIN_POINTS = 3
 MAX_POINTS = 256
 MAX_COARSE_POINTS = 10
@@ -52,6 +55,11 @@ class MatchOptions:
         default.
     alternatives
         How many of the best coarse solutions are refined and ranked.
+    objective
+        What a correspondence minimises: ``"l2"``, the energy (5), or ``"linf"``, the greatest
+        distortion of a distance (section 2), whose half is the Gromov-Hausdorff distance of the
+        sampled points if each has one partner. The latter is solved exactly, on one level of at
+        most 10 points; among its optima, those of least energy (5) are returned.
     time_limit
         Seconds after which the best answer so far is returned; ``None`` for no limit.
 
@@ -73,6 +81,7 @@ class MatchOptions:
     occlusion_cost: float | None = None
     diffusion_time: float | None = None
     alternatives: int = 8
+    objective: str = L2
     time_limit: float | None = None
 
     def __post_init__(self) -> None:
@@ -86,10 +95,19 @@ class MatchOptions:
         self._within("alternatives", 1, 32)
         self._names("metric", self.metric, METRICS)
         self._names("descriptor", self.descriptor, (*DESCRIPTORS, NO_DESCRIPTOR))
+        self._suits_the_objective()
         for field in ("occlusion_cost", "diffusion_time", "time_limit"):
             value = getattr(self, field)
             if value is not None and not 0.0 < value < np.inf:
                 raise OptionError(field, "it must be positive and finite, or left out")
+
+    def _suits_the_objective(self) -> None:
+        if self.objective not in (L2, LINF):
+            raise OptionError("objective", f"{self.objective!r} is none of {L2}, {LINF}")
+        if self.objective == LINF and self.points > MAX_COARSE_POINTS:
+            raise OptionError("points", f"objective {LINF} takes at most {MAX_COARSE_POINTS}")
+        if self.objective == LINF and self.occlusion_cost is not None:
+            raise OptionError("occlusion_cost", f"objective {LINF} matches every point")
 
     def _within(self, field: str, least: float, most: float) -> None:
         if not least <= getattr(self, field) <= most:

@@ -5,7 +5,8 @@ from scipy.optimize import linear_sum_assignment
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
-from solver.labelling import UNMATCHED, LabellingProblem, pairwise_cost
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.pairwise import PairwiseCosts, distortion_cost, listed_cost, replace_costs
 
 
 class InfeasibleError(ValueError):
@@ -32,12 +33,7 @@ def assign(problem: LabellingProblem, costs: FloatArray) -> IntArray:
         Every source point must be matched, and the candidates do not allow it.
     """
     n, m = problem.shape
-    width = m if problem.must_match_all else m + n
-    matrix = np.full((n, width), np.inf)
-    matrix[problem.candidates[:, 0], problem.candidates[:, 1]] = costs
-    if not problem.must_match_all:
-        own_column = np.arange(n)
-        matrix[own_column, m + own_column] = problem.occlusion_cost
+    matrix = assignment_costs(problem, costs)
     try:
         rows, columns = linear_sum_assignment(matrix)
     except ValueError as error:
@@ -45,6 +41,31 @@ def assign(problem: LabellingProblem, costs: FloatArray) -> IntArray:
     if len(rows) < n:
         raise InfeasibleError("there are fewer target points than source points")
     return np.where(columns < m, columns, UNMATCHED).astype(np.int64)
+
+
+def assignment_costs(problem: LabellingProblem, costs: FloatArray) -> FloatArray:
+    """Matrix of the assignment problem with a cost on each candidate.
+
+    Parameters
+    ----------
+    problem
+        Says which pairs are candidates and what an unmatched source point costs.
+    costs
+        (V,) cost of each candidate.
+
+    Returns
+    -------
+    (N, M) float64, ``inf`` for pairs that are no candidates; where source points may stay
+    unmatched, (N, M + N): each has a column of its own for that.
+    """
+    n, m = problem.shape
+    width = m if problem.must_match_all else m + n
+    matrix = np.full((n, width), np.inf)
+    matrix[problem.candidates[:, 0], problem.candidates[:, 1]] = costs
+    if not problem.must_match_all:
+        own_column = np.arange(n)
+        matrix[own_column, m + own_column] = problem.occlusion_cost
+    return matrix
 
 
 def local_search(
@@ -70,186 +91,172 @@ def local_search(
     (N,) int64 correspondence whose energy is no greater; it never has more unmatched points than
     `partners` when all must be matched.
     """
-    chosen = _candidate_of(problem, partners)
+    chosen = problem.chosen_candidates(partners)
     occlusion_cost = problem.occlusion_cost
     if problem.must_match_all:
         # Any complete correspondence is cheaper than this, so points are matched where possible.
-        spread = max(problem.source_distances.max(), problem.target_distances.max())
-        occlusion_cost = 1.0 + problem.n_sources * (
-            problem.unary.max(initial=0.0) + problem.beta * problem.n_sources * spread**2
-        )
+        occlusion_cost = 1.0 + 2.0 * _largest_sum(problem)
     _improve(
-        problem.candidates,
-        problem.first_candidate,
+        problem.pairwise_costs,
         problem.unary,
-        problem.source_distances,
-        problem.target_distances,
-        problem.beta,
         occlusion_cost,
         chosen,
         max_passes,
     )
-    result = np.full(problem.n_sources, UNMATCHED, dtype=np.int64)
-    matched = chosen >= 0
-    result[matched] = problem.candidates[chosen[matched], 1]
-    return result
+    return partners_of(problem, chosen)
 
 
-def _candidate_of(problem: LabellingProblem, partners: IntArray) -> IntArray:
-    """(N,) index of the candidate each source point uses, -1 for none."""
-    width = problem.n_targets
-    keys = problem.candidates[:, 0] * width + problem.candidates[:, 1]
-    wanted = np.arange(problem.n_sources) * width + partners
-    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    matched = partners != UNMATCHED
-    if (keys[place[matched]] != wanted[matched]).any():
-        raise ValueError("a matched pair is not a candidate")
-    return np.where(matched, place, -1).astype(np.int64)
+def partners_of(problem: LabellingProblem, chosen: IntArray) -> IntArray:
+    """Target point of each source point, from the candidates chosen.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    chosen
+        (N,) index of the candidate of each source point, negative for none.
+
+    Returns
+    -------
+    (N,) int64, `UNMATCHED` for none.
+    """
+    if not problem.n_candidates:
+        return np.full(problem.n_sources, UNMATCHED, dtype=np.int64)
+    targets = problem.candidates[np.maximum(chosen, 0), 1]
+    return np.where(chosen >= 0, targets, UNMATCHED).astype(np.int64)
 
 
-@kernel
-def _cost_between(
-    candidates: IntArray,
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
-    a: int,
-    b: int,
-) -> float:
-    """Pairwise cost of two candidates; 0 when either is "unmatched" (negative)."""
-    if a < 0 or b < 0:
-        return 0.0
-    return pairwise_cost(
-        beta,
-        source_distances[candidates[a, 0], candidates[b, 0]],
-        target_distances[candidates[a, 1], candidates[b, 1]],
-    )
+def _largest_sum(problem: LabellingProblem) -> float:
+    """More than the costs of any correspondence add up to, whatever their signs."""
+    spread = max(problem.source_distances.max(), problem.target_distances.max())
+    metric = problem.beta * problem.n_sources**2 * spread**2
+    unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
+    return float(metric + unary + np.abs(problem.terms.costs).sum())
 
 
 @kernel
 def _switch(
-    candidates: IntArray,
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
+    costs: PairwiseCosts,
     chosen: IntArray,
     owner: IntArray,
     marginal: FloatArray,
     x: int,
     new: int,
 ) -> None:
-    """Give source point x the candidate `new`, keeping every candidate's marginal cost true."""
+    """Give source point x the candidate `new`, keeping the marginal costs true.
+
+    A point whose target is taken by `new` must be switched next.
+
+    ``marginal[a]`` is what candidate a costs beside what is chosen for the *other* source points.
+    """
     old = chosen[x]
-    for a in range(len(candidates)):
-        if candidates[a, 0] == x:
-            continue
-        marginal[a] += _cost_between(
-            candidates, source_distances, target_distances, beta, a, new
-        ) - _cost_between(candidates, source_distances, target_distances, beta, a, old)
-    if old >= 0 and owner[candidates[old, 1]] == x:
-        owner[candidates[old, 1]] = -1
+    replace_costs(costs, x, old, new, marginal)
+    if old >= 0 and owner[costs.candidates[old, 1]] == x:
+        owner[costs.candidates[old, 1]] = -1
     if new >= 0:
-        owner[candidates[new, 1]] = x
+        owner[costs.candidates[new, 1]] = x
     chosen[x] = new
 
 
 @kernel
-def _best_move(
-    candidates: IntArray,
-    first: IntArray,
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
+def _best_move(  # noqa: C901 - split, it would count references in its inner loop
+    costs: PairwiseCosts,
     occlusion_cost: float,
     chosen: IntArray,
     owner: IntArray,
+    free: int,
     marginal: FloatArray,
     x: int,
 ) -> tuple[float, int, int, int]:
     """Best change for x: its gain, x's new candidate, and the other point and its new one."""
+    # Every array is taken out of the tuple once: doing so counts references, which takes longer
+    # than a cost.
+    candidates, rows, beta = costs.candidates, costs.rows, costs.beta
+    source, target = costs.source_distances[x], costs.target_distances
+    listed = len(costs.other) > 0
     a = chosen[x]
     cost_a = marginal[a] if a >= 0 else occlusion_cost
     best, best_b, best_other, best_c = 0.0, a, -1, -1
     if a >= 0 and occlusion_cost - cost_a < best:
         best, best_b = occlusion_cost - cost_a, -1
-    for b in range(first[x], first[x + 1]):
+    for b in range(rows[x], rows[x + 1]):
         if b == a:
             continue
-        other = owner[candidates[b, 1]]
+        y = candidates[b, 1]
+        other = owner[y]
         if other < 0:
             if marginal[b] - cost_a < best:
                 best, best_b, best_other, best_c = marginal[b] - cost_a, b, -1, -1
             continue
         o = chosen[other]
-        between = _cost_between(candidates, source_distances, target_distances, beta, a, o)
-        left = cost_a + marginal[o] - between
-        alone = marginal[b] - _cost_between(
-            candidates, source_distances, target_distances, beta, b, o
-        )
+        distance = source[other]
+        left = cost_a + marginal[o]
+        if a >= 0:
+            left -= distortion_cost(beta, distance, target[candidates[a, 1], y])
+        alone = marginal[b] - distortion_cost(beta, distance, 0.0)
+        if listed:
+            left -= listed_cost(costs, a, o)
+            alone -= listed_cost(costs, b, o)
         if alone + occlusion_cost - left < best:
             best, best_b, best_other, best_c = alone + occlusion_cost - left, b, other, -1
-        for c in range(first[other], first[other + 1]):
-            place = owner[candidates[c, 1]]
-            if c == o or (place >= 0 and place != x):
+        first, last = rows[other], rows[other + 1]
+        if free == 0:  # no target point is left for the other one but x's
+            first = _candidate(candidates, first, last, candidates[a, 1]) if a >= 0 else last
+            last = min(first + 1, last)
+        for c in range(first, last):
+            z = candidates[c, 1]
+            if c == o or (owner[z] >= 0 and owner[z] != x):
                 continue
-            gain = (
-                alone
-                + marginal[c]
-                - _cost_between(candidates, source_distances, target_distances, beta, c, a)
-                + _cost_between(candidates, source_distances, target_distances, beta, b, c)
-                - left
-            )
+            gain = alone + marginal[c] - left + distortion_cost(beta, distance, target[y, z])
+            if a >= 0:
+                gain -= distortion_cost(beta, distance, target[candidates[a, 1], z])
+            if listed:
+                gain += listed_cost(costs, b, c) - listed_cost(costs, c, a)
             if gain < best:
                 best, best_b, best_other, best_c = gain, b, other, c
     return best, best_b, best_other, best_c
 
 
 @kernel
+def _candidate(candidates: IntArray, first: int, last: int, y: int) -> int:
+    """First of some candidates of one point that serves target y, or `last` for none."""
+    end = last
+    while first < last:
+        middle = (first + last) // 2
+        if candidates[middle, 1] < y:
+            first = middle + 1
+        else:
+            last = middle
+    return first if first < end and candidates[first, 1] == y else end
+
+
+@kernel
 def _improve(
-    candidates: IntArray,
-    first: IntArray,
+    costs: PairwiseCosts,
     unary: FloatArray,
-    source_distances: FloatArray,
-    target_distances: FloatArray,
-    beta: float,
     occlusion_cost: float,
     chosen: IntArray,
     max_passes: int,
 ) -> None:
     n = len(chosen)
-    owner = np.full(target_distances.shape[0], -1, dtype=np.int64)
+    owner = np.full(costs.target_distances.shape[0], -1, dtype=np.int64)
     marginal = unary.copy()
     start = chosen.copy()
     chosen[:] = -1
     for x in range(n):
         if start[x] >= 0:
-            _switch(
-                candidates, source_distances, target_distances, beta, chosen, owner, marginal,
-                x, start[x],
-            )  # fmt: skip
+            _switch(costs, chosen, owner, marginal, x, start[x])
+    tolerance = 1e-12 * (1.0 + np.abs(marginal).max())
     for _ in range(max_passes):
         improved = False
         for x in range(n):
-            gain, b, other, c = _best_move(
-                candidates, first, source_distances, target_distances, beta, occlusion_cost,
-                chosen, owner, marginal, x,
-            )  # fmt: skip
-            if not gain < -1e-12:
+            free = int((owner < 0).sum())
+            gain, b, other, c = _best_move(costs, occlusion_cost, chosen, owner, free, marginal, x)
+            if not gain < -tolerance:
                 continue
             improved = True
+            _switch(costs, chosen, owner, marginal, x, b)
             if other >= 0:
-                _switch(
-                    candidates, source_distances, target_distances, beta, chosen, owner,
-                    marginal, other, -1,
-                )  # fmt: skip
-            _switch(
-                candidates, source_distances, target_distances, beta, chosen, owner, marginal,
-                x, b,
-            )  # fmt: skip
-            if other >= 0 and c >= 0:
-                _switch(
-                    candidates, source_distances, target_distances, beta, chosen, owner,
-                    marginal, other, c,
-                )  # fmt: skip
+                _switch(costs, chosen, owner, marginal, other, c)
         if not improved:
             return

@@ -15,6 +15,7 @@ class Method(StrEnum):
     BRANCH_AND_BOUND = "branch_and_bound"
     DUAL_DECOMPOSITION = "dual_decomposition"
     LOCAL_SEARCH = "local_search"
+    MINIMAX = "minimax"
 
 
 def relative_gap(energy: float, lower_bound: float) -> float:
@@ -23,17 +24,19 @@ def relative_gap(energy: float, lower_bound: float) -> float:
     Parameters
     ----------
     energy
-        Energy of a solution, ≥ 0.
+        Energy of a solution.
     lower_bound
         A number the optimum does not lie under.
 
     Returns
     -------
-    ``(energy - lower_bound) / energy``, in [0, 1]; 0 when the energy is 0.
+    ``(energy - lower_bound) / |energy|``, in [0, 1]; 0 when the two are equal.
     """
-    if energy <= lower_bound or energy <= 0.0:
+    if energy <= lower_bound:
         return 0.0
-    return min((energy - lower_bound) / energy, 1.0)
+    if energy == 0.0:
+        return 1.0
+    return min((energy - lower_bound) / abs(energy), 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +50,7 @@ class Solution:
     energy
         Its energy, (5) plus γ|X|.
     lower_bound
-        No solution of the problem has less energy; ``0 <= lower_bound <= energy``.
+        No solution of the problem has less energy; ``lower_bound <= energy``.
     iterations
         Iterations, or search nodes, spent.
     method

@@ -5,22 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.branch_and_bound import BoundingCosts
 from solver.control import Control
-from solver.dual_decomposition.duals import Duals
-from solver.dual_decomposition.local import (
-    add_local_subgradient,
-    minimise_source_pairs,
-    minimise_target_pairs,
-)
-from solver.labelling import UNMATCHED, LabellingProblem
+from solver.dual_decomposition.relaxation import Relaxation, Subproblems
+from solver.fusion import fuse
+from solver.labelling import LabellingProblem
 from solver.primal import assign, local_search
 from solver.solution import CERTIFIED_GAP, Method, Solution, relative_gap
 
-_MOMENTUM = 0.9
-_PATIENCE = 30
+_PATIENCE = 15
 _SHORTER = 0.7
-_SHORTEST = 0.02
+_LONGER = 1.02
+_SHORTEST = 0.005
+_TRIPLES_BELOW = 0.1
+"""Triples are added once steps are so short: before, the pairs still have much to gain."""
 _PROPOSAL_EVERY = 20
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,23 +40,17 @@ def dual_decomposition(
     problem: LabellingProblem,
     start: IntArray | None = None,
     *,
+    subproblems: Subproblems | None = None,
     iterations: int = 1000,
     gap: float = CERTIFIED_GAP,
     control: Control | None = None,
 ) -> DualSolution:
     """Solve problem (5) approximately, with a lower bound of its optimum.
 
-    Steps have Polyak's length, towards the energy of the best correspondence known, along a
-    direction that remembers the earlier ones (heavy ball); a bound that stagnates makes them
-    shorter. The assignments of the linear subproblem, improved by local search, are proposals
-    for the correspondence.
-
     Parameters
     ----------
-    problem
-        The labelling problem. Memory is 16 bytes times the square of its number of candidates.
-    start
-        (N,) correspondence to start from; by default the assignment of least unary cost.
+    problem, start, subproblems
+        See :class:`DualDecomposition`.
     iterations
         Limit on the iterations.
     gap
@@ -68,7 +62,8 @@ def dual_decomposition(
     -------
     DualSolution
         ``lower_bound <= optimum <= energy``, up to rounding errors, for which the bound is
-        lowered by 1e-9 of the energy.
+        lowered by 1e-9 of the energy. Without an iteration the bound is 0 where no cost is
+        negative, else minus infinity.
 
     Raises
     ------
@@ -77,107 +72,132 @@ def dual_decomposition(
     InfeasibleError
         Every source point must be matched, and the candidates do not allow it.
     """
-    control = control or Control()
-    state = _Decomposition(problem)
-    partners = local_search(problem, assign(problem, problem.unary) if start is None else start)
-    energy = problem.energy(partners)
-    best, stalled, scale = 0.0, 0, 1.0
-    bounds = []
-    for iteration in range(iterations):
-        control.check()
-        if relative_gap(energy, best) <= gap or control.seconds_left() <= 0.0:
-            break
-        bound, proposal = state.evaluate()
-        bound -= 1e-9 * energy
-        stalled = 0 if bound > best + 1e-9 * energy else stalled + 1
-        if bound > best:
-            best = min(bound, energy)
-        bounds.append(best)
-        if iteration % _PROPOSAL_EVERY == 0 or (stalled == 0 and iteration % 5 == 0):
-            improved = local_search(problem, proposal)
-            if problem.energy(improved) < energy:
-                partners, energy = improved, problem.energy(improved)
-        if stalled >= _PATIENCE:
-            scale, stalled = max(scale * _SHORTER, _SHORTEST), 0
-        state.ascend(scale * max(energy - bound, 0.0))
-    return DualSolution(
-        partners, energy, best, len(bounds), Method.DUAL_DECOMPOSITION, np.array(bounds)
-    )
+    decomposition = DualDecomposition(problem, start, subproblems)
+    decomposition.run(iterations, gap, control)
+    return decomposition.solution()
 
 
-class _Decomposition:
-    """The subproblems of one labelling problem, their duals, and the way these move."""
+class DualDecomposition:
+    """A dual decomposition under way.
 
-    def __init__(self, problem: LabellingProblem) -> None:
-        n, m = problem.shape
+    Steps have Polyak's length, towards the energy of the best correspondence known, along a
+    direction that remembers the earlier ones (heavy ball). They grow while the bound rises above
+    its recent best, and are cut when it has not for some time. The assignments of the linear
+    subproblem, improved by local search and fused with the best one, are proposals for the
+    correspondence.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem. Memory is some 50 bytes for every pair of candidates that has a
+        pairwise cost, with metrics about every one of the V²/2, and 40 V (N + M).
+    start
+        (N,) correspondence to start from; by default the assignment of least unary cost.
+    subproblems
+        What the energy is split into; by default the linear subproblem and the local ones of
+        both sides, which give the best bound for their time.
+
+    Attributes
+    ----------
+    partners, energy
+        The best correspondence so far.
+    lower_bound
+        The best bound so far.
+
+    Raises
+    ------
+    InfeasibleError
+        Every source point must be matched, and the candidates do not allow it.
+    """
+
+    def __init__(
+        self,
+        problem: LabellingProblem,
+        start: IntArray | None = None,
+        subproblems: Subproblems | None = None,
+    ) -> None:
         self._problem = problem
-        self._duals = Duals.halves(problem)
-        self._direction = Duals.zeros(problem)
-        targets = problem.candidates[:, 1]
-        self._target_order = np.argsort(targets, kind="stable").astype(np.int64)
-        self._target_first = np.searchsorted(targets[self._target_order], np.arange(m + 1)).astype(
-            np.int64
-        )
-        # A target point may go without partner unless there are as many as source points, all
-        # of which must be matched.
-        self._targets_optional = not problem.must_match_all or m > n
-        self._source_choices = np.full((n, n), -1, dtype=np.int64)
-        self._target_choices = np.full((m, m), -1, dtype=np.int64)
-        self._assigned: IntArray = np.full(n, UNMATCHED, dtype=np.int64)
+        if start is None:
+            start = assign(problem, problem.unary)
+        self.partners: IntArray = local_search(problem, start)
+        self.energy = problem.energy(self.partners)
+        self.lower_bound = 0.0 if problem.non_negative else -np.inf
+        self._relaxation = Relaxation(problem, subproblems or Subproblems())
+        self._bounds: list[float] = []
+        self._stalled, self._scale, self._recent_best = 0, 1.0, -np.inf
 
-    def evaluate(self) -> tuple[float, IntArray]:
-        """Lower bound at the present duals, and the linear subproblem's assignment."""
-        problem, duals = self._problem, self._duals
-        linear = duals.linear_costs(problem.unary)
-        self._assigned = assign(problem, linear)
-        used = self._used_candidates()
-        unmatched = problem.n_sources - len(used)
-        bound = float(linear[used].sum())
-        if unmatched:
-            bound += unmatched * problem.occlusion_cost
-        bound += minimise_source_pairs(
-            problem.candidates,
-            problem.first_candidate,
-            duals.source_unary,
-            duals.source_pairwise,
-            not problem.must_match_all,
-            self._source_choices,
-        )
-        bound += minimise_target_pairs(
-            problem.candidates,
-            self._target_first,
-            self._target_order,
-            problem.source_distances,
-            problem.target_distances,
-            problem.beta,
-            duals.target_unary,
-            duals.source_pairwise,
-            self._targets_optional,
-            self._target_choices,
-        )
-        return bound, self._assigned
+    @property
+    def gap(self) -> float:
+        """Relative gap so far."""
+        return relative_gap(self.energy, self.lower_bound)
 
-    def _used_candidates(self) -> IntArray:
-        """Indices of the candidates that the linear subproblem's assignment uses."""
-        x, y = self._problem.candidates.T
-        return np.flatnonzero(self._assigned[x] == y).astype(np.int64)
+    def run(
+        self, iterations: int, gap: float = CERTIFIED_GAP, control: Control | None = None
+    ) -> None:
+        """Go on for some iterations, until a gap is reached or the deadline passed.
 
-    def ascend(self, expected_gain: float) -> None:
-        """Step along the remembered direction, turned towards the present subgradient."""
-        direction = self._direction
-        direction.scale(_MOMENTUM)
-        used = self._used_candidates()
-        sources, targets = self._problem.candidates[used].T
-        direction.source_unary[used] -= 1.0
-        direction.source_unary[used, sources] += 1.0
-        direction.target_unary[used] -= 1.0
-        direction.target_unary[used, targets] += 1.0
-        add_local_subgradient(
-            self._source_choices, 1.0, direction.source_unary, direction.source_pairwise
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        """
+        control = control or Control()
+        for _ in range(iterations):
+            control.check()
+            if self.gap <= gap or control.seconds_left() <= 0.0:
+                return
+            self._iterate()
+
+    def solution(self) -> DualSolution:
+        """Return the best correspondence and bound so far."""
+        return DualSolution(
+            self.partners,
+            self.energy,
+            self.lower_bound,
+            len(self._bounds),
+            Method.DUAL_DECOMPOSITION,
+            np.array(self._bounds),
         )
-        add_local_subgradient(
-            self._target_choices, -1.0, direction.target_unary, direction.source_pairwise
-        )
-        norm = direction.squared_norm()
-        if norm > 0.0:
-            self._duals.step(expected_gain / norm, direction)
+
+    def improve(self, partners: IntArray) -> None:
+        """Fuse the best correspondence with another one and search around the result."""
+        fused = fuse(self._problem, self.partners, local_search(self._problem, partners))
+        if self._problem.energy(fused) < self.energy:
+            self.partners = local_search(self._problem, fused)
+            self.energy = self._problem.energy(self.partners)
+
+    def bounding_costs(self) -> BoundingCosts:
+        """Return the present relaxation's costs, to prune an exact search with.
+
+        Memory is 8 bytes times the square of the number of candidates.
+        """
+        self._relaxation.minimise()
+        return self._relaxation.bounding_costs()
+
+    def _iterate(self) -> None:
+        bound = self._relaxation.minimise()
+        rounding = _ROUNDING * abs(self.energy)
+        rises = bound > self._recent_best + 2.0 * rounding
+        self.lower_bound = max(self.lower_bound, min(bound - rounding, self.energy))
+        if len(self._bounds) % _PROPOSAL_EVERY == 0 or (rises and len(self._bounds) % 5 == 0):
+            self.improve(self._relaxation.linear.partners)
+        self._bounds.append(self.lower_bound)
+        self._pace(bound, rises)
+        self._relaxation.ascend(self._scale * max(self.energy - bound, 0.0))
+
+    def _pace(self, bound: float, rises: bool) -> None:
+        """Lengthen or shorten the steps, and bring in triples when they have become short.
+
+        A bound is held against the best since the last cut, not against the best of all: after a
+        step that went too far, what matters is whether the bound recovers.
+        """
+        if rises:
+            self._stalled, self._recent_best = 0, bound
+            self._scale = min(self._scale * _LONGER, 1.0)
+            return
+        self._stalled += 1
+        if self._stalled >= _PATIENCE:
+            self._stalled, self._recent_best = 0, bound
+            self._scale = max(self._scale * _SHORTER, _SHORTEST)
+            if self._scale < _TRIPLES_BELOW:
+                self._relaxation.add_triples()

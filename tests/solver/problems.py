@@ -7,6 +7,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
+from solver.pairwise import PairwiseTerms
 
 
 def distances_of(points: FloatArray) -> FloatArray:
@@ -44,6 +45,28 @@ def metric_instance(
         beta,
         occlusion_cost,
     )
+
+
+def explicit_instance(
+    n: int,
+    m: int,
+    seed: int,
+    *,
+    density: float = 0.4,
+    occlusion_cost: float = 0.0,
+    share_of_candidates: float = 1.0,
+) -> LabellingProblem:
+    """Random unary costs and pairwise terms of either sign; the diagonal pairs are candidates."""
+    rng = np.random.default_rng(seed)
+    pairs = np.array(list(itertools.product(range(n), range(m))), dtype=np.int64)
+    kept = (rng.random(len(pairs)) < share_of_candidates) | (pairs[:, 0] == pairs[:, 1])
+    pairs = pairs[kept]
+    edges = np.array(list(itertools.combinations(range(len(pairs)), 2)), dtype=np.int64)
+    edges = edges.reshape(-1, 2)
+    edges = edges[rng.random(len(edges)) < density]
+    terms = PairwiseTerms.collect(edges, rng.normal(size=len(edges)))
+    unary = rng.normal(size=len(pairs))
+    return LabellingProblem.explicit((n, m), pairs, unary, terms, occlusion_cost)
 
 
 def all_solutions(problem: LabellingProblem) -> list[tuple[float, tuple[int, ...]]]:

@@ -7,9 +7,10 @@ import pytest
 
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
+from solver.dual_decomposition import DualDecomposition
 from solver.errors import Cancelled
 from solver.labelling import UNMATCHED
-from tests.solver.problems import all_solutions, metric_instance
+from tests.solver.problems import all_solutions, explicit_instance, metric_instance
 
 REGIMES = {
     "easy": {"noise": 0.1},
@@ -98,3 +99,38 @@ def test_a_problem_without_solution_has_no_best_one() -> None:
     found = m_best_solutions(crowded)
     assert found.proven
     assert len(found.energies) == 0
+
+
+def test_m_best_of_explicit_problems() -> None:
+    for seed in range(20):
+        problem = explicit_instance(4, 4, seed, occlusion_cost=0.3 * (seed % 3))
+        expected = [energy for energy, _ in all_solutions(problem)[:8]]
+        found = m_best_solutions(problem, 8)
+        assert found.proven
+        np.testing.assert_allclose(found.energies, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("gamma", [np.inf, 0.5])
+def test_what_is_known_beforehand_changes_no_answer(gamma: float) -> None:
+    for seed in range(10):
+        problem = metric_instance(5, 6, seed, noise=0.8, occlusion_cost=gamma)
+        decomposition = DualDecomposition(problem)
+        decomposition.run(30)
+        bounding = decomposition.bounding_costs()
+        plain = m_best_solutions(problem, 5)
+        for known in (None, plain.partners[3], plain.partners[0]):
+            found = m_best_solutions(problem, 5, known=known, bounding=bounding)
+            assert found.proven
+            np.testing.assert_allclose(found.energies, plain.energies)
+            assert len(np.unique(found.partners, axis=0)) == 5
+
+
+def test_costs_of_a_decomposition_prune() -> None:
+    problem = metric_instance(11, 11, 0, noise=1.0)
+    decomposition = DualDecomposition(problem)
+    decomposition.run(200)
+    plain = m_best_solutions(problem)
+    found = m_best_solutions(problem, bounding=decomposition.bounding_costs())
+    assert found.proven
+    assert found.energies[0] == pytest.approx(plain.energies[0])
+    assert found.nodes < 0.1 * plain.nodes

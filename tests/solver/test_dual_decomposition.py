@@ -1,16 +1,20 @@
-"""The lower bound against brute force, and its subproblems against enumeration."""
+"""The lower bound against brute force, for every combination of subproblems."""
 
-import itertools
 import time
 
 import numpy as np
 import pytest
 
 from solver.control import Control
-from solver.dual_decomposition import dual_decomposition
-from solver.dual_decomposition.local import minimise_source_pairs, minimise_target_pairs
+from solver.dual_decomposition import DualDecomposition, Subproblems, dual_decomposition
 from solver.errors import Cancelled
-from tests.solver.problems import all_solutions, metric_instance, relabelled
+from solver.labelling import LabellingProblem
+from tests.solver.problems import (
+    all_solutions,
+    explicit_instance,
+    metric_instance,
+    relabelled,
+)
 from tests.solver.test_branch_and_bound import REGIMES
 
 
@@ -64,57 +68,92 @@ def test_deadline_and_cancellation() -> None:
         dual_decomposition(problem, control=Control(is_cancelled=lambda: True))
 
 
-@pytest.mark.parametrize("optional", [False, True])
-def test_source_pairs_are_minimised(optional: bool) -> None:
-    problem = metric_instance(4, 5, 7, share_of_candidates=0.8)
-    rng = np.random.default_rng(7)
-    v = problem.n_candidates
-    unary = rng.normal(size=(v, 4))
-    pairwise = np.triu(rng.normal(size=(v, v)), 1)
-    choices = np.full((4, 4), -1, dtype=np.int64)
-    total = minimise_source_pairs(
-        problem.candidates, problem.first_candidate, unary, pairwise, optional, choices
-    )
-    x, y = problem.candidates.T
-    expected = 0.0
-    for first, second in itertools.combinations(range(4), 2):
-        options = [-1] if optional else []
-        expected += min(
-            (unary[a, second] if a >= 0 else 0.0)
-            + (unary[b, first] if b >= 0 else 0.0)
-            + (pairwise[a, b] if a >= 0 and b >= 0 else 0.0)
-            for a in [*np.flatnonzero(x == first), *options]
-            for b in [*np.flatnonzero(x == second), *options]
-            if a < 0 or b < 0 or y[a] != y[b]
-        )
-    assert total == pytest.approx(expected)
+COMBINATIONS = {
+    "source pairs": Subproblems(target_pairs=False),
+    "target pairs": Subproblems(source_pairs=False),
+    "both": Subproblems(),
+    "maxflow": Subproblems(source_pairs=False, target_pairs=False, maxflow=True),
+    "source pairs, maxflow": Subproblems(target_pairs=False, maxflow=True),
+    "all": Subproblems(maxflow=True, triples=4),
+}
 
 
-@pytest.mark.parametrize("optional", [False, True])
-def test_target_pairs_are_minimised(optional: bool) -> None:
-    problem = metric_instance(5, 5, 8, beta=0.9, share_of_candidates=0.8)
-    rng = np.random.default_rng(8)
-    v, m = problem.n_candidates, problem.n_targets
-    unary = rng.normal(size=(v, m))
-    shares = np.triu(rng.normal(size=(v, v)), 1)
-    x, y = problem.candidates.T
-    order = np.argsort(y, kind="stable").astype(np.int64)
-    first = np.searchsorted(y[order], np.arange(m + 1)).astype(np.int64)
-    choices = np.full((m, m), -1, dtype=np.int64)
-    total = minimise_target_pairs(
-        problem.candidates, first, order, problem.source_distances, problem.target_distances,
-        problem.beta, unary, shares, optional, choices,
-    )  # fmt: skip
-    whole = problem.pairwise_matrix()
-    expected = 0.0
-    for one, two in itertools.combinations(range(m), 2):
-        options = [-1] if optional else []
-        expected += min(
-            (unary[a, two] if a >= 0 else 0.0)
-            + (unary[b, one] if b >= 0 else 0.0)
-            + (whole[a, b] - shares[min(a, b), max(a, b)] if a >= 0 and b >= 0 else 0.0)
-            for a in [*np.flatnonzero(y == one), *options]
-            for b in [*np.flatnonzero(y == two), *options]
-            if a < 0 or b < 0 or x[a] != x[b]
-        )
-    assert total == pytest.approx(expected)
+def instances(seed: int) -> list[LabellingProblem]:
+    return [
+        metric_instance(3, 4, seed, noise=0.8),
+        metric_instance(4, 4, seed, noise=0.8, share_of_candidates=0.6),
+        metric_instance(4, 4, seed, occlusion_cost=0.4),
+        explicit_instance(3, 4, seed),
+        explicit_instance(4, 4, seed, occlusion_cost=0.5, share_of_candidates=0.6),
+        explicit_instance(4, 3, seed, density=0.1),
+        explicit_instance(4, 4, seed, occlusion_cost=np.inf),
+    ]
+
+
+@pytest.mark.parametrize("combination", COMBINATIONS)
+def test_every_combination_bounds_the_optimum(combination: str) -> None:
+    for seed in range(8):
+        for problem in instances(seed):
+            optimum = all_solutions(problem)[0][0]
+            found = dual_decomposition(
+                problem, subproblems=COMBINATIONS[combination], iterations=60, gap=1e-7
+            )
+            assert found.lower_bound <= optimum + 1e-9
+            assert optimum <= found.energy + 1e-9
+            assert problem.energy(found.partners) == pytest.approx(found.energy)
+            assert (np.diff(found.bounds) >= 0.0).all()
+
+
+@pytest.mark.parametrize("combination", COMBINATIONS)
+def test_costs_to_prune_with_are_under_every_energy(combination: str) -> None:
+    for seed in range(3):
+        for problem in instances(seed):
+            decomposition = DualDecomposition(problem, None, COMBINATIONS[combination])
+            decomposition.run(25, gap=0.0)
+            bounding = decomposition.bounding_costs()
+            for energy, partners in all_solutions(problem)[:60]:
+                chosen = problem.chosen_candidates(np.array(partners))
+                used = chosen[chosen >= 0]
+                total = bounding.constant + bounding.unary[used].sum()
+                total += 0.5 * bounding.pairwise[np.ix_(used, used)].sum()
+                total += bounding.occlusion[chosen < 0].sum() if (chosen < 0).any() else 0.0
+                assert total <= energy + 1e-9 * (1.0 + abs(energy))
+
+
+def test_nothing_is_lost_where_every_point_is_matched() -> None:
+    # No local subproblem has a choice without a candidate, so their costs add up to the energy.
+    for problem in (metric_instance(5, 5, 1, noise=0.9), explicit_instance(4, 4, 2, density=1.0)):
+        if not problem.must_match_all:
+            problem = LabellingProblem.explicit(
+                problem.shape, problem.candidates, problem.unary, problem.terms
+            )
+        decomposition = DualDecomposition(problem)
+        decomposition.run(40, gap=0.0)
+        bounding = decomposition.bounding_costs()
+        for energy, partners in all_solutions(problem)[:100]:
+            used = problem.chosen_candidates(np.array(partners))
+            total = bounding.constant + bounding.unary[used].sum()
+            total += 0.5 * bounding.pairwise[np.ix_(used, used)].sum()
+            assert total == pytest.approx(energy, rel=1e-7, abs=1e-7)
+
+
+def test_more_subproblems_bound_better() -> None:
+    gaps: dict[str, list[float]] = {}
+    combinations = {
+        "maxflow": COMBINATIONS["maxflow"],
+        "one side": COMBINATIONS["source pairs"],
+        "two sides": COMBINATIONS["both"],
+        "triples": Subproblems(triples=10),
+    }
+    for seed in range(6):
+        problem = metric_instance(8, 10, seed, noise=0.3, occlusion_cost=0.5)
+        for name, subproblems in combinations.items():
+            found = dual_decomposition(problem, subproblems=subproblems, iterations=600)
+            gaps.setdefault(name, []).append(found.gap)
+    mean = {name: float(np.mean(values)) for name, values in gaps.items()}
+    assert mean["maxflow"] > mean["one side"] > mean["two sides"] > mean["triples"]
+
+
+def test_something_must_know_of_pairwise_costs() -> None:
+    with pytest.raises(ValueError, match="linear"):
+        Subproblems(source_pairs=False, target_pairs=False)

@@ -86,10 +86,9 @@ def test_impossible_correspondences_are_refused(partners: list[int], message: st
         ({"candidates": np.array([[1, 0], [0, 0]])}, "lexicographic"),
         ({"candidates": np.array([[0, 0], [0, 0]])}, "unique"),
         ({"candidates": np.array([[0, 0], [0, 2]])}, "do not exist"),
-        ({"unary": np.array([0.0, -1.0])}, "non-negative"),
         ({"unary": np.array([0.0, np.nan])}, "finite"),
         ({"beta": -1.0}, "beta"),
-        ({"occlusion_cost": 0.0}, "occlusion"),
+        ({"occlusion_cost": -0.1}, "occlusion"),
         ({"source_distances": np.full((2, 2), np.inf)}, "finite"),
     ],
 )

@@ -1,0 +1,361 @@
+"""Triples: three points of one side with all their candidates, where pairs of them disagree.
+
+Three pairs of points may each have a minimum that no common choice for the three points attains. A
+triple knows better: its minimum is at least the sum of theirs. Triples are chosen that gain most
+and share no pair, and take over all costs of their pairs, so that the bound rises by what they
+gain, at once.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.dual_decomposition.groups import (
+    NOTHING,
+    Groups,
+    Side,
+    gather,
+    numbers,
+    offsets,
+    rows_of,
+)
+from solver.dual_decomposition.pairs import PairSubproblems
+from solver.dual_decomposition.shares import Used, used_once
+from solver.kernel import kernel
+
+_MOST_WORK = 200_000_000
+"""Combinations of candidates that a search for triples may look at: about a second."""
+_LEAST_GAIN = 1e-6
+"""Relative to the sum of the pairs' minima; triples that gain less are not worth their time."""
+
+
+class Triples(NamedTuple):
+    """Three points of one side each, and their costs.
+
+    Attributes
+    ----------
+    points
+        (T, 3) ascending.
+    groups
+        (T, 3) the pairs' subproblems: of the first and second point, the first and third, the
+        second and third.
+    unary
+        (T+1,) offsets of the unary costs, the candidates of the three points in turn.
+    pairwise
+        (T+1,) offsets of the pairwise costs, three blocks in the order of `groups`.
+    """
+
+    points: IntArray
+    groups: IntArray
+    unary: IntArray
+    pairwise: IntArray
+
+
+class TripleSubproblems:
+    """Local subproblems of triples that take over the costs of their pairs.
+
+    Parameters
+    ----------
+    pairs
+        The pairs of the same side; full blocks. What the triples take is taken from their costs.
+    triples
+        The triples; no two share a pair.
+
+    Attributes
+    ----------
+    unary, pairwise
+        Their costs.
+    candidate_at, place_at
+        Candidate of each unary cost; position of each pairwise cost among those of the pairs.
+    """
+
+    def __init__(self, pairs: PairSubproblems, triples: Triples) -> None:
+        self._side, self._triples, self._optional = pairs.side, triples, pairs.optional
+        self.candidate_at, self.place_at = _layout(pairs.side, pairs.groups, triples)
+        self.unary, self.pairwise = _take_over(
+            pairs.side, pairs.groups, triples, pairs.unary, pairs.pairwise
+        )
+        self._unary_rows = rows_of(self.candidate_at, len(pairs.side.point))
+        self._pair_order = np.argsort(self.place_at, kind="stable").astype(np.int64)
+        self._choices: IntArray = np.full((len(triples.points), 3), NOTHING, dtype=np.int64)
+
+    def minimise(self) -> float:
+        """Solve all of them; return the sum of the minima."""
+        return _minimise(
+            self._side, self._triples, self.unary, self.pairwise, self._optional, self._choices
+        )
+
+    @property
+    def used(self) -> tuple[Used, Used]:
+        """Positions of the unary and of the pairwise costs that the minimisers use."""
+        unary, pairwise = _positions(self._side, self._triples, self._choices)
+        return used_once(unary), used_once(pairwise)
+
+    def unary_places_of(self, candidates: IntArray) -> Used:
+        """Positions of all unary costs of some candidates."""
+        return used_once(gather(*self._unary_rows, candidates))
+
+    def pairwise_places_of(self, places: IntArray) -> Used:
+        """Positions of the costs that were taken from some of the pairs' costs."""
+        ordered = self.place_at[self._pair_order]
+        found = np.minimum(np.searchsorted(ordered, places), len(ordered) - 1)
+        return used_once(self._pair_order[found[ordered[found] == places]])
+
+
+def choose_triples(pairs: PairSubproblems, most: int, taken: BoolArray) -> Triples:
+    """Triples that gain most over their pairs at the present costs, no two sharing a pair.
+
+    Parameters
+    ----------
+    pairs
+        The pairs of one side, minimised.
+    most
+        How many triples at most.
+    taken
+        (G,) pairs that may be in no triple; those of the triples chosen are marked.
+
+    Returns
+    -------
+    Triples
+        None where none gains anything.
+    """
+    number = numbers(pairs.side, pairs.groups)
+    threshold = _LEAST_GAIN * float(np.abs(pairs.minima).sum())
+    points, gains = _gains(
+        pairs.side, pairs.groups, number, pairs.unary, pairs.pairwise, pairs.minima,
+        pairs.optional, pairs.choices, taken, threshold, _MOST_WORK,
+    )  # fmt: skip
+    chosen, groups = [], []
+    for k in np.argsort(-gains, kind="stable"):
+        p, q, r = points[k]
+        members = [number[p, q], number[p, r], number[q, r]]
+        if not taken[members].any():
+            taken[members] = True
+            chosen.append(points[k])
+            groups.append(members)
+        if len(chosen) == most:
+            break
+    found = np.array(chosen, dtype=np.int64).reshape(-1, 3)
+    sizes = np.diff(pairs.side.first)[found]
+    blocks = sizes[:, 0] * sizes[:, 1] + sizes[:, 0] * sizes[:, 2] + sizes[:, 1] * sizes[:, 2]
+    return Triples(
+        found,
+        np.array(groups, dtype=np.int64).reshape(-1, 3),
+        offsets(sizes.sum(axis=1)),
+        offsets(blocks),
+    )
+
+
+@kernel
+def _shape(side: Side, points: IntArray) -> tuple[int, int, int]:
+    p, q, r = points
+    return (
+        side.first[p + 1] - side.first[p],
+        side.first[q + 1] - side.first[q],
+        side.first[r + 1] - side.first[r],
+    )
+
+
+@kernel
+def _solve(
+    one: FloatArray,
+    two: FloatArray,
+    three: FloatArray,
+    blocks: tuple[FloatArray, FloatArray, FloatArray],
+    optional: bool,
+) -> tuple[float, int, int, int]:
+    """Minimum over one candidate for each point, or none where that is allowed."""
+    first, second, third = blocks
+    least = -1 if optional else 0
+    best, best_i, best_j, best_k = np.inf, NOTHING, NOTHING, NOTHING
+    for i in range(least, len(one)):
+        alone = one[i] if i >= 0 else 0.0
+        for j in range(least, len(two)):
+            both = alone
+            if j >= 0:
+                both += two[j]
+                if i >= 0:
+                    both += first[i, j]
+            if np.isinf(both):
+                continue
+            if optional and both < best:
+                best, best_i, best_j, best_k = both, i, j, NOTHING
+            for k in range(len(three)):
+                cost = both + three[k]
+                if i >= 0:
+                    cost += second[i, k]
+                if j >= 0:
+                    cost += third[j, k]
+                if cost < best:
+                    best, best_i, best_j, best_k = cost, i, j, k
+    return best, best_i, best_j, best_k
+
+
+@kernel
+def _gains(
+    side: Side,
+    groups: Groups,
+    number: IntArray,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    minima: FloatArray,
+    optional: bool,
+    choices: IntArray,
+    taken: BoolArray,
+    threshold: float,
+    most_work: int,
+) -> tuple[IntArray, FloatArray]:
+    """All triples of points that gain more than a threshold over their pairs, and their gains."""
+    count = len(side.first) - 1
+    found = []
+    gains = []
+    work = 0
+    for p in range(count):
+        for q in range(p + 1, count):
+            a = number[p, q]
+            if a < 0 or taken[a]:
+                continue
+            for r in range(q + 1, count):
+                b, c = number[p, r], number[q, r]
+                if b < 0 or c < 0 or taken[b] or taken[c]:
+                    continue
+                if (
+                    choices[a, 0] == choices[b, 0]
+                    and choices[a, 1] == choices[c, 0]
+                    and choices[b, 1] == choices[c, 1]
+                ):
+                    continue
+                points = np.array([p, q, r])
+                k, m, n = _shape(side, points)
+                work += k * m * n
+                if work > most_work:
+                    break
+                ua, ub, uc = groups.unary[a], groups.unary[b], groups.unary[c]
+                ea, eb, ec = groups.pairwise[a], groups.pairwise[b], groups.pairwise[c]
+                blocks = (
+                    pairwise[ea : ea + k * m].reshape(k, m),
+                    pairwise[eb : eb + k * n].reshape(k, n),
+                    pairwise[ec : ec + m * n].reshape(m, n),
+                )
+                best, _, _, _ = _solve(
+                    unary[ua : ua + k] + unary[ub : ub + k],
+                    unary[ua + k : ua + k + m] + unary[uc : uc + m],
+                    unary[ub + k : ub + k + n] + unary[uc + m : uc + m + n],
+                    blocks,
+                    optional,
+                )
+                gain = best - minima[a] - minima[b] - minima[c]
+                if gain > threshold:
+                    found.append((p, q, r))
+                    gains.append(gain)
+    points_found = np.empty((len(found), 3), dtype=np.int64)
+    for i in range(len(found)):
+        points_found[i, 0], points_found[i, 1], points_found[i, 2] = found[i]
+    return points_found, np.array(gains)
+
+
+@kernel
+def _layout(side: Side, groups: Groups, triples: Triples) -> tuple[IntArray, IntArray]:
+    candidate_at = np.empty(triples.unary[-1], dtype=np.int64)
+    place_at = np.empty(triples.pairwise[-1], dtype=np.int64)
+    for t in range(len(triples.points)):
+        place = triples.unary[t]
+        for point in triples.points[t]:
+            for i in range(side.first[point], side.first[point + 1]):
+                candidate_at[place] = side.order[i]
+                place += 1
+        place = triples.pairwise[t]
+        for g in triples.groups[t]:
+            for e in range(groups.pairwise[g], groups.pairwise[g + 1]):
+                place_at[place] = e
+                place += 1
+    return candidate_at, place_at
+
+
+@kernel
+def _take_over(
+    side: Side, groups: Groups, triples: Triples, unary: FloatArray, pairwise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Move all costs of the triples' pairs to the triples."""
+    own_unary = np.zeros(triples.unary[-1])
+    own_pairwise = np.empty(triples.pairwise[-1])
+    for t in range(len(triples.points)):
+        k, m, n = _shape(side, triples.points[t])
+        start = triples.unary[t]
+        starts = (start, start + k, start + k + m)
+        lengths = (k, m, n)
+        place = triples.pairwise[t]
+        for which in range(3):
+            g = triples.groups[t, which]
+            for e in range(groups.pairwise[g], groups.pairwise[g + 1]):
+                own_pairwise[place] = pairwise[e]
+                if np.isfinite(pairwise[e]):
+                    pairwise[e] = 0.0
+                place += 1
+            position = groups.unary[g]
+            for member in ((0, 1), (0, 2), (1, 2))[which]:
+                for i in range(lengths[member]):
+                    own_unary[starts[member] + i] += unary[position]
+                    unary[position] = 0.0
+                    position += 1
+    return own_unary, own_pairwise
+
+
+@kernel
+def _minimise(
+    side: Side,
+    triples: Triples,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    optional: bool,
+    choices: IntArray,
+) -> float:
+    total = 0.0
+    for t in range(len(triples.points)):
+        k, m, n = _shape(side, triples.points[t])
+        u, e = triples.unary[t], triples.pairwise[t]
+        blocks = (
+            pairwise[e : e + k * m].reshape(k, m),
+            pairwise[e + k * m : e + k * m + k * n].reshape(k, n),
+            pairwise[e + k * m + k * n : triples.pairwise[t + 1]].reshape(m, n),
+        )
+        best, choices[t, 0], choices[t, 1], choices[t, 2] = _solve(
+            unary[u : u + k],
+            unary[u + k : u + k + m],
+            unary[u + k + m : u + k + m + n],
+            blocks,
+            optional,
+        )
+        total += best
+    return total
+
+
+@kernel
+def _positions(side: Side, triples: Triples, choices: IntArray) -> tuple[IntArray, IntArray]:
+    unary = np.empty(3 * len(choices), dtype=np.int64)
+    pairwise = np.empty(3 * len(choices), dtype=np.int64)
+    u = e = 0
+    for t in range(len(choices)):
+        k, m, n = _shape(side, triples.points[t])
+        i, j, h = choices[t]
+        start, place = triples.unary[t], triples.pairwise[t]
+        if i >= 0:
+            unary[u] = start + i
+            u += 1
+        if j >= 0:
+            unary[u] = start + k + j
+            u += 1
+        if h >= 0:
+            unary[u] = start + k + m + h
+            u += 1
+        if i >= 0 and j >= 0:
+            pairwise[e] = place + i * m + j
+            e += 1
+        if i >= 0 and h >= 0:
+            pairwise[e] = place + k * m + i * n + h
+            e += 1
+        if j >= 0 and h >= 0:
+            pairwise[e] = place + k * m + k * n + j * n + h
+            e += 1
+    return unary[:u], pairwise[:e]

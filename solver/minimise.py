@@ -1,0 +1,123 @@
+"""The best answer to one labelling problem that its size and the time allow, with its proof.
+
+Branch and bound with plain bounds proves what is small or easy. Else the dual decomposition and the
+search work together: the decomposition moves costs to where they bound, and a search that prunes
+with these costs often proves within thousands of nodes what millions of its own would not.
+"""
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.branch_and_bound import m_best_solutions
+from solver.control import Control
+from solver.dual_decomposition import DualDecomposition, Subproblems
+from solver.iterated_local_search import IteratedLocalSearch
+from solver.labelling import LabellingProblem
+from solver.solution import CERTIFIED_GAP, Method, Solution
+
+_PLAIN_POINTS = 16
+"""Up to this many source points a search with the problem's own costs is tried first."""
+_PLAIN_NODES = 30_000
+_SEARCH_CANDIDATES = 1500
+"""Up to this many candidates a search with the decomposition's costs is tried: 36 MB."""
+_SEARCH_GAP = 0.25
+"""Above this gap a search has no chance yet, unless there are very few points."""
+_FIRST_ROUND = 100
+_NODES_PER_ITERATION = 100
+_WIDE_GAP = 0.05
+
+
+def minimise(
+    problem: LabellingProblem,
+    start: IntArray | None = None,
+    *,
+    iterations: int = 2000,
+    gap: float = CERTIFIED_GAP,
+    subproblems: Subproblems | None = None,
+    control: Control | None = None,
+) -> Solution:
+    """Solve problem (5): exactly where that can be done, else with a bound.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    start
+        (N,) a good correspondence, if one is known.
+    iterations
+        Limit on the iterations of the dual decomposition; searches take about as long.
+    gap
+        Relative gap that suffices.
+    subproblems
+        Of the dual decomposition.
+    control
+        Cancels; at its deadline the best answer so far is returned with its bound.
+
+    Returns
+    -------
+    Solution
+        ``lower_bound <= optimum <= energy``; both equal where the optimum was proven by a search.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    InfeasibleError
+        Every source point must be matched, and the candidates do not allow it.
+    """
+    control = control or Control()
+    if problem.n_sources <= _PLAIN_POINTS:
+        plain = m_best_solutions(problem, known=start, node_limit=_PLAIN_NODES, control=control)
+        if plain.proven and len(plain.energies):
+            energy = float(plain.energies[0])
+            return Solution(plain.partners[0], energy, energy, plain.nodes, Method.BRANCH_AND_BOUND)
+        start = plain.partners[0] if len(plain.partners) else start
+    decomposition = DualDecomposition(problem, start, subproblems)
+    primal = IteratedLocalSearch(problem, decomposition.partners)
+    done, until = 0, _FIRST_ROUND
+    while done < iterations:
+        decomposition.run(min(until, iterations) - done, gap, control)
+        done, until = min(until, iterations), 2 * until
+        if decomposition.gap <= gap or control.seconds_left() <= 0.0:
+            break
+        primal.offer(decomposition.partners)
+        if primal.run(_rounds(problem, decomposition.gap, done)):
+            decomposition.improve(primal.partners)
+        nodes = _NODES_PER_ITERATION * done
+        if _promising(problem, decomposition.gap) and _search(
+            problem, decomposition, nodes, control
+        ):
+            energy = decomposition.energy
+            return Solution(decomposition.partners, energy, energy, done, Method.BRANCH_AND_BOUND)
+    return decomposition.solution()
+
+
+def _promising(problem: LabellingProblem, gap: float) -> bool:
+    few = problem.n_sources <= _PLAIN_POINTS
+    return problem.n_candidates <= _SEARCH_CANDIDATES and (few or gap <= _SEARCH_GAP)
+
+
+def _rounds(problem: LabellingProblem, gap: float, iterations: int) -> int:
+    """How often to look for a better correspondence, after so many iterations and with such a gap.
+
+    Where every point may go almost anywhere local search has many optima, and a wide gap may be the
+    correspondence's fault.
+    """
+    anywhere = 2 * problem.n_candidates >= problem.n_sources * problem.n_targets
+    doubtful = anywhere and problem.n_sources > _PLAIN_POINTS and gap > _WIDE_GAP
+    return 2 * iterations if doubtful else iterations // 20
+
+
+def _search(
+    problem: LabellingProblem, decomposition: DualDecomposition, nodes: int, control: Control
+) -> bool:
+    """Search with the decomposition's costs; return whether the optimum is known now."""
+    found = m_best_solutions(
+        problem,
+        known=decomposition.partners,
+        bounding=decomposition.bounding_costs(),
+        node_limit=nodes,
+        control=control,
+    )
+    decomposition.improve(found.partners[int(np.argmin(found.energies))])
+    return found.proven

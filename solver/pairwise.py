@@ -1,0 +1,214 @@
+"""Pairwise costs of candidates, as distortions of two metrics and as explicit terms."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.kernel import inlined, kernel
+
+
+@dataclass(frozen=True, eq=False)
+class PairwiseTerms:
+    """Costs of some pairs of candidates, one by one.
+
+    Parameters
+    ----------
+    first, second
+        (E,) indices of candidates, ``first < second``, each pair once, in lexicographic order.
+    costs
+        (E,) finite, of any sign.
+    """
+
+    first: IntArray
+    second: IntArray
+    costs: FloatArray
+
+    def __post_init__(self) -> None:
+        if not self.first.shape == self.second.shape == self.costs.shape:
+            raise ValueError("every pairwise term needs two candidates and a cost")
+        if not np.isfinite(self.costs).all():
+            raise ValueError("pairwise costs must be finite")
+        if (self.first < 0).any() or (self.first >= self.second).any():
+            raise ValueError("a pairwise term needs two candidates, the lower index first")
+        rises = np.diff(self.first), np.diff(self.second)
+        if ((rises[0] < 0) | ((rises[0] == 0) & (rises[1] <= 0))).any():
+            raise ValueError("pairwise terms must be unique and in lexicographic order")
+
+    @classmethod
+    def collect(cls, pairs: IntArray, costs: FloatArray) -> "PairwiseTerms":
+        """Put terms in order; those of one pair of candidates are added up.
+
+        Parameters
+        ----------
+        pairs
+            (E, 2) two different candidates each.
+        costs
+            (E,) their costs.
+        """
+        low, high = np.minimum(*pairs.T), np.maximum(*pairs.T)
+        width = int(high.max(initial=0)) + 1
+        keys, where = np.unique(low * width + high, return_inverse=True)
+        total = np.bincount(where, weights=costs, minlength=len(keys))
+        first, second = np.divmod(keys, width)
+        return cls(first.astype(np.int64), second.astype(np.int64), total.astype(np.float64))
+
+    def adjacency(self, n_candidates: int) -> tuple[IntArray, IntArray, FloatArray]:
+        """Terms of each candidate, in compressed rows.
+
+        Returns
+        -------
+        first, other, cost
+            (V+1,), (2E,) and (2E,): candidate a has terms with ``other[first[a]:first[a+1]]``,
+            ascending.
+        """
+        one = np.concatenate([self.first, self.second])
+        two = np.concatenate([self.second, self.first])
+        order = np.lexsort((two, one))
+        first = np.searchsorted(one[order], np.arange(n_candidates + 1)).astype(np.int64)
+        return first, two[order], np.concatenate([self.costs, self.costs])[order]
+
+
+NO_TERMS = PairwiseTerms(
+    np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float64)
+)
+"""No explicit terms: all pairwise costs are distortions of the metrics."""
+
+
+class PairwiseCosts(NamedTuple):
+    """Both forms of the pairwise costs, for compiled code.
+
+    Attributes
+    ----------
+    candidates
+        (V, 2) indices (x, y).
+    rows
+        (N+1,) candidates of source point x are ``rows[x]`` to ``rows[x+1]``.
+    source_distances, target_distances
+        (N, N) and (M, M).
+    beta
+        Weight of the metrics' distortion.
+    first, other, cost
+        Explicit terms in compressed rows; see :meth:`PairwiseTerms.adjacency`.
+    """
+
+    candidates: IntArray
+    rows: IntArray
+    source_distances: FloatArray
+    target_distances: FloatArray
+    beta: float
+    first: IntArray
+    other: IntArray
+    cost: FloatArray
+
+
+@inlined
+def distortion_cost(beta: float, source_distance: float, target_distance: float) -> float:
+    """Second-order cost of two candidates in (5): β |d_X(x, x') − d_Y(y, y')|²."""
+    difference = source_distance - target_distance
+    return beta * difference * difference
+
+
+@inlined
+def metric_cost(costs: PairwiseCosts, a: int, b: int) -> float:
+    """Cost of two candidates that comes from the metrics."""
+    c = costs.candidates
+    return distortion_cost(
+        costs.beta,
+        costs.source_distances[c[a, 0], c[b, 0]],
+        costs.target_distances[c[a, 1], c[b, 1]],
+    )
+
+
+@kernel
+def listed_cost(costs: PairwiseCosts, a: int, b: int) -> float:
+    """Cost of two candidates that is an explicit term; 0 when either is negative."""
+    if a < 0 or b < 0:
+        return 0.0
+    row = costs.other[costs.first[a] : costs.first[a + 1]]
+    place = np.searchsorted(row, b)
+    if place < len(row) and row[place] == b:
+        value: float = costs.cost[costs.first[a] + place]
+        return value
+    return 0.0
+
+
+@kernel
+def pairwise_cost(costs: PairwiseCosts, a: int, b: int) -> float:
+    """Cost of two compatible candidates; 0 when either is negative, which stands for none."""
+    if a < 0 or b < 0:
+        return 0.0
+    return metric_cost(costs, a, b) + listed_cost(costs, a, b)
+
+
+@kernel
+def pairwise_sums(costs: PairwiseCosts, chosen: IntArray) -> FloatArray:
+    """Sum of each chosen candidate's costs with the others.
+
+    Parameters
+    ----------
+    costs
+        Of all candidates.
+    chosen
+        (K,) compatible candidates.
+
+    Returns
+    -------
+    (K,) float64; each pair's cost counts in both.
+    """
+    sums = np.zeros(len(chosen))
+    candidates, beta = costs.candidates, costs.beta
+    source, target = costs.source_distances, costs.target_distances
+    listed = len(costs.other) > 0
+    for i in range(len(chosen)):
+        x, y = candidates[chosen[i]]
+        for j in range(i + 1, len(chosen)):
+            value = distortion_cost(
+                beta, source[x, candidates[chosen[j], 0]], target[y, candidates[chosen[j], 1]]
+            )
+            if listed:
+                value += listed_cost(costs, chosen[i], chosen[j])
+            sums[i] += value
+            sums[j] += value
+    return sums
+
+
+@kernel
+def replace_costs(costs: PairwiseCosts, x: int, old: int, new: int, marginal: FloatArray) -> None:
+    """Put the pairwise costs with candidate `new` of x in the place of those with `old`.
+
+    Parameters
+    ----------
+    costs
+        Of all candidates.
+    x
+        A source point.
+    old, new
+        Candidates of it, negative for none.
+    marginal
+        (V,) what each candidate costs beside those chosen; changed in place, but for x's own.
+    """
+    if costs.beta > 0.0:
+        targets = costs.candidates[:, 1]
+        for other in range(len(costs.rows) - 1):
+            if other == x:
+                continue
+            distance = costs.source_distances[x, other]
+            before = costs.target_distances[targets[max(old, 0)]]
+            after = costs.target_distances[targets[max(new, 0)]]
+            minus = costs.beta if old >= 0 else 0.0
+            plus = costs.beta if new >= 0 else 0.0
+            for a in range(costs.rows[other], costs.rows[other + 1]):
+                y = targets[a]
+                marginal[a] += distortion_cost(plus, distance, after[y]) - distortion_cost(
+                    minus, distance, before[y]
+                )
+    if len(costs.other):
+        own, end = costs.rows[x], costs.rows[x + 1]
+        for sign, which in ((-1.0, old), (1.0, new)):
+            if which >= 0:
+                for place in range(costs.first[which], costs.first[which + 1]):
+                    a = costs.other[place]
+                    if not own <= a < end:
+                        marginal[a] += sign * costs.cost[place]
