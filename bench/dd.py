@@ -1,0 +1,52 @@
+"""Public graph matching instances through our solver: ``python -m bench.dd FILE...``.
+
+For every ``.dd`` file the energy found, its lower bound and the seconds it took.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+from bench.dd_format import read_dd
+from solver.control import Control
+from solver.dual_decomposition import dual_decomposition
+from solver.labelling import LabellingProblem
+from solver.solution import Solution
+
+
+def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution:
+    """Solve an instance within a time limit, to a relative gap."""
+    control = Control().within(seconds)
+    return dual_decomposition(problem, iterations=10**9, gap=gap, control=control)
+
+
+def main() -> None:
+    """Solve the files, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help=".dd, .dd.xz, ...")
+    parser.add_argument("--seconds", type=float, default=10.0, help="time limit of each")
+    parser.add_argument("--gap", type=float, default=1e-6, help="relative gap to stop at")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    print(f"{'instance':24}{'size':>12}{'terms':>9}{'energy':>14}{'bound':>14}{'gap':>10}{'s':>8}")
+    rows = []
+    for path in arguments.files:
+        problem = read_dd(path)
+        started = time.perf_counter()
+        found = solve(problem, arguments.seconds, arguments.gap)
+        elapsed = time.perf_counter() - started
+        size = f"{problem.n_sources}x{problem.n_targets}"
+        print(
+            f"{path.name[:23]:24}{size:>12}{len(problem.terms.costs):>9}{found.energy:>14.5f}"
+            f"{found.lower_bound:>14.5f}{found.gap:>10.2e}{elapsed:>8.2f}",
+            flush=True,
+        )
+        row = {"instance": path.name, "energy": found.energy, "lower_bound": found.lower_bound}
+        rows.append({**row, "seconds": elapsed, "iterations": found.iterations})
+    if arguments.json:
+        print(json.dumps(rows[0] if len(rows) == 1 else rows))
+
+
+if __name__ == "__main__":
+    main()
