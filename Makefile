@@ -41,6 +41,11 @@ format: $(VENV)/dev  ## put the code in house style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
+bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds (ISOMATCH_DATA: a folder of meshes)
+	$(BIN)/python -m bench.correspondence
+	$(BIN)/python -m bench.pair
+	$(BIN)/python -m bench.solver
+
 openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
 	$(BIN)/python -m service.openapi openapi/openapi.json
 

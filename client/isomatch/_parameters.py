@@ -47,6 +47,10 @@ class MatchParameters(TypedDict, total=False):
         Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
     alternatives
         How many of the best solutions of the coarse level are kept and refined, 1 to 32 [8].
+    objective
+        What is minimised: ``"l2"``, the energy (5), or ``"linf"``, the greatest distortion of a
+        distance, half of which is the Gromov-Hausdorff distance of the matched samples. The
+        latter is solved exactly, for at most 10 points, all of which are matched [``"l2"``].
     largest_component
         Match the largest component of a shape that has several, which is refused otherwise
         [False].
@@ -68,6 +72,7 @@ class MatchParameters(TypedDict, total=False):
     diffusion_time: float | None
     eigenpairs: int
     alternatives: int
+    objective: str
     largest_component: bool
     time_limit: float | None
 

@@ -134,6 +134,9 @@ def match(
     alternatives: Annotated[
         int | None, typer.Option(help="Best coarse solutions that are kept and refined.")
     ] = None,
+    objective: Annotated[
+        str | None, typer.Option(help="l2, or linf: the least greatest distortion.")
+    ] = None,
     largest_component: Annotated[
         bool | None,
         typer.Option("--largest-component", help="Match the largest component of a shape."),
@@ -164,6 +167,7 @@ def match(
         "diffusion_time": diffusion_time,
         "eigenpairs": eigenpairs,
         "alternatives": alternatives,
+        "objective": objective,
         "largest_component": largest_component,
         "time_limit": time_limit,
     }

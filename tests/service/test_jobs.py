@@ -248,6 +248,7 @@ BAD_PARAMETERS = {
     "diffusion_time": (0, -1),
     "eigenpairs": (9, 301),
     "alternatives": (0, 33),
+    "objective": ("l1", 2, "linf"),
     "largest_component": ("yes", 1),
     "time_limit": (0, -5),
     "pionts": (32,),

@@ -159,6 +159,18 @@ def test_no_time_still_gives_an_answer(standing: SyntheticShape, sitting: Synthe
     assert not found.certified
 
 
+def test_least_greatest_distortion(standing: SyntheticShape, sitting: SyntheticShape) -> None:
+    source, target = shape_of(standing), shape_of(sitting)
+    found = match(source, target, MatchOptions(points=8, objective="linf"))
+    other = match(source, target, MatchOptions(points=8))
+    assert found.certified
+    assert found.best.energy == found.best.distortion.linf == found.best.costs.max()
+    assert found.best.energy <= other.best.distortion.linf
+    assert all(another.energy == found.best.energy for another in found.alternatives)
+    assert [level.points for level in found.levels] == [8]
+    assert found.levels[0].method == "minimax"
+
+
 def test_several_components_are_refused() -> None:
     with pytest.raises(MeshError, match="2 components"):
         Shape(shapes.two_components())
@@ -183,6 +195,7 @@ def test_several_components_are_refused() -> None:
         ("occlusion_cost", 0.0),
         ("diffusion_time", float("inf")),
         ("time_limit", -1.0),
+        ("objective", "l1"),
     ],
 )
 def test_options_out_of_range_name_their_field(field: str, value: object) -> None:

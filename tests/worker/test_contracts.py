@@ -10,8 +10,9 @@ from solver.descriptors import DESCRIPTORS
 from solver.errors import OptionError
 from solver.mesh import MESH_FORMATS as READ
 from solver.metrics import METRICS
-from solver.options import NO_DESCRIPTOR, MatchOptions
+from solver.options import L2, LINF, NO_DESCRIPTOR, MatchOptions
 from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, MetricName
+from worker.contracts.parameters import ObjectiveName
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
@@ -22,6 +23,7 @@ NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component"}
 def test_names() -> None:
     assert set(get_args(MetricName)) == set(METRICS)
     assert set(get_args(DescriptorName)) == {*DESCRIPTORS, NO_DESCRIPTOR}
+    assert set(get_args(ObjectiveName)) == {L2, LINF}
     assert set(MESH_FORMATS) == set(READ)
     options = {field.name for field in fields(MatchOptions)}
     assert set(MatchParameters.model_fields) == options | NOT_FOR_THE_SOLVER
@@ -55,6 +57,15 @@ def test_ranges(name: str) -> None:
             MatchParameters.model_validate(values)
         with pytest.raises(OptionError):
             MatchOptions(**values)
+
+
+@pytest.mark.parametrize("values", [{"points": 11}, {"points": 8, "occlusion_cost": 1.0}])
+def test_what_the_minimax_objective_does_not_take(values: dict[str, Any]) -> None:
+    assert options_of(MatchParameters(objective="linf", points=10)).objective == LINF
+    with pytest.raises(ValidationError, match="linf"):
+        MatchParameters(objective="linf", **values)
+    with pytest.raises(OptionError, match="linf"):
+        MatchOptions(objective="linf", **values)
 
 
 def test_one_name_or_several() -> None:

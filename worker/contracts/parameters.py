@@ -2,10 +2,11 @@
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 MetricName: TypeAlias = Literal["geodesic", "diffusion", "commute_time"]
 DescriptorName: TypeAlias = Literal["hks", "si_hks", "none"]
+ObjectiveName: TypeAlias = Literal["l2", "linf"]
 
 # A JSON array arrives as a list, which strict validation would not take for a tuple.
 _Levels = Field(min_length=1, max_length=8, strict=False)
@@ -95,6 +96,12 @@ class MatchParameters(BaseModel):
         le=32,
         description="How many of the best solutions of the coarse level are kept and refined.",
     )
+    objective: ObjectiveName = Field(
+        default="l2",
+        description='What is minimised: "l2", the energy (5), or "linf", the greatest distortion of'
+        " a distance, half of which is the Gromov-Hausdorff distance of the matched samples."
+        ' "linf" is solved exactly, on one level: it takes at most 10 points, and matches all.',
+    )
     largest_component: bool = Field(
         default=False,
         description="Match the largest component of a shape that has several, which is refused"
@@ -107,6 +114,15 @@ class MatchParameters(BaseModel):
         description="Seconds after which the best answer so far is returned with its gap; null"
         " for no limit.",
     )
+
+    @field_validator("objective")
+    @classmethod
+    def _suits_the_objective(cls, value: str, info: ValidationInfo) -> str:
+        if value == "linf" and info.data.get("points", 0) > 10:
+            raise ValueError('"linf" takes at most 10 points; give `points`, from 3 to 10')
+        if value == "linf" and info.data.get("occlusion_cost") is not None:
+            raise ValueError('"linf" matches every point; leave `occlusion_cost` out')
+        return value
 
     @property
     def metrics(self) -> tuple[MetricName, ...]:

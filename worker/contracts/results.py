@@ -16,7 +16,10 @@ class Correspondence(_Part):
 
     source: int = Field(description="0-based vertex index in the source's file.")
     target: int = Field(description="0-based vertex index in the target's file.")
-    cost: float = Field(description="What the pair contributes to the energy.")
+    cost: float = Field(
+        description="What the pair contributes to the energy; with the objective"
+        ' "linf" its largest distortion.'
+    )
 
 
 class Distortion(_Part):
@@ -69,7 +72,10 @@ class MatchResult(_Part):
     gromov_hausdorff: float = Field(
         description="Gromov-Hausdorff distance of the samples: half the largest distortion."
     )
-    energy: float = Field(description="Energy of the labelling problem, (5) of the paper.")
+    energy: float = Field(
+        description="Energy of the labelling problem, (5) of the paper; with the objective"
+        ' "linf" the largest distortion.'
+    )
     lower_bound: float = Field(description="No correspondence of the problem solved has less.")
     gap: float = Field(description="Relative difference of `energy` and `lower_bound`.")
     certified: bool = Field(
