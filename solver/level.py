@@ -6,9 +6,13 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.distortion import Distortion, measure_distortion
+from solver.errors import OptionError
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.options import LINF, NO_DESCRIPTOR, MatchOptions
 from solver.shape import Shape
+
+_LEAST_DIAMETER = 1e-150
+"""Squares of smaller distances vanish."""
 
 _COARSE_OVERSAMPLING = 1.5
 """Target samples per source sample at the coarsest level: one in three may be nobody's image."""
@@ -194,6 +198,9 @@ def _sample(
         distances = sampling.distances
     else:
         distances = shape.metric(metric, options.diffusion_time).between(vertices)
+    if distances.max() < _LEAST_DIAMETER:
+        field = "diffusion_time" if metric == "diffusion" else "metric"
+        raise OptionError(field, f"the {metric} distances of a shape all vanish; choose another value")
     if descriptor == NO_DESCRIPTOR or options.first_order_weight == 0.0:
         return SampledStructure(vertices, distances, None)
     return SampledStructure(vertices, distances, shape.descriptor(descriptor, vertices))

@@ -280,7 +280,7 @@ class _Run:
 
 def _solve(problem: LabellingProblem, known: Solution, control: Control) -> Solution:
     """Prove `known` optimal or improve it, as far as the work a level may take allows."""
-    iterations = int(np.clip(_DUAL_WORK / problem.n_candidates**2, *_DUAL_ITERATIONS))
+    iterations = int(np.clip(_DUAL_WORK / max(problem.n_candidates, 1) ** 2, *_DUAL_ITERATIONS))
     return minimise(problem, known.partners, iterations=iterations, control=control)
 
 

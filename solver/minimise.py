@@ -13,6 +13,7 @@ from solver.control import Control
 from solver.dual_decomposition import DualDecomposition, Subproblems
 from solver.iterated_local_search import IteratedLocalSearch
 from solver.labelling import LabellingProblem
+from solver.primal import assign, local_search
 from solver.solution import CERTIFIED_GAP, Method, Solution
 
 _PLAIN_POINTS = 16
@@ -66,6 +67,10 @@ def minimise(
         Every source point must be matched, and the candidates do not allow it.
     """
     control = control or Control()
+    if not problem.n_candidates:
+        nobody = local_search(problem, assign(problem, problem.unary))
+        energy = problem.energy(nobody)
+        return Solution(nobody, energy, energy, 0, Method.BRANCH_AND_BOUND)
     if problem.n_sources <= _PLAIN_POINTS:
         plain = m_best_solutions(problem, known=start, node_limit=_PLAIN_NODES, control=control)
         if plain.proven and len(plain.energies):

@@ -239,6 +239,8 @@ def _improve(
     max_passes: int,
 ) -> None:
     n = len(chosen)
+    if len(unary) == 0:
+        return
     owner = np.full(costs.target_distances.shape[0], -1, dtype=np.int64)
     marginal = unary.copy()
     start = chosen.copy()

@@ -134,7 +134,7 @@ def extremity(metric: Metric) -> int:
             farthest.append(int(np.argmax(row)))
             seen[here] = (float(row.max()), float(row.mean()))
     diameter = max(longest for longest, _ in seen.values())
-    ends = [here for here, (longest, _) in seen.items() if longest > diameter * (1.0 - 1e-9)]
+    ends = [here for here, (longest, _) in seen.items() if longest >= diameter * (1.0 - 1e-9)]
     return max(ends, key=lambda here: seen[here][1])
 
 

@@ -149,6 +149,7 @@ def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
         int: {"integer"},
         float: {"number"},
         bool: {"boolean"},
+        str: {"string"},
         float | None: {"number", "null"},
         str | list[str]: {"string", "array of string"},
     }

@@ -125,6 +125,25 @@ def test_occlusion_leaves_points_unmatched_and_pays_for_them(
     assert not set(found.best.unmatched) & set(found.best.source)
 
 
+def test_occlusion_may_be_so_cheap_that_nothing_is_matched(
+    standing: SyntheticShape, sitting: SyntheticShape
+) -> None:
+    options = MatchOptions(points=32, occlusion_cost=1e-12)
+    found = match(shape_of(standing), shape_of(sitting), options)
+    assert len(found.best.source) == 0
+    assert len(found.best.unmatched) == 32
+    assert found.best.energy == pytest.approx(32e-12)
+    assert found.certified
+
+
+def test_a_metric_that_vanishes_is_refused() -> None:
+    shape = Shape(shapes.icosphere(1))
+    for metric in ("diffusion",), ("geodesic", "diffusion"):
+        with pytest.raises(OptionError) as caught:
+            match(shape, shape, MatchOptions(points=16, metric=metric, diffusion_time=1e6))
+        assert caught.value.field == "diffusion_time"
+
+
 def test_the_same_question_has_the_same_answer(
     standing: SyntheticShape, sitting: SyntheticShape, answer: Match
 ) -> None:

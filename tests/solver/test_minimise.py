@@ -73,6 +73,16 @@ def test_no_solution_is_said_to_be_none() -> None:
         minimise(crowded)
 
 
+@pytest.mark.parametrize("n", [3, 20])
+def test_without_candidates_nothing_is_matched(n: int) -> None:
+    nothing = np.zeros((0, 2), dtype=np.int64), np.zeros(0), np.eye(n), np.eye(n)
+    found = minimise(LabellingProblem(*nothing, occlusion_cost=0.5))
+    assert (found.partners == UNMATCHED).all()
+    assert found.energy == found.lower_bound == pytest.approx(0.5 * n)
+    with pytest.raises(InfeasibleError):
+        minimise(LabellingProblem(*nothing))
+
+
 def test_iterated_local_search_finds_optima_and_never_loses() -> None:
     for seed in range(6):
         for problem in (metric_instance(6, 6, seed, noise=1.0), explicit_instance(5, 5, seed)):
