@@ -7,6 +7,7 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Any, Final
 
 from fastapi import FastAPI
+from fastapi_offline import FastAPIOffline
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
@@ -39,7 +40,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     closing
         Set by the server when it is to stop, so that long polls end.
     """
-    app = FastAPI(
+    app = FastAPIOffline(
         title="isomatch",
         version="1",
         lifespan=_lifespan(settings, closing or asyncio.Event()),

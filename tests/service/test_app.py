@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -60,6 +61,16 @@ def test_the_root_leads_on(http: httpx2.Client) -> None:
     assert page.status_code == 200
     for link in ("/docs", "/openapi.json", "/v1/shapes", "/health/ready"):
         assert f'href="{link}"' in page.text
+        assert http.get(link).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["/docs", "/redoc"])
+def test_the_documentation_needs_no_other_host(http: httpx2.Client, path: str) -> None:
+    page = http.get(path).text
+    parts = re.findall(r'<(?:script|link)[^>]*(?:src|href)="([^"]+)"', page)
+    assert parts
+    for link in parts:
+        assert link.startswith("/")
         assert http.get(link).status_code == 200
 
 
