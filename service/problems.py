@@ -12,13 +12,14 @@
     ├── ResultNotReady              409  the job has not ended
     ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
     ├── ResultExpired               410  the result is no longer kept
+    ├── ShapeDeleted                410  a shape of the match was deleted
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
     ├── UnknownShape                422  a match names a shape that does not exist
     ├── UnusableMesh                422  the file is not a usable mesh
-    ├── NoPicture                   500  the picture could not be drawn
     ├── InternalError               500  our fault
     ├── StoreAway                   503  Redis cannot be reached
+    ├── PictureNotReady             503  the picture takes longer to draw than a call may take
     └── NotReady                    503  no worker is alive
 """
 
@@ -119,6 +120,12 @@ class ResultExpired(ApiProblem):
     status, slug, title = 410, "result-expired", "Result expired"
 
 
+class ShapeDeleted(ApiProblem):
+    """A shape of the match was deleted."""
+
+    status, slug, title = 410, "shape-deleted", "Shape deleted"
+
+
 class UploadTooLarge(ApiProblem):
     """The upload is over the limit."""
 
@@ -147,10 +154,10 @@ class InternalError(ApiProblem):
     """Our fault."""
 
 
-class NoPicture(InternalError):  # noqa: N818 - a problem is what HTTP calls it
-    """The picture could not be drawn."""
+class PictureNotReady(ApiProblem):
+    """The picture takes longer to draw than a call may take."""
 
-    slug, title = "no-picture", "No picture"
+    status, slug, title = 503, "picture-not-ready", "Picture not ready"
 
 
 class StoreAway(ApiProblem):

@@ -200,7 +200,9 @@ def _sample(
         distances = shape.metric(metric, options.diffusion_time).between(vertices)
     if distances.max() < _LEAST_DIAMETER:
         field = "diffusion_time" if metric == "diffusion" else "metric"
-        raise OptionError(field, f"the {metric} distances of a shape all vanish; choose another value")
+        raise OptionError(
+            field, f"the {metric} distances of a shape all vanish; choose another value"
+        )
     if descriptor == NO_DESCRIPTOR or options.first_order_weight == 0.0:
         return SampledStructure(vertices, distances, None)
     return SampledStructure(vertices, distances, shape.descriptor(descriptor, vertices))

@@ -12,9 +12,11 @@ from service.problems import (
     InvalidRequest,
     JobNotFound,
     JobWithoutResult,
-    NoPicture,
+    PictureNotReady,
+    Reported,
     ResultExpired,
     ResultNotReady,
+    ShapeDeleted,
     responses,
 )
 from service.state import RequestId, Service, ServiceOf
@@ -109,7 +111,7 @@ def get_result(
             "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
         },
         **_RESULT_ERRORS,
-        **responses(NoPicture),
+        **responses(ResultExpired, ShapeDeleted, PictureNotReady),
     },
     operation_id="get_picture",
 )
@@ -124,8 +126,9 @@ async def get_picture(
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
         picture = await run_in_threadpool(service.store.jobs.picture, job_id)
         if picture is None:
-            error = None if record is None else record.error
-            raise NoPicture(error.detail if error else "The picture takes long; ask again.")
+            if record is not None and record.error is not None:
+                raise Reported(record.error)
+            raise PictureNotReady("The picture takes long to draw; ask again.")
     return Response(picture, media_type="image/png")
 
 

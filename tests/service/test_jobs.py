@@ -99,7 +99,7 @@ def test_a_picture_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> Non
     shape = upload(blob_file(2, seed=40))["id"]
     job = matched(http, (shape, shape), **QUICK)
     http.delete(f"/v1/shapes/{shape}")
-    problem(http.get(job["links"]["picture"]), 500, "no-picture")
+    problem(http.get(job["links"]["picture"]), 410, "shape-deleted")
 
 
 def test_listing(http: httpx2.Client, shapes: Shapes) -> None:
