@@ -11,8 +11,9 @@
     ├── MethodNotAllowed            405  not what can be done at this address
     ├── ResultNotReady              409  the job has not ended
     ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
+    ├── UploadCancelled             409  the validation of the upload was cancelled
     ├── ResultExpired               410  the result is no longer kept
-    ├── ShapeDeleted                410  a shape of the match was deleted
+    ├── ShapeDeleted                410  a shape was deleted meanwhile
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
     ├── UnknownShape                422  a match names a shape that does not exist
@@ -114,6 +115,12 @@ class JobWithoutResult(ApiProblem):
     status, slug, title = 409, "job-without-result", "Job without a result"
 
 
+class UploadCancelled(ApiProblem):
+    """The validation of the upload was cancelled."""
+
+    status, slug, title = 409, "upload-cancelled", "Upload cancelled"
+
+
 class ResultExpired(ApiProblem):
     """The result is no longer kept."""
 
@@ -121,7 +128,7 @@ class ResultExpired(ApiProblem):
 
 
 class ShapeDeleted(ApiProblem):
-    """A shape of the match was deleted."""
+    """A shape was deleted meanwhile."""
 
     status, slug, title = 410, "shape-deleted", "Shape deleted"
 

@@ -12,6 +12,7 @@ from uuid import uuid4
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 from redis.client import Pipeline
+from redis.exceptions import WatchError
 from rq import Queue, Retry, Worker
 from rq.exceptions import InvalidJobOperation, NoSuchJobError
 from rq.job import Callback, Job
@@ -24,6 +25,7 @@ from worker.contracts import (
     Payload,
     SpectrumKey,
     SpectrumPayload,
+    ValidationPayload,
 )
 from worker.store import Store
 
@@ -94,6 +96,43 @@ class JobQueue:
             self.store.jobs.create(record, pipe)
             pipe.execute()
         return record
+
+    def submit_validation(
+        self, payload: ValidationPayload, data: bytes, request_id: str | None = None
+    ) -> str:
+        """Queue the validation of an upload, unless an equal one is being validated.
+
+        Parameters
+        ----------
+        payload
+            What is known of the upload.
+        data
+            Its bytes.
+        request_id
+            Name of the request that brought it.
+
+        Returns
+        -------
+        str
+            The job that validates it.
+        """
+        record = new_job(payload, request_id)
+        shapes = self.store.shapes
+        with self.store.client.pipeline() as pipe:
+            while True:
+                holder = shapes.validated_by(payload.shape, payload.file_type, pipe)
+                state = None if holder is None else self.store.jobs.state(holder)
+                if holder is not None and state is not None and not state.ended:
+                    return holder
+                try:
+                    self.enqueue(record, pipe)
+                    self.store.jobs.create(record, pipe)
+                    shapes.add_candidate(payload.shape, payload.file_type, data, record.id, pipe)
+                    pipe.execute()
+                except WatchError:
+                    # An equal upload came in between.
+                    continue
+                return record.id
 
     def submit_match(self, payload: MatchPayload, request_id: str | None) -> JobRecord:
         """Queue a match, and before it the spectra it needs that nobody has or computes yet."""

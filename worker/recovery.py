@@ -184,4 +184,4 @@ def _clean_up(store: Store, record: JobRecord | None, state: JobState | None) ->
     if record is None or state is None or not state.ended:
         return
     if isinstance(record.payload, ValidationPayload):
-        store.shapes.reject(record.payload.shape, record.payload.file_type)
+        store.shapes.reject(record.payload.shape, record.payload.file_type, record.id)

@@ -2,7 +2,6 @@
 
 import time
 from dataclasses import dataclass
-from datetime import datetime
 
 from redis.exceptions import RedisError
 
@@ -84,7 +83,7 @@ class Runner:
         reporter = Reporter(self.store.jobs, record.id, self.name)
         match record.payload:
             case ValidationPayload() as payload:
-                self._validate(payload, record.created, reporter.control())
+                self._validate(payload, record, reporter.control())
             case SpectrumPayload() as payload:
                 self._compute_spectrum(payload, reporter.control())
             case PicturePayload() as payload:
@@ -93,10 +92,10 @@ class Runner:
                 return self._match(payload, reporter)
         return None
 
-    def _validate(self, payload: ValidationPayload, created: datetime, control: Control) -> None:
-        data = self.store.shapes.candidate(payload.shape, payload.file_type)
+    def _validate(self, payload: ValidationPayload, job: JobRecord, control: Control) -> None:
+        data = self.store.shapes.candidate(payload.shape, payload.file_type, job.id)
         if data is None:
-            # An equal upload was validated meanwhile, or this is a repetition of what succeeded.
+            # This is a repetition of what succeeded, or the upload waited for too long.
             if self.store.shapes.get(payload.shape) is None:
                 raise ShapeGone(payload.shape)
             return
@@ -115,9 +114,9 @@ class Runner:
             closed=mesh.closed,
             has_colors=mesh.colors is not None,
             warnings=mesh.warnings,
-            created=created,
+            created=job.created,
         )
-        self.store.shapes.accept(record, mesh_to_bytes(mesh))
+        self.store.shapes.accept(record, mesh_to_bytes(mesh), job.id)
 
     def _compute_spectrum(self, payload: SpectrumPayload, control: Control) -> None:
         try:
@@ -178,4 +177,4 @@ class Runner:
 
     def _clean_up(self, record: JobRecord) -> None:
         if isinstance(record.payload, ValidationPayload):
-            self.store.shapes.reject(record.payload.shape, record.payload.file_type)
+            self.store.shapes.reject(record.payload.shape, record.payload.file_type, record.id)

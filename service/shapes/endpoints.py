@@ -12,9 +12,11 @@ from service.problems import (
     BadRequest,
     InvalidRequest,
     Reported,
+    ShapeDeleted,
     ShapeNotFound,
     UnsupportedFormat,
     UnusableMesh,
+    UploadCancelled,
     UploadTooLarge,
     responses,
 )
@@ -29,7 +31,6 @@ from worker.contracts import (
     file_type_of,
     shape_id,
 )
-from worker.queue import new_job
 
 PATH: Final = "/v1/shapes"
 
@@ -53,7 +54,15 @@ _VALIDATING: Final[dict[str, Any]] = {
         200: {"model": Shape, "description": "The shape is known already", "headers": _LOCATION},
         201: {"description": "A new shape", "headers": _LOCATION},
         202: _VALIDATING,
-        **responses(UnusableMesh, InvalidRequest, UploadTooLarge, UnsupportedFormat, BadRequest),
+        **responses(
+            UnusableMesh,
+            InvalidRequest,
+            UploadTooLarge,
+            UnsupportedFormat,
+            BadRequest,
+            UploadCancelled,
+            ShapeDeleted,
+        ),
     },
     operation_id="upload_shape",
 )
@@ -97,20 +106,10 @@ def _take_in(
 ) -> tuple[ValidationPayload, ShapeRecord | None, str]:
     data = file.file.read()
     payload = ValidationPayload(shape=shape_id(data), name=name, file_type=file_type)
-    shapes = service.store.shapes
-    known = shapes.get(payload.shape)
+    known = service.store.shapes.get(payload.shape)
     if known is not None:
         return payload, known, ""
-    job = new_job(payload, request_id)
-    holder = shapes.add_candidate(payload.shape, file_type, data, job.id)
-    state = service.store.jobs.state(holder)
-    if holder != job.id and (state is None or state.ended):
-        # It was given up without a verdict on the file: try again.
-        shapes.reject(payload.shape, file_type)
-        holder = shapes.add_candidate(payload.shape, file_type, data, job.id)
-    if holder == job.id:
-        service.queue.submit(job)
-    return payload, None, holder
+    return payload, None, service.queue.submit_validation(payload, data, request_id)
 
 
 async def _validated(
@@ -122,8 +121,10 @@ async def _validated(
     shape = await run_in_threadpool(service.store.shapes.get, payload.shape)
     if shape is not None:
         return _shape(shape, 201)
+    if record is not None and record.state is JobState.SUCCEEDED:
+        raise ShapeDeleted("Somebody deleted the shape as soon as it was read; send it again.")
     if record is None or record.state.ended:
-        raise UnusableMesh("The upload was given up before it was read; send it again.")
+        raise UploadCancelled("The upload was cancelled before it was read; send it again.")
     await run_in_threadpool(service.store.shapes.defer, payload.shape, job_id)
     return await run_in_threadpool(_still_validating, service, record)
 

@@ -6,6 +6,7 @@ import socket
 import struct
 import threading
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from datetime import datetime
 from urllib.parse import urlsplit
 
@@ -164,6 +165,15 @@ def test_a_nan_among_coordinates_is_named(http: httpx2.Client) -> None:
     assert "finite" in document["detail"].lower() or "nan" in document["detail"].lower()
 
 
+def test_equal_uploads_of_no_mesh_at_the_same_time(http: httpx2.Client) -> None:
+    with ThreadPoolExecutor(16) as threads:
+        for n in range(4):
+            data = b"no mesh either %d" % n
+            asked = [threads.submit(post, http, data) for _ in range(16)]
+            for answer in asked:
+                problem(answer.result(), 422, "unusable-mesh")
+
+
 def test_other_formats_that_lie(http: httpx2.Client) -> None:
     stl = bytes(80) + struct.pack("<I", 4_000_000_000) + bytes(100)
     glb = b"glTF" + struct.pack("<III", 2, 20, 2**31) + b"JSON"
@@ -266,3 +276,29 @@ def test_an_upload_that_takes_long_is_answered_before(server: EmbeddedServer) ->
         api.store.jobs.fail(fresh.json()["id"], "me", stated)
         refused = problem(http.get(fresh.headers["location"]), 422, "unusable-mesh")
         assert refused["detail"] == "the file lies"
+
+
+def test_an_upload_that_others_meddle_with_while_it_is_read(server: EmbeddedServer) -> None:
+    # No worker serves this database: the test does what one would do.
+    settings = Settings(redis_url=f"{server.url}?db=5")
+    with (
+        running_api(settings) as api,
+        httpx2.Client(base_url=api.url) as http,
+        ThreadPoolExecutor(1) as threads,
+    ):
+        api.store.client.flushdb()
+        jobs = api.store.jobs
+
+        def asked() -> tuple[Future[httpx2.Response], str]:
+            answer = threads.submit(post, http, WHOLE)
+            while not (active := list(jobs.active())):
+                assert not answer.done()
+            return answer, active[0].id
+
+        answer, job = asked()
+        jobs.cancel(job)
+        problem(answer.result(), 409, "upload-cancelled")
+        answer, job = asked()
+        assert jobs.claim(job, "me")
+        assert jobs.succeed(job, "me")
+        problem(answer.result(), 410, "shape-deleted")

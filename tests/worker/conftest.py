@@ -80,10 +80,8 @@ def upload(served: JobQueue) -> Callable[..., str]:
     """Have the workers make a shape of a file, and return its id."""
 
     def upload_data(data: bytes, file_type: str = "off") -> str:
-        job = new_job(ValidationPayload(shape=shape_id(data), name="test", file_type=file_type))
-        served.store.shapes.add_candidate(shape_id(data), file_type, data, job.id)
-        served.submit(job)
-        record = ended(served, job.id)
+        payload = ValidationPayload(shape=shape_id(data), name="test", file_type=file_type)
+        record = ended(served, served.submit_validation(payload, data))
         assert record.error is None
         return shape_id(data)
 
@@ -110,9 +108,8 @@ def horses(worker: int) -> list[int]:
 
 def validation(queue: JobQueue, data: bytes) -> str:
     """Queue the validation of a file."""
-    job = new_job(ValidationPayload(shape=shape_id(data), name="x", file_type="off"))
-    queue.store.shapes.add_candidate(shape_id(data), "off", data, job.id)
-    return queue.submit(job).id
+    payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
+    return queue.submit_validation(payload, data)
 
 
 @contextmanager

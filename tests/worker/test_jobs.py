@@ -11,7 +11,7 @@ import pytest
 from rq import Worker
 
 from solver.mesh import read_mesh
-from tests.worker.conftest import ended, horses
+from tests.worker.conftest import ended, horses, validation
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
 from worker.contracts import (
     JobRecord,
@@ -22,7 +22,6 @@ from worker.contracts import (
     PicturePayload,
     ShapeRecord,
     SpectrumPayload,
-    ValidationPayload,
     shape_id,
 )
 from worker.matches import result_from_blob
@@ -62,9 +61,7 @@ def test_validation_makes_a_shape(served: JobQueue, upload: Upload) -> None:
 def test_what_is_no_mesh_is_refused_and_forgotten(served: JobQueue) -> None:
     data = b"this is not a mesh"
     shape = shape_id(data)
-    job = new_job(ValidationPayload(shape=shape, name="x.off", file_type="off"))
-    served.store.shapes.add_candidate(shape, "off", data, job.id)
-    record = ended(served, served.submit(job).id)
+    record = ended(served, validation(served, data))
     assert record.state is JobState.FAILED
     assert record.error is not None
     assert record.error.slug == "unusable-mesh"
@@ -160,9 +157,7 @@ def test_a_picture(served: JobQueue, run: Run, upload: Upload) -> None:
 def test_a_mesh_too_large_for_the_memory_fails_alone(served: JobQueue, upload: Upload) -> None:
     # Four thousand million faces that the file only claims to have must not be believed either.
     data = b"OFF\n4 4000000000 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n"
-    job = new_job(ValidationPayload(shape=shape_id(data), name="x", file_type="off"))
-    served.store.shapes.add_candidate(shape_id(data), "off", data, job.id)
-    record = ended(served, served.submit(job).id)
+    record = ended(served, validation(served, data))
     assert record.state is JobState.FAILED
     assert record.error is not None
     assert record.error.status == 422

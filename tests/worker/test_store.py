@@ -3,6 +3,7 @@
 import gzip
 import itertools
 import time
+from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
 
 import pytest
@@ -18,8 +19,9 @@ from worker.contracts import (
     ShapeRecord,
     SpectrumKey,
     SpectrumPayload,
+    ValidationPayload,
 )
-from worker.queue import new_job
+from worker.queue import JobQueue, QueueSettings, new_job
 from worker.settings import WorkerSettings
 from worker.store import InvalidCursor, Jobs, Spectra, Store, keys
 
@@ -200,8 +202,10 @@ def shape_record(number: int, created: datetime) -> ShapeRecord:
 
 
 def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
-    store.shapes.add_candidate(record.id, "off", b"data", "job")
-    store.shapes.accept(record, b"mesh")
+    with store.client.pipeline() as pipe:
+        store.shapes.add_candidate(record.id, "off", b"data", "job", pipe)
+        pipe.execute()
+    store.shapes.accept(record, b"mesh", "job")
     return record
 
 
@@ -252,13 +256,35 @@ def test_a_shape_is_there_whole_or_not_at_all(store: Store) -> None:
 
 
 def test_equal_uploads_are_validated_once(store: Store) -> None:
-    assert store.shapes.add_candidate("id", "off", b"data", "first") == "first"
-    assert store.shapes.add_candidate("id", "off", b"data", "second") == "first"
-    assert store.shapes.add_candidate("id", "obj", b"data", "third") == "third"
-    store.shapes.reject("id", "off")
-    assert store.shapes.candidate("id", "off") is None
-    store.shapes.reject("id", "obj")
-    assert store.client.keys("*") == []
+    queue = JobQueue(store, QueueSettings())
+    payload = ValidationPayload(shape="id", name="x", file_type="off")
+    other = payload.model_copy(update={"file_type": "obj"})
+    first = queue.submit_validation(payload, b"data")
+    assert queue.submit_validation(payload, b"data") == first
+    third = queue.submit_validation(other, b"data")
+    assert third != first
+    assert store.shapes.candidate("id", "off", first) == b"data"
+    # Given up without a verdict it is validated again, and nobody takes that away.
+    store.jobs.cancel(first)
+    again = queue.submit_validation(payload, b"data")
+    assert again != first
+    store.shapes.reject("id", "off", first)
+    assert store.shapes.candidate("id", "off", first) is None
+    assert store.shapes.candidate("id", "off", again) == b"data"
+    assert queue.submit_validation(payload, b"data") == again
+    store.shapes.reject("id", "off", again)
+    store.shapes.reject("id", "obj", third)
+    assert store.client.keys("isomatch:candidate:*") == []
+
+
+def test_equal_uploads_at_the_same_time_have_one_job(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings())
+    for n in range(10):
+        payload = ValidationPayload(shape=f"id{n}", name="x", file_type="off")
+        with ThreadPoolExecutor(16) as threads:
+            asked = [threads.submit(queue.submit_validation, payload, b"data") for _ in range(16)]
+        assert len({answer.result() for answer in asked}) == 1
+    assert queue.queue(JobKind.VALIDATION).count == 10
 
 
 def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spectra:

@@ -44,9 +44,9 @@ def shape_mesh(shape_id: str) -> str:
     return f"{PREFIX}shape:{shape_id}:mesh"
 
 
-def candidate(shape_id: str, file_type: str) -> str:
-    """Uploaded bytes that are not validated yet."""
-    return f"{PREFIX}candidate:{shape_id}:{file_type}"
+def candidate(shape_id: str, file_type: str, job_id: str) -> str:
+    """Uploaded bytes that a job is to validate."""
+    return f"{PREFIX}candidate:{shape_id}:{file_type}:{job_id}"
 
 
 def candidate_job(shape_id: str, file_type: str) -> str:

@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 from redis import Redis
+from redis.client import Pipeline
 
 from worker.contracts import ShapeRecord
-from worker.store import keys
+from worker.store import keys, scripts
 from worker.store.connections import StoreSettings
 from worker.store.listings import Listing, Page
 from worker.store.replies import blob, text
@@ -58,43 +59,42 @@ class Shapes:
             pipe.zrem(keys.SHAPES, shape_id)
             return bool(pipe.execute()[0])
 
-    def add_candidate(self, shape_id: str, file_type: str, data: bytes, job_id: str) -> str:
-        """Keep uploaded bytes until they are validated.
-
-        Returns
-        -------
-        str
-            The job that validates them: `job_id`, or the one of an equal upload that came first.
-        """
-        ttl = self.settings.candidate_ttl
+    def validated_by(self, shape_id: str, file_type: str, pipe: Pipeline) -> str | None:
+        """Return the job of an equal upload, if there is one, and watch whether that changes."""
         key = keys.candidate_job(shape_id, file_type)
-        first = self.client.set(key, job_id, nx=True, ex=ttl)
-        if first:
-            self.client.set(keys.candidate(shape_id, file_type), data, ex=ttl)
-            return job_id
-        return text(self.client.get(key)) or job_id
+        pipe.watch(key)  # type: ignore[no-untyped-call]
+        return text(self.client.get(key))
 
-    def candidate(self, shape_id: str, file_type: str) -> bytes | None:
-        """Return uploaded bytes that wait for their validation."""
-        return blob(self.client.get(keys.candidate(shape_id, file_type)))
+    def add_candidate(
+        self, shape_id: str, file_type: str, data: bytes, job_id: str, pipe: Pipeline
+    ) -> None:
+        """Keep uploaded bytes for the job that validates them, as part of a transaction."""
+        ttl = self.settings.candidate_ttl
+        pipe.set(keys.candidate_job(shape_id, file_type), job_id, ex=ttl)
+        pipe.set(keys.candidate(shape_id, file_type, job_id), data, ex=ttl)
 
-    def accept(self, record: ShapeRecord, mesh: bytes) -> None:
-        """Make a shape of a candidate, all at once."""
-        candidate = keys.candidate(record.id, record.file_type)
+    def candidate(self, shape_id: str, file_type: str, job_id: str) -> bytes | None:
+        """Return the uploaded bytes that a job is to validate."""
+        return blob(self.client.get(keys.candidate(shape_id, file_type, job_id)))
+
+    def accept(self, record: ShapeRecord, mesh: bytes, job_id: str) -> None:
+        """Make a shape of a job's candidate, all at once."""
+        candidate = keys.candidate(record.id, record.file_type, job_id)
         with self.client.pipeline() as pipe:
             pipe.rename(candidate, keys.shape_upload(record.id))
             pipe.persist(keys.shape_upload(record.id))
             pipe.set(keys.shape_mesh(record.id), mesh)
             pipe.set(keys.shape(record.id), record.model_dump_json())
             pipe.zadd(keys.SHAPES, {record.id: record.created.timestamp()})
-            pipe.delete(keys.candidate_job(record.id, record.file_type))
+            self._release(record.id, record.file_type, job_id, pipe)
             pipe.execute()
 
-    def reject(self, shape_id: str, file_type: str) -> None:
-        """Forget a candidate."""
-        self.client.delete(
-            keys.candidate(shape_id, file_type), keys.candidate_job(shape_id, file_type)
-        )
+    def reject(self, shape_id: str, file_type: str, job_id: str) -> None:
+        """Forget a job's candidate; an equal one that another job validates stays."""
+        with self.client.pipeline() as pipe:
+            pipe.delete(keys.candidate(shape_id, file_type, job_id))
+            self._release(shape_id, file_type, job_id, pipe)
+            pipe.execute()
 
     def defer(self, shape_id: str, job_id: str) -> None:
         """Remember the validation job of an upload whose sender was told to ask again."""
@@ -103,3 +103,6 @@ class Shapes:
     def deferred(self, shape_id: str) -> str | None:
         """Return the validation job of an upload whose sender was told to ask again."""
         return text(self.client.get(keys.deferred(shape_id)))
+
+    def _release(self, shape_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
+        pipe.eval(scripts.RELEASE, 1, keys.candidate_job(shape_id, file_type), job_id)
