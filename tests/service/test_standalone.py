@@ -1,8 +1,10 @@
 """The whole service as a process: starting, stopping, being killed, and starting again."""
 
+import asyncio
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -16,6 +18,7 @@ from typing import Any
 import httpx2
 import pytest
 
+from service.standalone import listening
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -208,6 +211,28 @@ def test_workers_and_a_store_that_die_are_replaced(tmp_path: Path) -> None:
         assert running.http.get(answer.headers["location"]).json() == answer.json()
         answer = running.http.post("/v1/shapes", files={"file": ("a.off", blob_file(1))})
         assert answer.status_code == 201
+
+
+def test_answers_are_sent_at_once() -> None:
+    async def without_delay() -> int:
+        accepted = asyncio.get_running_loop().create_future()
+
+        async def accept(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            accepted.set_result(writer)
+
+        with listening("127.0.0.1", 0) as listener:
+            async with await asyncio.start_server(accept, sock=listener):
+                _, caller = await asyncio.open_connection(*listener.getsockname())
+                writer = await accepted
+                immediate: int = writer.get_extra_info("socket").getsockopt(
+                    socket.IPPROTO_TCP, socket.TCP_NODELAY
+                )
+                for end in (caller, writer):
+                    end.close()
+                    await end.wait_closed()
+                return immediate
+
+    assert asyncio.run(without_delay())
 
 
 def test_a_port_that_is_taken(tmp_path: Path) -> None:
