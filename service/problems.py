@@ -32,6 +32,7 @@ from fastapi.responses import Response
 from redis.exceptions import RedisError
 from starlette.exceptions import HTTPException
 
+from service.requests import MOST_FIELDS, field_problems, no_json, unreadable
 from worker.contracts import FieldProblem, Problem
 from worker.telemetry import logger
 
@@ -237,12 +238,15 @@ def _refused(request: Request, error: Exception) -> Response:
 
 def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
-    fields = tuple(
-        FieldProblem(field=".".join(map(str, item["loc"])), message=item["msg"])
-        for item in error.errors()
-    )
-    problem = InvalidRequest("The request is not valid; `errors` says where.", fields)
-    return response(problem.problem(request.url.path))
+    path = request.url.path
+    broken = no_json(error.errors())
+    if broken is not None:
+        return response(BadRequest(unreadable(request, broken)).problem(path))
+    fields = field_problems(error.errors())
+    detail = "The request is not valid; `errors` says where."
+    if len(fields) > MOST_FIELDS:
+        detail += f" The first {MOST_FIELDS} of {len(fields)} fields are named."
+    return response(InvalidRequest(detail, fields[:MOST_FIELDS]).problem(path))
 
 
 def _http(request: Request, error: Exception) -> Response:
@@ -250,7 +254,7 @@ def _http(request: Request, error: Exception) -> Response:
     path = request.url.path
     headers = dict(error.headers or {})
     kinds: dict[int, ApiProblem] = {
-        400: BadRequest(str(error.detail)),
+        400: BadRequest(unreadable(request, str(error.detail))),
         404: NotFound(f"There is nothing at {path}; /docs says what there is."),
         405: MethodNotAllowed(f"{request.method} cannot be done at {path}."),
     }

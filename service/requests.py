@@ -1,0 +1,81 @@
+"""What is wrong with a request: the words of those who read it, made fit for who sent it."""
+
+import re
+from collections.abc import Sequence
+from typing import Any, Final
+
+from fastapi import Request
+
+from worker.contracts import FieldProblem
+
+MOST_FIELDS: Final = 20
+"""So many fields are named; a body of wrong fields only would have an answer many times as long."""
+
+_LONGEST_FIELD: Final = 100
+_BRANCH: Final = re.compile(r"(literal|tuple)\[.*\]", re.DOTALL)
+"""Where Pydantic says which of several types it tried, which is no part of the field's address."""
+
+_NOT_AN_OBJECT: Final = ("missing", "model_attributes_type", "model_type", "dict_type")
+_WORDS: Final = {
+    "tuple_type": "Input should be a list of such names",
+    "upload_file": "Input should be a file: a part of the form that has a `filename`",
+    "not_an_object": "Input should be a JSON object, sent as application/json",
+}
+
+
+def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
+    """Return what is wrong with which field, each field once.
+
+    Parameters
+    ----------
+    errors
+        As Pydantic lists them.
+    """
+    messages: dict[str, list[str]] = {}
+    for error in errors:
+        address = [part for part in map(str, error["loc"]) if not _BRANCH.fullmatch(part)]
+        said = messages.setdefault(_short(".".join(address)), [])
+        message = _message(error)
+        if message not in said:
+            said.append(message)
+    return tuple(
+        FieldProblem(field=field, message="; ".join(messages[field])) for field in messages
+    )
+
+
+def no_json(errors: Sequence[Any]) -> str | None:
+    """Return where the body stops being JSON, if that is what is wrong."""
+    for error in errors:
+        if error["type"] == "json_invalid":
+            return f"{error['ctx']['error']} at character {error['loc'][-1]}"
+    return None
+
+
+def unreadable(request: Request, reason: str) -> str:
+    """Say that a body cannot be read, and what would be read.
+
+    Parameters
+    ----------
+    request
+        The request.
+    reason
+        What is wrong, in the words of who could not read it.
+    """
+    if request.headers.get("content-type", "").startswith("multipart/form-data"):
+        wanted = "send multipart/form-data with the mesh as `file`, a part with a `filename`"
+    else:
+        wanted = "send a JSON object in UTF-8, neither deeply nested nor with endless numbers"
+    return f"The body cannot be read ({reason.rstrip('.')}); {wanted}."
+
+
+def _message(error: Any) -> str:
+    kind = error["type"]
+    if kind in _NOT_AN_OBJECT and tuple(error["loc"]) == ("body",):
+        kind = "not_an_object"
+    elif "UploadFile" in error["msg"]:
+        kind = "upload_file"
+    return _WORDS.get(kind) or str(error["msg"]).removeprefix("Value error, ")
+
+
+def _short(field: str) -> str:
+    return field if len(field) <= _LONGEST_FIELD else field[: _LONGEST_FIELD - 3] + "..."

@@ -1,0 +1,106 @@
+"""Requests that mean nothing: what is wrong is said of the sender's fields, and briefly."""
+
+import json
+from typing import Any
+
+import httpx2
+import pytest
+
+from tests.service.conftest import Json, problem
+
+MESH = ("m.off", b"OFF\n")
+
+
+def ask(http: httpx2.Client, body: bytes, media_type: str = "application/json") -> httpx2.Response:
+    return http.post("/v1/matches", content=body, headers={"content-type": media_type})
+
+
+def fields(document: Json) -> dict[str, str]:
+    named = {error["field"]: error["message"] for error in document["errors"]}
+    assert len(named) == len(document["errors"])
+    return named
+
+
+@pytest.mark.parametrize("metric", ["euclidean", 3, None, {}])
+def test_a_field_of_several_types_is_named_once(http: httpx2.Client, metric: Any) -> None:
+    body = {"source": "a", "target": "b", "metric": metric}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named.keys() == {"body.metric"}
+    assert "'geodesic', 'diffusion' or 'commute_time'" in named["body.metric"]
+    assert "list" in named["body.metric"]
+
+
+def test_an_item_of_a_list_is_named_by_its_place(http: httpx2.Client) -> None:
+    body = {"source": "a", "target": "b", "descriptor": ["hks", "shot"]}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named.keys() == {"body.descriptor", "body.descriptor.1"}
+
+
+def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None:
+    body = {"source": "a", "target": "b", "objective": "linf"}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named["body.objective"].startswith('"linf" takes at most 10 points')
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {f"k{n}": 0 for n in range(50_000)},
+        {"k" * 900_000: 0},
+        {"metric": ["x"] * 100_000},
+        {"\ud800": 0, "source": "\ud800", "metric": ["\ud800"]},
+    ],
+    ids=["many", "long", "list", "surrogates"],
+)
+def test_answers_are_short_whatever_is_asked(http: httpx2.Client, body: dict[str, Any]) -> None:
+    answer = ask(http, json.dumps({"source": "a", "target": "b"} | body).encode())
+    document = problem(answer, 422, "invalid-request")
+    assert 1 <= len(document["errors"]) <= 20
+    assert len(answer.content) < 10_000
+
+
+def test_how_many_fields_are_wrong_is_said(http: httpx2.Client) -> None:
+    body = {"source": "a", "target": "b"} | {f"k{n}": 0 for n in range(21)}
+    document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
+    assert "20 of 21" in document["detail"]
+
+
+@pytest.mark.parametrize("media_type", ["text/plain", "application/x-www-form-urlencoded"])
+def test_json_that_is_sent_as_something_else(http: httpx2.Client, media_type: str) -> None:
+    answer = ask(http, b'{"source": "a", "target": "b"}', media_type)
+    named = fields(problem(answer, 422, "invalid-request"))
+    assert "application/json" in named["body"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"{", b'{"source": "a",}', b"{} {}", b"\0", b"\xff", b"[" * 500_000, b"9" * 5000],
+    ids=["cut", "comma", "two", "zero", "bytes", "deep", "digits"],
+)
+def test_what_is_no_json_cannot_be_read(http: httpx2.Client, body: bytes) -> None:
+    document = problem(ask(http, body), 400, "bad-request")
+    assert "send a JSON object" in document["detail"]
+
+
+def test_where_json_breaks_off_is_said(http: httpx2.Client) -> None:
+    document = problem(ask(http, b'{"source": }'), 400, "bad-request")
+    assert "at character 11" in document["detail"]
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        {"files": {"file": ("n" * 10_000 + ".off", b"OFF\n")}},
+        {"files": {"file": MESH}, "data": {f"k{n}": "" for n in range(1001)}},
+        {"files": [("file", MESH)] * 1001},
+    ],
+    ids=["name", "fields", "files"],
+)
+def test_forms_beyond_all_bounds(http: httpx2.Client, form: Any) -> None:
+    document = problem(http.post("/v1/shapes", **form), 400, "bad-request")
+    assert "with the mesh as `file`" in document["detail"]
+
+
+def test_a_field_where_a_file_should_be(http: httpx2.Client) -> None:
+    named = fields(problem(http.post("/v1/shapes", data={"file": "x"}), 422, "invalid-request"))
+    assert "filename" in named["body.file"]
