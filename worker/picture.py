@@ -67,7 +67,7 @@ def draw_match(
         label = f"{_short(name)}\n{mesh.n_vertices:,} vertices".lstrip()
         axes.annotate(
             label, (x, y), (0, -10), textcoords="offset points", ha="center", va="top",
-            fontsize=10, color=_FAINT, linespacing=1.5,
+            fontsize=10, color=_FAINT, linespacing=1.5, parse_math=False,
         )  # fmt: skip
     axes.autoscale_view()
     title, subtitle = _captions(result)

@@ -1,9 +1,9 @@
 """``/v1/shapes``."""
 
-from pathlib import PureWindowsPath
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
+from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
 from service.jobs.schemas import Job
@@ -20,6 +20,7 @@ from service.problems import (
     UploadTooLarge,
     responses,
 )
+from service.shapes.names import LONGEST, base_name, showable
 from service.shapes.schemas import Shape, ShapePage
 from service.state import RequestId, Service, ServiceOf
 from worker.contracts import (
@@ -37,6 +38,7 @@ PATH: Final = "/v1/shapes"
 router = APIRouter(prefix=PATH, tags=["shapes"])
 
 ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
+
 
 _LOCATION: Final = {"Location": {"description": "The shape.", "schema": {"type": "string"}}}
 _VALIDATING: Final[dict[str, Any]] = {
@@ -75,8 +77,8 @@ async def upload_shape(
         File(description=f"A mesh; its name ends in one of {', '.join(MESH_FORMATS)}."),
     ],
     name: Annotated[
-        str | None,
-        Form(min_length=1, max_length=200, description="A name; default: that of the file."),
+        Annotated[str, AfterValidator(showable)] | None,
+        Form(min_length=1, max_length=LONGEST, description="A name; default: that of the file."),
     ] = None,
 ) -> Response:
     """Upload a mesh.
@@ -84,7 +86,7 @@ async def upload_shape(
     It is read and checked before the answer is given; what cannot be used is refused with the
     reason and leaves nothing behind.
     """
-    filename = file.filename or ""
+    filename = base_name(file.filename or "")
     file_type = file_type_of(filename)
     if file_type is None:
         raise UnsupportedFormat(
@@ -94,7 +96,7 @@ async def upload_shape(
     if file.size is not None and file.size > service.settings.max_upload_bytes:
         raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
     payload, known, job_id = await run_in_threadpool(
-        _take_in, service, file, name or PureWindowsPath(filename).name[:200], file_type, request_id
+        _take_in, service, file, (name or "").strip() or filename[:LONGEST], file_type, request_id
     )
     if known is not None:
         return _shape(known, 200)

@@ -84,6 +84,41 @@ def test_formats(http: httpx2.Client, file_type: str) -> None:
     assert shape["area"] == pytest.approx(mesh.area, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    "name", ["a\nb", "\x1b[31mred", "nul\0", "\u2028", "\u202egnp.exe", "\x85"]
+)
+def test_names_that_cannot_be_shown(http: httpx2.Client, name: str) -> None:
+    answer = http.post("/v1/shapes", files={"file": ("m.off", WHOLE)}, data={"name": name})
+    document = problem(answer, 422, "invalid-request")
+    assert [error["field"] for error in document["errors"]] == ["body.name"]
+
+
+@pytest.mark.parametrize(
+    ("filename", "name", "shown"),
+    [
+        (b"cat.off", "", "cat.off"),
+        (b"cat.off", "  ", "cat.off"),
+        (b"cat.off", " a cat ", "a cat"),
+        ("貓.off".encode(), None, "貓.off"),
+        (b"../../cat.off", None, "cat.off"),
+        (b"C:\\cats\\cat.off", None, "cat.off"),
+        (b"ca\x1b\nt.off", None, "cat.off"),
+    ],
+)
+def test_names(http: httpx2.Client, filename: bytes, name: str | None, shown: str) -> None:
+    data = blob_file(1) + f"# {filename!r} {name}\n".encode()
+    parts = [
+        b'Content-Disposition: form-data; name="file"; filename="%s"\r\n\r\n%s' % (filename, data)
+    ]
+    if name is not None:
+        parts.append(b'Content-Disposition: form-data; name="name"\r\n\r\n' + name.encode())
+    body = b"".join(b"--x\r\n" + part + b"\r\n" for part in parts) + b"--x--\r\n"
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    answer = http.post("/v1/shapes", content=body, headers=headers)
+    assert answer.status_code == 201, answer.text
+    assert answer.json()["name"] == shown
+
+
 def test_listing(http: httpx2.Client, upload: Upload) -> None:
     ids = [upload(blob_file(1, seed=seed))["id"] for seed in (30, 31, 32)]
     seen: list[str] = []
@@ -190,7 +225,7 @@ def test_other_formats_that_lie(http: httpx2.Client) -> None:
 
 
 @pytest.mark.parametrize(
-    "filename", ["mesh", "mesh.txt", "mesh.off.zip", ".off", "mesh.", "a" * 300]
+    "filename", ["mesh", "mesh.txt", "mesh.off.zip", ".off", "a\\.off", "mesh.", "a" * 300]
 )
 def test_unknown_formats(http: httpx2.Client, filename: str) -> None:
     document = problem(post(http, WHOLE, filename), 415, "unsupported-format")

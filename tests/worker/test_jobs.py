@@ -22,6 +22,7 @@ from worker.contracts import (
     PicturePayload,
     ShapeRecord,
     SpectrumPayload,
+    ValidationPayload,
     shape_id,
 )
 from worker.matches import result_from_blob
@@ -144,8 +145,14 @@ def test_a_deleted_shape_fails_its_matches_and_says_so(
     assert target in record.error.detail
 
 
-def test_a_picture(served: JobQueue, run: Run, upload: Upload) -> None:
-    shape = upload(blob_file(2, seed=7))
+@pytest.mark.parametrize(
+    "name", ["test", r"$\frac{x}{$ costs 100$ or $x_$", "貓" * 50, "\\"], ids=str.__len__
+)
+def test_a_picture(served: JobQueue, run: Run, name: str) -> None:
+    data = blob_file(2, seed=7) + name.encode("unicode_escape").join((b"#", b"\n"))
+    shape = shape_id(data)
+    payload = ValidationPayload(shape=shape, name=name, file_type="off")
+    ended(served, served.submit_validation(payload, data))
     match = run(matching(shape, shape))
     assert run(PicturePayload(match=match.id)).state is JobState.SUCCEEDED
     picture = served.store.jobs.picture(match.id)
