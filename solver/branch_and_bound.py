@@ -146,15 +146,16 @@ class _Search(NamedTuple):
     own_unary: FloatArray  # (V,) costs of the problem itself
     own_pairwise: FloatArray  # (V, V)
     own_occlusion: FloatArray  # (N,)
-    pairwise: FloatArray  # (V, V) costs to bound with
-    halves: FloatArray  # (N, V): half the least pairwise cost of a candidate with open point x'
-    most: FloatArray  # (N, N): the largest half that x counts on from x'
+    changes: FloatArray  # (V+N, V): what candidates' costs change by with each decision
+    occlusion_changes: FloatArray  # (V+N, N): likewise of the costs of leaving points unmatched
     levels: FloatArray  # (N+1, V): cost of each candidate given the decisions at each depth
     occlusion: FloatArray  # (N+1, N): cost of leaving x unmatched, likewise
     bound: FloatArray  # (N+1,) cost of the decided points
     row: IntArray  # (N+1,) source point decided at each depth
+    offers: FloatArray  # (K+1,) costs of the choices at the node being looked at
     choices: IntArray  # (N+1, K+1) its choices, cheapest first
     cursor: IntArray  # (N+1, 2) next choice, and number of choices
+    least: FloatArray  # (N,) least cost of each open point
     chosen: IntArray  # (N,) candidate of each source point, UNMATCHED, or _OPEN
     best_energies: FloatArray  # (m,)
     best_chosen: IntArray  # (m, N)
@@ -166,9 +167,10 @@ def _start(
 ) -> _Search:
     n, v = problem.n_sources, problem.n_candidates
     rows = problem.first_candidate
-    halves, most, unary, occlusion = _root_costs(
-        rows, bounding.unary, bounding.pairwise, bounding.occlusion
-    )
+    halves, most = _halves(rows, bounding.pairwise)
+    changes, occlusion_changes = _changes(problem, bounding.pairwise, halves, most)
+    unary = bounding.unary + halves.sum(axis=0)
+    occlusion = bounding.occlusion - most.sum(axis=0)
     widest = int(np.diff(rows).max(initial=0))
     bound = np.zeros(n + 1)
     bound[0] = bounding.constant
@@ -177,15 +179,16 @@ def _start(
         own_unary=own.unary,
         own_pairwise=own.pairwise,
         own_occlusion=own.occlusion,
-        pairwise=bounding.pairwise,
-        halves=halves,
-        most=most,
+        changes=changes,
+        occlusion_changes=occlusion_changes,
         levels=np.concatenate([unary[None], np.zeros((n, v))]),
         occlusion=np.concatenate([occlusion[None], np.zeros((n, n))]),
         bound=bound,
         row=np.zeros(n + 1, dtype=np.int64),
+        offers=np.zeros(widest + 1),
         choices=np.zeros((n + 1, widest + 1), dtype=np.int64),
         cursor=np.zeros((n + 1, 2), dtype=np.int64),
+        least=np.zeros(n),
         chosen=np.full(n, _OPEN, dtype=np.int64),
         best_energies=np.full(m, np.inf),
         best_chosen=np.full((m, n), UNMATCHED, dtype=np.int64),
@@ -194,11 +197,17 @@ def _start(
 
 
 @kernel
-def _root_costs(
-    rows: IntArray, unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+def _halves(rows: IntArray, pairwise: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What points count on from one another.
+
+    Returns
+    -------
+    halves, most
+        (N, V) half the least pairwise cost of each candidate with each other point; (N, N) the
+        largest of them that x counts on from x'.
+    """
     n = len(rows) - 1
-    halves = np.zeros((n, len(unary)))
+    halves = np.zeros((n, len(pairwise)))
     most = np.zeros((n, n))
     for x in range(n):
         for a in range(rows[x], rows[x + 1]):
@@ -212,8 +221,23 @@ def _root_costs(
                     least = 0.0  # x' has no candidate left beside a: it can only be unmatched
                 halves[other, a] = 0.5 * least
                 most[x, other] = max(most[x, other], 0.5 * least)
-    costs = unary + halves.sum(axis=0)
-    return halves, most, costs, occlusion - most.sum(axis=0)
+    return halves, most
+
+
+def _changes(
+    problem: LabellingProblem, pairwise: FloatArray, halves: FloatArray, most: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What a decision changes: the first V rows for each candidate, then for each point unmatched.
+
+    Nothing is left to share between a decided point and an open one: what either counted on from
+    the other, and what an unmatched one gave back, is replaced by the exact cost. It is infinite
+    where candidates exclude one another.
+    """
+    x = problem.candidates[:, 0]
+    taken = pairwise - halves[x] - halves[x].T
+    unmatched = -halves + most.T[:, x]
+    of_occlusion = most[x] - halves.T
+    return np.concatenate([taken, unmatched]), np.concatenate([of_occlusion, most + most.T])
 
 
 @kernel
@@ -288,76 +312,94 @@ def _keep(s: _Search) -> None:
 
 @kernel
 def _expand(s: _Search, depth: int) -> None:
-    """Bound the node; unless it can be pruned, choose its source point and order the choices.
-
-    The point chosen is the one whose second-best choice costs most over its best, so that wrong
-    decisions are refuted early.
-    """
-    chosen, rows = s.chosen, s.rows
+    """Bound the node; unless it can be pruned, choose its source point and order the choices."""
+    chosen, rows, least = s.chosen, s.rows, s.least
     costs, occlusion = s.levels[depth], s.occlusion[depth]
-    worst_kept = s.best_energies[len(s.best_energies) - 1]
     bound = s.bound[depth]
-    widest = -1.0
-    x = -1
-    for open_point in range(len(chosen)):
-        if chosen[open_point] != _OPEN:
-            continue
-        best = occlusion[open_point]
-        second = np.inf
-        for a in range(rows[open_point], rows[open_point + 1]):
-            cost = costs[a]
-            if cost < second:
-                second = max(cost, best)
-                best = min(cost, best)
-        bound += best
-        regret = second - best if np.isfinite(best) else np.inf
-        if regret > widest:
-            widest = regret
-            x = open_point
+    for x in range(len(chosen)):
+        if chosen[x] == _OPEN:
+            best = occlusion[x]
+            for a in range(rows[x], rows[x + 1]):
+                best = min(best, costs[a])
+            least[x] = best
+            bound += best
     s.cursor[depth, 0] = 0
     s.cursor[depth, 1] = 0
-    s.row[depth] = x
+    worst_kept = s.best_energies[len(s.best_energies) - 1]
     slack = 1e-12 * (1.0 + abs(worst_kept)) if np.isfinite(worst_kept) else 0.0
     if not bound < worst_kept - slack:
         return
-    first, count = rows[x], rows[x + 1] - rows[x]
-    offers = np.empty(count + 1)
-    offers[count] = occlusion[x]
+    margin = worst_kept - slack - bound
+    x = _tightest(chosen, rows, least, costs, occlusion, margin)
+    s.row[depth] = x
+    s.cursor[depth, 1] = _order_choices(s, depth, x, least[x] + margin)
+
+
+@kernel
+def _tightest(
+    chosen: IntArray,
+    rows: IntArray,
+    least: FloatArray,
+    costs: FloatArray,
+    occlusion: FloatArray,
+    margin: float,
+) -> int:
+    """Open point with the fewest choices left; of these, where they cost most on average."""
+    x, fewest, dearest = -1, len(costs) + 2, -np.inf
+    for other in range(len(chosen)):
+        if chosen[other] != _OPEN:
+            continue
+        limit = least[other] + margin
+        count = 1 if occlusion[other] < limit else 0
+        total = 0.0
+        for a in range(rows[other], rows[other + 1]):
+            if costs[a] < limit:
+                count += 1
+                total += costs[a] - least[other]
+        if count < fewest or (count == fewest and total > dearest):
+            x, fewest, dearest = other, count, total
+    return x
+
+
+@kernel
+def _order_choices(s: _Search, depth: int, x: int, limit: float) -> int:
+    """Write the choices of point x that cost less than a limit, cheapest first; return how many."""
+    first, count = s.rows[x], s.rows[x + 1] - s.rows[x]
+    costs, offers, choices = s.levels[depth], s.offers, s.choices[depth]
+    offers[count] = s.occlusion[depth, x]
     for i in range(count):
         offers[i] = costs[first + i]
-    least = offers.min()
     kept = 0
-    for i in np.argsort(offers):
-        if not bound - least + offers[i] < worst_kept - slack:
-            break
-        s.choices[depth, kept] = UNMATCHED if i == count else first + i
+    for i in range(count + 1):
+        if not offers[i] < limit:
+            continue
+        place = kept
+        while place > 0 and offers[choices[place - 1]] > offers[i]:
+            choices[place] = choices[place - 1]
+            place -= 1
+        choices[place] = i
         kept += 1
-    s.cursor[depth, 1] = kept
+    for i in range(kept):
+        choices[i] = UNMATCHED if choices[i] == count else first + choices[i]
+    return kept
 
 
 @kernel
 def _descend(s: _Search, depth: int, a: int) -> None:
     """Give the point of this depth candidate a, and write the open points' costs given that."""
-    # Arrays are taken out of the tuple before the loops: doing so counts references.
-    chosen, rows = s.chosen, s.rows
     x = s.row[depth]
-    chosen[x] = a
+    s.chosen[x] = a
     if a >= 0:
         s.bound[depth + 1] = s.bound[depth] + s.levels[depth, a]
+        changes, of_occlusion = s.changes[a], s.occlusion_changes[a]
     else:
         s.bound[depth + 1] = s.bound[depth] + s.occlusion[depth, x]
-    before, after, halves = s.levels[depth], s.levels[depth + 1], s.halves[x]
+        changes = s.changes[len(s.own_unary) + x]
+        of_occlusion = s.occlusion_changes[len(s.own_unary) + x]
+    # Points decided already are changed as well, which is faster than to leave them out.
+    before, after = s.levels[depth], s.levels[depth + 1]
+    for b in range(len(before)):
+        after[b] = before[b] + changes[b]
     occlusion_before, occlusion_after = s.occlusion[depth], s.occlusion[depth + 1]
-    all_halves, most, pairwise = s.halves, s.most, s.pairwise[a]
-    for other in range(len(chosen)):
-        if chosen[other] != _OPEN:
-            continue
-        # Nothing is left to share between x and this point: what either counted on from the
-        # other, and what an unmatched one gave back, is replaced by the exact cost.
-        settled = -all_halves[other, a] if a >= 0 else most[other, x]
-        for b in range(rows[other], rows[other + 1]):
-            after[b] = before[b] - halves[b] + settled
-        if a >= 0:
-            for b in range(rows[other], rows[other + 1]):
-                after[b] += pairwise[b]  # infinite where a takes the target point of b
-        occlusion_after[other] = occlusion_before[other] + most[x, other] + settled
+    for other in range(len(occlusion_before)):
+        occlusion_after[other] = occlusion_before[other] + of_occlusion[other]
