@@ -27,6 +27,8 @@ _TRIANGLES, _TRIANGLE_STRIP = 4, 5
 _FLOAT = 5126
 _MOST_SHARED = 16
 """Values per byte of the file: several meshes may share the same data, but within reason."""
+_DEEPEST = 256
+"""Levels of nodes; the bones of a figure are some dozens deep."""
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
@@ -51,8 +53,13 @@ def read_glb(data: bytes) -> FileContents:
     if len(data) < 20 or data[:4] != b"glTF":
         raise MeshError("not a GLB file: it does not begin with glTF")
     length, json_length = struct.unpack_from("<8xII", data)
-    if length > len(data) or 20 + json_length > len(data):
-        raise MeshError(f"the GLB file promises {length} bytes and has {len(data)}; it is cut off")
+    if max(length, 20 + json_length) > len(data):
+        promised = max(length, 20 + json_length)
+        raise MeshError(
+            f"the GLB file promises {promised} bytes and has {len(data)}; it is cut off"
+        )
+    if length < 20 + json_length:
+        raise MeshError("the GLB file is longer than it says; it is damaged")
     return _read(data, "glb", data[20 : 20 + json_length])
 
 
@@ -84,7 +91,10 @@ def _read(data: bytes, file_type: str, tree: bytes) -> FileContents:
     except MeshError:
         raise
     except Exception as error:  # trimesh lets any exception through for a malformed file
-        raise MeshError(f"the {file_type.upper()} file cannot be read: {error}") from error
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")[:200]
+        raise MeshError(
+            f"the {file_type.upper()} file cannot be read; it is damaged or cut off ({reason})"
+        ) from error
     if not parts:
         raise MeshError("the glTF scene shows no triangles")
     offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
@@ -152,22 +162,60 @@ def _check_tree(tree: Any, size: int) -> None:
         if not buffer.get("uri", "data:").startswith("data:"):
             raise MeshError("the glTF file keeps its data in other files; save it as GLB")
     accessors = tree.get("accessors", [])
+    if any(type(accessor["count"]) is not int or accessor["count"] < 1 for accessor in accessors):
+        raise MeshError("the glTF file has an accessor of no values; it is damaged")
     values = sum(accessor["count"] * _ITEMS[accessor["type"]] for accessor in accessors)
     if values > _MOST_SHARED * size:
         raise MeshError("the glTF file promises far more values than it has bytes; it is damaged")
-    for mesh in tree.get("meshes", []):
-        for primitive in mesh["primitives"]:
-            _check_primitive(primitive, accessors)
+    drawn = [
+        sum(_check_primitive(primitive, accessors) for primitive in mesh["primitives"])
+        for mesh in tree.get("meshes", [])
+    ]
+    nodes = tree.get("nodes", [])
+    _check_nodes(nodes)
+    placed = sum(_entry(drawn, node["mesh"], "mesh") for node in nodes if "mesh" in node)
+    if placed > _MOST_SHARED * size:
+        raise MeshError(
+            "the glTF scene shows the same mesh far too often; save only what is to be matched"
+        )
 
 
-def _check_primitive(primitive: Any, accessors: Any) -> None:
+def _check_nodes(nodes: Any) -> None:
+    """Refuse nodes that are not trees, or so deep that finding their places takes minutes."""
+    children = [child for node in nodes for child in node.get("children", [])]
+    for child in children:
+        _entry(nodes, child, "node")
+    if len(set(children)) < len(children):
+        raise MeshError("a node of the glTF scene has two parents; the file is damaged")
+    level = set(range(len(nodes))) - set(children)
+    reached = len(level)
+    for _ in range(_DEEPEST):
+        level = {child for node in level for child in nodes[node].get("children", [])}
+        reached += len(level)
+    if level or reached < len(nodes):
+        raise MeshError(
+            f"the nodes of the glTF scene form a ring, or more than {_DEEPEST} levels; save it flat"
+        )
+
+
+def _entry(entries: Any, index: Any, what: str) -> Any:
+    if type(index) is not int or not 0 <= index < len(entries):
+        raise MeshError(
+            f"the glTF file refers to {what} {str(index)[:20]}, which is not there; it is damaged"
+        )
+    return entries[index]
+
+
+def _check_primitive(primitive: Any, accessors: Any) -> int:
+    """Return the number of values that are read for it."""
     if primitive.get("mode", _TRIANGLES) not in (_TRIANGLES, _TRIANGLE_STRIP):
-        return
-    position = accessors[primitive["attributes"]["POSITION"]]
+        return 0
+    position = _entry(accessors, primitive["attributes"]["POSITION"], "accessor")
     used = [position]
     if "indices" in primitive:
-        used.append(accessors[primitive["indices"]])
+        used.append(_entry(accessors, primitive["indices"], "accessor"))
     if any("bufferView" not in accessor or "sparse" in accessor for accessor in used):
         raise MeshError("sparse or compressed glTF data is not supported; save it uncompressed")
     if position["componentType"] != _FLOAT or position["type"] != "VEC3":
         raise MeshError("quantised glTF positions are not supported; save them as floats")
+    return sum(accessor["count"] * _ITEMS[accessor["type"]] for accessor in used)

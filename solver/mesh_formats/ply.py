@@ -6,6 +6,7 @@ refuses binary files of mixed polygons, ignores the length of every list but the
 the faces of a text file that is cut off.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +48,9 @@ _FACE_LISTS = ("vertex_indices", "vertex_index")
 
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LONGEST_HEADER = 1 << 20
+_MOST_PROPERTIES = 1000
+"""Every row is read property by property; files have some dozens at most."""
+_COUNT = re.compile(r"[0-9]{1,100}")
 
 
 @dataclass(frozen=True)
@@ -104,17 +108,24 @@ def _parse_header(data: bytes) -> _Header:
     byte_order: str | None = None
     elements: dict[str, Element] = {}
     element: Element | None = None
+    properties = 0
     for line in decode(data[:end]).splitlines()[1:]:
         words = line.split()
         if not words or words[0] in ("comment", "obj_info"):
             continue
         if words[0] == "format" and len(words) == 3 and words[1] in _FORMATS:
             byte_order = _FORMATS[words[1]]
-        elif words[0] == "element" and len(words) == 3 and words[2].isdecimal():
+        elif words[0] == "element" and len(words) == 3 and _COUNT.fullmatch(words[2]):
             element = Element(words[1], int(words[2]))
             if elements.setdefault(element.name, element) is not element:
                 raise MeshError(f"the PLY header declares the element {element.name[:80]} twice")
         elif words[0] == "property" and element is not None:
+            properties += 1
+            if properties > _MOST_PROPERTIES:
+                raise MeshError(
+                    f"the PLY header declares more than {_MOST_PROPERTIES} properties; it is"
+                    " damaged, or save it without what is not needed"
+                )
             prop = _property(words)
             if element.properties.setdefault(words[-1], prop) is not prop:
                 raise MeshError(f"the PLY header declares the property {words[-1][:80]} twice")

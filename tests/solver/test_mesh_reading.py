@@ -2,8 +2,10 @@
 
 import base64
 import json
+import struct
 from collections.abc import Callable
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -334,6 +336,25 @@ def _ply(encoding: str, kind: str, face_first: str, body: bytes) -> bytes:
 TEXCOORD = "property list uchar float texcoord\r\n"
 
 
+@pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
+@pytest.mark.parametrize("properties", [1001, 30_000])
+def test_ply_headers_of_endless_properties_are_refused(encoding: str, properties: int) -> None:
+    lines = "".join(f"property list uchar float p{n}\n" for n in range(properties - 4))
+    data = mesh_files.ply(SQUARE, TWO, encoding).replace(
+        b"element face", lines.encode() + b"element face"
+    )
+    with pytest.raises(MeshError, match="more than 1000 properties"):
+        read_mesh(data, "ply")
+
+
+@pytest.mark.parametrize("count", ["9" * 5000, "-4", "4.0", "\u0664", ""])
+def test_ply_counts_that_are_none(count: str) -> None:
+    data = mesh_files.ply(SQUARE, TWO, "ascii")
+    data = data.replace(b"element vertex 4", b"element vertex " + count.encode())
+    with pytest.raises(MeshError, match="line of the PLY header cannot be read"):
+        read_mesh(data, "ply")
+
+
 @pytest.mark.parametrize("texcoord", ["", TEXCOORD])
 def test_ply_with_colors_and_other_properties(texcoord: str) -> None:
     corner = np.dtype([("x", "<f4"), ("rgb", "u1", 3), ("yz", "<f4", 2)])
@@ -527,6 +548,63 @@ def test_gltf_that_would_be_misread_is_refused() -> None:
     lines["meshes"][0]["primitives"][0]["mode"] = 1
     with pytest.raises(MeshError, match="no triangles"):
         read_mesh(mesh_files.glb_of(lines, buffer), "glb")
+
+
+def test_gltf_scenes_that_are_no_trees_are_refused() -> None:
+    tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
+
+    def chain(levels: int) -> list[dict[str, Any]]:
+        return [{"children": [n + 1]} for n in range(levels - 1)] + [{"mesh": 0}]
+
+    assert read_mesh(mesh_files.glb_of(tree | {"nodes": chain(200)}, buffer), "glb").n_faces == 2
+    for nodes, what in (
+        (chain(5000), "levels"),
+        ([{"mesh": 0, "children": [0]}], "ring"),
+        ([{"mesh": 0}, {"children": [2]}, {"mesh": 0, "children": [1]}], "ring"),
+        ([{"mesh": 0, "children": [1, 1]}, {"mesh": 0}], "two parents"),
+        ([{"mesh": 0, "children": [7]}], "node 7"),
+        ([{"mesh": -1}], "mesh -1"),
+        ([{"mesh": True}], "mesh True"),
+    ):
+        with pytest.raises(MeshError, match=what):
+            read_mesh(mesh_files.glb_of(tree | {"nodes": nodes}, buffer), "glb")
+
+
+def test_gltf_that_shows_a_mesh_again_and_again_is_refused() -> None:
+    sphere = shapes.icosphere(4)
+    tree, buffer = mesh_files.gltf_tree(sphere.vertices, sphere.faces)
+    for count, refused in ((20, False), (200, True)):
+        tree["nodes"] = [{"mesh": 0, "translation": [3 * n, 0, 0]} for n in range(count)]
+        tree["scenes"] = [{"nodes": list(range(count))}]
+        data = mesh_files.glb_of(tree, buffer)
+        if refused:
+            with pytest.raises(MeshError, match="far too often"):
+                read_mesh(data, "glb")
+        else:
+            assert read_mesh(data, "glb").n_faces == count * sphere.n_faces
+
+
+@pytest.mark.parametrize("count", [0, -3, 3.0, "3", True])
+def test_gltf_counts_that_are_none_are_refused(count: Any) -> None:
+    tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
+    tree["accessors"][1]["count"] = count
+    with pytest.raises(MeshError, match="no values"):
+        read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+
+
+def test_gltf_indices_do_not_count_from_the_end() -> None:
+    tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
+    tree["meshes"][0]["primitives"][0]["indices"] = -1
+    with pytest.raises(MeshError, match="accessor -1"):
+        read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+
+
+@pytest.mark.parametrize("length", [0, 20, 2**32 - 1])
+def test_glb_lengths_that_lie_are_refused(length: int) -> None:
+    data = bytearray(mesh_files.glb(SQUARE, np.array(TWO)))
+    data[8:12] = struct.pack("<I", length)
+    with pytest.raises(MeshError, match=r"damaged|cut off"):
+        read_mesh(bytes(data), "glb")
 
 
 def test_cuts_in_the_surface_are_pointed_out() -> None:
