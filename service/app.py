@@ -52,6 +52,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         limit=BODY_LIMIT,
         upload_limit=settings.max_upload_bytes,
         upload_path=shapes.PATH,
+        patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
     for router in (shapes.router, matches.router, jobs.router, health.router):

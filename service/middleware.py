@@ -1,5 +1,7 @@
 """Round every request: its id, its log line, the limit of its body, and what nobody foresaw."""
 
+import asyncio
+import contextlib
 import re
 import time
 from typing import Final
@@ -10,7 +12,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.problems import InternalError, UploadTooLarge, response
+from service.problems import ApiProblem, BodyStalled, InternalError, UploadTooLarge, response
 from worker.telemetry import logger
 
 REQUEST_ID: Final = "X-Request-ID"
@@ -70,15 +72,14 @@ class RequestContext:
                 )
 
 
-class BodyTooLarge(HTTPException):
+class BodyRefused(HTTPException):
     """Raised where a body is read; FastAPI passes on only its own kind of exception there."""
-
-    def __init__(self) -> None:
-        super().__init__(413)
 
 
 class BodyLimit:
-    """Refuses bodies over a limit: by what they say of their length, and while they come in.
+    """Refuses bodies over a limit, by what they say of their length and while they come in.
+
+    Refuses those as well of which nothing more comes in.
 
     Parameters
     ----------
@@ -90,17 +91,22 @@ class BodyLimit:
         Bytes an upload may have, which comes in a form: the body may be a little longer.
     upload_path
         Where uploads are sent.
+    patience
+        Seconds between two pieces of a body.
     """
 
     FORM_OVERHEAD: Final = 64 * 1024
     DRAIN_BYTES: Final = 1024**3
     DRAIN_SECONDS: Final = 30.0
 
-    def __init__(self, app: ASGIApp, limit: int, upload_limit: int, upload_path: str) -> None:
+    def __init__(
+        self, app: ASGIApp, limit: int, upload_limit: int, upload_path: str, patience: float
+    ) -> None:
         self._app = app
         self._limit = limit
         self._upload_limit = upload_limit
         self._upload_path = upload_path
+        self._patience = patience
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on if its body is not too long."""
@@ -112,52 +118,68 @@ class BodyLimit:
         told = self._upload_limit if uploads else self._limit
         headers = Headers(scope=scope)
         length = headers.get("content-length", "")
-        body = _Body(receive, limit)
-        problem = UploadTooLarge(f"The limit is {told} bytes.").problem(scope["path"])
+        body = _Body(receive, limit, told, self._patience)
         if length.isdigit() and int(length) > limit:
             if headers.get("expect", "").lower() != "100-continue":
                 await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
-            await response(problem, {"Connection": "close"})(scope, receive, send)
+            await self._refuse(body.too_large, scope, receive, send)
             return
 
         async def replaced(message: Message) -> None:
             # Whatever the application makes of the broken-off body, this is what is wrong.
-            if not body.too_long:
+            if body.refused is None:
                 await send(message)
 
         try:
             await self._app(scope, body.receive, replaced)
         finally:
-            if body.too_long:
-                await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
-                await response(problem, {"Connection": "close"})(scope, receive, send)
+            if body.refused is not None:
+                if body.refused is body.too_large:
+                    await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
+                await self._refuse(body.refused, scope, receive, send)
+
+    async def _refuse(
+        self, problem: ApiProblem, scope: Scope, receive: Receive, send: Send
+    ) -> None:
+        answer = response(problem.problem(scope["path"]), {"Connection": "close"})
+        await answer(scope, receive, send)
 
 
 class _Body:
-    def __init__(self, receive: Receive, limit: int) -> None:
+    def __init__(self, receive: Receive, limit: int, told: int, patience: float) -> None:
         self._receive = receive
         self._limit = limit
+        self._patience = patience
         self._received = 0
         self._ended = False
-
-    @property
-    def too_long(self) -> bool:
-        return self._received > self._limit
+        self.too_large = UploadTooLarge(f"The limit is {told} bytes.")
+        self.refused: ApiProblem | None = None
 
     async def receive(self) -> Message:
-        message = await self._receive()
+        if self._ended:
+            return await self._receive()
+        try:
+            async with asyncio.timeout(self._patience):
+                message = await self._receive()
+        except TimeoutError:
+            self.refused = BodyStalled(
+                f"Nothing more of the body came for {self._patience:g} seconds; send it again."
+            )
+            raise BodyRefused(self.refused.status) from None
         self._note(message)
-        if self.too_long:
-            raise BodyTooLarge
+        if self._received > self._limit:
+            self.refused = self.too_large
+            raise BodyRefused(self.refused.status)
         return message
 
     async def drain(self, count: int, seconds: float) -> None:
         """Take in what still comes, or a client that is busy sending never reads the answer."""
-        deadline = time.monotonic() + seconds
-        while not self._ended and count > 0 and time.monotonic() < deadline:
-            message = await self._receive()
-            self._note(message)
-            count -= len(message.get("body", b""))
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(min(seconds, self._patience)):
+                while not self._ended and count > 0:
+                    message = await self._receive()
+                    self._note(message)
+                    count -= len(message.get("body", b""))
 
     def _note(self, message: Message) -> None:
         self._received += len(message.get("body", b""))

@@ -9,6 +9,7 @@
     │   ├── ShapeNotFound
     │   └── JobNotFound
     ├── MethodNotAllowed            405  not what can be done at this address
+    ├── BodyStalled                 408  the body of the request does not come in
     ├── ResultNotReady              409  the job has not ended
     ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
     ├── UploadCancelled             409  the validation of the upload was cancelled
@@ -102,6 +103,12 @@ class MethodNotAllowed(ApiProblem):
     """Not what can be done at this address."""
 
     status, slug, title = 405, "method-not-allowed", "Method not allowed"
+
+
+class BodyStalled(ApiProblem):
+    """The body of the request does not come in."""
+
+    status, slug, title = 408, "body-stalled", "Request timed out"
 
 
 class ResultNotReady(ApiProblem):

@@ -29,6 +29,11 @@ class Settings(StoreSettings, QueueSettings):
     max_upload_bytes: int = Field(
         default=256 * 1024**2, ge=1, description="Largest mesh file that is taken."
     )
+    body_patience: float = Field(
+        default=30.0,
+        gt=0,
+        description="Seconds a request waits for the next piece of its body.",
+    )
     validation_wait: float = Field(
         default=30.0, ge=0, description="Seconds an upload waits for its validation."
     )

@@ -4,7 +4,14 @@ from fastapi import APIRouter, Response
 
 from service.jobs.schemas import Job
 from service.matches.schemas import MatchRequest
-from service.problems import BadRequest, InvalidRequest, UnknownShape, responses
+from service.problems import (
+    BadRequest,
+    BodyStalled,
+    InvalidRequest,
+    UnknownShape,
+    UploadTooLarge,
+    responses,
+)
 from service.state import RequestId, ServiceOf
 from worker.contracts import FieldProblem, MatchPayload
 
@@ -19,7 +26,7 @@ router = APIRouter(prefix="/v1/matches", tags=["matches"])
             "description": "The job that matches them",
             "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
         },
-        **responses(InvalidRequest, UnknownShape, BadRequest),
+        **responses(InvalidRequest, UnknownShape, BadRequest, UploadTooLarge, BodyStalled),
     },
     operation_id="create_match",
 )

@@ -10,6 +10,7 @@ from service.jobs.schemas import Job
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
     BadRequest,
+    BodyStalled,
     InvalidRequest,
     Reported,
     ShapeDeleted,
@@ -62,6 +63,7 @@ _VALIDATING: Final[dict[str, Any]] = {
             UploadTooLarge,
             UnsupportedFormat,
             BadRequest,
+            BodyStalled,
             UploadCancelled,
             ShapeDeleted,
         ),

@@ -275,6 +275,34 @@ def test_a_sender_that_asks_first_is_spared_the_sending(api: Api) -> None:
         assert connection.recv(100).startswith(b"HTTP/1.1 413 ")
 
 
+@pytest.mark.parametrize(
+    ("framing", "status"),
+    [
+        (b"Content-Length: 1000\r\n\r\n--x\r\n", 408),
+        (b"Transfer-Encoding: chunked\r\n\r\n5\r\n--x\r\n\r\n", 408),
+        (b"Transfer-Encoding: chunked\r\n\r\nffffffffffff\r\n--x\r\n", 408),
+        (b"Content-Length: %d\r\n\r\n--x\r\n" % (100 * LIMIT), 413),
+    ],
+)
+def test_a_sender_that_stops_sending_is_not_waited_for(
+    server: EmbeddedServer, framing: bytes, status: int
+) -> None:
+    settings = Settings(redis_url=f"{server.url}?db=6", max_upload_bytes=LIMIT, body_patience=0.2)
+    with running_api(settings) as api:
+        address = urlsplit(api.url)
+        for path in (b"/v1/shapes", b"/v1/matches"):
+            with socket.create_connection((address.hostname, address.port), timeout=5) as sender:
+                sender.sendall(
+                    b"POST %s HTTP/1.1\r\nHost: x\r\n"
+                    b"Content-Type: multipart/form-data; boundary=x\r\n%s" % (path, framing)
+                )
+                with sender.makefile("rb") as answer:
+                    head, _, body = answer.read().partition(b"\r\n\r\n")
+            assert head.startswith(b"HTTP/1.1 %d " % status)
+            assert b"application/problem+json" in head
+            assert json.loads(body)["status"] == status
+
+
 def test_other_bodies_have_a_smaller_limit(http: httpx2.Client) -> None:
     answer = http.post("/v1/matches", content=b'{"source": "' + b"a" * 2**21 + b'"}')
     problem(answer, 413, "upload-too-large")
