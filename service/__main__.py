@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from service.settings import Settings
 from service.standalone import StartError, serve
+from worker.environment import complaints
 from worker.telemetry import configure_logging
 
 
@@ -24,9 +25,8 @@ def main() -> int:
         configure_logging(settings.log_level, process="api")
         asyncio.run(serve(settings))
     except ValidationError as error:
-        for item in error.errors():
-            name = "_".join(map(str, item["loc"])).upper()
-            print(f"isomatch: ISOMATCH_{name}: {item['msg']}", file=sys.stderr)
+        for complaint in complaints(error):
+            print(f"isomatch: {complaint}", file=sys.stderr)
         return 2
     except StartError as error:
         print(f"isomatch: {error}", file=sys.stderr)

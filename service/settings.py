@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 
 from pydantic import Field
-from pydantic_settings import SettingsConfigDict
 
+from worker.environment import FROM_ENVIRONMENT, LogLevel
 from worker.queue import QueueSettings
 from worker.store import StoreSettings
 
@@ -13,7 +13,7 @@ from worker.store import StoreSettings
 class Settings(StoreSettings, QueueSettings):
     """From ``ISOMATCH_*``; an ``.env`` file is not read."""
 
-    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+    model_config = FROM_ENVIRONMENT
 
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port; 0 for a free one.")
@@ -43,7 +43,7 @@ class Settings(StoreSettings, QueueSettings):
     redis_patience: float = Field(
         default=2.0, ge=0, description="Seconds a request waits while Redis is away."
     )
-    log_level: str = Field(default="INFO", description="Lowest level that is logged.")
+    log_level: LogLevel = Field(default="INFO", description="Lowest level that is logged.")
 
     @property
     def worker_count(self) -> int:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 import uvicorn
+from redis.exceptions import RedisError
 
 from service.app import create_app
 from service.embedded import EmbeddedServer, EmbeddedServerError
@@ -120,17 +121,27 @@ async def _tend(pool: WorkerPool, redis: EmbeddedServer | None) -> None:
         await asyncio.sleep(TEND_INTERVAL)
         if redis is not None and not redis.alive():
             log.error("the private Redis server died; starting it again")
-            redis.start()
+            try:
+                redis.start()
+            except EmbeddedServerError as error:
+                raise StartError(str(error)) from error
         pool.tend()
 
 
 async def _ready(
     settings: Settings, server: uvicorn.Server, queue: JobQueue, pool: WorkerPool
 ) -> None:
-    while not server.started or queue.workers() < settings.worker_count:
+    while not server.started or _alive(queue) < settings.worker_count:
         if pool.early_deaths >= MOST_EARLY_DEATHS:
             raise StartError("the workers die as soon as they start; the log above says why")
         await asyncio.sleep(0.05)
+
+
+def _alive(queue: JobQueue) -> int:
+    try:
+        return queue.workers()
+    except RedisError as error:
+        raise StartError(f"no Redis answers at ISOMATCH_REDIS_URL: {error}") from error
 
 
 @contextlib.asynccontextmanager

@@ -6,11 +6,13 @@ import sys
 from types import TracebackType
 from typing import Final
 
+from pydantic import ValidationError
 from rq import Queue, Worker
 from rq.exceptions import AbandonedJobError
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
+from worker.environment import complaints
 from worker.jobs import worker_settings
 from worker.limits import die_with_parent, forks_die_with_parent
 from worker.queue import QUEUES
@@ -34,7 +36,12 @@ def main() -> int:
         "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
     )
     options = parser.parse_args()
-    settings = worker_settings()
+    try:
+        settings = worker_settings()
+    except ValidationError as error:
+        for complaint in complaints(error):
+            print(f"worker: {complaint}", file=sys.stderr)
+        return 2
     configure_logging(settings.log_level, process="worker")
     if options.parent is not None:
         die_with_parent(options.parent)
@@ -45,7 +52,7 @@ def main() -> int:
     warm_up()
     store = Store.open(settings, settings.redis_patience)
     # RQ says several lines about each job, and what matters of them is said here as well.
-    chatty = settings.log_level.upper() == "DEBUG"
+    chatty = settings.log_level == "DEBUG"
     new_worker(store).work(burst=options.burst, logging_level="DEBUG" if chatty else "WARNING")
     return 0
 

@@ -10,7 +10,7 @@ from typing import Final
 from uuid import uuid4
 
 from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings
 from redis.client import Pipeline
 from redis.exceptions import WatchError
 from rq import Queue, Retry, Worker
@@ -27,6 +27,7 @@ from worker.contracts import (
     SpectrumPayload,
     ValidationPayload,
 )
+from worker.environment import FROM_ENVIRONMENT
 from worker.store import Store
 
 INTERACTIVE: Final = "interactive"
@@ -51,7 +52,7 @@ _RQ_RETRIES: Final = 10
 class QueueSettings(BaseSettings):
     """How long jobs may take; from ``ISOMATCH_*``."""
 
-    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+    model_config = FROM_ENVIRONMENT
 
     job_timeout: int = Field(
         default=3600, ge=1, description="Seconds a match or a spectrum may take."

@@ -1,8 +1,8 @@
 """Settings of the worker process."""
 
 from pydantic import Field
-from pydantic_settings import SettingsConfigDict
 
+from worker.environment import FROM_ENVIRONMENT, LogLevel
 from worker.queue import QueueSettings
 from worker.store import StoreSettings
 
@@ -10,9 +10,9 @@ from worker.store import StoreSettings
 class WorkerSettings(StoreSettings, QueueSettings):
     """From ``ISOMATCH_*``."""
 
-    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+    model_config = FROM_ENVIRONMENT
 
-    log_level: str = Field(default="INFO", description="Lowest level that is logged.")
+    log_level: LogLevel = Field(default="INFO", description="Lowest level that is logged.")
     job_memory_mb: int = Field(
         default=8192, ge=0, description="MiB of memory one job may take; 0 for no limit."
     )

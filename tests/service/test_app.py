@@ -150,16 +150,56 @@ def test_every_call_says_how_it_fails() -> None:
                     assert str(example["value"]["status"]) == status
 
 
-@pytest.mark.parametrize("name", ["ISOMATCH_PORT", "ISOMATCH_MAX_UPLOAD_BYTES"])
-def test_settings_that_mean_nothing_are_named(name: str) -> None:
-    said = subprocess.run(
-        [sys.executable, "-m", "service"],
+def started(module: str, **settings: str) -> subprocess.CompletedProcess[str]:
+    """Start a process that does not get far."""
+    return subprocess.run(
+        [sys.executable, "-m", module],
         cwd=ROOT,
-        env={**os.environ, name: "much"},
+        env={**os.environ, **settings},
         capture_output=True,
         text=True,
         check=False,
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("ISOMATCH_PORT", "much"),
+        ("ISOMATCH_MAX_UPLOAD_BYTES", "much"),
+        ("ISOMATCH_LOG_LEVEL", "much"),
+        ("ISOMATCH_REDIS_URL", "localhost"),
+        ("ISOMATCH_CACHE_URL", "redis://localhost:much"),
+    ],
+)
+def test_settings_that_mean_nothing_are_named(name: str, value: str) -> None:
+    said = started("service", **{name: value})
     assert said.returncode == 2
-    assert name in said.stderr
+    assert said.stderr.startswith(f"isomatch: {name}: ")
+    assert len(said.stderr.splitlines()) == 1
     assert said.stdout == ""
+
+
+@pytest.mark.parametrize("settings", [{}, {"ISOMATCH_LOG_LEVEL": "much"}])
+def test_a_worker_that_cannot_start_says_why_in_a_line(settings: dict[str, str]) -> None:
+    said = started("worker", **{"ISOMATCH_REDIS_URL": ""} | settings)
+    assert said.returncode == 2
+    assert said.stderr.startswith("worker: ISOMATCH_")
+    assert len(said.stderr.splitlines()) == 1
+
+
+def test_a_store_that_nobody_runs_is_named(tmp_path: Path) -> None:
+    nobody = f"unix://{tmp_path}/nobody.sock"
+    said = started("service", ISOMATCH_REDIS_URL=nobody, ISOMATCH_REDIS_PATIENCE="0.2")
+    assert said.returncode == 1
+    assert "isomatch: no Redis answers at ISOMATCH_REDIS_URL" in said.stderr
+    assert "Traceback" not in said.stderr
+
+
+def test_empty_settings_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("HOST", "DATA_DIR", "REDIS_URL", "WORKERS"):
+        monkeypatch.setenv(f"ISOMATCH_{name}", "")
+    settings = Settings()
+    assert settings.host == "127.0.0.1"
+    assert settings.data_dir == Path("isomatch-data")
+    assert settings.redis_url is None

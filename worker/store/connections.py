@@ -3,12 +3,14 @@
 from typing import Final
 
 from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import BaseSettings
 from redis import Redis
 from redis.backoff import ConstantBackoff
 from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 from redis.retry import Retry
+
+from worker.environment import FROM_ENVIRONMENT, RedisUrl
 
 DAY: Final = 86400
 SOCKET_TIMEOUT: Final = 30.0
@@ -18,12 +20,12 @@ SOCKET_TIMEOUT: Final = 30.0
 class StoreSettings(BaseSettings):
     """Where the store is and how long it keeps what; from ``ISOMATCH_*``."""
 
-    model_config = SettingsConfigDict(env_prefix="ISOMATCH_", frozen=True)
+    model_config = FROM_ENVIRONMENT
 
-    redis_url: str | None = Field(
+    redis_url: RedisUrl | None = Field(
         default=None, description="Redis of queue and store; none: the server starts its own."
     )
-    cache_url: str | None = Field(
+    cache_url: RedisUrl | None = Field(
         default=None, description="Redis of the spectrum cache, if it has one of its own."
     )
     cache_bytes: int = Field(default=2 * 1024**3, ge=0, description="Budget of the cache.")
