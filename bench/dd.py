@@ -8,17 +8,20 @@ import json
 import time
 from pathlib import Path
 
-from bench.dd_format import read_dd
+from bench.dd_format import parse_dd, read_dd
 from solver.control import Control
-from solver.dual_decomposition import dual_decomposition
 from solver.labelling import LabellingProblem
+from solver.minimise import minimise
 from solver.solution import Solution
+
+_SMALL = "p 17 2 18 1\n" + "\n".join(
+    [*(f"a {x} {x} 0 -1" for x in range(17)), "a 17 0 1 -1", "e 1 17 -1"]
+)
 
 
 def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution:
     """Solve an instance within a time limit, to a relative gap."""
-    control = Control().within(seconds)
-    return dual_decomposition(problem, iterations=10**9, gap=gap, control=control)
+    return minimise(problem, iterations=10**9, gap=gap, control=Control().within(seconds))
 
 
 def main() -> None:
@@ -29,6 +32,7 @@ def main() -> None:
     parser.add_argument("--gap", type=float, default=1e-6, help="relative gap to stop at")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
+    solve(parse_dd(_SMALL), 60.0, 0.0)  # compiles
     print(f"{'instance':24}{'size':>12}{'terms':>9}{'energy':>14}{'bound':>14}{'gap':>10}{'s':>8}")
     rows = []
     for path in arguments.files:
