@@ -1,0 +1,178 @@
+"""What of a shape is compared with other shapes: a few samples, and its structures there.
+
+Which points farthest point sampling takes is the unstable part of a comparison: a pose moves the
+balance between two extremities, and the sixth point is on another limb. No metric to sample in is
+stable on all shapes, but in one or another of several two similar shapes nearly always have samples
+that correspond. A signature therefore holds several samplings, and the best of them counts.
+"""
+
+import io
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.bijection import MAX_POINTS
+from solver.descriptors import DESCRIPTORS
+from solver.errors import OptionError
+from solver.metrics import METRICS, EmbeddedMetric
+from solver.options import L2, LINF, MIN_POINTS, NO_DESCRIPTOR
+from solver.sampling import FarthestPointSampling, farthest_point_sampling
+from solver.shape import Shape
+
+SAMPLINGS = ("geodesic", "commute_time", "biharmonic")
+"""Metrics in which points are sampled, each time farthest first."""
+
+_LEAST_DIAMETER = 1e-150
+"""Squares of smaller distances vanish."""
+
+
+@dataclass(frozen=True)
+class SimilarityOptions:
+    """Choices of a comparison; the paper's symbols in parentheses.
+
+    Parameters
+    ----------
+    points
+        Points N of each shape that are matched, all with all.
+    metric
+        Metric d whose distortion is measured.
+    descriptor
+        Descriptor f of the first-order term; ``"none"``, or a weight of 0, leaves it out.
+    first_order_weight
+        Weight of the first-order term, as for a match.
+    objective
+        ``"l2"``, the energy (5), or ``"linf"``, the greatest distortion of a distance, which knows
+        no first-order term.
+    diffusion_time
+        Time scale t of the diffusion metric (3), in units of the shape's area; ``None`` for the
+        default.
+
+    Raises
+    ------
+    OptionError
+        A value is out of range.
+    """
+
+    points: int = 6
+    metric: str = "commute_time"
+    descriptor: str = "si_hks"
+    first_order_weight: float = 0.0
+    objective: str = L2
+    diffusion_time: float | None = None
+
+    def __post_init__(self) -> None:
+        if not MIN_POINTS <= self.points <= MAX_POINTS:
+            raise OptionError("points", f"it must be from {MIN_POINTS} to {MAX_POINTS}")
+        if self.metric not in METRICS:
+            raise OptionError("metric", f"{self.metric!r} is none of {', '.join(METRICS)}")
+        if self.descriptor not in (*DESCRIPTORS, NO_DESCRIPTOR):
+            known = ", ".join((*DESCRIPTORS, NO_DESCRIPTOR))
+            raise OptionError("descriptor", f"{self.descriptor!r} is none of {known}")
+        if not 0.0 <= self.first_order_weight <= 1e6:
+            raise OptionError("first_order_weight", "it must be from 0 to 1e+06")
+        if self.objective not in (L2, LINF):
+            raise OptionError("objective", f"{self.objective!r} is none of {L2}, {LINF}")
+        if self.diffusion_time is not None and not 0.0 < self.diffusion_time < np.inf:
+            raise OptionError("diffusion_time", "it must be positive and finite, or left out")
+
+    @property
+    def described(self) -> bool:
+        """Whether descriptors are compared."""
+        weighed = self.first_order_weight > 0.0 and self.objective == L2
+        return weighed and self.descriptor != NO_DESCRIPTOR
+
+
+@dataclass(frozen=True, eq=False)
+class Signature:
+    """Samples of a shape and its structures there, a few kilobytes.
+
+    Parameters
+    ----------
+    vertices
+        (S, N) vertex indices, of each sampling farthest first.
+    distances
+        (S, N, N) metric d among the points of each sampling, exactly symmetric.
+    descriptors
+        (S, N, m) descriptor f at them; m = 0 when none is compared.
+    """
+
+    vertices: IntArray
+    distances: FloatArray
+    descriptors: FloatArray
+
+    def to_bytes(self) -> bytes:
+        """Return the signature as the bytes of an ``.npz`` file, exact to the last bit."""
+        stream = io.BytesIO()
+        np.savez(
+            stream,
+            vertices=self.vertices,
+            distances=self.distances,
+            descriptors=self.descriptors,
+        )
+        return stream.getvalue()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> "Signature":
+        """Read what :meth:`to_bytes` wrote.
+
+        Raises
+        ------
+        ValueError
+            The bytes are something else. Nothing in them is ever executed.
+        """
+        try:
+            with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+                found = cls(arrays["vertices"], arrays["distances"], arrays["descriptors"])
+            kinds, points = found.vertices.shape
+            shapes = found.distances.shape, found.descriptors.shape[:2]
+        except Exception as error:
+            raise ValueError(f"not a stored signature: {error}") from error
+        if shapes != ((kinds, points, points), (kinds, points)):
+            raise ValueError("not a stored signature: arrays of wrong shape")
+        return found
+
+
+def signature(shape: Shape, options: SimilarityOptions) -> Signature:
+    """Sample a shape and compute its structures at the samples.
+
+    Parameters
+    ----------
+    shape
+        A shape X.
+    options
+        Of the comparison.
+
+    Returns
+    -------
+    Signature
+        Of the samplings in `SAMPLINGS`.
+
+    Raises
+    ------
+    OptionError
+        The shape has fewer vertices than points are asked for, or its distances vanish.
+    MeshError
+        Its structures cannot be computed.
+    """
+    vertices = np.stack([_sampling(shape, name, options.points).indices for name in SAMPLINGS])
+    metric = shape.metric(options.metric, options.diffusion_time)
+    distances = np.stack([metric.between(points) for points in vertices])
+    if distances.max(axis=(1, 2)).min() < _LEAST_DIAMETER:
+        field = "diffusion_time" if options.metric == "diffusion" else "metric"
+        raise OptionError(
+            field, f"the {options.metric} distances of a shape all vanish; choose another value"
+        )
+    descriptors = np.zeros((*vertices.shape, 0))
+    if options.described:
+        found = [shape.descriptor(options.descriptor, points) for points in vertices]
+        descriptors = np.stack(found)
+    return Signature(vertices, distances, descriptors)
+
+
+def _sampling(shape: Shape, name: str, count: int) -> FarthestPointSampling:
+    if name == "biharmonic":
+        spectrum = shape.spectrum()
+        embedding = spectrum.eigenfunctions[:, 1:] / spectrum.eigenvalues[1:]
+        return farthest_point_sampling(EmbeddedMetric(embedding), count)
+    return shape.sampling(name, count)
