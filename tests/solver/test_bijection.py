@@ -16,7 +16,8 @@ _PAIR = np.array([[0, 1]])
 
 def _metric(random: np.random.Generator, n: int) -> FloatArray:
     points = random.standard_normal((n, 3))
-    return np.linalg.norm(points[:, None] - points[None], axis=2)
+    distances: FloatArray = np.linalg.norm(points[:, None] - points[None], axis=2)
+    return distances
 
 
 def _problem(seed: int, n: int, kinds: int = 1) -> tuple[FloatArray, FloatArray]:
