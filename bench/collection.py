@@ -3,7 +3,7 @@
 import os
 import re
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, islice
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from solver.arrays import IntArray
 from solver.mesh import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.shape import Shape
-from solver.synthetic import HUMAN_POSES, correspondence, human
+from solver.synthetic import CLASSES, articulated, correspondence
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,16 +61,33 @@ def read_collection(folder: Path) -> list[KnownShape]:
     return shapes
 
 
-def generated_collection(resolution: int = 3000) -> list[KnownShape]:
-    """One human in every pose, each triangulated on its own."""
-    figures = [human(pose, resolution=resolution, seed=i) for i, pose in enumerate(HUMAN_POSES)]
-    first = figures[0]
-    mirrored = KDTree(first.rest).query(first.rest * np.array([-1.0, 1.0, 1.0]))[1]
+def generated_collection(resolution: int = 3000, classes: int = 1) -> list[KnownShape]:
+    """Articulated figures in four poses each, every one triangulated on its own.
+
+    Parameters
+    ----------
+    resolution
+        Vertices of each shape.
+    classes
+        How many of :data:`solver.synthetic.CLASSES`, the human first. One takes about 5 seconds.
+
+    Returns
+    -------
+    shapes
+        Four of a class, named like ``cat2-turning``.
+    """
     shapes = []
-    for pose, figure in zip(HUMAN_POSES, figures, strict=True):
-        truth = correspondence(first, figure)
-        shape = Shape(triangle_mesh(figure.vertices, figure.faces))
-        shapes.append(KnownShape(f"human-{pose}", "human", shape, truth, truth[mirrored]))
+    for category, known in islice(CLASSES.items(), classes):
+        figures = [
+            articulated(category, pose, resolution, seed) for seed, pose in enumerate(known.poses)
+        ]
+        first = figures[0]
+        mirrored = KDTree(first.rest).query(first.rest * np.array([-1.0, 1.0, 1.0]))[1]
+        for number, (pose, figure) in enumerate(zip(known.poses, figures, strict=True)):
+            truth = correspondence(first, figure)
+            shape = Shape(triangle_mesh(figure.vertices, figure.faces))
+            name = f"{category}{number}-{pose}"
+            shapes.append(KnownShape(name, category, shape, truth, truth[mirrored]))
     return shapes
 
 

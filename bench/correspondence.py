@@ -50,9 +50,14 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--pairs", type=Path, help="file of two names a line; else all in a class")
     parser.add_argument("--points", type=int, default=32)
+    parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = read_collection(arguments.data) if arguments.data else generated_collection()
+    shapes = (
+        read_collection(arguments.data)
+        if arguments.data
+        else generated_collection(classes=arguments.classes)
+    )
     by_name = {shape.name: shape for shape in shapes}
     pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
     if arguments.pairs:

@@ -90,17 +90,19 @@ def _union(
     n, p = len(start), len(points)
     value, gradient, thickness = np.empty(p), np.empty((p, 3)), np.empty(p)
     distance, along = np.empty(n), np.empty(n)
-    axis, offset = np.empty(3), np.empty(3)
+    axis, taper, inverse = end - start, end_radius - start_radius, np.empty(n)
+    for i in range(n):
+        square = axis[i, 0] ** 2 + axis[i, 1] ** 2 + axis[i, 2] ** 2
+        inverse[i] = 1.0 / max(square, 1e-30)
     for k in range(p):
+        x, y, z = points[k, 0], points[k, 1], points[k, 2]
         for i in range(n):
-            dot = square = length = 0.0
-            for d in range(3):
-                a, u = end[i, d] - start[i, d], points[k, d] - start[i, d]
-                dot, square, length = dot + a * u, square + u * u, length + a * a
-            t = min(max(dot / max(length, 1e-30), 0.0), 1.0)
-            across = math.sqrt(max(square - 2.0 * t * dot + t * t * length, 0.0))
+            a, b, c = x - start[i, 0], y - start[i, 1], z - start[i, 2]
+            dot = a * axis[i, 0] + b * axis[i, 1] + c * axis[i, 2]
+            t = min(max(dot * inverse[i], 0.0), 1.0)
+            a, b, c = a - t * axis[i, 0], b - t * axis[i, 1], c - t * axis[i, 2]
             along[i] = t
-            distance[i] = across - start_radius[i] - t * (end_radius[i] - start_radius[i])
+            distance[i] = math.sqrt(a * a + b * b + c * c) - start_radius[i] - t * taper[i]
         nearest = distance.min()
         total = radius = 0.0
         gradient[k] = 0.0
@@ -108,18 +110,13 @@ def _union(
             if distance[i] > nearest + 20.0 * blend:
                 continue
             share, t = math.exp((nearest - distance[i]) / blend), along[i]
-            taper = end_radius[i] - start_radius[i]
-            length = across = 0.0
+            across = max(distance[i] + start_radius[i] + t * taper[i], 1e-12)
+            slope = taper[i] * inverse[i] if 0.0 < t < 1.0 else 0.0
             for d in range(3):
-                axis[d] = end[i, d] - start[i, d]
-                offset[d] = points[k, d] - start[i, d] - t * axis[d]
-                length, across = length + axis[d] ** 2, across + offset[d] ** 2
-            across = max(math.sqrt(across), 1e-12)
-            slope = taper / length if 0.0 < t < 1.0 else 0.0
-            for d in range(3):
-                gradient[k, d] += share * (offset[d] / across - slope * axis[d])
+                offset = points[k, d] - start[i, d] - t * axis[i, d]
+                gradient[k, d] += share * (offset / across - slope * axis[i, d])
             total += share
-            radius += share * (start_radius[i] + t * taper)
+            radius += share * (start_radius[i] + t * taper[i])
         gradient[k] /= total
         thickness[k] = radius / total
         value[k] = nearest - blend * math.log(total)

@@ -21,10 +21,10 @@ _DEEPEST_CHORD = 0.4
 
 
 def edges_of(faces: IntArray) -> IntArray:
-    """Every undirected edge once, (E, 2) int64, smaller vertex first."""
-    halves = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    keys = np.unique(halves[:, 0] * (faces.max() + 1) + halves[:, 1])
-    return np.stack(np.divmod(keys, faces.max() + 1), axis=1)
+    """Every edge of a closed, oriented surface once, (E, 2) int64, smaller vertex first."""
+    tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    forward = tail < head  # each edge is passed once in each direction
+    return np.stack([tail[forward], head[forward]], axis=1)
 
 
 def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:

@@ -7,9 +7,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
+from solver.synthetic.classes import CLASSES
 from solver.synthetic.human import HumanProportions, human_figure
 from solver.synthetic.pose import Deformation, Pose
 from solver.synthetic.repertoire import HUMAN_POSES
+from solver.synthetic.skeleton import Figure
 from solver.synthetic.surface import skin
 
 
@@ -57,18 +59,68 @@ def human(
     shape
         The posed surface.
     """
-    rest, faces, deformation = _human(proportions or HumanProportions(), resolution, seed)
-    turns = HUMAN_POSES[pose] if isinstance(pose, str) else pose
-    vertices = deformation(turns)
+    figure = _human_figure(proportions or HumanProportions())
+    return posed(figure, HUMAN_POSES[pose] if isinstance(pose, str) else pose, resolution, seed)
+
+
+def articulated(
+    category: str, pose: str | Pose, resolution: int = 3000, seed: int = 0
+) -> SyntheticShape:
+    """A shape of one of the classes.
+
+    Parameters
+    ----------
+    category
+        A name in :data:`CLASSES`.
+    pose
+        The name of one of the class's poses, or a pose.
+    resolution
+        Number of vertices, 200 or more.
+    seed
+        Of the triangulation, as for :func:`human`.
+
+    Returns
+    -------
+    shape
+        The posed surface.
+    """
+    known = CLASSES[category]
+    turns = known.poses[pose] if isinstance(pose, str) else pose
+    return posed(known.figure, turns, resolution, seed)
+
+
+def posed(figure: Figure, pose: Pose, resolution: int, seed: int) -> SyntheticShape:
+    """A figure in a pose.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    pose
+        The turns of its joints.
+    resolution, seed
+        Of the triangulation: figures in several poses share it if these are equal.
+
+    Returns
+    -------
+    shape
+        The posed surface.
+    """
+    rest, faces, deformation = _at_rest(figure, resolution, seed)
+    vertices = deformation(pose)
     vertices.setflags(write=False)
     return SyntheticShape(vertices, faces, rest)
 
 
-@lru_cache(maxsize=8)
-def _human(
-    proportions: HumanProportions, resolution: int, seed: int
+@lru_cache(maxsize=64)
+def _human_figure(proportions: HumanProportions) -> Figure:
+    return human_figure(proportions)
+
+
+@lru_cache(maxsize=32)
+def _at_rest(
+    figure: Figure, resolution: int, seed: int
 ) -> tuple[FloatArray, IntArray, Deformation]:
-    figure = human_figure(proportions)
     rest, faces = skin(figure, resolution, seed)
     rest.setflags(write=False)
     faces.setflags(write=False)
