@@ -12,7 +12,7 @@ MOST_FIELDS: Final = 20
 """So many fields are named; a body of wrong fields only would have an answer many times as long."""
 
 _LONGEST_FIELD: Final = 100
-_BRANCH: Final = re.compile(r"(literal|tuple)\[.*\]", re.DOTALL)
+_BRANCH: Final = re.compile(r"(literal|tuple|choice)\[.*\]", re.DOTALL)
 """Where Pydantic says which of several types it tried, which is no part of the field's address."""
 
 _NOT_AN_OBJECT: Final = ("missing", "model_attributes_type", "model_type", "dict_type")

@@ -8,11 +8,12 @@ from solver.arrays import FloatArray, IntArray
 from solver.distortion import Distortion, measure_distortion
 from solver.errors import OptionError
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.options import LINF, NO_DESCRIPTOR, MatchOptions
+from solver.options import LINF, MatchOptions
 from solver.shape import Shape
+from solver.structures import DescriptorChoice, MetricChoice, NoDescriptor
 
-_LEAST_DIAMETER = 1e-150
-"""Squares of smaller distances vanish."""
+_LEAST, _MOST = 1e-150, 1e150
+"""Squares of smaller values vanish, and those of greater ones are infinite."""
 
 _COARSE_OVERSAMPLING = 1.5
 """Target samples per source sample at the coarsest level: one in three may be nobody's image."""
@@ -46,7 +47,7 @@ class Level:
     index
         0 for the coarsest.
     metric, descriptor
-        Names of the structures.
+        The structures.
     source, target
         Sampled structures of X and Y.
     beta, first_order_weight, occlusion_cost
@@ -54,8 +55,8 @@ class Level:
     """
 
     index: int
-    metric: str
-    descriptor: str
+    metric: MetricChoice
+    descriptor: DescriptorChoice
     source: SampledStructure
     target: SampledStructure
     beta: float
@@ -175,34 +176,53 @@ def build_level(
     OptionError
         A shape has too few vertices.
     """
-    metric, descriptor = options.metric_at(index), options.descriptor_at(index)
     gamma = np.inf if options.occlusion_cost is None else options.occlusion_cost
     return Level(
         index,
-        metric,
-        descriptor,
-        _sample(source, size[0], metric, descriptor, options),
-        _sample(target, size[1], metric, descriptor, options),
+        options.metric_at(index),
+        options.descriptor_at(index),
+        _sample(source, size[0], index, options),
+        _sample(target, size[1], index, options),
         options.beta,
         options.first_order_weight,
         gamma,
     )
 
 
-def _sample(
-    shape: Shape, count: int, metric: str, descriptor: str, options: MatchOptions
-) -> SampledStructure:
-    sampling = shape.sampling(options.metric_at(0), count, options.diffusion_time)
+def _sample(shape: Shape, count: int, index: int, options: MatchOptions) -> SampledStructure:
+    first, metric = options.metric_at(0), options.metric_at(index)
+    sampling = shape.sampling(first, count)
     vertices = sampling.indices
-    if metric == options.metric_at(0):
-        distances = sampling.distances
-    else:
-        distances = shape.metric(metric, options.diffusion_time).between(vertices)
-    if distances.max() < _LEAST_DIAMETER:
-        field = "diffusion_time" if metric == "diffusion" else "metric"
-        raise OptionError(
-            field, f"the {metric} distances of a shape all vanish; choose another value"
-        )
-    if descriptor == NO_DESCRIPTOR or options.first_order_weight == 0.0:
+    same = metric == first
+    distances = sampling.distances if same else shape.metric(metric).between(vertices)
+    _check_distances(metric, distances, f"metric.{options.place('metric', index)}")
+    descriptor = options.descriptor_at(index)
+    if isinstance(descriptor, NoDescriptor) or options.first_order_weight == 0.0:
         return SampledStructure(vertices, distances, None)
-    return SampledStructure(vertices, distances, shape.descriptor(descriptor, vertices))
+    field = f"descriptor.{options.place('descriptor', index)}"
+    return SampledStructure(vertices, distances, _descriptors(shape, descriptor, vertices, field))
+
+
+def _check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> None:
+    """Refuse distances without meaning: a time so long that no heat is left where it was."""
+    if _LEAST < float(distances.max()) < _MOST:
+        return
+    names = list(metric.parameters())
+    what = "all vanish" if distances.max() <= _LEAST else "exceed all bounds"
+    raise OptionError(
+        ".".join([field, *names[:1]]),
+        f"the {metric.name} distances of a shape {what}; choose another "
+        + ("value" if names else "metric, or normalise the shapes"),
+    )
+
+
+def _descriptors(
+    shape: Shape, descriptor: DescriptorChoice, vertices: IntArray, field: str
+) -> FloatArray:
+    try:
+        found = shape.descriptor(descriptor, vertices)
+    except OptionError as error:
+        raise OptionError(f"{field}.{error.field}", error.message) from error
+    if not np.abs(found).max(initial=0.0) < _MOST:
+        raise OptionError(field, f"{descriptor.name} exceeds all bounds; normalise the shapes")
+    return found

@@ -9,6 +9,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.distortion import greatest_distortions
+from solver.errors import OptionError
 from solver.gromov_hausdorff import minimax_correspondence, within_distortion
 from solver.hierarchy import refine
 from solver.labelling import UNMATCHED, LabellingProblem
@@ -64,6 +65,9 @@ def match(
     control = control or Control()
     if options.time_limit is not None:
         control = control.within(options.time_limit)
+    if source.normalise != target.normalise:
+        raise OptionError("normalise", "both shapes must be normalised, or none")
+    options = options.settled(float(np.sqrt(source.size * target.size)))
     run = _Run(source, target, options, control)
     levels = run.build_levels()
     if options.objective == LINF:
@@ -293,8 +297,8 @@ def _report(level: Level, stage: _Stage) -> LevelReport:
         points=problem.n_sources,
         target_points=problem.n_targets,
         candidates=problem.n_candidates,
-        metric=level.metric,
-        descriptor=level.descriptor,
+        metric=level.metric.name,
+        descriptor=level.descriptor.name,
         energy=solution.lower_bound if proven_coarse else solution.energy,
         lower_bound=solution.lower_bound,
         iterations=solution.iterations,

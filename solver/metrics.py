@@ -1,6 +1,6 @@
 """Metrics d_X on a shape's vertices, sections 3.2 to 3.4."""
 
-from typing import Literal, Protocol, TypeAlias, get_args
+from typing import Protocol
 
 import numpy as np
 
@@ -8,10 +8,6 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.geodesics import GeodesicGraph
 from solver.spectrum import Spectrum
-
-MetricName: TypeAlias = Literal["geodesic", "diffusion", "commute_time"]
-METRICS: tuple[MetricName, ...] = get_args(MetricName)
-"""Names of the metrics."""
 
 
 class Metric(Protocol):
@@ -147,10 +143,44 @@ class CommuteTimeMetric(EmbeddedMetric):
     ----------
     spectrum
         Of the shape, which must be connected.
+
+    Raises
+    ------
+    MeshError
+        The shape is not connected.
     """
 
     def __init__(self, spectrum: Spectrum) -> None:
-        eigenvalues = spectrum.eigenvalues[1:]
-        if len(eigenvalues) and not eigenvalues[0] * spectrum.area > 1e-9:
-            raise MeshError("the commute time is infinite: the shape is not connected")
+        eigenvalues = _positive_eigenvalues(spectrum, "commute time")
         super().__init__(spectrum.eigenfunctions[:, 1:] / np.sqrt(eigenvalues))
+
+
+class BiharmonicMetric(EmbeddedMetric):
+    """The biharmonic metric (Lipman, Rustamov and Funkhouser, ACM TOG 29(3), 2010).
+
+    d² = Σ (φ_i(x) - φ_i(y))² / λ_i² = g(x, x) + g(y, y) - 2 g(x, y), g being the Green's function
+    of the squared operator Δ². With φ_i in 1/length and λ_i in 1/length², it is a length: it
+    grows with the shape as geodesic distances do, and is smooth where these have kinks.
+
+    Parameters
+    ----------
+    spectrum
+        Of the shape, which must be connected.
+
+    Raises
+    ------
+    MeshError
+        The shape is not connected.
+    """
+
+    def __init__(self, spectrum: Spectrum) -> None:
+        eigenvalues = _positive_eigenvalues(spectrum, "biharmonic distance")
+        super().__init__(spectrum.eigenfunctions[:, 1:] / eigenvalues)
+
+
+def _positive_eigenvalues(spectrum: Spectrum, what: str) -> FloatArray:
+    """Eigenvalues but the first, if they are positive."""
+    eigenvalues = spectrum.eigenvalues[1:]
+    if len(eigenvalues) and not eigenvalues[0] * spectrum.area > 1e-9:
+        raise MeshError(f"the {what} is infinite: the shape is not connected")
+    return eigenvalues

@@ -1,15 +1,24 @@
 """What a caller may choose when two shapes are matched."""
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Self, TypeVar
 
 import numpy as np
 
-from solver.descriptors import DESCRIPTORS
 from solver.errors import OptionError
-from solver.metrics import METRICS
+from solver.structures import (
+    CommuteTime,
+    DescriptorChoice,
+    Geodesic,
+    MetricChoice,
+    ScaleInvariantHeatKernelSignature,
+    Structure,
+    descriptor_choice,
+    metric_choice,
+)
 
-NO_DESCRIPTOR = "none"
-"""Name that switches the first-order term off."""
+ChoiceT = TypeVar("ChoiceT", bound=Structure)
 
 L2, LINF = "l2", "linf"
 """What a correspondence may minimise."""
@@ -37,8 +46,9 @@ class MatchOptions:
     rho
         Size of the neighbourhoods in which partners are looked for, in covering radii (ρ of 4.1).
     metric
-        Metric d of each level, from the coarsest on; the last name serves all finer levels.
-        Points are sampled farthest first in the first one.
+        Metric d of each level, from the coarsest on; the last serves all finer levels. Each is
+        a choice, or a name, which is the choice with default parameters. Points are sampled
+        farthest first in the first one.
     descriptor
         Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
     beta
@@ -50,9 +60,6 @@ class MatchOptions:
     occlusion_cost
         What an unmatched source point costs (γ), in the units of the weighted energy, in which a
         match without any distortion costs 0; ``None`` for enough that every one is matched.
-    diffusion_time
-        Time scale t of the diffusion metric (3), in units of the shape's area; ``None`` for the
-        default.
     alternatives
         How many of the best coarse solutions are refined and ranked.
     objective
@@ -74,12 +81,11 @@ class MatchOptions:
     level_factor: int = 2
     oversampling: int = 4
     rho: float = 1.5
-    metric: tuple[str, ...] = ("commute_time", "geodesic")
-    descriptor: tuple[str, ...] = ("si_hks",)
+    metric: tuple[MetricChoice | str, ...] = (CommuteTime(), Geodesic())
+    descriptor: tuple[DescriptorChoice | str, ...] = (ScaleInvariantHeatKernelSignature(),)
     beta: float = 1.0
     first_order_weight: float = 0.05
     occlusion_cost: float | None = None
-    diffusion_time: float | None = None
     alternatives: int = 8
     objective: str = L2
     time_limit: float | None = None
@@ -93,10 +99,10 @@ class MatchOptions:
         self._within("beta", 0.0, 1e6)
         self._within("first_order_weight", 0.0, 1e6)
         self._within("alternatives", 1, 32)
-        self._names("metric", self.metric, METRICS)
-        self._names("descriptor", self.descriptor, (*DESCRIPTORS, NO_DESCRIPTOR))
+        self._choose("metric", metric_choice)
+        self._choose("descriptor", descriptor_choice)
         self._suits_the_objective()
-        for field in ("occlusion_cost", "diffusion_time", "time_limit"):
+        for field in ("occlusion_cost", "time_limit"):
             value = getattr(self, field)
             if value is not None and not 0.0 < value < np.inf:
                 raise OptionError(field, "it must be positive and finite, or left out")
@@ -113,23 +119,52 @@ class MatchOptions:
         if not least <= getattr(self, field) <= most:
             raise OptionError(field, f"it must be from {least:g} to {most:g}")
 
-    def _names(self, field: str, given: tuple[str, ...], known: tuple[str, ...]) -> None:
+    def _choose(self, field: str, choice: Callable[[ChoiceT | str, str], ChoiceT]) -> None:
+        """Replace names by the choices they mean."""
+        given = getattr(self, field)
         if not given:
-            raise OptionError(field, "at least one name is needed")
-        for name in given:
-            if name not in known:
-                raise OptionError(field, f"{name!r} is none of {', '.join(known)}")
+            raise OptionError(field, "at least one is needed")
+        chosen = tuple(choice(one, f"{field}.{place}") for place, one in enumerate(given))
+        object.__setattr__(self, field, chosen)
 
-    def metric_at(self, level: int) -> str:
+    @property
+    def metrics(self) -> tuple[MetricChoice, ...]:
+        """The metrics of the levels, the coarsest first; the last serves all finer ones."""
+        return tuple(map(metric_choice, self.metric))
+
+    @property
+    def descriptors(self) -> tuple[DescriptorChoice, ...]:
+        """The descriptors of the levels, likewise."""
+        return tuple(map(descriptor_choice, self.descriptor))
+
+    def metric_at(self, level: int) -> MetricChoice:
         """Metric of a level, 0 for the coarsest."""
-        return self.metric[min(level, len(self.metric) - 1)]
+        return self.metrics[self.place("metric", level)]
 
-    def descriptor_at(self, level: int) -> str:
+    def descriptor_at(self, level: int) -> DescriptorChoice:
         """Descriptor of a level, 0 for the coarsest."""
-        return self.descriptor[min(level, len(self.descriptor) - 1)]
+        return self.descriptors[self.place("descriptor", level)]
+
+    def place(self, field: str, level: int) -> int:
+        """Place of a level's structure among those given in "metric" or "descriptor"."""
+        return min(level, len(getattr(self, field)) - 1)
+
+    def settled(self, length: float) -> Self:
+        """Return the options with a value for every parameter of the structures.
+
+        Parameters
+        ----------
+        length
+            √area of the shapes, in their unit of length; 1 if they are normalised.
+        """
+        return replace(
+            self,
+            metric=tuple(choice.settled(length) for choice in self.metrics),
+            descriptor=tuple(choice.settled(length) for choice in self.descriptors),
+        )
 
     @property
     def needs_spectrum(self) -> bool:
         """Whether some level uses a structure made of Laplace-Beltrami eigenpairs."""
-        described = self.first_order_weight > 0.0 and set(self.descriptor) != {NO_DESCRIPTOR}
-        return described or set(self.metric) != {"geodesic"}
+        described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
+        return described or any(d.spectral for d in self.metrics)

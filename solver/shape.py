@@ -5,23 +5,35 @@ from functools import cached_property
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.descriptors import (
-    DESCRIPTORS,
-    heat_kernel_signature,
-    scale_invariant_heat_kernel_signature,
-)
+from solver.descriptors import heat_kernel_signature, scale_invariant_heat_kernel_signature
 from solver.errors import MeshError, OptionError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh
-from solver.metrics import METRICS, CommuteTimeMetric, DiffusionMetric, GeodesicMetric, Metric
+from solver.metrics import (
+    BiharmonicMetric,
+    CommuteTimeMetric,
+    DiffusionMetric,
+    GeodesicMetric,
+    Metric,
+)
 from solver.sampling import FarthestPointSampling, farthest_point_sampling
 from solver.spectrum import Spectrum, laplace_beltrami_spectrum
+from solver.structures import (
+    Biharmonic,
+    CommuteTime,
+    DescriptorChoice,
+    Diffusion,
+    Geodesic,
+    HeatKernelSignature,
+    MetricChoice,
+    NoDescriptor,
+    ScaleInvariantHeatKernelSignature,
+    descriptor_choice,
+    metric_choice,
+)
 
 DEFAULT_EIGENPAIRS = 100
 """Eigenpairs that spectral metrics and descriptors are made of."""
-
-DEFAULT_DIFFUSION_TIME = 0.01
-"""t of (3), meant for a surface of unit area."""
 
 
 class Shape:
@@ -39,7 +51,7 @@ class Shape:
         returns, if it is known already (from a cache); computed when needed otherwise.
     normalise
         Whether lengths are divided by √area. If not, they are in the user's units, and so are
-        diffusion times, in units of length².
+        the parameters of structures that are lengths, areas or times.
     eigenpairs
         Number of eigenpairs that spectral metrics and descriptors use, the constant included.
 
@@ -72,8 +84,8 @@ class Shape:
         self.normalise = normalise
         self.eigenpairs = eigenpairs
         self._unit_spectrum = spectrum
-        self._metrics: dict[tuple[str, float | None], Metric] = {}
-        self._samplings: dict[tuple[str, float | None], FarthestPointSampling] = {}
+        self._metrics: dict[MetricChoice, Metric] = {}
+        self._samplings: dict[MetricChoice, FarthestPointSampling] = {}
 
     @property
     def n_vertices(self) -> int:
@@ -105,62 +117,69 @@ class Shape:
         spectrum = self._unit_spectrum.truncated(k)
         return spectrum if self.normalise else spectrum.scaled(float(np.sqrt(self.mesh.area)))
 
-    def metric(self, name: str, diffusion_time: float | None = None) -> Metric:
+    @cached_property
+    def size(self) -> float:
+        """√area in this shape's unit of length, which is 1 if it is normalised."""
+        return float(np.sqrt(self.mesh.area)) / self.unit
+
+    def metric(self, choice: MetricChoice | str) -> Metric:
         """Metric d_X.
 
         Parameters
         ----------
-        name
-            One of `METRICS`.
-        diffusion_time
-            t of (3), in the square of this shape's unit of length: in units of its area if it is
-            normalised. 0.01 by default. Only for "diffusion".
-
-        Raises
-        ------
-        OptionError
-            The name is unknown, or the time not positive.
-        """
-        if name not in METRICS:
-            raise OptionError("metric", f"{name!r} is none of {', '.join(METRICS)}")
-        key = (name, diffusion_time if name == "diffusion" else None)
-        if key not in self._metrics:
-            self._metrics[key] = self._new_metric(name, diffusion_time)
-        return self._metrics[key]
-
-    def descriptor(self, name: str, vertices: IntArray | None = None) -> FloatArray:
-        """Local descriptor f_X.
-
-        Parameters
-        ----------
-        name
-            One of `DESCRIPTORS`.
-        vertices
-            (S,) where it is wanted; by default at all V vertices.
-
-        Returns
-        -------
-        (S, m) float64
+        choice
+            A metric, or the name of one. Parameters left out suit this shape's size; where shapes
+            that are not normalised are compared, settle the choice once, for all of them.
 
         Raises
         ------
         OptionError
             The name is unknown.
         """
-        if name == "hks":
-            return heat_kernel_signature(self.spectrum(), vertices=vertices)
-        if name == "si_hks":
-            return scale_invariant_heat_kernel_signature(self.spectrum(), vertices=vertices)
-        raise OptionError("descriptor", f"{name!r} is none of {', '.join(DESCRIPTORS)}")
+        chosen = metric_choice(choice).settled(self.size)
+        if chosen not in self._metrics:
+            self._metrics[chosen] = self._new_metric(chosen)
+        return self._metrics[chosen]
 
-    def sampling(
-        self, metric_name: str, count: int, diffusion_time: float | None = None
-    ) -> FarthestPointSampling:
+    def descriptor(
+        self, choice: DescriptorChoice | str, vertices: IntArray | None = None
+    ) -> FloatArray:
+        """Local descriptor f_X.
+
+        Parameters
+        ----------
+        choice
+            A descriptor, or the name of one; see :meth:`metric`.
+        vertices
+            (S,) where it is wanted; by default at all V vertices.
+
+        Returns
+        -------
+        (S, m) float64; m is 0 for "none".
+
+        Raises
+        ------
+        OptionError
+            The name is unknown.
+        """
+        chosen = descriptor_choice(choice).settled(self.size)
+        match chosen:
+            case NoDescriptor():
+                return np.zeros((self.n_vertices if vertices is None else len(vertices), 0))
+            case HeatKernelSignature():
+                return heat_kernel_signature(self.spectrum(), np.array(chosen.times), vertices)
+            case ScaleInvariantHeatKernelSignature():
+                return scale_invariant_heat_kernel_signature(
+                    self.spectrum(), chosen.frequencies, vertices
+                )
+        raise AssertionError(f"{chosen} cannot be computed")
+
+    def sampling(self, choice: MetricChoice | str, count: int) -> FarthestPointSampling:
         """Farthest point sampling in a metric.
 
         Parameters
         ----------
-        metric_name, diffusion_time
+        choice
             As for :meth:`metric`.
         count
             Number of samples. The longest sampling so far is kept; shorter ones are its beginning.
@@ -170,24 +189,21 @@ class Shape:
         OptionError
             The metric is unknown, or the shape has fewer vertices.
         """
-        metric = self.metric(metric_name, diffusion_time)
-        key = (metric_name, diffusion_time if metric_name == "diffusion" else None)
-        known = self._samplings.get(key)
+        chosen = metric_choice(choice).settled(self.size)
+        known = self._samplings.get(chosen)
         if known is None or len(known) < count:
-            known = self._samplings[key] = farthest_point_sampling(metric, count)
+            known = farthest_point_sampling(self.metric(chosen), count)
+            self._samplings[chosen] = known
         return known.first(count)
 
-    @cached_property
-    def _geodesics(self) -> GeodesicMetric:
-        return GeodesicMetric(GeodesicGraph(self.surface))
-
-    def _new_metric(self, name: str, diffusion_time: float | None) -> Metric:
-        if name == "geodesic":
-            return self._geodesics
-        if name == "commute_time":
-            return CommuteTimeMetric(self.spectrum())
-        if diffusion_time is None:
-            diffusion_time = DEFAULT_DIFFUSION_TIME
-        if not 0.0 < diffusion_time < np.inf:
-            raise OptionError("diffusion_time", "it must be positive and finite")
-        return DiffusionMetric(self.spectrum(), diffusion_time)
+    def _new_metric(self, chosen: MetricChoice) -> Metric:
+        match chosen:
+            case Geodesic():
+                return GeodesicMetric(GeodesicGraph(self.surface))
+            case Diffusion(time=float(time)):
+                return DiffusionMetric(self.spectrum(), time)
+            case CommuteTime():
+                return CommuteTimeMetric(self.spectrum())
+            case Biharmonic():
+                return BiharmonicMetric(self.spectrum())
+        raise AssertionError(f"{chosen} cannot be computed")

@@ -35,9 +35,13 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
     """
     match error:
         case OptionError():
-            fields = (FieldProblem(field=f"body.{error.field}", message=error.message),)
+            field = _asked(error.field, record)
             return Problem.of(
-                "invalid-option", "Impossible parameters", 422, str(error), errors=fields
+                "invalid-option",
+                "Impossible parameters",
+                422,
+                f"{field}: {error.message}",
+                errors=(FieldProblem(field=f"body.{field}", message=error.message),),
             )
         case MeshError():
             return Problem.of("unusable-mesh", "Not a usable mesh", 422, str(error))
@@ -58,3 +62,12 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
         return Problem.of("unusable-mesh", "Not a usable mesh", 422, detail)
     detail = f"Something went wrong on our side; the logs of job {record.id} say what."
     return Problem.of("internal-error", "Internal error", 500, detail)
+
+
+def _asked(field: str, record: JobRecord) -> str:
+    """Address of an option in the request: a structure for all levels is no list there."""
+    name, place, *rest = field.split(".", 2) if "." in field else (field, "")
+    parameters = getattr(record.payload, "parameters", None)
+    if place.isdigit() and not isinstance(getattr(parameters, name, None), tuple):
+        return ".".join([name, *rest])
+    return field

@@ -11,6 +11,7 @@ from solver.mesh import TriangleMesh
 from solver.options import MatchOptions
 from solver.shape import Shape
 from solver.spectrum import Spectrum
+from solver.structures import DESCRIPTORS, METRICS
 from worker import contracts
 from worker.contracts import MatchParameters, MatchPayload, MatchResult
 
@@ -30,7 +31,7 @@ class Side:
     mesh: TriangleMesh
     spectrum: Spectrum | None
 
-    def shape(self, eigenpairs: int) -> Shape:
+    def shape(self, parameters: MatchParameters) -> Shape:
         """Return the shape for the solver.
 
         Raises
@@ -38,7 +39,12 @@ class Side:
         MeshError
             It has several components.
         """
-        return Shape(self.mesh, self.spectrum, eigenpairs=eigenpairs)
+        return Shape(
+            self.mesh,
+            self.spectrum,
+            normalise=parameters.normalise,
+            eigenpairs=parameters.eigenpairs,
+        )
 
 
 def options_of(parameters: MatchParameters) -> MatchOptions:
@@ -50,7 +56,13 @@ def options_of(parameters: MatchParameters) -> MatchOptions:
         What was asked; some of it is not for the solver's options but for how shapes are made.
     """
     values: dict[str, Any] = parameters.model_dump()
-    values |= {"metric": parameters.metrics, "descriptor": parameters.descriptors}
+    values["metric"] = tuple(
+        METRICS[choice.name](**choice.model_dump(exclude={"name"})) for choice in parameters.metrics
+    )
+    values["descriptor"] = tuple(
+        DESCRIPTORS[choice.name](**choice.model_dump(exclude={"name"}))
+        for choice in parameters.descriptors
+    )
     return MatchOptions(**{field.name: values[field.name] for field in fields(MatchOptions)})
 
 
@@ -68,8 +80,8 @@ def match_shapes(
     """
     parameters = payload.parameters
     found = match(
-        source.shape(parameters.eigenpairs),
-        target.shape(parameters.eigenpairs),
+        source.shape(parameters),
+        target.shape(parameters),
         options_of(parameters),
         control,
     )

@@ -190,7 +190,7 @@ class Level(Answer):
     energy, lower_bound, gap, certified, iterations, method, seconds
         The answer of the solver, what it proved, and what it took.
     rank
-        Place of this answer among all hypotheses by their energy at this level, 0 for the first.
+        Place of this answer among all hypotheses by their energy at this level, 1 for the first.
     """
 
     points: int

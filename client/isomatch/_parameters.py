@@ -1,9 +1,12 @@
 """The parameters of a match: one list for the SDK, the command line and the answers."""
 
-from typing import Final
+from typing import Any, Final, TypeAlias
 
 # Pydantic reads a TypedDict of the standard library only from Python 3.12 on.
 from typing_extensions import TypedDict
+
+StructureChoice: TypeAlias = str | dict[str, Any]
+"""A metric or a descriptor: its name, or that as ``"name"`` and its parameters."""
 
 
 class MatchParameters(TypedDict, total=False):
@@ -28,12 +31,13 @@ class MatchParameters(TypedDict, total=False):
         Radius of the neighbourhood in which a match may move from one level to the next, in
         covering radii of the level (section 4.1), over 1 and at most 4 [1.5].
     metric
-        Distance that is to be preserved: ``"geodesic"``, ``"diffusion"`` or ``"commute_time"``;
-        one name for all levels, or names from the coarsest level on, of which the last is
-        repeated [``["commute_time", "geodesic"]``].
+        Distance that is to be preserved: one for all levels, or one for each from the coarsest
+        on, of which the last is repeated. Each is a name, or a dictionary of its ``"name"`` and
+        its parameters, such as ``{"name": "diffusion", "time": 0.02}``; see
+        :meth:`isomatch.Client.structures` [``["commute_time", "geodesic"]``].
     descriptor
-        Local descriptor that is to be preserved: ``"hks"``, ``"si_hks"`` or ``"none"``; one name
-        or names as for `metric` [``"si_hks"``].
+        Local descriptor that is to be preserved, given like `metric`; ``"none"`` switches the
+        first-order term off [``"si_hks"``].
     beta
         Weight of the second-order (metric) term of (5), 0 to 1e6 [1.0].
     first_order_weight
@@ -41,8 +45,6 @@ class MatchParameters(TypedDict, total=False):
     occlusion_cost
         Cost of leaving a source point unmatched, gamma of (5); None makes it large enough that
         every point is matched [None].
-    diffusion_time
-        Time t of the diffusion distance (3), in units of area; None for the default scale [None].
     eigenpairs
         Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
     alternatives
@@ -51,6 +53,10 @@ class MatchParameters(TypedDict, total=False):
         What is minimised: ``"l2"``, the energy (5), or ``"linf"``, the greatest distortion of a
         distance, half of which is the Gromov-Hausdorff distance of the matched samples. The
         latter is solved exactly, for at most 10 points, all of which are matched [``"l2"``].
+    normalise
+        Scale both shapes to unit area first. If False, distances and the parameters of structures
+        are in the files' unit of length, and parameters left out suit the geometric mean of both
+        areas [True].
     largest_component
         Match the largest component of a shape that has several, which is refused otherwise
         [False].
@@ -64,15 +70,15 @@ class MatchParameters(TypedDict, total=False):
     level_factor: int
     oversampling: int
     rho: float
-    metric: str | list[str]
-    descriptor: str | list[str]
+    metric: StructureChoice | list[StructureChoice]
+    descriptor: StructureChoice | list[StructureChoice]
     beta: float
     first_order_weight: float
     occlusion_cost: float | None
-    diffusion_time: float | None
     eigenpairs: int
     alternatives: int
     objective: str
+    normalise: bool
     largest_component: bool
     time_limit: float | None
 

@@ -127,15 +127,16 @@ def match(
     occlusion_cost: Annotated[
         float | None, typer.Option(help="Cost of leaving a point unmatched.")
     ] = None,
-    diffusion_time: Annotated[
-        float | None, typer.Option(help="Time of the diffusion distance, in units of area.")
-    ] = None,
     eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
     alternatives: Annotated[
         int | None, typer.Option(help="Best coarse solutions that are kept and refined.")
     ] = None,
     objective: Annotated[
         str | None, typer.Option(help="l2, or linf: the least greatest distortion.")
+    ] = None,
+    normalise: Annotated[
+        bool | None,
+        typer.Option(help="Scale both shapes to unit area first, or keep the files' units."),
     ] = None,
     largest_component: Annotated[
         bool | None,
@@ -164,7 +165,7 @@ def match(
         "beta": beta,
         "first_order_weight": first_order_weight,
         "occlusion_cost": occlusion_cost,
-        "diffusion_time": diffusion_time,
+        "normalise": normalise,
         "eigenpairs": eigenpairs,
         "alternatives": alternatives,
         "objective": objective,

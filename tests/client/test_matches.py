@@ -60,13 +60,12 @@ def test_parameters_arrive(client: isomatch.Client, pair: Pair) -> None:
         pair[1].id,
         points=np.int64(6),  # type: ignore[arg-type]  # fit for an int all the same
         coarse_points=6,
-        metric=["diffusion"],
+        metric=[{"name": "diffusion", "time": 0.01}],
         descriptor="none",
         alternatives=1,
-        diffusion_time=0.01,
     ).result()
     assert match.distortion.first_order is None
-    assert match.parameters["diffusion_time"] == 0.01
+    assert match.parameters["metric"] == [{"name": "diffusion", "time": 0.01}]
     assert [level.metric for level in match.levels] == ["diffusion"]
 
 

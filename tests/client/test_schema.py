@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import pytest
 from isomatch import Match, MatchParameters, Problem, Shape
 from isomatch._models import JobRecord, Page
+from isomatch._parameters import StructureChoice
 from pydantic import BaseModel
 
 Schema: TypeAlias = dict[str, Any]
@@ -137,8 +138,9 @@ def test_match_takes_the_parameters_of_the_schema() -> None:
 def kinds(schema: Schema) -> set[str]:
     """The JSON types a schema allows, to the first level of arrays."""
     schema = dereferenced(schema, OPENAPI)
-    if "anyOf" in schema:
-        return set().union(*(kinds(option) for option in schema["anyOf"]))
+    for several in ("anyOf", "oneOf"):
+        if several in schema:
+            return set().union(*(kinds(option) for option in schema[several]))
     if schema["type"] == "array":
         return {f"array of {kind}" for kind in kinds(schema["items"])}
     return {schema["type"]}
@@ -151,7 +153,12 @@ def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
         bool: {"boolean"},
         str: {"string"},
         float | None: {"number", "null"},
-        str | list[str]: {"string", "array of string"},
+        StructureChoice | list[StructureChoice]: {
+            "string",
+            "object",
+            "array of string",
+            "array of object",
+        },
     }
     served = match_body()["properties"]
     hints = inspect.get_annotations(MatchParameters, eval_str=True)
@@ -169,5 +176,7 @@ def test_the_documented_defaults_are_those_of_the_schema() -> None:
     for name, paragraph in paragraphs.items():
         found = re.search(r"\[(``)?(.*?)(``)?\]\.?\s*$", " ".join(paragraph.split()))
         assert found is not None, name
-        literal = found.group(2).replace("None", "null").replace("False", "false")
+        literal = found.group(2)
+        for python, plain in (("None", "null"), ("False", "false"), ("True", "true")):
+            literal = literal.replace(python, plain)
         assert json.loads(literal) == served[name].get("default"), name

@@ -21,19 +21,38 @@ def fields(document: Json) -> dict[str, str]:
     return named
 
 
-@pytest.mark.parametrize("metric", ["euclidean", 3, None, {}])
-def test_a_field_of_several_types_is_named_once(http: httpx2.Client, metric: Any) -> None:
+@pytest.mark.parametrize(
+    ("metric", "field"),
+    [
+        ("euclidean", "metric"),
+        (3, "metric"),
+        (None, "metric"),
+        ({}, "metric.name"),
+        ({"name": "euclidean"}, "metric.name"),
+        ({"name": ["diffusion"]}, "metric.name"),
+        ({"name": "diffusion", "time": "soon"}, "metric.time"),
+        ({"name": "geodesic", "time": 0.1}, "metric.time"),
+        (["geodesic", "euclidean"], "metric.1"),
+        (["geodesic", {"name": "diffusion", "time": -1}], "metric.1.time"),
+        ([["geodesic"]], "metric.0"),
+        ([], "metric"),
+    ],
+)
+def test_a_structure_is_named_by_its_place(http: httpx2.Client, metric: Any, field: str) -> None:
     body = {"source": "a", "target": "b", "metric": metric}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
-    assert named.keys() == {"body.metric"}
-    assert "'geodesic', 'diffusion' or 'commute_time'" in named["body.metric"]
-    assert "list" in named["body.metric"]
+    assert f"body.{field}" in named
+    if metric != [["geodesic"]]:
+        assert len(named) == 1
+    if metric in ("euclidean", 3, None):
+        assert "'geodesic', 'diffusion', 'commute_time'" in named["body.metric"]
 
 
-def test_an_item_of_a_list_is_named_by_its_place(http: httpx2.Client) -> None:
-    body = {"source": "a", "target": "b", "descriptor": ["hks", "shot"]}
+def test_parameters_of_a_descriptor_are_named_by_their_place(http: httpx2.Client) -> None:
+    descriptor = ["hks", "shot", {"name": "hks", "times": [0.1, 0.0]}]
+    body = {"source": "a", "target": "b", "descriptor": descriptor}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
-    assert named.keys() == {"body.descriptor", "body.descriptor.1"}
+    assert named.keys() == {"body.descriptor.1", "body.descriptor.2.times.1"}
 
 
 def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None:

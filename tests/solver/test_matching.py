@@ -11,6 +11,7 @@ from solver.mesh import triangle_mesh
 from solver.options import MatchOptions
 from solver.shape import Shape
 from solver.solution import Method
+from solver.structures import Diffusion
 from solver.synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
 
@@ -75,7 +76,7 @@ def test_alternatives_differ_from_the_answer_and_each_other(answer: Match) -> No
     [
         MatchOptions(points=24),
         MatchOptions(points=10, metric=("geodesic",), descriptor=("none",)),
-        MatchOptions(points=20, metric=("diffusion",), descriptor=("hks",), diffusion_time=0.05),
+        MatchOptions(points=20, metric=(Diffusion(0.05),), descriptor=("hks",)),
     ],
 )
 def test_a_shape_matches_itself_perfectly(options: MatchOptions) -> None:
@@ -138,10 +139,10 @@ def test_occlusion_may_be_so_cheap_that_nothing_is_matched(
 
 def test_a_metric_that_vanishes_is_refused() -> None:
     shape = Shape(shapes.icosphere(1))
-    for metric in ("diffusion",), ("geodesic", "diffusion"):
+    for metric in (Diffusion(1e6),), ("geodesic", Diffusion(1e6)):
         with pytest.raises(OptionError) as caught:
-            match(shape, shape, MatchOptions(points=16, metric=metric, diffusion_time=1e6))
-        assert caught.value.field == "diffusion_time"
+            match(shape, shape, MatchOptions(points=16, metric=metric))
+        assert caught.value.field == f"metric.{len(metric) - 1}.time"
 
 
 def test_the_same_question_has_the_same_answer(
@@ -208,16 +209,16 @@ def test_several_components_are_refused() -> None:
         ("beta", float("nan")),
         ("first_order_weight", float("inf")),
         ("alternatives", 0),
-        ("metric", ("euclidean",)),
+        ("metric.0", ("euclidean",)),
+        ("metric.1", ("geodesic", 3)),
         ("metric", ()),
-        ("descriptor", ("shot",)),
+        ("descriptor.0", ("shot",)),
         ("occlusion_cost", 0.0),
-        ("diffusion_time", float("inf")),
         ("time_limit", -1.0),
         ("objective", "l1"),
     ],
 )
 def test_options_out_of_range_name_their_field(field: str, value: object) -> None:
     with pytest.raises(OptionError) as caught:
-        MatchOptions(**{field: value})  # type: ignore[arg-type]
+        MatchOptions(**{field.split(".")[0]: value})  # type: ignore[arg-type]
     assert caught.value.field == field

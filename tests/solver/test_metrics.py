@@ -7,13 +7,14 @@ from solver.errors import MeshError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh
 from solver.metrics import (
-    METRICS,
+    BiharmonicMetric,
     CommuteTimeMetric,
     DiffusionMetric,
     GeodesicMetric,
     Metric,
 )
 from solver.spectrum import Spectrum, laplace_beltrami_spectrum, laplacian
+from solver.structures import METRICS
 from tests.solver import shapes
 
 
@@ -21,7 +22,9 @@ def make(name: str, mesh: TriangleMesh) -> Metric:
     if name == "geodesic":
         return GeodesicMetric(GeodesicGraph(mesh))
     spectrum = laplace_beltrami_spectrum(mesh)
-    return CommuteTimeMetric(spectrum) if name == "commute_time" else DiffusionMetric(spectrum, 0.1)
+    if name == "diffusion":
+        return DiffusionMetric(spectrum, 0.1)
+    return CommuteTimeMetric(spectrum) if name == "commute_time" else BiharmonicMetric(spectrum)
 
 
 @pytest.mark.parametrize("shape", ["blob", "torus", "plane_grid", "moebius_strip", "triangle"])

@@ -9,9 +9,10 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError, OptionError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh
-from solver.metrics import METRICS, CommuteTimeMetric, GeodesicMetric, Metric
+from solver.metrics import CommuteTimeMetric, GeodesicMetric, Metric
 from solver.sampling import extremity, farthest_point_sampling
 from solver.spectrum import laplace_beltrami_spectrum
+from solver.structures import METRICS
 from tests.solver import shapes
 from tests.solver.test_metrics import make
 

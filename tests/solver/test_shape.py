@@ -5,12 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from solver.descriptors import DESCRIPTORS
 from solver.errors import MeshError, OptionError
 from solver.mesh import largest_component
-from solver.metrics import METRICS
 from solver.shape import Shape
 from solver.spectrum import laplace_beltrami_spectrum
+from solver.structures import DESCRIPTORS, METRICS, Diffusion, HeatKernelSignature
 from tests.solver import shapes
 
 POINTS = np.array([0, 33, 444, 600])
@@ -51,8 +50,8 @@ def test_without_normalisation_lengths_are_the_users() -> None:
         plain.spectrum().eigenvalues, unit.spectrum().eigenvalues / mesh.area, rtol=1e-9, atol=1e-12
     )
     np.testing.assert_allclose(
-        plain.metric("diffusion", 0.02 * mesh.area).between(POINTS) * size,
-        unit.metric("diffusion", 0.02).between(POINTS),
+        plain.metric(Diffusion(0.02 * mesh.area)).between(POINTS) * size,
+        unit.metric(Diffusion(0.02)).between(POINTS),
         rtol=1e-9,
     )
     # Table 1: what changes with scale and what does not.
@@ -62,7 +61,11 @@ def test_without_normalisation_lengths_are_the_users() -> None:
         rtol=1e-9,
     )
     np.testing.assert_allclose(plain.descriptor("si_hks"), unit.descriptor("si_hks"), rtol=1e-9)
-    assert np.abs(plain.descriptor("hks") - unit.descriptor("hks")).max() > 0.1
+    hks = HeatKernelSignature().settled()
+    assert np.abs(plain.descriptor(hks) - unit.descriptor(hks)).max() > 0.1
+    # What is left out suits the shape's own size.
+    np.testing.assert_allclose(plain.descriptor("hks"), unit.descriptor(hks), rtol=1e-9)
+    assert plain.metric("diffusion") is plain.metric(Diffusion(0.01 * size**2))
 
 
 @pytest.mark.parametrize("name", DESCRIPTORS)
@@ -77,8 +80,8 @@ def test_everything_is_computed_once() -> None:
     shape = Shape(shapes.cube())
     for metric in METRICS:
         assert shape.metric(metric) is shape.metric(metric)
-    assert shape.metric("diffusion", 0.1) is not shape.metric("diffusion")
-    assert shape.metric("geodesic", 0.1) is shape.metric("geodesic")
+    assert shape.metric(Diffusion(0.1)) is not shape.metric("diffusion")
+    assert shape.metric(Diffusion(0.01)) is shape.metric("diffusion")
     assert np.shares_memory(shape.spectrum().eigenfunctions, shape.spectrum(5).eigenfunctions)
 
 
@@ -102,8 +105,14 @@ def test_samplings_are_prefixes_of_the_longest() -> None:
     again = shape.sampling("geodesic", 12)
     assert np.shares_memory(again.indices, long.indices)
     assert not np.array_equal(
-        shape.sampling("diffusion", 30, 0.5).indices, shape.sampling("diffusion", 30, 0.001).indices
+        shape.sampling(Diffusion(0.5), 30).indices, shape.sampling(Diffusion(0.001), 30).indices
     )
+
+
+def test_no_descriptor_has_no_components() -> None:
+    shape = Shape(shapes.cube(2))
+    assert shape.descriptor("none").shape == (26, 0)
+    assert shape.descriptor("none", np.array([3, 1])).shape == (2, 0)
 
 
 def test_unknown_names_and_bad_options() -> None:
@@ -111,8 +120,8 @@ def test_unknown_names_and_bad_options() -> None:
     calls: list[tuple[str, Callable[[], object]]] = [
         ("metric", lambda: shape.metric("euclidean")),
         ("metric", lambda: shape.sampling("euclidean", 3)),
-        ("descriptor", lambda: shape.descriptor("none")),
-        ("diffusion_time", lambda: shape.metric("diffusion", -1.0)),
+        ("descriptor", lambda: shape.descriptor("shot")),
+        ("time", lambda: shape.metric(Diffusion(-1.0))),
         ("points", lambda: shape.sampling("geodesic", 1000)),
         ("eigenpairs", lambda: Shape(shapes.cube(2), eigenpairs=1)),
     ]

@@ -6,23 +6,29 @@ from typing import Any, get_args
 import pytest
 from pydantic import ValidationError
 
-from solver.descriptors import DESCRIPTORS
 from solver.errors import OptionError
 from solver.mesh import MESH_FORMATS as READ
-from solver.metrics import METRICS
-from solver.options import L2, LINF, NO_DESCRIPTOR, MatchOptions
+from solver.options import L2, LINF, MatchOptions
+from solver.structures import (
+    DESCRIPTORS,
+    METRICS,
+    Diffusion,
+    Geodesic,
+    HeatKernelSignature,
+    NoDescriptor,
+)
 from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, MetricName
 from worker.contracts.parameters import ObjectiveName
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
-NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component"}
+NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component", "normalise"}
 """Parameters that say how shapes are made."""
 
 
 def test_names() -> None:
     assert set(get_args(MetricName)) == set(METRICS)
-    assert set(get_args(DescriptorName)) == {*DESCRIPTORS, NO_DESCRIPTOR}
+    assert set(get_args(DescriptorName)) == set(DESCRIPTORS)
     assert set(get_args(ObjectiveName)) == {L2, LINF}
     assert set(MESH_FORMATS) == set(READ)
     options = {field.name for field in fields(MatchOptions)}
@@ -70,12 +76,15 @@ def test_what_the_minimax_objective_does_not_take(values: dict[str, Any]) -> Non
 
 def test_one_name_or_several() -> None:
     one = options_of(MatchParameters(metric="geodesic", descriptor="none"))
-    assert (one.metric, one.descriptor) == (("geodesic",), ("none",))
+    assert (one.metric, one.descriptor) == ((Geodesic(),), (NoDescriptor(),))
     several = MatchParameters.model_validate(
-        {"metric": ["diffusion", "geodesic"], "descriptor": ["hks", "none"]}
+        {
+            "metric": [{"name": "diffusion", "time": 2}, "diffusion"],
+            "descriptor": [{"name": "hks", "times": [0.5, 1]}, "none"],
+        }
     )
-    assert options_of(several).metric == ("diffusion", "geodesic")
-    assert options_of(several).descriptor == ("hks", "none")
+    assert options_of(several).metric == (Diffusion(2.0), Diffusion())
+    assert options_of(several).descriptor == (HeatKernelSignature((0.5, 1.0)), NoDescriptor())
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 Nothing here imports numerics: the API process reads these models and computes nothing.
 """
 
+from worker.contracts.descriptors import DescriptorName
 from worker.contracts.jobs import (
     JobKind,
     JobRecord,
@@ -14,11 +15,8 @@ from worker.contracts.jobs import (
     SpectrumPayload,
     ValidationPayload,
 )
-from worker.contracts.parameters import (
-    DescriptorName,
-    MatchParameters,
-    MetricName,
-)
+from worker.contracts.metrics import MetricName
+from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import FieldProblem, Problem
 from worker.contracts.results import (
     Alternative,

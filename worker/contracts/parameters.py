@@ -1,22 +1,21 @@
 """The parameters of a match, under the names the solver gives them."""
 
-from typing import Annotated, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
-MetricName: TypeAlias = Literal["geodesic", "diffusion", "commute_time"]
-DescriptorName: TypeAlias = Literal["hks", "si_hks", "none"]
-ObjectiveName: TypeAlias = Literal["l2", "linf"]
+from worker.contracts.descriptors import DescriptorByLevel, descriptor_choice
+from worker.contracts.metrics import MetricByLevel, metric_choice
+from worker.contracts.structures import Choice
 
-# A JSON array arrives as a list, which strict validation would not take for a tuple.
-_Levels = Field(min_length=1, max_length=8, strict=False)
+ObjectiveName: TypeAlias = Literal["l2", "linf"]
 
 
 class MatchParameters(BaseModel):
     """How two shapes are matched; everything has a default that is meant to be good.
 
     Section and equation numbers are those of Wang, Bronstein and Paragios, INRIA RR-7333, 2010.
-    Distances are taken on shapes of unit area.
+    Distances are taken on shapes of unit area unless `normalise` is false.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
@@ -51,15 +50,18 @@ class MatchParameters(BaseModel):
         description="Radius of the neighbourhood in which a match may move from one level to the"
         " next, in covering radii of the level: section 4.1.",
     )
-    metric: MetricName | Annotated[tuple[MetricName, ...], _Levels] = Field(
+    metric: MetricByLevel = Field(
         default=("commute_time", "geodesic"),
-        description="Distance to be preserved: one name for all levels, or names from the"
-        " coarsest level on, of which the last is repeated.",
+        description="Distance to be preserved: a metric for all levels, or one for each from the"
+        " coarsest on, of which the last is repeated. A metric is its name, or an object of its"
+        " name and its parameters; `GET /v1/structures` lists them.",
+        examples=["geodesic", {"name": "diffusion", "time": 0.02}, ["commute_time", "geodesic"]],
     )
-    descriptor: DescriptorName | Annotated[tuple[DescriptorName, ...], _Levels] = Field(
+    descriptor: DescriptorByLevel = Field(
         default="si_hks",
         description='Local descriptor to be preserved, given like `metric`; "none" switches the'
         " first-order term off.",
+        examples=["none", {"name": "si_hks", "frequencies": 8}, ["si_hks", "hks"]],
     )
     beta: float = Field(
         default=1.0,
@@ -76,13 +78,6 @@ class MatchParameters(BaseModel):
         le=1e9,
         description="Cost of leaving a source point unmatched, gamma of (5); null makes it large"
         " enough that every point is matched.",
-    )
-    diffusion_time: float | None = Field(
-        default=None,
-        gt=0,
-        le=1e6,
-        description="Time t of the diffusion distance (3), in units of area; null for the"
-        " default scale.",
     )
     eigenpairs: int = Field(
         default=100,
@@ -101,6 +96,12 @@ class MatchParameters(BaseModel):
         description='What is minimised: "l2", the energy (5), or "linf", the greatest distortion of'
         " a distance, half of which is the Gromov-Hausdorff distance of the matched samples."
         ' "linf" is solved exactly, on one level: it takes at most 10 points, and matches all.',
+    )
+    normalise: bool = Field(
+        default=True,
+        description="Scale both shapes to unit area first, so that shapes of any size compare. If"
+        " false, distances and the parameters of structures are in the users' unit of length, and"
+        " parameters left out suit the geometric mean of both areas.",
     )
     largest_component: bool = Field(
         default=False,
@@ -125,18 +126,20 @@ class MatchParameters(BaseModel):
         return value
 
     @property
-    def metrics(self) -> tuple[MetricName, ...]:
+    def metrics(self) -> tuple[Choice, ...]:
         """The metrics by level, coarsest first; the last holds for all further levels."""
-        return (self.metric,) if isinstance(self.metric, str) else self.metric
+        given = self.metric if isinstance(self.metric, tuple) else (self.metric,)
+        return tuple(map(metric_choice, given))
 
     @property
-    def descriptors(self) -> tuple[DescriptorName, ...]:
+    def descriptors(self) -> tuple[Choice, ...]:
         """The descriptors by level, coarsest first; the last holds for all further levels."""
-        return (self.descriptor,) if isinstance(self.descriptor, str) else self.descriptor
+        given = self.descriptor if isinstance(self.descriptor, tuple) else (self.descriptor,)
+        return tuple(map(descriptor_choice, given))
 
     @property
     def needs_spectrum(self) -> bool:
         """Whether any level looks at the spectrum of the shapes."""
-        described = any(name != "none" for name in self.descriptors)
-        spectral = any(name != "geodesic" for name in self.metrics)
+        described = any(choice.about.spectral for choice in self.descriptors)
+        spectral = any(choice.about.spectral for choice in self.metrics)
         return spectral or (described and self.first_order_weight > 0)

@@ -1,0 +1,89 @@
+"""Global structures: the metrics d_X, sections 3.2 to 3.4."""
+
+from dataclasses import dataclass
+
+from solver.errors import OptionError
+from solver.structures.choice import Invariance, Parameter, Structure, parameter
+
+DIFFUSION_TIME = 0.01
+"""Default t of (3) on a surface of unit area.
+
+Heat has spread over a distance of 2√t, a fifth of √area: past the size of fingers and holes, so
+that gluing or cutting there changes little, and within that of limbs, so that points on them are
+still told apart. The smallest of 100 terms has decayed to exp(-2 · 4π · 100 · t) ≈ 10⁻¹¹, by
+Weyl's law: what the spectrum leaves out does not count. On 24 shapes of six classes, it ranked
+shapes of the same class first in 96 % of the cases with 6 points and 100 % with 8.
+"""
+
+GREATEST = 1e18
+"""Bound of lengths and areas: nobody's unit is that small."""
+
+
+@dataclass(frozen=True)
+class MetricChoice(Structure):
+    """A metric d_X by its name, with the values of its parameters."""
+
+
+@dataclass(frozen=True)
+class Geodesic(MetricChoice):
+    """Length of the shortest path on the surface, section 3.2."""
+
+    name = "geodesic"
+    invariance = Invariance(bending="yes", topology="no", scale="no")
+
+
+@dataclass(frozen=True)
+class Diffusion(MetricChoice):
+    """Diffusion metric d_{X,t}, equation (3).
+
+    Parameters
+    ----------
+    time
+        t, in the square of the shapes' unit of length; ``None`` for `DIFFUSION_TIME` of their
+        area.
+    """
+
+    name = "diffusion"
+    invariance = Invariance(bending="yes", topology="approx", scale="no")
+    spectral = True
+
+    time: float | None = parameter(Parameter(1.0 / GREATEST, GREATEST, DIFFUSION_TIME, "area"))
+
+
+@dataclass(frozen=True)
+class CommuteTime(MetricChoice):
+    """Commute-time metric δ_X, equation (4)."""
+
+    name = "commute_time"
+    invariance = Invariance(bending="yes", topology="approx", scale="yes")
+    spectral = True
+
+
+@dataclass(frozen=True)
+class Biharmonic(MetricChoice):
+    """Biharmonic metric (Lipman, Rustamov and Funkhouser, ACM TOG 29(3), 2010)."""
+
+    name = "biharmonic"
+    invariance = Invariance(bending="yes", topology="approx", scale="no")
+    spectral = True
+
+
+METRICS: dict[str, type[MetricChoice]] = {
+    kind.name: kind for kind in (Geodesic, Diffusion, CommuteTime, Biharmonic)
+}
+"""The metrics by name."""
+
+
+def metric_choice(given: MetricChoice | str, field: str = "metric") -> MetricChoice:
+    """Return a choice, for a name the one with default parameters.
+
+    Raises
+    ------
+    OptionError
+        There is no such metric; the option is `field`.
+    """
+    if isinstance(given, MetricChoice) and given.name in METRICS:
+        return given
+    if not isinstance(given, str) or given not in METRICS:
+        raise OptionError(field, f"{given!r} is none of {', '.join(METRICS)}")
+    return METRICS[given]()
