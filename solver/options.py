@@ -8,11 +8,8 @@ import numpy as np
 
 from solver.errors import OptionError
 from solver.structures import (
-    CommuteTime,
     DescriptorChoice,
-    Geodesic,
     MetricChoice,
-    ScaleInvariantHeatKernelSignature,
     Structure,
     descriptor_choice,
     metric_choice,
@@ -81,8 +78,8 @@ class MatchOptions:
     level_factor: int = 2
     oversampling: int = 4
     rho: float = 1.5
-    metric: tuple[MetricChoice | str, ...] = (CommuteTime(), Geodesic())
-    descriptor: tuple[DescriptorChoice | str, ...] = (ScaleInvariantHeatKernelSignature(),)
+    metric: tuple[MetricChoice | str, ...] = ("commute_time", "geodesic")
+    descriptor: tuple[DescriptorChoice | str, ...] = ("si_hks",)
     beta: float = 1.0
     first_order_weight: float = 0.05
     occlusion_cost: float | None = None

@@ -13,12 +13,16 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.bijection import MAX_POINTS
-from solver.descriptors import DESCRIPTORS
 from solver.errors import OptionError
-from solver.metrics import METRICS, EmbeddedMetric
-from solver.options import L2, LINF, MIN_POINTS, NO_DESCRIPTOR
-from solver.sampling import FarthestPointSampling, farthest_point_sampling
+from solver.options import L2, LINF, MIN_POINTS
 from solver.shape import Shape
+from solver.structures import (
+    DescriptorChoice,
+    MetricChoice,
+    NoDescriptor,
+    descriptor_choice,
+    metric_choice,
+)
 
 SAMPLINGS = ("geodesic", "commute_time", "biharmonic")
 """Metrics in which points are sampled, each time farthest first."""
@@ -36,17 +40,16 @@ class SimilarityOptions:
     points
         Points N of each shape that are matched, all with all.
     metric
-        Metric d whose distortion is measured.
+        Metric d whose distortion is measured: a choice, or a name for the one with default
+        parameters.
     descriptor
-        Descriptor f of the first-order term; ``"none"``, or a weight of 0, leaves it out.
+        Descriptor f of the first-order term, likewise; ``"none"``, or a weight of 0, leaves it
+        out.
     first_order_weight
         Weight of the first-order term, as for a match.
     objective
         ``"l2"``, the energy (5), or ``"linf"``, the greatest distortion of a distance, which knows
         no first-order term.
-    diffusion_time
-        Time scale t of the diffusion metric (3), in units of the shape's area; ``None`` for the
-        default.
 
     Raises
     ------
@@ -55,32 +58,26 @@ class SimilarityOptions:
     """
 
     points: int = 6
-    metric: str = "commute_time"
-    descriptor: str = "si_hks"
+    metric: MetricChoice | str = "commute_time"
+    descriptor: DescriptorChoice | str = "si_hks"
     first_order_weight: float = 0.0
     objective: str = L2
-    diffusion_time: float | None = None
 
     def __post_init__(self) -> None:
         if not MIN_POINTS <= self.points <= MAX_POINTS:
             raise OptionError("points", f"it must be from {MIN_POINTS} to {MAX_POINTS}")
-        if self.metric not in METRICS:
-            raise OptionError("metric", f"{self.metric!r} is none of {', '.join(METRICS)}")
-        if self.descriptor not in (*DESCRIPTORS, NO_DESCRIPTOR):
-            known = ", ".join((*DESCRIPTORS, NO_DESCRIPTOR))
-            raise OptionError("descriptor", f"{self.descriptor!r} is none of {known}")
+        object.__setattr__(self, "metric", metric_choice(self.metric))
+        object.__setattr__(self, "descriptor", descriptor_choice(self.descriptor))
         if not 0.0 <= self.first_order_weight <= 1e6:
             raise OptionError("first_order_weight", "it must be from 0 to 1e+06")
         if self.objective not in (L2, LINF):
             raise OptionError("objective", f"{self.objective!r} is none of {L2}, {LINF}")
-        if self.diffusion_time is not None and not 0.0 < self.diffusion_time < np.inf:
-            raise OptionError("diffusion_time", "it must be positive and finite, or left out")
 
     @property
     def described(self) -> bool:
         """Whether descriptors are compared."""
         weighed = self.first_order_weight > 0.0 and self.objective == L2
-        return weighed and self.descriptor != NO_DESCRIPTOR
+        return weighed and not isinstance(self.descriptor, NoDescriptor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,24 +152,17 @@ def signature(shape: Shape, options: SimilarityOptions) -> Signature:
     MeshError
         Its structures cannot be computed.
     """
-    vertices = np.stack([_sampling(shape, name, options.points).indices for name in SAMPLINGS])
-    metric = shape.metric(options.metric, options.diffusion_time)
+    vertices = np.stack([shape.sampling(name, options.points).indices for name in SAMPLINGS])
+    chosen = metric_choice(options.metric)
+    metric = shape.metric(chosen)
     distances = np.stack([metric.between(points) for points in vertices])
     if distances.max(axis=(1, 2)).min() < _LEAST_DIAMETER:
-        field = "diffusion_time" if options.metric == "diffusion" else "metric"
+        field = ".".join(["metric", *chosen.parameters()])
         raise OptionError(
-            field, f"the {options.metric} distances of a shape all vanish; choose another value"
+            field, f"the {chosen.name} distances of a shape all vanish; choose another value"
         )
     descriptors = np.zeros((*vertices.shape, 0))
     if options.described:
         found = [shape.descriptor(options.descriptor, points) for points in vertices]
         descriptors = np.stack(found)
     return Signature(vertices, distances, descriptors)
-
-
-def _sampling(shape: Shape, name: str, count: int) -> FarthestPointSampling:
-    if name == "biharmonic":
-        spectrum = shape.spectrum()
-        embedding = spectrum.eigenfunctions[:, 1:] / spectrum.eigenvalues[1:]
-        return farthest_point_sampling(EmbeddedMetric(embedding), count)
-    return shape.sampling(name, count)

@@ -10,6 +10,7 @@ from solver.bijection import MAX_POINTS, Bijections, least_distortions
 from solver.branch_and_bound import m_best_solutions
 from solver.gromov_hausdorff import minimax_correspondence
 from solver.level import Level, SampledStructure
+from solver.structures import Geodesic, HeatKernelSignature
 
 _PAIR = np.array([[0, 1]])
 
@@ -77,7 +78,7 @@ def test_it_agrees_with_the_solvers_of_a_match(n: int) -> None:
         first, second = (
             SampledStructure(np.arange(n), distances[k, 0], descriptors[k, 0]) for k in range(2)
         )
-        level = Level(0, "geodesic", "hks", first, second, 1.0, 0.05, np.inf)
+        level = Level(0, Geodesic(), HeatKernelSignature(), first, second, 1.0, 0.05, np.inf)
         exact = m_best_solutions(level.problem(level.all_candidates()))
         assert exact.proven
         cost, _ = _solve(distances, descriptors, 0.05, False)
