@@ -1,19 +1,9 @@
-"""Local descriptors f_X of a shape's vertices, sections 3.6 and 3.7.
-
-Descriptors are compared by the Euclidean norm. Each one is scaled so that it is without unit and
-that the norm of a difference is a root mean square over its components.
-"""
-
-from typing import Literal, TypeAlias, get_args
+"""Heat kernel signatures, sections 3.6 and 3.7."""
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.spectrum import Spectrum
-
-DescriptorName: TypeAlias = Literal["hks", "si_hks"]
-DESCRIPTORS: tuple[DescriptorName, ...] = get_args(DescriptorName)
-"""Names of the descriptors."""
 
 _TIMES = np.geomspace(np.log(10.0) / (100.0 * np.pi), 1.0, 32)
 """Time scales of the heat kernel signature on a surface of unit area. They begin at 4 ln 10 / λ,
