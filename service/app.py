@@ -19,6 +19,7 @@ from service.openapi import document
 from service.settings import Settings
 from service.shapes import endpoints as shapes
 from service.state import Service, State
+from service.structures import endpoints as structures
 from worker.queue import JobQueue
 from worker.recovery import INTERVAL, recover
 from worker.store import Store
@@ -55,8 +56,8 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
-    for router in (shapes.router, matches.router, jobs.router, health.router):
-        app.include_router(router)
+    for part in (shapes, structures, matches, jobs, health):
+        app.include_router(part.router)
 
     def openapi() -> dict[str, Any]:
         app.openapi_schema = app.openapi_schema or document(app)

@@ -38,10 +38,14 @@ from isomatch._models import (
     Alternative,
     Correspondence,
     Distortion,
+    Invariance,
     JobRecord,
     Level,
     Progress,
     Shape,
+    Structure,
+    StructureParameter,
+    Structures,
 )
 from isomatch._parameters import MatchParameters
 from isomatch._problem import FieldProblem, Problem
@@ -59,6 +63,7 @@ __all__ = [
     "FieldProblem",
     "Gone",
     "InvalidRequest",
+    "Invariance",
     "IsomatchError",
     "Job",
     "JobCancelled",
@@ -75,6 +80,9 @@ __all__ = [
     "ServiceError",
     "ServiceUnavailable",
     "Shape",
+    "Structure",
+    "StructureParameter",
+    "Structures",
     "TooLarge",
     "TooManyRequests",
     "UnexpectedResponse",

@@ -10,7 +10,7 @@ import httpx2
 from isomatch import _operations as operations
 from isomatch._job import Job
 from isomatch._meshes import MeshSource
-from isomatch._models import JobState, Shape
+from isomatch._models import JobState, Shape, Structures
 from isomatch._parameters import MatchParameters
 from isomatch._transport import BlockingTransport
 
@@ -147,6 +147,10 @@ class Client:
             There is none with this id.
         """
         self._transport.run(operations.delete_shape(_id(shape)))
+
+    def structures(self) -> Structures:
+        """Return the metrics and descriptors that can be chosen, and their parameters."""
+        return self._transport.run(operations.list_structures())
 
     def match(
         self, source: Shape | str, target: Shape | str, **parameters: Unpack[MatchParameters]

@@ -12,7 +12,7 @@ from isomatch._errors import JobCancelled, JobFailed, UnexpectedResponse, WaitTi
 from isomatch._exchange import Call, Json, Operation, Pause, parsed, send, unexpected
 from isomatch._match import Match
 from isomatch._meshes import MeshSource, mesh_file
-from isomatch._models import JobRecord, JobState, Page, Shape
+from isomatch._models import JobRecord, JobState, Page, Shape, Structures
 from isomatch._parameters import MatchParameters, check_names
 
 LONG_POLL: Final = 20.0
@@ -63,6 +63,11 @@ def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
 def delete_shape(shape_id: str) -> Operation[None]:
     """Delete a shape."""
     yield from send(Call("DELETE", _path("shapes", shape_id)))
+
+
+def list_structures() -> Operation[Structures]:
+    """Ask what can be compared of shapes."""
+    return parsed(Structures, (yield from send(Call("GET", "/v1/structures"))))
 
 
 def start_match(source: str, target: str, parameters: MatchParameters) -> Operation[JobRecord]:

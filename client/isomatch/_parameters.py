@@ -1,5 +1,6 @@
 """The parameters of a match: one list for the SDK, the command line and the answers."""
 
+from contextlib import suppress
 from typing import Any, Final, TypeAlias
 
 # Pydantic reads a TypedDict of the standard library only from Python 3.12 on.
@@ -100,3 +101,40 @@ def check_names(parameters: MatchParameters) -> None:
             f"match() got unexpected parameter {', '.join(map(repr, unknown))}; "
             f"it takes {', '.join(sorted(PARAMETER_NAMES))}"
         )
+
+
+def structure_choice(text: str) -> StructureChoice:
+    """Return the structure that a line of text names, as in ``hks:times=0.1,1``.
+
+    Parameters
+    ----------
+    text
+        A name, and after colons its parameters; several values of one are separated by commas.
+
+    Raises
+    ------
+    ValueError
+        A parameter has no value.
+    """
+    name, *given = text.split(":")
+    parameters: dict[str, Any] = {}
+    for one in given:
+        key, separator, value = one.partition("=")
+        if not (key and separator and value):
+            raise ValueError(f"{one!r} in {text!r} is not of the form parameter=value")
+        parameters[key] = _values(value)
+    return {"name": name, **parameters} if parameters else name
+
+
+def _values(text: str) -> Any:
+    if "," in text:
+        return [_number(part) for part in text.split(",") if part]
+    return _number(text)
+
+
+def _number(text: str) -> int | float | str:
+    # What is no number is left to the service, which says what it should be.
+    for kind in (int, float):
+        with suppress(ValueError):
+            return kind(text)
+    return text

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from isomatch._job import Job
 from isomatch._match import Match
-from isomatch._models import Shape
+from isomatch._models import Shape, Structure, StructureParameter, Structures
 
 FILE_WIDTH = 120
 """Columns of what is not printed on a terminal."""
@@ -83,6 +83,40 @@ def print_shapes(shapes: Iterable[Shape], console: Console) -> None:
             Text(shape.name),
         )
     console.print(table)
+
+
+def print_structures(structures: Structures, console: Console) -> None:
+    """Print what can be chosen, one in a row, metrics and descriptors apart."""
+    _print_kind("metric", structures.metrics, console)
+    _print_kind("descriptor", structures.descriptors, console)
+    console.print(
+        Text("Not normalised, structures are invariant as said. A parameter is given as in"),
+        Text("diffusion:time=0.02; lengths and areas are in those of a surface of area 1."),
+    )
+
+
+def _print_kind(kind: str, structures: Iterable[Structure], console: Console) -> None:
+    table = _listing(kind, "bending", "topology", "scale")
+    table.add_column("parameters", overflow="fold")
+    table.add_column("", overflow="fold")
+    for structure in structures:
+        invariance = structure.invariance
+        table.add_row(
+            structure.name,
+            invariance.bending,
+            invariance.topology,
+            invariance.scale,
+            Text("\n".join(map(_parameter, structure.parameters))),
+            Text(structure.description),
+        )
+    console.print(table)
+
+
+def _parameter(parameter: StructureParameter) -> str:
+    value = parameter.default
+    default = f"{value[0]:.2g},...,{value[-1]:.2g}" if isinstance(value, tuple) else f"{value:g}"
+    unit = f" ({parameter.unit})" if parameter.unit else ""
+    return f"{parameter.name}={default}{unit}"
 
 
 def print_jobs(jobs: Iterable[Job], console: Console) -> None:

@@ -15,7 +15,7 @@ from isomatch._client import DEFAULT_URL, URL_VARIABLE, Client
 from isomatch._errors import ConnectionFailed, IsomatchError
 from isomatch._job import Job
 from isomatch._models import JobState
-from isomatch._parameters import MatchParameters
+from isomatch._parameters import MatchParameters, StructureChoice, structure_choice
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
@@ -83,6 +83,13 @@ def _leave(message: str) -> None:
     raise typer.Exit(1) from None
 
 
+def _structures(given: list[str] | None) -> list[StructureChoice]:
+    try:
+        return [structure_choice(text) for text in given or ()]
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
 def _finish(job: Job, as_json: bool, output: Path | None, picture: Path | None) -> None:
     result = job.result(progress=True)
     if output is not None:
@@ -102,11 +109,11 @@ def match(
     points: Annotated[int | None, typer.Option(help="Points matched at the finest level.")] = None,
     metric: Annotated[
         list[str] | None,
-        typer.Option(help="geodesic, diffusion or commute_time; once for each level, coarsest on."),
+        typer.Option(help="A metric, as in diffusion:time=0.02; once for each level, coarsest on."),
     ] = None,
     descriptor: Annotated[
         list[str] | None,
-        typer.Option(help="hks, si_hks or none; once for each level, coarsest on."),
+        typer.Option(help="A descriptor, likewise; `isomatch structures` lists what there is."),
     ] = None,
     coarse_points: Annotated[
         int | None, typer.Option(help="Points of the coarsest level, solved to optimality.")
@@ -160,8 +167,8 @@ def match(
         "level_factor": level_factor,
         "oversampling": oversampling,
         "rho": rho,
-        "metric": metric,
-        "descriptor": descriptor,
+        "metric": _structures(metric),
+        "descriptor": _structures(descriptor),
         "beta": beta,
         "first_order_weight": first_order_weight,
         "occlusion_cost": occlusion_cost,
@@ -219,6 +226,17 @@ def upload(
             for shape in shapes:
                 warnings = [f"{shape.name}: {text}" for text in shape.warnings]
                 render.print_warnings(warnings, Console(stderr=True))
+
+
+@app.command()
+def structures(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
+    """List the metrics and descriptors that can be chosen."""
+    with _connected(url) as client:
+        found = client.structures()
+        if as_json:
+            typer.echo(found.model_dump_json())
+        else:
+            render.print_structures(found, render.standard_output())
 
 
 @app.command()

@@ -110,6 +110,8 @@ class Structure:
     invariance: ClassVar[Invariance]
     spectral: ClassVar[bool] = False
     """Whether it is made of Laplace-Beltrami eigenpairs."""
+    colored: ClassVar[bool] = False
+    """Whether it needs vertex colours."""
 
     def __post_init__(self) -> None:
         for name, known in self.parameters().items():

@@ -72,6 +72,21 @@ def test_the_small_commands(url: str, blobs: tuple[Path, Path]) -> None:
     assert f"job {job.id} is succeeded" in run("cancel", job.id, url=url).stderr
 
 
+def test_structures_are_listed_and_chosen(url: str, blobs: tuple[Path, Path]) -> None:
+    table = run("structures", url=url)
+    assert table.returncode == 0, table.stderr
+    assert "commute_time" in table.stdout
+    assert "time=0.01 (area)" in table.stdout
+    listed = json.loads(run("structures", "--json", url=url).stdout)
+    assert "diffusion" in {metric["name"] for metric in listed["metrics"]}
+    options = ["--metric", "diffusion:time=0.02", "--descriptor", "hks:times=0.1,1", "--json"]
+    done = run("match", *blobs, *QUICK, *options, "--no-normalise", url=url)
+    parameters = json.loads(done.stdout)["parameters"]
+    assert parameters["metric"] == [{"name": "diffusion", "time": 0.02}]
+    assert parameters["descriptor"] == [{"name": "hks", "times": [0.1, 1.0]}]
+    assert parameters["normalise"] is False
+
+
 def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     text = tmp_path / "letter.off"
     text.write_text("Dear reader,\n")
@@ -79,6 +94,7 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
         ["match", blobs[0], text],
         ["match", *blobs, "--points", "2"],
         ["match", *blobs, "--metric", "euclidean"],
+        ["match", *blobs, "--metric", "diffusion:time=soon"],
         ["result", "nothing"],
         ["match", *blobs, *QUICK, "-o", tmp_path / "no" / "such" / "folder.json"],
     ]
@@ -91,7 +107,13 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
 
 
 def test_wrong_usage(url: str, tmp_path: Path) -> None:
-    for command in (["match"], ["match", tmp_path / "a.off", tmp_path / "b.off"], ["frobnicate"]):
+    odd = ["match", __file__, __file__, "--metric", "diffusion:time"]
+    for command in (
+        ["match"],
+        odd,
+        ["match", tmp_path / "a.off", tmp_path / "b.off"],
+        ["frobnicate"],
+    ):
         done = run(*command, url=url)
         assert (done.returncode, done.stdout) == (2, "")
     assert run("--help", url=url).returncode == 0

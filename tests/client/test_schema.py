@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
-from isomatch import Match, MatchParameters, Problem, Shape
+from isomatch import Match, MatchParameters, Problem, Shape, Structures
 from isomatch._models import JobRecord, Page
 from isomatch._parameters import StructureChoice
 from pydantic import BaseModel
@@ -88,6 +88,7 @@ ANSWERS: list[tuple[str, type[BaseModel], str, str, str]] = [
     ("known shape", Shape, "post", "/v1/shapes", "200"),
     ("shape", Shape, "get", "/v1/shapes/{}", "200"),
     ("shapes", Page[Shape], "get", "/v1/shapes", "200"),
+    ("structures", Structures, "get", "/v1/structures", "200"),
     ("queued match", JobRecord, "post", "/v1/matches", "202"),
     ("job", JobRecord, "get", "/v1/jobs/{}", "200"),
     ("cancelled job", JobRecord, "delete", "/v1/jobs/{}", "200"),

@@ -3,6 +3,7 @@
 Nothing here imports numerics: the API process reads these models and computes nothing.
 """
 
+from worker.contracts.catalogue import Structures, catalogue
 from worker.contracts.descriptors import DescriptorName
 from worker.contracts.jobs import (
     JobKind,
@@ -51,7 +52,9 @@ __all__ = [
     "ShapeRecord",
     "SpectrumKey",
     "SpectrumPayload",
+    "Structures",
     "ValidationPayload",
+    "catalogue",
     "file_type_of",
     "shape_id",
 ]

@@ -1,0 +1,1 @@
+"""Structures: what can be compared of shapes."""

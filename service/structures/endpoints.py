@@ -1,0 +1,14 @@
+"""``/v1/structures``."""
+
+from fastapi import APIRouter
+
+from service.problems import responses
+from worker.contracts import Structures, catalogue
+
+router = APIRouter(prefix="/v1/structures", tags=["structures"])
+
+
+@router.get("", responses=responses(), operation_id="list_structures")
+def list_structures() -> Structures:
+    """List the metrics and descriptors that can be chosen, with invariances and parameters."""
+    return catalogue()
