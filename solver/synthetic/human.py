@@ -52,6 +52,11 @@ class HumanProportions:
 ASYMMETRIC_HUMAN = HumanProportions(left_arm=1.3, left_leg=0.8, left_hand=1.5)
 """One long arm with a heavy hand and one short leg: no intrinsic symmetry is left."""
 
+ALIEN = HumanProportions(
+    head=2.2, arm=1.45, leg=0.75, torso=0.8, shoulders=0.8, girth=0.6, limbs=0.6
+)
+"""A humanoid outside the range of humans: a great head on a thin body with long arms."""
+
 
 def human_figure(proportions: HumanProportions) -> Figure:
     """Joints and flesh of a human in the rest pose.
