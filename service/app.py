@@ -16,6 +16,7 @@ from service.jobs import endpoints as jobs
 from service.matches import endpoints as matches
 from service.middleware import BodyLimit, RequestContext
 from service.openapi import document
+from service.security import Authentication
 from service.settings import Settings
 from service.shapes import endpoints as shapes
 from service.state import Service, State
@@ -48,6 +49,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         redirect_slashes=False,
     )
     problems.install(app)
+    app.add_middleware(Authentication, keys=settings.api_keys)
     app.add_middleware(
         BodyLimit,
         limit=BODY_LIMIT,

@@ -5,6 +5,7 @@
     ApiProblem
     ├── InvalidRequest              422  a field of the request has no meaning; `errors` says which
     ├── BadRequest                  400  the request cannot be understood at all
+    ├── Unauthorized                401  no API key came with the request, or none of ours
     ├── NotFound                    404  there is nothing at this address
     │   ├── ShapeNotFound
     │   └── JobNotFound
@@ -13,12 +14,14 @@
     ├── ResultNotReady              409  the job has not ended
     ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
     ├── UploadCancelled             409  the validation of the upload was cancelled
+    ├── IdempotencyKeyReused        409  the key came with another request before
     ├── ResultExpired               410  the result is no longer kept
     ├── ShapeDeleted                410  a shape was deleted meanwhile
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
     ├── UnknownShape                422  a match names a shape that does not exist
     ├── UnusableMesh                422  the file is not a usable mesh
+    ├── TooManyJobs                 429  the caller has as many jobs queued as it may have
     ├── InternalError               500  our fault
     ├── StoreAway                   503  Redis cannot be reached
     ├── PictureNotReady             503  the picture takes longer to draw than a call may take
@@ -35,6 +38,7 @@ from starlette.exceptions import HTTPException
 
 from service.requests import MOST_FIELDS, field_problems, no_json, unreadable
 from worker.contracts import FieldProblem, Problem
+from worker.store import KeyReused, TooManyQueued
 from worker.telemetry import logger
 
 MEDIA_TYPE = "application/problem+json"
@@ -56,6 +60,8 @@ class ApiProblem(Exception):  # noqa: N818 - a problem is what HTTP calls it
     status: ClassVar[int] = 500
     slug: ClassVar[str] = "internal-error"
     title: ClassVar[str] = "Internal error"
+    headers: ClassVar[dict[str, str]] = {}
+    """Headers of the answer, besides those every answer has."""
 
     def __init__(self, detail: str, errors: tuple[FieldProblem, ...] = ()) -> None:
         super().__init__(detail)
@@ -79,6 +85,13 @@ class BadRequest(ApiProblem):
     """The request cannot be understood at all."""
 
     status, slug, title = 400, "bad-request", "Bad request"
+
+
+class Unauthorized(ApiProblem):
+    """No API key came with the request, or none that this service knows."""
+
+    status, slug, title = 401, "unauthorized", "API key needed"
+    headers: ClassVar[dict[str, str]] = {"WWW-Authenticate": 'Bearer realm="isomatch"'}
 
 
 class NotFound(ApiProblem):
@@ -129,6 +142,12 @@ class UploadCancelled(ApiProblem):
     status, slug, title = 409, "upload-cancelled", "Upload cancelled"
 
 
+class IdempotencyKeyReused(ApiProblem):
+    """The idempotency key came with another request before."""
+
+    status, slug, title = 409, "idempotency-key-reused", "Idempotency key reused"
+
+
 class ResultExpired(ApiProblem):
     """The result is no longer kept."""
 
@@ -163,6 +182,13 @@ class UnusableMesh(ApiProblem):
     """The file is not a usable mesh."""
 
     status, slug, title = 422, "unusable-mesh", "Not a usable mesh"
+
+
+class TooManyJobs(ApiProblem):
+    """The caller has as many jobs queued as it may have."""
+
+    status, slug, title = 429, "too-many-jobs", "Too many jobs"
+    headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}
 
 
 class InternalError(ApiProblem):
@@ -236,11 +262,26 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(RedisError, _store_away)
+    app.add_exception_handler(KeyReused, _key_reused)
+    app.add_exception_handler(TooManyQueued, _too_many)
 
 
 def _refused(request: Request, error: Exception) -> Response:
     assert isinstance(error, ApiProblem)
-    return response(error.problem(request.url.path))
+    return response(error.problem(request.url.path), dict(error.headers))
+
+
+def _key_reused(request: Request, error: Exception) -> Response:
+    detail = "This Idempotency-Key came with another request before; make a new one for this."
+    return _refused(request, IdempotencyKeyReused(detail))
+
+
+def _too_many(request: Request, error: Exception) -> Response:
+    assert isinstance(error, TooManyQueued)
+    detail = (
+        f"There are {error.limit} of your jobs in the queue already; wait until some have begun."
+    )
+    return _refused(request, TooManyJobs(detail))
 
 
 def _invalid(request: Request, error: Exception) -> Response:

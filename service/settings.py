@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pydantic import Field
 
+from service.security import ApiKeys
 from worker.environment import FROM_ENVIRONMENT, LogLevel
 from worker.queue import QueueSettings
 from worker.store import StoreSettings
@@ -42,6 +43,25 @@ class Settings(StoreSettings, QueueSettings):
     )
     redis_patience: float = Field(
         default=2.0, ge=0, description="Seconds a request waits while Redis is away."
+    )
+    api_keys: ApiKeys = Field(
+        default=(),
+        repr=False,
+        description="Who may call, as NAME:KEY or NAME:sha256:DIGEST, separated by commas; none:"
+        " everybody.",
+    )
+    idempotency_ttl: int = Field(
+        default=86400, ge=1, description="Seconds an Idempotency-Key is remembered."
+    )
+    events_lifetime: float = Field(
+        default=300.0,
+        gt=0,
+        description="Seconds after which a stream of events ends; clients come back by themselves.",
+    )
+    events_heartbeat: float = Field(
+        default=15.0,
+        gt=0,
+        description="Seconds of silence after which a stream of events says that it is there.",
     )
     log_level: LogLevel = Field(default="INFO", description="Lowest level that is logged.")
 

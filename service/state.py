@@ -88,5 +88,11 @@ def _request_id(request: Request) -> str:
     return cast(str, request.state.request_id)
 
 
+def _caller(request: Request) -> str | None:
+    return cast("str | None", getattr(request.state, "caller", None))
+
+
 ServiceOf = Annotated[Service, Depends(_service)]
 RequestId = Annotated[str, Depends(_request_id)]
+Caller = Annotated[str | None, Depends(_caller)]
+"""Name of the key that a request came with; None where no keys are asked for."""

@@ -22,6 +22,8 @@ from worker.contracts import (
     JobKind,
     JobRecord,
     MatchPayload,
+    Once,
+    Order,
     Payload,
     SpectrumKey,
     SpectrumPayload,
@@ -29,6 +31,7 @@ from worker.contracts import (
 )
 from worker.environment import FROM_ENVIRONMENT
 from worker.store import Store
+from worker.store.jobs import LISTED_KINDS
 
 INTERACTIVE: Final = "interactive"
 STRUCTURES: Final = "structures"
@@ -50,7 +53,7 @@ _RQ_RETRIES: Final = 10
 
 
 class QueueSettings(BaseSettings):
-    """How long jobs may take; from ``ISOMATCH_*``."""
+    """How many jobs there may be and how long they may take; from ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT
 
@@ -60,6 +63,9 @@ class QueueSettings(BaseSettings):
     interactive_timeout: int = Field(
         default=300, ge=1, description="Seconds a validation or a picture may take."
     )
+    max_queued_jobs: int = Field(
+        default=1000, ge=0, description="Jobs a caller may have queued at a time; 0 for any number."
+    )
 
     def timeout(self, kind: JobKind) -> int:
         """Seconds a job of this kind may take."""
@@ -67,10 +73,26 @@ class QueueSettings(BaseSettings):
         return self.interactive_timeout if interactive else self.job_timeout
 
 
-def new_job(payload: Payload, request_id: str | None = None) -> JobRecord:
-    """Return the record of a new job."""
+UNASKED: Final = Order()
+"""How a job comes about that no request asked for."""
+
+
+def new_job(payload: Payload, order: Order = UNASKED) -> JobRecord:
+    """Return the record of a new job.
+
+    Parameters
+    ----------
+    payload
+        What it is to do.
+    order
+        How it was asked for.
+    """
     return JobRecord(
-        id=uuid4().hex, payload=payload, created=datetime.now(UTC), request_id=request_id
+        id=uuid4().hex,
+        payload=payload,
+        created=datetime.now(UTC),
+        request_id=order.request_id,
+        caller=order.caller,
     )
 
 
@@ -89,17 +111,54 @@ class JobQueue:
     store: Store
     settings: QueueSettings
 
-    def submit(self, record: JobRecord) -> JobRecord:
-        """Store a new job and queue it, both or neither."""
+    def submit(self, record: JobRecord, once: Once | None = None) -> JobRecord:
+        """Store a new job and queue it, both or neither.
+
+        Parameters
+        ----------
+        record
+            The job.
+        once
+            How the request is known; the job of an equal one before it is returned instead.
+
+        Raises
+        ------
+        KeyReused
+            The idempotency key came with another request.
+        TooManyQueued
+            The caller has as many jobs queued as it may have.
+        """
         with self.store.client.pipeline() as pipe:
-            # RQ begins the transaction itself, which must be empty then.
-            self.enqueue(record, pipe)
-            self.store.jobs.create(record, pipe)
-            pipe.execute()
-        return record
+            while True:
+                known = self._known(once, pipe)
+                if known is not None:
+                    self.store.orders.dismiss(record.caller, record.id)
+                    return known
+                self._admit(record)
+                try:
+                    # RQ begins the transaction itself, which must be empty then.
+                    self.enqueue(record, pipe)
+                    self.store.jobs.create(record, pipe)
+                    if once is not None:
+                        self.store.orders.note(once, record.id, pipe)
+                    pipe.execute()
+                except WatchError:
+                    # An equal request came in between.
+                    continue
+                return record
+
+    def asked_before(self, order: Order) -> JobRecord | None:
+        """Return the job that an equal request with the same key made, if there was one.
+
+        Raises
+        ------
+        KeyReused
+            The idempotency key came with another request.
+        """
+        return self._known(order.once)
 
     def submit_validation(
-        self, payload: ValidationPayload, data: bytes, request_id: str | None = None
+        self, payload: ValidationPayload, data: bytes, order: Order = UNASKED
     ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
@@ -109,15 +168,15 @@ class JobQueue:
             What is known of the upload.
         data
             Its bytes.
-        request_id
-            Name of the request that brought it.
+        order
+            How it came.
 
         Returns
         -------
         str
             The job that validates it.
         """
-        record = new_job(payload, request_id)
+        record = new_job(payload, order)
         shapes = self.store.shapes
         with self.store.client.pipeline() as pipe:
             while True:
@@ -135,12 +194,20 @@ class JobQueue:
                     continue
                 return record.id
 
-    def submit_match(self, payload: MatchPayload, request_id: str | None) -> JobRecord:
-        """Queue a match, and before it the spectra it needs that nobody has or computes yet."""
+    def submit_match(self, payload: MatchPayload, order: Order = UNASKED) -> JobRecord:
+        """Queue a match, and before it the spectra it needs that nobody has or computes yet.
+
+        Raises
+        ------
+        KeyReused, TooManyQueued
+            As by :meth:`submit`.
+        """
+        record = new_job(payload, order)
+        self._admit(record)
         if payload.parameters.needs_spectrum:
             for shape in dict.fromkeys((payload.source, payload.target)):
-                self._submit_spectrum(shape, payload, request_id)
-        return self.submit(new_job(payload, request_id))
+                self._submit_spectrum(shape, payload, order)
+        return self.submit(record, order.once)
 
     def enqueue(self, record: JobRecord, pipe: Pipeline | None = None) -> None:
         """Hand a job that has a record to RQ, as part of a transaction if one is given."""
@@ -191,7 +258,16 @@ class JobQueue:
             bool(client.exists(name)) and not client.hexists(name, "death") for name in names
         )
 
-    def _submit_spectrum(self, shape: str, match: MatchPayload, request_id: str | None) -> None:
+    def _admit(self, record: JobRecord) -> None:
+        if record.kind in LISTED_KINDS:
+            limit = self.settings.max_queued_jobs
+            self.store.orders.admit(record.caller, record.id, limit)
+
+    def _known(self, once: Once | None, pipe: Pipeline | None = None) -> JobRecord | None:
+        job_id = None if once is None else self.store.orders.job_of(once, pipe)
+        return None if job_id is None else self.store.jobs.get(job_id)
+
+    def _submit_spectrum(self, shape: str, match: MatchPayload, order: Order) -> None:
         record = self.store.shapes.get(shape)
         if record is None:
             return
@@ -206,7 +282,7 @@ class JobQueue:
                 eigenpairs=key.eigenpairs,
                 largest_component=key.largest_component,
             ),
-            request_id,
+            order,
         )
         if not spectra.has(key) and spectra.order(key, job.id, self.settings.job_timeout):
             self.submit(job)

@@ -181,6 +181,7 @@ class JobRecord(Answer):
     ended: datetime | None
     position: int | None
     error: Problem | None
+    caller: str | None
 
     @property
     def finished(self) -> bool:

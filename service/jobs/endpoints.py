@@ -4,8 +4,10 @@ import gzip
 from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Path, Query, Request, Response
+from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
+from service.jobs.events import event_id, events, present_job
 from service.jobs.schemas import Job, JobPage
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
@@ -19,8 +21,8 @@ from service.problems import (
     ShapeDeleted,
     responses,
 )
-from service.state import RequestId, Service, ServiceOf
-from worker.contracts import JobKind, JobRecord, JobState, MatchResult, PicturePayload
+from service.state import Caller, RequestId, Service, ServiceOf
+from worker.contracts import JobKind, JobRecord, JobState, MatchResult, Order, PicturePayload
 from worker.queue import new_job
 
 LONGEST_WAIT: Final = 60.0
@@ -39,6 +41,12 @@ Wait = Annotated[
         description="Seconds to hold the answer back until the job has ended.",
     ),
 ]
+_EVENTS: Final = {
+    "text/event-stream": {
+        "schema": {"type": "string"},
+        "example": 'event: job\ndata: {"id": "5f0c…", "state": "succeeded", …}\nid: 9d1f…\n\n',
+    }
+}
 _RESULT_ERRORS: Final = responses(
     JobNotFound, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
 )
@@ -64,6 +72,43 @@ async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wai
     """Show a job, at once or as soon as it has ended but at most `wait` seconds later."""
     record = await service.wait_for(job_id, wait, request)
     return await run_in_threadpool(Job.of, _existing(record, job_id), service.queue)
+
+
+@router.get(
+    "/{job_id}/events",
+    response_class=StreamingResponse,
+    responses={
+        200: {"description": "Events named `job`, whose data is the job", "content": _EVENTS},
+        204: {"description": "The client has been told how the job ended; it need not come back"},
+        **responses(JobNotFound, InvalidRequest),
+    },
+    operation_id="follow_job",
+)
+async def follow_job(
+    job_id: JobId,
+    service: ServiceOf,
+    last_event_id: Annotated[
+        str | None,
+        Header(
+            alias="Last-Event-ID",
+            description="Id of the last event that came in; what it told is not told again.",
+        ),
+    ] = None,
+) -> Response:
+    """Follow a job by server-sent events: as it is now, and at each change until it has ended.
+
+    A stream ends with the job, or after some minutes; clients such as the browsers' `EventSource`
+    then come back by themselves.
+    """
+    job = await run_in_threadpool(present_job, service, job_id)
+    if job is None:
+        raise _unknown(job_id)
+    if job.state.ended and event_id(job) == last_event_id:
+        return Response(status_code=204)
+    # Proxies pass each event on as it comes.
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+    stream = events(service, job, last_event_id)
+    return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
 
 
 @router.delete(
@@ -116,13 +161,14 @@ def get_result(
     operation_id="get_picture",
 )
 async def get_picture(
-    job_id: JobId, service: ServiceOf, request_id: RequestId, request: Request
+    job_id: JobId, service: ServiceOf, request_id: RequestId, caller: Caller, request: Request
 ) -> Response:
     """Draw the result of a match: both shapes, with corresponding points in the same colour."""
     picture = await run_in_threadpool(service.store.jobs.picture, job_id)
     if picture is None:
         await run_in_threadpool(_packed_result, service, job_id)
-        drawing = await run_in_threadpool(_submit_picture, service, job_id, request_id)
+        order = Order(request_id, caller)
+        drawing = await run_in_threadpool(_submit_picture, service, job_id, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
         picture = await run_in_threadpool(service.store.jobs.picture, job_id)
         if picture is None:
@@ -132,8 +178,8 @@ async def get_picture(
     return Response(picture, media_type="image/png")
 
 
-def _submit_picture(service: Service, match_id: str, request_id: str) -> str:
-    job = new_job(PicturePayload(match=match_id), request_id)
+def _submit_picture(service: Service, match_id: str, order: Order) -> str:
+    job = new_job(PicturePayload(match=match_id), order)
     holder = service.store.jobs.picture_job(match_id, job.id)
     if holder == job.id:
         service.queue.submit(job)
@@ -161,5 +207,9 @@ def _packed_result(service: Service, job_id: str) -> bytes:
 
 def _existing(record: JobRecord | None, job_id: str) -> JobRecord:
     if record is None:
-        raise JobNotFound(f"There is no job {job_id}, or no longer.")
+        raise _unknown(job_id)
     return record
+
+
+def _unknown(job_id: str) -> JobNotFound:
+    return JobNotFound(f"There is no job {job_id}, or no longer.")

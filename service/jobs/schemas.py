@@ -15,6 +15,7 @@ class JobLinks(BaseModel):
     model_config = ConfigDict(frozen=True)
 
     self: str = Field(description="The job.")
+    events: str = Field(description="The job as it changes, as server-sent events.")
     result: str | None = Field(description="Its result, for kinds that have one.")
     picture: str | None = Field(description="Its result as a picture.")
 
@@ -36,8 +37,10 @@ class Job(BaseModel):
                     "ended": None,
                     "position": None,
                     "error": None,
+                    "caller": None,
                     "links": {
                         "self": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                        "events": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/events",
                         "result": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result",
                         "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
                     },
@@ -59,6 +62,9 @@ class Job(BaseModel):
         description="How many jobs will be begun before this one; null once it has begun."
     )
     error: Problem | None = Field(description="Why it failed.")
+    caller: str | None = Field(
+        description="Name of the API key it was asked for with; null where none is needed."
+    )
     links: JobLinks
 
     @classmethod
@@ -77,8 +83,10 @@ class Job(BaseModel):
             ended=record.ended,
             position=queue.position(record) if record.state is JobState.QUEUED else None,
             error=None if error is None else error.model_copy(update={"instance": path}),
+            caller=record.caller,
             links=JobLinks(
                 self=path,
+                events=f"{path}/events",
                 result=f"{path}/result" if has_result else None,
                 picture=f"{path}/result.png" if has_result else None,
             ),

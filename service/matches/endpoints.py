@@ -4,15 +4,18 @@ from fastapi import APIRouter, Response
 
 from service.jobs.schemas import Job
 from service.matches.schemas import MatchRequest
+from service.orders import ACCEPTED, JobOrder, accepted
 from service.problems import (
     BadRequest,
     BodyStalled,
+    IdempotencyKeyReused,
     InvalidRequest,
+    TooManyJobs,
     UnknownShape,
     UploadTooLarge,
     responses,
 )
-from service.state import RequestId, ServiceOf
+from service.state import Service, ServiceOf
 from worker.contracts import FieldProblem, MatchPayload
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
@@ -22,18 +25,30 @@ router = APIRouter(prefix="/v1/matches", tags=["matches"])
     "",
     status_code=202,
     responses={
-        202: {
-            "description": "The job that matches them",
-            "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
-        },
-        **responses(InvalidRequest, UnknownShape, BadRequest, UploadTooLarge, BodyStalled),
+        202: ACCEPTED,
+        **responses(
+            InvalidRequest,
+            UnknownShape,
+            BadRequest,
+            UploadTooLarge,
+            BodyStalled,
+            IdempotencyKeyReused,
+            TooManyJobs,
+        ),
     },
     operation_id="create_match",
 )
 def create_match(
-    asked: MatchRequest, service: ServiceOf, request_id: RequestId, response: Response
+    asked: MatchRequest, service: ServiceOf, order: JobOrder, response: Response
 ) -> Job:
     """Match two shapes: find the correspondence of least distortion between samples of them."""
+    record = service.queue.asked_before(order)
+    if record is None:
+        record = service.queue.submit_match(_payload(asked, service), order)
+    return accepted(record, service, response)
+
+
+def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
     unknown = tuple(
         FieldProblem(field=f"body.{field}", message=f"there is no shape {shape}")
         for field, shape in (("source", asked.source), ("target", asked.target))
@@ -41,8 +56,4 @@ def create_match(
     )
     if unknown:
         raise UnknownShape("Upload the shapes first; `errors` says which is unknown.", unknown)
-    payload = MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())
-    record = service.queue.submit_match(payload, request_id)
-    job = Job.of(record, service.queue)
-    response.headers["Location"] = job.links.self
-    return job
+    return MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())

@@ -6,6 +6,8 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from service.problems import Unauthorized, responses
+from service.security import PROTECTED
 from worker.contracts import Problem
 
 DESCRIPTION = """\
@@ -38,8 +40,25 @@ def document(app: FastAPI) -> dict[str, Any]:
     components |= problem.pop("$defs", {})
     components["Problem"] = problem
     _mark_files(components)
+    _say_who_may_call(schema)
     schema["components"]["schemas"] = dict(sorted(components.items()))
     return schema
+
+
+def _say_who_may_call(schema: dict[str, Any]) -> None:
+    schema["components"]["securitySchemes"] = {
+        "apiKey": {
+            "type": "http",
+            "scheme": "bearer",
+            "description": "An API key, where the service is set up with `ISOMATCH_API_KEYS`.",
+        }
+    }
+    for path, calls in schema["paths"].items():
+        if path.startswith(PROTECTED + "/"):
+            for call in calls.values():
+                call["security"] = [{"apiKey": []}, {}]
+                refused = responses(Unauthorized)[Unauthorized.status]
+                call["responses"][str(Unauthorized.status)] = refused
 
 
 def _mark_files(node: Any) -> None:

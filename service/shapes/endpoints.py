@@ -7,10 +7,12 @@ from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
 from service.jobs.schemas import Job
+from service.orders import IdempotencyKey
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
     BadRequest,
     BodyStalled,
+    IdempotencyKeyReused,
     InvalidRequest,
     Reported,
     ShapeDeleted,
@@ -23,11 +25,13 @@ from service.problems import (
 )
 from service.shapes.names import LONGEST, base_name, showable
 from service.shapes.schemas import Shape, ShapePage
-from service.state import RequestId, Service, ServiceOf
+from service.state import Caller, RequestId, Service, ServiceOf
 from worker.contracts import (
     MESH_FORMATS,
     JobRecord,
     JobState,
+    Once,
+    Order,
     ShapeRecord,
     ValidationPayload,
     file_type_of,
@@ -64,6 +68,7 @@ _VALIDATING: Final[dict[str, Any]] = {
             UnsupportedFormat,
             BadRequest,
             BodyStalled,
+            IdempotencyKeyReused,
             UploadCancelled,
             ShapeDeleted,
         ),
@@ -74,6 +79,7 @@ async def upload_shape(
     service: ServiceOf,
     request: Request,
     request_id: RequestId,
+    caller: Caller,
     file: Annotated[
         UploadFile,
         File(description=f"A mesh; its name ends in one of {', '.join(MESH_FORMATS)}."),
@@ -82,11 +88,13 @@ async def upload_shape(
         Annotated[str, AfterValidator(showable)] | None,
         Form(min_length=1, max_length=LONGEST, description="A name; default: that of the file."),
     ] = None,
+    key: IdempotencyKey = None,
 ) -> Response:
     """Upload a mesh.
 
     It is read and checked before the answer is given; what cannot be used is refused with the
-    reason and leaves nothing behind.
+    reason and leaves nothing behind. The same bytes are the same shape, so an upload can be sent
+    again even without an `Idempotency-Key`.
     """
     filename = base_name(file.filename or "")
     file_type = file_type_of(filename)
@@ -97,23 +105,35 @@ async def upload_shape(
         )
     if file.size is not None and file.size > service.settings.max_upload_bytes:
         raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
-    payload, known, job_id = await run_in_threadpool(
-        _take_in, service, file, (name or "").strip() or filename[:LONGEST], file_type, request_id
+    data = await file.read()
+    payload = ValidationPayload(
+        shape=await run_in_threadpool(shape_id, data),
+        name=(name or "").strip() or filename[:LONGEST],
+        file_type=file_type,
+    )
+    if key is not None:
+        await run_in_threadpool(_bind, service, payload, caller, key)
+    known, job_id = await run_in_threadpool(
+        _take_in, service, data, payload, Order(request_id, caller)
     )
     if known is not None:
         return _shape(known, 200)
     return await _validated(service, payload, job_id, request)
 
 
+def _bind(service: Service, payload: ValidationPayload, caller: str | None, key: str) -> None:
+    # The body itself is never the same twice: its parts have a boundary made up for each.
+    content = (b"POST", PATH.encode(), payload.model_dump_json().encode())
+    service.store.orders.bind(Once.of(caller, key, content, service.settings.idempotency_ttl))
+
+
 def _take_in(
-    service: Service, file: UploadFile, name: str, file_type: str, request_id: str
-) -> tuple[ValidationPayload, ShapeRecord | None, str]:
-    data = file.file.read()
-    payload = ValidationPayload(shape=shape_id(data), name=name, file_type=file_type)
+    service: Service, data: bytes, payload: ValidationPayload, order: Order
+) -> tuple[ShapeRecord | None, str]:
     known = service.store.shapes.get(payload.shape)
     if known is not None:
-        return payload, known, ""
-    return payload, None, service.queue.submit_validation(payload, data, request_id)
+        return known, ""
+    return None, service.queue.submit_validation(payload, data, order)
 
 
 async def _validated(

@@ -1,6 +1,7 @@
 """The API over real HTTP, with a real server and real workers behind it, once for the session."""
 
 import asyncio
+import json
 import logging
 import threading
 import time
@@ -20,7 +21,7 @@ from service.pool import WorkerPool
 from service.settings import Settings
 from tests.worker.figures import blob_file
 from worker.queue import JobQueue
-from worker.store import Store
+from worker.store import Store, keys
 
 WORKERS = 2
 LIMIT = 2 * 1024**2
@@ -129,6 +130,36 @@ def upload(http: httpx2.Client) -> Callable[..., Json]:
 def shapes(upload: Callable[..., Json]) -> tuple[str, str]:
     """Two shapes that are isometric."""
     return upload(blob_file())["id"], upload(blob_file(seed=1))["id"]
+
+
+def put_shapes(api: Api) -> tuple[str, str]:
+    """Put the records of two shapes in the store, for jobs that nobody runs."""
+    for name in ("a" * 32, "b" * 32):
+        record = {
+            "id": name,
+            "name": name,
+            "file_type": "off",
+            "bytes": 1,
+            "vertices": 1,
+            "faces": 1,
+            "area": 1.0,
+            "components": 1,
+            "closed": True,
+            "has_colors": False,
+            "warnings": [],
+            "created": "2026-01-01T00:00:00Z",
+        }
+        api.store.client.set(keys.shape(name), json.dumps(record))
+    return "a" * 32, "b" * 32
+
+
+@contextmanager
+def idle_api(server: EmbeddedServer, database: int, **settings: Any) -> Iterator[Api]:
+    """Run an API with settings of its own on an empty store that no worker serves."""
+    where = f"{server.url}?db={database}"
+    with running_api(Settings(redis_url=where, **settings)) as api:
+        api.store.client.flushdb()
+        yield api
 
 
 def problem(answer: httpx2.Response, status: int, slug: str) -> Json:

@@ -1,6 +1,5 @@
 """Matches and their jobs over HTTP: asked for, waited for, cancelled, fetched, drawn, refused."""
 
-import json
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -11,7 +10,7 @@ import pytest
 
 from service.embedded import EmbeddedServer
 from service.settings import Settings
-from tests.service.conftest import Api, Json, problem, running_api
+from tests.service.conftest import Api, Json, problem, put_shapes, running_api
 from tests.worker.figures import blob_file, two_blobs_file
 from worker.contracts import MatchResult
 from worker.store import keys
@@ -130,26 +129,6 @@ def idle(server: EmbeddedServer) -> Iterator[tuple[httpx2.Client, Api]]:
         api.store.client.flushdb()
         with httpx2.Client(base_url=api.url, timeout=30.0) as http:
             yield http, api
-
-
-def put_shapes(api: Api) -> Shapes:
-    for name in ("a" * 32, "b" * 32):
-        record = {
-            "id": name,
-            "name": name,
-            "file_type": "off",
-            "bytes": 1,
-            "vertices": 1,
-            "faces": 1,
-            "area": 1.0,
-            "components": 1,
-            "closed": True,
-            "has_colors": False,
-            "warnings": [],
-            "created": "2026-01-01T00:00:00Z",
-        }
-        api.store.client.set(keys.shape(name), json.dumps(record))
-    return "a" * 32, "b" * 32
 
 
 def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:

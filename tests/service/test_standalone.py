@@ -160,12 +160,26 @@ def test_it_starts_serves_and_stops(tmp_path: Path) -> None:
 def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path: Path) -> None:
     with service(tmp_path / "data", tmp_path / "log") as running:
         path = begun(running, blob_file(4), **LONG)
-        poll = Thread(target=lambda: running.http.get(path, params={"wait": 60}))
-        poll.start()
+        events: list[str] = []
+
+        def follow() -> None:
+            with running.http.stream("GET", f"{path}/events") as stream:
+                events.extend(stream.iter_lines())
+
+        waiting = [
+            Thread(target=lambda: running.http.get(path, params={"wait": 60})),
+            Thread(target=follow),
+        ]
+        for thread in waiting:
+            thread.start()
         time.sleep(0.1)
         assert running.end() < 10.0
-        poll.join(1.0)
-        assert not poll.is_alive()
+        for thread in waiting:
+            thread.join(1.0)
+            assert not thread.is_alive()
+        # It was told how the job was, and was not broken off in the middle of an event.
+        assert events[0] == "event: job"
+        assert events[-1] == ""
     with service(tmp_path / "data", tmp_path / "log") as running:
         deadline = time.monotonic() + 15
         while running.http.get(path).json()["state"] != "running":

@@ -104,7 +104,7 @@ def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, uploa
     payload = SpectrumPayload(shape=shape, eigenpairs=80, largest_component=False)
     jobs = [served.submit(new_job(payload)) for _ in range(2)]
     parameters = MatchParameters(points=8, eigenpairs=80)
-    jobs += [served.submit_match(matching(shape, shape, parameters), None) for _ in range(2)]
+    jobs += [served.submit_match(matching(shape, shape, parameters)) for _ in range(2)]
     for job in jobs:
         assert ended(served, job.id).state is JobState.SUCCEEDED
     assert served.store.spectra.counts().computed == before.computed + 1
@@ -116,20 +116,20 @@ def test_a_match_of_points_that_need_no_spectrum_computes_none(
     before = served.store.spectra.counts()
     shape = upload(blob_file(2, seed=4))
     parameters = MatchParameters(points=8, metric="geodesic", descriptor="none")
-    record = ended(served, served.submit_match(matching(shape, shape, parameters), None).id)
+    record = ended(served, served.submit_match(matching(shape, shape, parameters)).id)
     assert record.state is JobState.SUCCEEDED, record.error
     assert served.store.spectra.counts() == before
 
 
 def test_several_components(served: JobQueue, run: Run, upload: Upload) -> None:
     shape = upload(two_blobs_file())
-    refused = ended(served, served.submit_match(matching(shape, shape), None).id)
+    refused = ended(served, served.submit_match(matching(shape, shape)).id)
     assert refused.state is JobState.FAILED
     assert refused.error is not None
     assert refused.error.status == 422
     assert "components" in refused.error.detail
     largest = QUICK.model_copy(update={"largest_component": True})
-    record = ended(served, served.submit_match(matching(shape, shape, largest), None).id)
+    record = ended(served, served.submit_match(matching(shape, shape, largest)).id)
     assert record.state is JobState.SUCCEEDED, record.error
 
 
@@ -192,7 +192,7 @@ def horse_of(served: JobQueue, job_id: str) -> int:
 
 
 def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
-    job = served.submit_match(slow(upload(blob_file(4))), None)
+    job = served.submit_match(slow(upload(blob_file(4))))
     horse = horse_of(served, job.id)
     start = time.monotonic()
     assert served.store.jobs.cancel(job.id) is JobState.RUNNING
@@ -208,7 +208,7 @@ def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
 def test_a_killed_process_is_repeated_once_and_then_given_up(
     served: JobQueue, upload: Upload
 ) -> None:
-    job = served.submit_match(slow(upload(blob_file(4))), None)
+    job = served.submit_match(slow(upload(blob_file(4))))
     first = horse_of(served, job.id)
     os.kill(first, signal.SIGKILL)
     deadline = time.monotonic() + 30
@@ -225,7 +225,7 @@ def test_a_killed_process_is_repeated_once_and_then_given_up(
 @linux
 def test_a_killed_process_does_no_harm(served: JobQueue, run: Run, upload: Upload) -> None:
     shape = upload(blob_file(4))
-    job = served.submit_match(matching(shape, shape, MatchParameters(points=256)), None)
+    job = served.submit_match(matching(shape, shape, MatchParameters(points=256)))
     os.kill(horse_of(served, job.id), signal.SIGKILL)
     record = ended(served, job.id)
     assert record.state is JobState.SUCCEEDED, record.error

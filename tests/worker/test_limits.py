@@ -94,7 +94,7 @@ def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
         # The eigenfunctions alone are 25 MB, and are not all that is needed.
         parameters = MatchParameters(eigenpairs=300)
         payload = MatchPayload(source=shape, target=shape, parameters=parameters)
-        failed(ended(queue, queue.submit_match(payload, None).id), "out-of-memory")
+        failed(ended(queue, queue.submit_match(payload).id), "out-of-memory")
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
 
 
@@ -104,7 +104,7 @@ def test_a_job_that_takes_too_long_fails_alone(store: Store) -> None:
     with worker(queue):
         ended(queue, validation(queue, data))
         payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
-        failed(ended(queue, queue.submit_match(payload, None).id), "timed-out")
+        failed(ended(queue, queue.submit_match(payload).id), "timed-out")
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
 
 

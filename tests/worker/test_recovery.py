@@ -75,7 +75,7 @@ def begun(queue: JobQueue, data: bytes) -> str:
     """Begin a match that lasts."""
     ended(queue, validation(queue, data))
     shape = shape_id(data)
-    job = queue.submit_match(MatchPayload(source=shape, target=shape, parameters=LONG), None)
+    job = queue.submit_match(MatchPayload(source=shape, target=shape, parameters=LONG))
     deadline = time.monotonic() + 60
     while time.monotonic() < deadline:
         record = queue.store.jobs.get(job.id)

@@ -17,6 +17,7 @@ from worker.contracts.jobs import (
     ValidationPayload,
 )
 from worker.contracts.metrics import MetricName
+from worker.contracts.orders import Once, Order
 from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import FieldProblem, Problem
 from worker.contracts.results import (
@@ -45,6 +46,8 @@ __all__ = [
     "MatchPayload",
     "MatchResult",
     "MetricName",
+    "Once",
+    "Order",
     "Payload",
     "PicturePayload",
     "Problem",

@@ -104,6 +104,7 @@ class JobRecord(BaseModel):
     payload: Payload
     created: datetime
     request_id: str | None = None
+    caller: str | None = None
     state: JobState = JobState.QUEUED
     progress: Progress = Progress(stage="queued", fraction=0.0)
     started: datetime | None = None

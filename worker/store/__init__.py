@@ -8,18 +8,22 @@ from redis import Redis
 from worker.store.connections import StoreSettings, connect
 from worker.store.jobs import Jobs
 from worker.store.listings import InvalidCursor, Page
+from worker.store.orders import KeyReused, Orders, TooManyQueued
 from worker.store.shapes import Shapes
 from worker.store.spectra import Spectra, SpectrumCounts
 
 __all__ = [
     "InvalidCursor",
     "Jobs",
+    "KeyReused",
+    "Orders",
     "Page",
     "Shapes",
     "Spectra",
     "SpectrumCounts",
     "Store",
     "StoreSettings",
+    "TooManyQueued",
     "connect",
 ]
 
@@ -32,13 +36,14 @@ class Store:
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, jobs, spectra
+    shapes, jobs, orders, spectra
         What is kept there, by subject.
     """
 
     client: Redis
     shapes: Shapes
     jobs: Jobs
+    orders: Orders
     spectra: Spectra
 
     @classmethod
@@ -73,6 +78,7 @@ class Store:
             client,
             Shapes(client, settings),
             Jobs(client, settings),
+            Orders(client),
             Spectra(cache, client, settings),
         )
 

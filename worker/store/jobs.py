@@ -16,6 +16,7 @@ import gzip
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Final
 
 from redis import Redis
 from redis.client import Pipeline
@@ -28,6 +29,9 @@ from worker.store.replies import blob, text
 
 LISTED_KINDS = frozenset({JobKind.MATCH})
 """Kinds of jobs that users ask for; the others serve them and are not listed."""
+
+_KEPT: Final = {"id", "payload", "created", "request_id", "caller"}
+"""What of a job's record never changes."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +53,13 @@ class Jobs:
         """Store a new, queued job, as part of a transaction."""
         created = record.created.timestamp()
         fields: dict[bytes | bytearray | memoryview | str | int | float, str] = {
-            "record": record.model_dump_json(include={"id", "payload", "created", "request_id"}),
+            "record": record.model_dump_json(include=_KEPT),
             "state": JobState.QUEUED.value,
             "stage": record.progress.stage,
             "fraction": str(record.progress.fraction),
         }
+        if record.kind in LISTED_KINDS:
+            fields["quota"] = keys.queued_by(record.caller)
         pipe.hset(keys.job(record.id), mapping=fields)
         pipe.zadd(keys.ACTIVE_JOBS, {record.id: created})
         if record.kind in LISTED_KINDS:

@@ -79,6 +79,16 @@ def picture_job(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}:picture:job"
 
 
+def order(name: str) -> str:
+    """What a request with an idempotency key asked, and its job's id."""
+    return f"{PREFIX}order:{name}"
+
+
+def queued_by(caller: str | None) -> str:
+    """Sorted set of the ids of the jobs that a caller has queued, by the time they came in."""
+    return f"{PREFIX}queued:{caller or ''}"
+
+
 def jobs_in(state: str) -> str:
     """Sorted set of the listed jobs' ids in one state, by time of creation."""
     return f"{PREFIX}jobs:{state}"

@@ -4,11 +4,18 @@ from typing import Final
 
 _MOVE: Final = """
 local INDEX = {queued = 3, running = 4, succeeded = 5, failed = 6, cancelled = 7}
+local quota = redis.call('HGET', KEYS[1], 'quota')
 local function move(from, to)
     local score = redis.call('ZSCORE', KEYS[INDEX[from]], ARGV[1])
     if score then
         redis.call('ZREM', KEYS[INDEX[from]], ARGV[1])
         redis.call('ZADD', KEYS[INDEX[to]], score, ARGV[1])
+    end
+    if quota and from == 'queued' then
+        redis.call('ZREM', quota, ARGV[1])
+    end
+    if quota and to == 'queued' then
+        redis.call('ZADD', quota, score or 0, ARGV[1])
     end
     redis.call('HSET', KEYS[1], 'state', to)
 end
@@ -107,6 +114,28 @@ return 'queued'
 """
 )
 """Put a job whose process is gone back in the queue, or give it up after too many losses."""
+
+ADMIT: Final = """
+-- KEYS: 1 jobs queued by the caller.  ARGV: 1 job, 2 now, 3 limit or 0, 4 prefix of the jobs
+local limit = tonumber(ARGV[3])
+if redis.call('ZSCORE', KEYS[1], ARGV[1]) then
+    return 1
+end
+if limit > 0 and redis.call('ZCARD', KEYS[1]) >= limit then
+    -- Whoever took a place and died before there was a job has left it behind.
+    for _, job in ipairs(redis.call('ZRANGEBYSCORE', KEYS[1], '-inf', ARGV[2] - 60)) do
+        if redis.call('HGET', ARGV[4] .. job, 'state') ~= 'queued' then
+            redis.call('ZREM', KEYS[1], job)
+        end
+    end
+    if redis.call('ZCARD', KEYS[1]) >= limit then
+        return 0
+    end
+end
+redis.call('ZADD', KEYS[1], ARGV[2], ARGV[1])
+return 1
+"""
+"""Take a place in the queue; 0 when a caller has as many jobs queued as it may have."""
 
 PROGRESS: Final = """
 -- KEYS: 1 job.  ARGV: 1 runner, 2 stage, 3 fraction

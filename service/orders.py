@@ -1,0 +1,62 @@
+"""How requests ask for jobs: what every such endpoint takes from its request, and answers."""
+
+from typing import Annotated, Any, Final
+
+from fastapi import Depends, Header, Request, Response
+from pydantic import AfterValidator
+
+from service.jobs.schemas import Job
+from service.state import Caller, RequestId, Service, ServiceOf
+from worker.contracts import JobRecord, Once, Order
+
+LONGEST_KEY: Final = 255
+
+ACCEPTED: Final[dict[str, Any]] = {
+    "description": "The job, which the workers take up",
+    "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
+}
+"""The OpenAPI entry of the answer of a request that asked for a job."""
+
+
+def _printable(key: str) -> str:
+    if not key.isascii() or not key.isprintable():
+        raise ValueError("Input should be printable ASCII")
+    return key
+
+
+IdempotencyKey = Annotated[
+    Annotated[str, AfterValidator(_printable)] | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=LONGEST_KEY,
+        description="A name of your own for this request: sent again with the same key, it makes"
+        " no second job but answers with the first one. The same key with another request is"
+        " refused (409). Keys are remembered for a day unless the service is set up otherwise.",
+    ),
+]
+
+
+async def _order(
+    request: Request,
+    service: ServiceOf,
+    request_id: RequestId,
+    caller: Caller,
+    key: IdempotencyKey = None,
+) -> Order:
+    once = None
+    if key is not None:
+        content = (request.method.encode(), request.url.path.encode(), await request.body())
+        once = Once.of(caller, key, content, service.settings.idempotency_ttl)
+    return Order(request_id, caller, once)
+
+
+JobOrder = Annotated[Order, Depends(_order)]
+"""How a request with a body of JSON asks for its job."""
+
+
+def accepted(record: JobRecord, service: Service, response: Response) -> Job:
+    """Return the job a request asked for, with its address in the answer's header."""
+    job = Job.of(record, service.queue)
+    response.headers["Location"] = job.links.self
+    return job
