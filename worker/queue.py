@@ -30,7 +30,7 @@ from worker.contracts import (
     ValidationPayload,
 )
 from worker.environment import FROM_ENVIRONMENT
-from worker.store import Store
+from worker.store import Store, keys
 from worker.store.jobs import LISTED_KINDS
 
 INTERACTIVE: Final = "interactive"
@@ -128,13 +128,15 @@ class JobQueue:
         TooManyQueued
             The caller has as many jobs queued as it may have.
         """
+        record = self._agreed(record, once)
+        self._admit(record)
         with self.store.client.pipeline() as pipe:
             while True:
-                known = self._known(once, pipe)
-                if known is not None:
-                    self.store.orders.dismiss(record.caller, record.id)
-                    return known
-                self._admit(record)
+                if once is not None:
+                    pipe.watch(keys.job(record.id))  # type: ignore[no-untyped-call]
+                    known = self.store.jobs.get(record.id)
+                    if known is not None:
+                        return known
                 try:
                     # RQ begins the transaction itself, which must be empty then.
                     self.enqueue(record, pipe)
@@ -155,7 +157,8 @@ class JobQueue:
         KeyReused
             The idempotency key came with another request.
         """
-        return self._known(order.once)
+        job_id = None if order.once is None else self.store.orders.job_of(order.once)
+        return None if job_id is None else self.store.jobs.get(job_id)
 
     def submit_validation(
         self, payload: ValidationPayload, data: bytes, order: Order = UNASKED
@@ -202,7 +205,7 @@ class JobQueue:
         KeyReused, TooManyQueued
             As by :meth:`submit`.
         """
-        record = new_job(payload, order)
+        record = self._agreed(new_job(payload, order), order.once)
         self._admit(record)
         if payload.parameters.needs_spectrum:
             for shape in dict.fromkeys((payload.source, payload.target)):
@@ -263,9 +266,10 @@ class JobQueue:
             limit = self.settings.max_queued_jobs
             self.store.orders.admit(record.caller, record.id, limit)
 
-    def _known(self, once: Once | None, pipe: Pipeline | None = None) -> JobRecord | None:
-        job_id = None if once is None else self.store.orders.job_of(once, pipe)
-        return None if job_id is None else self.store.jobs.get(job_id)
+    def _agreed(self, record: JobRecord, once: Once | None) -> JobRecord:
+        if once is None:
+            return record
+        return record.model_copy(update={"id": self.store.orders.reserve(once, record.id)})
 
     def _submit_spectrum(self, shape: str, match: MatchPayload, order: Order) -> None:
         record = self.store.shapes.get(shape)

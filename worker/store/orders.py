@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from typing import Final
 
 from redis import Redis
 from redis.client import Pipeline
@@ -9,6 +10,9 @@ from redis.client import Pipeline
 from worker.contracts import Once
 from worker.store import keys, scripts
 from worker.store.replies import text
+
+RESERVED_SECONDS: Final = 60
+"""How long the id of a job is reserved that a request is about to make."""
 
 
 class KeyReused(ValueError):  # noqa: N818 - said of the key
@@ -41,31 +45,43 @@ class Orders:
 
     client: Redis
 
-    def job_of(self, once: Once, pipe: Pipeline | None = None) -> str | None:
-        """Return the job that an equal request made, or None if there was no such request.
-
-        Parameters
-        ----------
-        once
-            How the request is known.
-        pipe
-            A transaction that is to fail if the answer changes before it is executed.
+    def job_of(self, once: Once) -> str | None:
+        """Return the job of an equal request, or None if there was no such request.
 
         Raises
         ------
         KeyReused
             The key came with another request.
         """
-        key = keys.order(once.name)
-        if pipe is not None:
-            pipe.watch(key)  # type: ignore[no-untyped-call]
-        noted = text(self.client.get(key))
+        noted = text(self.client.get(keys.order(once.name)))
         if noted is None:
             return None
         content, _, job_id = noted.partition(":")
         if content != once.content:
             raise KeyReused("this key came with another request")
         return job_id
+
+    def reserve(self, once: Once, job_id: str) -> str:
+        """Return the id that the job of this request has or will have.
+
+        Equal requests agree on it, so that those which come at the same time make one job. It is
+        forgotten soon if none of them makes it.
+
+        Parameters
+        ----------
+        once
+            How the request is known.
+        job_id
+            Its id if this is the first such request.
+
+        Raises
+        ------
+        KeyReused
+            The key came with another request.
+        """
+        seconds = min(RESERVED_SECONDS, once.seconds)
+        self.client.set(keys.order(once.name), f"{once.content}:{job_id}", nx=True, ex=seconds)
+        return self.job_of(once) or job_id
 
     def note(self, once: Once, job_id: str, pipe: Pipeline) -> None:
         """Remember a request and its job, as part of a transaction."""
@@ -83,7 +99,7 @@ class Orders:
         self.job_of(once)
 
     def admit(self, caller: str | None, job_id: str, limit: int) -> None:
-        """Take a place in the queue for a job that is about to be queued, unless it has one.
+        """Take a place in the queue for a job that is about to be stored, unless it has one.
 
         Parameters
         ----------
@@ -102,7 +118,3 @@ class Orders:
         queued = keys.queued_by(caller)
         if not self.client.eval(scripts.ADMIT, 1, queued, job_id, time.time(), limit, keys.job("")):
             raise TooManyQueued(limit)
-
-    def dismiss(self, caller: str | None, job_id: str) -> None:
-        """Give the place of a job back that is not queued after all."""
-        self.client.zrem(keys.queued_by(caller), job_id)

@@ -118,7 +118,8 @@ return 'queued'
 ADMIT: Final = """
 -- KEYS: 1 jobs queued by the caller.  ARGV: 1 job, 2 now, 3 limit or 0, 4 prefix of the jobs
 local limit = tonumber(ARGV[3])
-if redis.call('ZSCORE', KEYS[1], ARGV[1]) then
+local state = redis.call('HGET', ARGV[4] .. ARGV[1], 'state')
+if state or redis.call('ZSCORE', KEYS[1], ARGV[1]) then
     return 1
 end
 if limit > 0 and redis.call('ZCARD', KEYS[1]) >= limit then
