@@ -25,6 +25,9 @@ eigenvalues move by less."""
 _CERTAINTY = 3.0
 """How many times farther the distribution of the wrong sign must be than that of the right one."""
 
+_SKEWNESS = 0.1
+"""How far that must be at least, of a function with root mean square 1."""
+
 _QUANTILES = (np.arange(64) + 0.5) / 64
 
 
@@ -111,9 +114,9 @@ def aligned_eigenfunctions(
     Both shapes have their groups in common, which leaves order and basis without effect. Groups
     are compared by their norms, :func:`eigenfunction_norms`; but an eigenfunction that is a group
     of its own keeps its values if the distributions of these (over the area) tell its sign: the
-    wrong one has to be three times farther from the other shape's than the right one, in the L2
-    Wasserstein distance. Eigenfunctions that change sign under an intrinsic symmetry never do, and
-    are compared by magnitude.
+    wrong one has to be three times farther from the other shape's than the right one, and at least
+    0.1, in the L2 Wasserstein distance. Eigenfunctions that change sign under an intrinsic symmetry
+    never do, and are compared by magnitude.
 
     Parameters
     ----------
@@ -158,9 +161,9 @@ def _signed(
         goal = _quantiles(target, number)
         same = _quantiles(source, number)
         opposite = -same[::-1]
-        distances = [float(np.linalg.norm(there - goal)) for there in (same, opposite)]
-        if max(distances) >= _CERTAINTY * min(distances):
-            yield int(group), number, 1.0 if distances[0] <= distances[1] else -1.0
+        near, far = (float(np.sqrt(np.mean((x - goal) ** 2))) for x in (same, opposite))
+        if max(near, far) >= max(_CERTAINTY * min(near, far), _SKEWNESS):
+            yield int(group), number, 1.0 if near <= far else -1.0
 
 
 def _quantiles(spectrum: Spectrum, number: int) -> FloatArray:

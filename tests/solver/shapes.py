@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import trimesh
+from scipy.spatial import ConvexHull, Delaunay
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
@@ -72,6 +73,44 @@ def blob(subdivisions: int = 3) -> TriangleMesh:
         axis = np.array(direction) / np.linalg.norm(direction)
         height += size * np.exp(-((1.0 - sphere.vertices @ axis) / width**2))
     return triangle_mesh(sphere.vertices * height[:, None], sphere.faces)
+
+
+@cache
+def uneven_sphere(count: int = 2500) -> TriangleMesh:
+    """Unit sphere on random points: triangles of all sizes, many of them obtuse."""
+    points = np.random.default_rng(5).standard_normal((count, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    hull = ConvexHull(points)
+    return triangle_mesh(points, hull.simplices.astype(np.int64))
+
+
+@cache
+def disc(rings: int = 40) -> TriangleMesh:
+    """Flat unit disc of nearly equilateral triangles; vertex 0 is its centre."""
+    places = [np.zeros((1, 2))]
+    for ring in range(1, rings + 1):
+        angle = _circle(6 * ring)
+        places.append(ring / rings * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    points = np.concatenate(places)
+    vertices = np.column_stack([points, np.zeros(len(points))])
+    return triangle_mesh(vertices, Delaunay(points).simplices.astype(np.int64))
+
+
+@cache
+def spherical_cap(angle: float = 1.0, rings: int = 40) -> TriangleMesh:
+    """Part of the unit sphere within `angle` of its pole, vertex 0; an open disc."""
+    flat = disc(rings)
+    radius = np.linalg.norm(flat.vertices, axis=1)
+    aside = flat.vertices * (angle * np.sinc(angle * radius / np.pi))[:, None]
+    return triangle_mesh(aside + np.cos(angle * radius)[:, None] * [0.0, 0.0, 1.0], flat.faces)
+
+
+@cache
+def cone(share: float = 0.6, rings: int = 40) -> TriangleMesh:
+    """Cone of slant height 1 whose apex, vertex 0, has `share` of the angle 2π; an open disc."""
+    flat = disc(rings)
+    depth = np.sqrt(1.0 - share**2) * np.linalg.norm(flat.vertices, axis=1)
+    return triangle_mesh(share * flat.vertices - depth[:, None] * [0.0, 0.0, 1.0], flat.faces)
 
 
 @cache
