@@ -13,6 +13,9 @@ from solver.spectrum import laplacian
 _STEPS = 4
 """Implicit steps of the heat flow: enough for a kernel without a spike at its centre."""
 
+_EVEN = 1e3
+"""Scale, relative to √area, from which on the flow has evened out everything."""
+
 
 def gaussian_curvature(
     mesh: TriangleMesh, scale: float, vertices: IntArray | None = None
@@ -53,6 +56,7 @@ def gaussian_curvature(
     inner = inner_vertices(mesh)
     areas = mixed_areas(mesh)
     measures: FloatArray = np.where(inner, np.stack([angle_defects(mesh), areas]), 0.0)
+    scale = min(scale, _EVEN * float(np.sqrt(mesh.area)))
     if scale > 0.0:
         measures = _spread(mesh, measures, areas, 0.25 * scale**2)
     curvature = np.zeros(mesh.n_vertices)
