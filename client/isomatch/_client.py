@@ -16,6 +16,7 @@ from isomatch._transport import BlockingTransport
 
 DEFAULT_URL: Final = "http://127.0.0.1:8000"
 URL_VARIABLE: Final = "ISOMATCH_URL"
+KEY_VARIABLE: Final = "ISOMATCH_API_KEY"
 
 
 class Client:
@@ -30,6 +31,9 @@ class Client:
     base_url
         Address of the service; by default that in the environment variable ``ISOMATCH_URL``, or
         else ``http://127.0.0.1:8000``.
+    api_key
+        Key the service asks for, if it does; by default that in the environment variable
+        ``ISOMATCH_API_KEY``.
     timeout
         Seconds without any progress after which a request fails; None for no limit.
     transport
@@ -38,7 +42,7 @@ class Client:
     Raises
     ------
     ValueError
-        `base_url` is not an http(s) address.
+        `base_url` is not an http(s) address, or `api_key` cannot be sent.
 
     Examples
     --------
@@ -52,6 +56,7 @@ class Client:
         self,
         base_url: str | None = None,
         *,
+        api_key: str | None = None,
         timeout: float | None = 60.0,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
@@ -60,7 +65,10 @@ class Client:
             raise ValueError(
                 f"the service's address must begin with http:// or https://, not {self.base_url!r}"
             )
-        self._transport = BlockingTransport(self.base_url, timeout, transport)
+        key = api_key or os.environ.get(KEY_VARIABLE) or None
+        if key is not None and not (key.isascii() and key.isprintable()):
+            raise ValueError("the API key must be printable ASCII")
+        self._transport = BlockingTransport(self.base_url, timeout, transport, key)
 
     def __enter__(self) -> "Client":
         return self
@@ -153,14 +161,22 @@ class Client:
         return self._transport.run(operations.list_structures())
 
     def match(
-        self, source: Shape | str, target: Shape | str, **parameters: Unpack[MatchParameters]
+        self,
+        source: Shape | str,
+        target: Shape | str,
+        *,
+        idempotency_key: str | None = None,
+        **parameters: Unpack[MatchParameters],
     ) -> Job:
-        """Start to match two shapes.
+        """Start to match two shapes, once even if a broken connection has the request repeated.
 
         Parameters
         ----------
         source, target
             The shapes or their ids.
+        idempotency_key
+            Name of this request: asked again with the same, even by another process, the service
+            answers with the job there is; by default each call is a request of its own.
         **parameters
             See :class:`~isomatch.MatchParameters`. Only those that are given are sent.
 
@@ -178,8 +194,8 @@ class Client:
         TypeError
             There is no such parameter.
         """
-        record = self._transport.run(operations.start_match(_id(source), _id(target), parameters))
-        return Job(self._transport, record)
+        start = operations.start_match(_id(source), _id(target), parameters, idempotency_key)
+        return Job(self._transport, self._transport.run(start))
 
     def job(self, job_id: str) -> Job:
         """Return one job.

@@ -7,6 +7,7 @@
     ├── UnexpectedResponse          something answers, but not as the isomatch API of this version
     ├── ProblemError                the service refused, and says why in a problem document
     │   ├── BadRequest              400  the request cannot be understood
+    │   ├── Unauthorized            401  the service asks for an API key, or for another one
     │   ├── NotFound                404  no such shape or job
     │   ├── Conflict                409  not in this state, e.g. the result of an unfinished job
     │   ├── Gone                    410  it was there and has expired
@@ -83,6 +84,10 @@ class ProblemError(IsomatchError):
 
 class BadRequest(ProblemError):  # noqa: N818 - named as HTTP names it
     """400: the request cannot be understood."""
+
+
+class Unauthorized(ProblemError):  # noqa: N818 - named as HTTP names it
+    """401: the service asks for an API key, or for another one than was sent."""
 
 
 class NotFound(ProblemError):  # noqa: N818 - named as HTTP names it
@@ -168,6 +173,7 @@ class WaitTimeout(IsomatchError, TimeoutError):  # noqa: N818 - said of an event
 
 _BY_STATUS: dict[int, type[ProblemError]] = {
     400: BadRequest,
+    401: Unauthorized,
     404: NotFound,
     409: Conflict,
     410: Gone,

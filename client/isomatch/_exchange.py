@@ -38,6 +38,8 @@ class Call:
         Mesh to send as a form, with the fields of `form`.
     repeatable
         Whether a second request after a broken connection does no harm.
+    headers
+        Headers besides those of every request.
     patience
         Seconds the service may take on purpose, on top of the client's timeout.
     """
@@ -49,6 +51,7 @@ class Call:
     file: MeshFile | None = None
     form: Mapping[str, str] = field(default_factory=dict)
     repeatable: bool = True
+    headers: Mapping[str, str] = field(default_factory=dict)
     patience: float = 0.0
 
 
@@ -85,7 +88,7 @@ def send(call: Call) -> Operation[httpx2.Response]:
         except httpx2.TransportError as error:
             may_repeat = call.repeatable or isinstance(error, _NEVER_SENT)
             if pause is None or not may_repeat:
-                raise ConnectionFailed(_describe(error, call)) from error
+                raise ConnectionFailed(describe(error, call)) from error
             yield Pause(pause)
         else:
             assert response is not None
@@ -93,7 +96,8 @@ def send(call: Call) -> Operation[httpx2.Response]:
     raise AssertionError("the last attempt returns or raises")
 
 
-def _describe(error: httpx2.TransportError, call: Call) -> str:
+def describe(error: httpx2.TransportError, call: Call) -> str:
+    """Return in one line why no answer to a call came."""
     reason = str(error) or type(error).__name__
     url = error.request.url
     service = f"the isomatch service at {url.scheme}://{url.netloc.decode()}"

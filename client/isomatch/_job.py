@@ -1,10 +1,18 @@
 """A job on the service, and what can be done with it."""
 
 import os
+import time
+from collections.abc import Generator
+from contextlib import closing
 from datetime import datetime
 from pathlib import Path
 
+import httpx2
+
 from isomatch import _operations as operations
+from isomatch._errors import ConnectionFailed
+from isomatch._events import EventReader
+from isomatch._exchange import RETRY_PAUSES, describe
 from isomatch._match import Match
 from isomatch._models import JobRecord, JobState, Progress
 from isomatch._problem import Problem
@@ -77,6 +85,11 @@ class Job:
         return self._record.ended
 
     @property
+    def caller(self) -> str | None:
+        """Name of the API key it was asked for with; None where the service asks for none."""
+        return self._record.caller
+
+    @property
     def error(self) -> Problem | None:
         """Why it failed."""
         return self._record.error
@@ -97,6 +110,31 @@ class Job:
         if not self.finished:
             self._record = self._transport.run(operations.wait_for_job(self.id, timeout))
         return self
+
+    def follow(self) -> Generator["Job"]:
+        """Go through the job as it changes, as the service tells of it, until it has ended.
+
+        Yields the job itself, at once and after each change; a connection that breaks is taken
+        up again where it broke.
+        """
+        last, failures = None, 0
+        while True:
+            call, reader = operations.follow_job(self.id, last), EventReader()
+            try:
+                with closing(self._transport.lines(call)) as lines:
+                    for event in filter(None, map(reader.feed, lines)):
+                        last, failures = event.id, 0
+                        self._record = operations.record_of(event.data, call)
+                        yield self
+                        if self.finished:
+                            return
+            except httpx2.TransportError as error:
+                failures += 1
+                if failures > len(RETRY_PAUSES):
+                    raise ConnectionFailed(describe(error, call)) from error
+            if self.finished:
+                return
+            time.sleep(RETRY_PAUSES[max(failures - 1, 0)])
 
     def result(self, progress: bool = False, timeout: float | None = None) -> Match:
         """Wait for the job's end and return its result.

@@ -1,9 +1,10 @@
 """One operation for each thing a client can ask; see :mod:`isomatch._exchange`."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 from urllib.parse import quote
+from uuid import uuid4
 
 import numpy as np
 from pydantic import ValidationError
@@ -70,14 +71,31 @@ def list_structures() -> Operation[Structures]:
     return parsed(Structures, (yield from send(Call("GET", "/v1/structures"))))
 
 
-def start_match(source: str, target: str, parameters: MatchParameters) -> Operation[JobRecord]:
-    """Queue a match."""
+def start_match(
+    source: str, target: str, parameters: MatchParameters, key: str | None
+) -> Operation[JobRecord]:
+    """Queue a match; `key` makes it the same request when it is sent again."""
     check_names(parameters)
     body: dict[str, Json] = {"source": source, "target": target}
     for parameter, value in parameters.items():
         body[parameter] = _plain(value)
-    # Repeating it after a broken connection could compute the same match twice.
-    call = Call("POST", "/v1/matches", body=body, repeatable=False)
+    return (yield from start_job("/v1/matches", body, key))
+
+
+def start_job(path: str, body: Mapping[str, Json], key: str | None) -> Operation[JobRecord]:
+    """Queue a job, once however often the request has to be sent.
+
+    Parameters
+    ----------
+    path
+        Where such jobs are asked for.
+    body
+        What is asked.
+    key
+        Idempotency key; None for one made up here.
+    """
+    headers = {"idempotency-key": key or uuid4().hex}
+    call = Call("POST", path, body=body, headers=headers)
     return parsed(JobRecord, (yield from send(call)))
 
 
@@ -85,6 +103,29 @@ def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
     """Ask for one job, at once or when it has ended but at most `wait` seconds later."""
     call = Call("GET", _path("jobs", job_id), query={"wait": wait}, patience=wait or 0.0)
     return parsed(JobRecord, (yield from send(call)))
+
+
+def follow_job(job_id: str, last: str | None) -> Call:
+    """Return the call whose answer is the stream of a job's events, after the one seen last."""
+    headers = {} if last is None else {"last-event-id": last}
+    return Call("GET", _path("jobs", job_id, "events"), headers=headers)
+
+
+def record_of(document: str, call: Call) -> JobRecord:
+    """Read what a stream of events says of a job.
+
+    Raises
+    ------
+    UnexpectedResponse
+        It says something else.
+    """
+    try:
+        return JobRecord.model_validate_json(document)
+    except ValidationError as error:
+        where = ".".join(map(str, error.errors()[0]["loc"])) or "data"
+        raise UnexpectedResponse(
+            f"{call.path} tells of something that is no job: {where}"
+        ) from error
 
 
 def list_jobs(state: JobState | None, cursor: str | None) -> Operation[Page[JobRecord]]:

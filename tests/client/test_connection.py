@@ -102,11 +102,17 @@ def test_it_is_not_repeated_for_ever() -> None:
     assert len(service.requests) == 4
 
 
-def test_a_match_that_may_have_been_queued_is_not_queued_again() -> None:
-    service = Broken(1, httpx2.ReadError, SHAPE)
-    with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed):
-        client.match("a", "b")
-    assert len(service.requests) == 1
+def test_a_match_that_may_have_been_queued_is_asked_for_with_the_same_key() -> None:
+    service = Broken(2, httpx2.ReadError, {})
+    with client_of(service) as client:
+        for key in (None, None, "mine"):
+            with pytest.raises(isomatch.UnexpectedResponse):
+                client.match("a", "b", idempotency_key=key)
+    keys = [request.headers["idempotency-key"] for request in service.requests]
+    assert len(keys) == 5
+    assert len(set(keys[:3])) == 1
+    assert len(set(keys)) == 3
+    assert keys[4] == "mine"
 
 
 def test_a_match_that_was_never_sent_is_sent_again() -> None:
@@ -169,6 +175,26 @@ def test_an_id_cannot_lead_elsewhere() -> None:
     with client_of(service) as client:
         client.shape("../jobs/1?x=#")
     assert service.requests[0].url.raw_path == b"/v1/shapes/..%2Fjobs%2F1%3Fx%3D%23"
+
+
+def test_the_api_key_is_an_argument_or_in_the_environment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def sent(api_key: str | None = None) -> str | None:
+        service = Broken(0, httpx2.ReadError, SHAPE)
+        transport = httpx2.MockTransport(service)
+        with isomatch.Client("http://a.test", api_key=api_key, transport=transport) as client:
+            client.shape("1")
+        return service.requests[0].headers.get("authorization")
+
+    monkeypatch.delenv("ISOMATCH_API_KEY", raising=False)
+    assert sent() is None
+    assert sent("mine") == "Bearer mine"
+    monkeypatch.setenv("ISOMATCH_API_KEY", "ours")
+    assert sent() == "Bearer ours"
+    assert sent("mine") == "Bearer mine"
+    with pytest.raises(ValueError, match="API key"):
+        isomatch.Client(api_key="a\nb")
 
 
 def test_a_path_prefix_of_the_service_is_kept() -> None:
