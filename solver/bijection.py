@@ -11,6 +11,7 @@ these costs is no more than any completion costs. For the greatest distortion, m
 of sums, and nothing is halved.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -58,16 +59,16 @@ class _Search(NamedTuple):
     costs: FloatArray  # (N+1, N, N) of each pair of points beside those decided at each depth
     decided: FloatArray  # (N+1,) cost of the points decided
     reduced: FloatArray  # (N, N) by how much the bound rises if two open points are matched
-    potentials: FloatArray  # (2, N) of the assignment
+    assignment: FloatArray  # (3, N) potentials of rows and columns, and slacks
+    columns: IntArray  # (2, N) row of each column, and column before it on a path
     row: IntArray  # (N+1,) point decided at each depth
     choices: IntArray  # (N+1, N) its partners, cheapest first
     cursor: IntArray  # (N+1, 2) next choice, and number of choices
-    chosen: IntArray  # (N,) partner of each source point, -1 while it is open
-    taken: BoolArray  # (N,) whether each target point has a partner
+    chosen: IntArray  # (N,) partner of each source point
+    closed: BoolArray  # (3, N) source points decided, target points taken, columns scanned
     best: IntArray  # (N,) the best bijection
 
 
-@kernel
 def least_distortions(
     distances: FloatArray,
     descriptors: FloatArray,
@@ -98,87 +99,136 @@ def least_distortions(
     -------
     Bijections
     """
-    n, kinds = distances.shape[2], distances.shape[1]
-    search = _new_search(n)
+    n, count = distances.shape[2], len(pairs)
     found = Bijections(
-        np.zeros(len(pairs)),
-        np.zeros(len(pairs), dtype=np.int64),
-        np.zeros((len(pairs), n), dtype=np.int64),
-        np.zeros(len(pairs), dtype=np.int64),
+        np.zeros(count),
+        np.zeros(count, dtype=np.int64),
+        np.zeros((count, n), dtype=np.int64),
+        np.zeros(count, dtype=np.int64),
     )
+    weight = 0.0 if minimax else float(first_order_weight)
+    _compare(
+        _new_search(n),
+        np.ascontiguousarray(distances),
+        np.ascontiguousarray(descriptors),
+        np.ascontiguousarray(pairs),
+        weight,
+        minimax,
+        found,
+    )
+    return found
+
+
+def _new_search(n: int) -> _Search:
+    square, line = (n, n), (n + 1, n)
+    return _Search(
+        source=np.zeros(square),
+        target=np.zeros(square),
+        source_order=np.zeros(square, dtype=np.int64),
+        target_order=np.zeros(square, dtype=np.int64),
+        source_open=np.zeros(square),
+        target_open=np.zeros(square),
+        costs=np.zeros((n + 1, n, n)),
+        decided=np.zeros(n + 1),
+        reduced=np.zeros(square),
+        assignment=np.zeros((3, n)),
+        columns=np.zeros((2, n), dtype=np.int64),
+        row=np.zeros(n + 1, dtype=np.int64),
+        choices=np.zeros(line, dtype=np.int64),
+        cursor=np.zeros((n + 1, 2), dtype=np.int64),
+        chosen=np.zeros(n, dtype=np.int64),
+        closed=np.zeros((3, n), dtype=np.bool_),
+        best=np.zeros(n, dtype=np.int64),
+    )
+
+
+@kernel
+def _compare(
+    search: _Search,
+    distances: FloatArray,
+    descriptors: FloatArray,
+    pairs: IntArray,
+    first_order_weight: float,
+    minimax: bool,
+    found: Bijections,
+) -> None:
+    """Solve all pairs, for each the sampling of the least bound first."""
+    n, kinds = distances.shape[2], distances.shape[1]
     bounds = np.zeros(kinds)
     for p in range(len(pairs)):
-        i, j = pairs[p]
+        i, j = pairs[p, 0], pairs[p, 1]
         for k in range(kinds):
-            _pose(search, distances, descriptors, i, j, k, 0.0 if minimax else first_order_weight)
-            weight = _pairwise_weight(search, minimax)
+            weight = _pose(
+                search,
+                distances[i, k],
+                distances[j, k],
+                descriptors[i, k],
+                descriptors[j, k],
+                first_order_weight,
+                minimax,
+            )
             bounds[k] = _bound(search, 0, weight, minimax, np.inf)
         least = np.inf
-        for k in np.argsort(bounds):
-            if bounds[k] >= least:
+        for _ in range(kinds):
+            k = 0
+            for other in range(kinds):
+                if bounds[other] < bounds[k]:
+                    k = other
+            if not bounds[k] < least:
                 break
-            _pose(search, distances, descriptors, i, j, k, 0.0 if minimax else first_order_weight)
-            weight = _pairwise_weight(search, minimax)
+            bounds[k] = np.inf
+            weight = _pose(
+                search,
+                distances[i, k],
+                distances[j, k],
+                descriptors[i, k],
+                descriptors[j, k],
+                first_order_weight,
+                minimax,
+            )
             cost, nodes = _solve(search, weight, minimax, least)
             found.nodes[p] += nodes
             if cost < least:
                 least = cost
-                found.costs[p], found.samplings[p] = cost, k
-                found.partners[p] = search.best
-    return found
-
-
-@kernel
-def _new_search(n: int) -> _Search:
-    return _Search(
-        np.zeros((n, n)),
-        np.zeros((n, n)),
-        np.zeros((n, n), dtype=np.int64),
-        np.zeros((n, n), dtype=np.int64),
-        np.zeros((n, n)),
-        np.zeros((n, n)),
-        np.zeros((n + 1, n, n)),
-        np.zeros(n + 1),
-        np.zeros((n, n)),
-        np.zeros((2, n)),
-        np.zeros(n + 1, dtype=np.int64),
-        np.zeros((n + 1, n), dtype=np.int64),
-        np.zeros((n + 1, 2), dtype=np.int64),
-        np.zeros(n, dtype=np.int64),
-        np.zeros(n, dtype=np.bool_),
-        np.zeros(n, dtype=np.int64),
-    )
+                found.costs[p] = cost
+                found.samplings[p] = k
+                for x in range(n):
+                    found.partners[p, x] = search.best[x]
 
 
 @kernel
 def _pose(
     s: _Search,
-    distances: FloatArray,
-    descriptors: FloatArray,
-    i: int,
-    j: int,
-    kind: int,
+    source: FloatArray,
+    target: FloatArray,
+    first: FloatArray,
+    second: FloatArray,
     first_order_weight: float,
-) -> None:
-    """Write the problem of shapes i and j in one sampling, with nothing decided."""
-    n = len(s.source)
-    s.source[:] = distances[i, kind]
-    s.target[:] = distances[j, kind]
+    minimax: bool,
+) -> float:
+    """Write a problem with nothing decided; the weight of a pair's squared distortion."""
+    n, m = len(source), first.shape[1]
+    total = 0.0
+    for x in range(n):
+        s.closed[0, x] = s.closed[1, x] = False
+        for y in range(n):
+            s.source[x, y] = source[x, y]
+            s.target[x, y] = target[x, y]
+            total += source[x, y] * source[x, y] + target[x, y] * target[x, y]
+            s.costs[0, x, y] = 0.0
     _sort(s.source, s.source_order)
     _sort(s.target, s.target_order)
-    s.costs[0] = 0.0
     s.decided[0] = 0.0
-    s.chosen[:] = -1
-    s.taken[:] = False
-    if first_order_weight > 0.0 and descriptors.shape[3] > 0:
-        first, second = descriptors[i, kind], descriptors[j, kind]
+    if first_order_weight > 0.0 and m > 0:
         scale = first_order_weight / (n * _deviation(first, second))
         for x in range(n):
             for y in range(n):
                 square = 0.0
-                for c in range(first.shape[1]):
-                    square += (first[x, c] - second[y, c]) ** 2
-                s.costs[0, x, y] = scale * np.sqrt(square)
+                for c in range(m):
+                    difference = first[x, c] - second[y, c]
+                    square += difference * difference
+                s.costs[0, x, y] = scale * math.sqrt(square)
+    return 1.0 if minimax or total == 0.0 else 4.0 / total
 
 
 @kernel
@@ -187,18 +237,12 @@ def _deviation(first: FloatArray, second: FloatArray) -> float:
     n, m = first.shape
     total = 0.0
     for c in range(m):
-        mean = (first[:, c].sum() + second[:, c].sum()) / (2 * n)
-        total += ((first[:, c] - mean) ** 2).sum() + ((second[:, c] - mean) ** 2).sum()
-    return float(np.sqrt(total / (2 * n))) if total > 0.0 else 1.0
-
-
-@kernel
-def _pairwise_weight(s: _Search, minimax: bool) -> float:
-    """What the squared distortion of one unordered pair of distances is multiplied by."""
-    if minimax:
-        return 1.0
-    total = (s.source * s.source).sum() + (s.target * s.target).sum()
-    return 4.0 / total if total > 0.0 else 1.0
+        mean = 0.0
+        for x in range(n):
+            mean += (first[x, c] + second[x, c]) / (2 * n)
+        for x in range(n):
+            total += (first[x, c] - mean) ** 2 + (second[x, c] - mean) ** 2
+    return math.sqrt(total / (2 * n)) if total > 0.0 else 1.0
 
 
 @kernel
@@ -225,9 +269,11 @@ def _solve(s: _Search, weight: float, minimax: bool, limit: float) -> tuple[floa
             if depth == n:
                 if s.decided[depth] < least:
                     least = s.decided[depth]
-                    s.best[:] = s.chosen
+                    for x in range(n):
+                        s.best[x] = s.chosen[x]
             else:
-                slack = 1e-12 * least if least < np.inf else 0.0
+                # Sums are rounded, maxima are not.
+                slack = 0.0 if minimax or least == np.inf else 1e-12 * least
                 bound = _bound(s, depth, weight, minimax, least - slack)
                 if bound < least - slack:
                     _order_choices(s, depth, minimax, bound, least - slack)
@@ -236,8 +282,8 @@ def _solve(s: _Search, weight: float, minimax: bool, limit: float) -> tuple[floa
                 return least, nodes
             depth -= 1
             x = s.row[depth]
-            s.taken[s.chosen[x]] = False
-            s.chosen[x] = -1
+            s.closed[1, s.chosen[x]] = False
+            s.closed[0, x] = False
             continue
         _descend(s, depth, weight, minimax)
         depth += 1
@@ -247,8 +293,8 @@ def _solve(s: _Search, weight: float, minimax: bool, limit: float) -> tuple[floa
 @kernel
 def _bound(s: _Search, depth: int, weight: float, minimax: bool, limit: float) -> float:
     """What every completion costs at least; and what it rises by with each pair of open points."""
-    _collect_open(s.source, s.source_order, s.chosen >= 0, s.source_open)
-    _collect_open(s.target, s.target_order, s.taken, s.target_open)
+    _collect_open(s.source, s.source_order, s.closed[0], s.source_open)
+    _collect_open(s.target, s.target_order, s.closed[1], s.target_open)
     _completions(s, depth, weight, minimax)
     decided: float = s.decided[depth]
     if minimax:
@@ -283,11 +329,11 @@ def _completions(s: _Search, depth: int, weight: float, minimax: bool) -> None:
     others = n - depth - 1
     costs = s.costs[depth]
     for x in range(n):
-        if s.chosen[x] >= 0:
+        if s.closed[0, x]:
             continue
         near = s.source_open[x]
         for y in range(n):
-            if s.taken[y]:
+            if s.closed[1, y]:
                 continue
             far, total, worst = s.target_open[y], 0.0, costs[x, y]
             for k in range(others):
@@ -305,17 +351,17 @@ def _bottleneck(s: _Search) -> float:
     n = len(s.source)
     greatest = 0.0
     for x in range(n):
-        if s.chosen[x] < 0:
+        if not s.closed[0, x]:
             least = np.inf
             for y in range(n):
-                if not s.taken[y]:
+                if not s.closed[1, y]:
                     least = min(least, s.reduced[x, y])
             greatest = max(greatest, least)
     for y in range(n):
-        if not s.taken[y]:
+        if not s.closed[1, y]:
             least = np.inf
             for x in range(n):
-                if s.chosen[x] < 0:
+                if not s.closed[0, x]:
                     least = min(least, s.reduced[x, y])
             greatest = max(greatest, least)
     return greatest
@@ -327,19 +373,19 @@ def _reduce(s: _Search) -> float:
     n = len(s.source)
     total = 0.0
     for x in range(n):
-        if s.chosen[x] < 0:
+        if not s.closed[0, x]:
             least = np.inf
             for y in range(n):
-                if not s.taken[y]:
+                if not s.closed[1, y]:
                     least = min(least, s.reduced[x, y])
             total += least
             for y in range(n):
                 s.reduced[x, y] -= least
     for y in range(n):
-        if not s.taken[y]:
+        if not s.closed[1, y]:
             least = np.inf
             for x in range(n):
-                if s.chosen[x] < 0:
+                if not s.closed[0, x]:
                     least = min(least, s.reduced[x, y])
             if least > 0.0:
                 total += least
@@ -355,38 +401,39 @@ def _assign(s: _Search) -> float:
     By shortest augmenting paths (Jonker and Volgenant, Computing 1987).
     """
     n = len(s.source)
-    rows, columns = s.potentials[0], s.potentials[1]
-    rows[:] = 0.0
-    columns[:] = 0.0
-    owner = np.full(n, -1, dtype=np.int64)
+    rows, columns, owner = s.assignment[0], s.assignment[1], s.columns[0]
     for x in range(n):
-        if s.chosen[x] < 0:
-            _augment(s, x, owner)
+        rows[x] = columns[x] = 0.0
+        owner[x] = -1
+    for x in range(n):
+        if not s.closed[0, x]:
+            _augment(s, x)
     total = 0.0
     for x in range(n):
-        if s.chosen[x] < 0:
+        if not s.closed[0, x]:
             total += rows[x]
             for y in range(n):
                 s.reduced[x, y] -= rows[x] + columns[y]
     for y in range(n):
-        if not s.taken[y]:
+        if not s.closed[1, y]:
             total += columns[y]
     return total
 
 
 @kernel
-def _augment(s: _Search, x: int, owner: IntArray) -> None:
+def _augment(s: _Search, x: int) -> None:
     """Give one more row a column, along the shortest path of changes."""
     n = len(s.source)
-    rows, columns = s.potentials[0], s.potentials[1]
-    slack = np.full(n, np.inf)
-    before = np.full(n, -1, dtype=np.int64)
-    scanned = np.zeros(n, dtype=np.bool_)
+    rows, columns, slack = s.assignment[0], s.assignment[1], s.assignment[2]
+    owner, before, scanned = s.columns[0], s.columns[1], s.closed[2]
+    for y in range(n):
+        slack[y] = np.inf
+        scanned[y] = False
     last, row = -1, x
-    while True:
+    while row >= 0:
         step, nearest = np.inf, -1
         for y in range(n):
-            if s.taken[y] or scanned[y]:
+            if s.closed[1, y] or scanned[y]:
                 continue
             cost = s.reduced[row, y] - rows[row] - columns[y]
             if cost < slack[y]:
@@ -403,8 +450,6 @@ def _augment(s: _Search, x: int, owner: IntArray) -> None:
                 slack[y] -= step
         scanned[nearest] = True
         last, row = nearest, owner[nearest]
-        if row < 0:
-            break
     while last >= 0:
         previous = before[last]
         owner[last] = x if previous < 0 else owner[previous]
@@ -422,11 +467,11 @@ def _order_choices(s: _Search, depth: int, minimax: bool, bound: float, limit: f
     n = len(s.source)
     best, fewest, dearest = -1, n + 1, -np.inf
     for x in range(n):
-        if s.chosen[x] >= 0:
+        if s.closed[0, x]:
             continue
         count, total = 0, 0.0
         for y in range(n):
-            if not s.taken[y]:
+            if not s.closed[1, y]:
                 total += s.reduced[x, y]
                 if _rise(minimax, bound, s.reduced[x, y]) < limit:
                     count += 1
@@ -436,7 +481,7 @@ def _order_choices(s: _Search, depth: int, minimax: bool, bound: float, limit: f
     costs, choices = s.reduced[best], s.choices[depth]
     kept = 0
     for y in range(n):
-        if s.taken[y] or not _rise(minimax, bound, costs[y]) < limit:
+        if s.closed[1, y] or not _rise(minimax, bound, costs[y]) < limit:
             continue
         place = kept
         while place > 0 and costs[choices[place - 1]] > costs[y]:
@@ -454,13 +499,13 @@ def _descend(s: _Search, depth: int, weight: float, minimax: bool) -> None:
     x, y = s.row[depth], s.choices[depth, s.cursor[depth, 0]]
     s.cursor[depth, 0] += 1
     s.chosen[x] = y
-    s.taken[y] = True
+    s.closed[0, x] = s.closed[1, y] = True
     cost = s.costs[depth, x, y]
     s.decided[depth + 1] = max(s.decided[depth], cost) if minimax else s.decided[depth] + cost
     before, after = s.costs[depth], s.costs[depth + 1]
     source, target = s.source[x], s.target[y]
     for other in range(n):
-        if s.chosen[other] >= 0:
+        if s.closed[0, other]:
             continue
         for partner in range(n):
             difference = source[other] - target[partner]

@@ -1,5 +1,6 @@
 """Dissimilarities of shapes: the least distortion of a few points, sections 2 and 6.2."""
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -39,13 +40,73 @@ class DissimilarityMatrix:
         return bool((self.lower_bounds >= self.values).all())
 
 
-def pairs_of(count: int) -> IntArray:
-    """(P, 2) all unordered pairs i < j of `count` shapes, in lexicographic order."""
-    return np.stack(np.triu_indices(count, 1), axis=1).astype(np.int64)
+@dataclass(frozen=True, eq=False)
+class SignatureCollection:
+    """Signatures of the shapes of a collection, made with the same options.
+
+    Parameters
+    ----------
+    distances
+        (K, S, N, N) of all shapes.
+    descriptors
+        (K, S, N, m) of all shapes.
+    """
+
+    distances: FloatArray
+    descriptors: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.distances)
+
+    @classmethod
+    def of(cls, signatures: Sequence[Signature]) -> "SignatureCollection":
+        """Put signatures together."""
+        return cls(
+            np.stack([signature.distances for signature in signatures]),
+            np.stack([signature.descriptors for signature in signatures]),
+        )
+
+    def to_bytes(self) -> bytes:
+        """Return the collection as the bytes of an ``.npz`` file, exact to the last bit."""
+        stream = io.BytesIO()
+        np.savez(stream, distances=self.distances, descriptors=self.descriptors)
+        return stream.getvalue()
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> "SignatureCollection":
+        """Read what :meth:`to_bytes` wrote; nothing in it is ever executed."""
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            return cls(arrays["distances"], arrays["descriptors"])
+
+
+def number_of_pairs(count: int) -> int:
+    """Number P of unordered pairs of `count` shapes."""
+    return count * (count - 1) // 2
+
+
+def pairs_between(count: int, first: int, last: int) -> IntArray:
+    """Some of the unordered pairs i < j of `count` shapes, which are in lexicographic order.
+
+    Parameters
+    ----------
+    count
+        Number K of shapes.
+    first, last
+        From which pair on, up to and without which.
+
+    Returns
+    -------
+    (last − first, 2) int64
+    """
+    places = np.arange(first, last)
+    rows = np.arange(count)
+    begins = rows * (2 * count - rows - 1) // 2
+    i = np.searchsorted(begins, places, side="right") - 1
+    return np.stack([i, places - begins[i] + i + 1], axis=1).astype(np.int64)
 
 
 def dissimilarities(
-    signatures: Sequence[Signature], pairs: IntArray, options: SimilarityOptions
+    collection: SignatureCollection, pairs: IntArray, options: SimilarityOptions
 ) -> Bijections:
     """Compare some pairs of shapes.
 
@@ -59,8 +120,8 @@ def dissimilarities(
 
     Parameters
     ----------
-    signatures
-        Of K shapes, made with these options.
+    collection
+        Of K shapes, with signatures made with these options.
     pairs
         (P, 2) which are compared.
     options
@@ -71,10 +132,13 @@ def dissimilarities(
     Bijections
         With partners of the first shape's points for each pair.
     """
-    distances = np.stack([signature.distances for signature in signatures])
-    descriptors = np.stack([signature.descriptors for signature in signatures])
-    weight = options.first_order_weight if options.described else 0.0
-    return least_distortions(distances, descriptors, pairs, weight, options.objective == LINF)
+    return least_distortions(
+        collection.distances,
+        collection.descriptors,
+        pairs,
+        options.first_order_weight if options.described else 0.0,
+        options.objective == LINF,
+    )
 
 
 def dissimilarity_matrix(
@@ -103,11 +167,11 @@ def dissimilarity_matrix(
     control = control or Control()
     count = len(signatures)
     values, samplings = np.zeros((count, count)), np.zeros((count, count), dtype=np.int64)
-    pairs = pairs_of(count)
-    for first in range(0, len(pairs), _PAIRS_PER_CALL):
-        control.report("pairs", first / len(pairs))
-        some = pairs[first : first + _PAIRS_PER_CALL]
-        found = dissimilarities(signatures, some, options)
+    collection, total = SignatureCollection.of(signatures), number_of_pairs(count)
+    for first in range(0, total, _PAIRS_PER_CALL):
+        control.report("pairs", first / total)
+        some = pairs_between(count, first, min(first + _PAIRS_PER_CALL, total))
+        found = dissimilarities(collection, some, options)
         i, j = some.T
         values[i, j] = values[j, i] = found.costs
         samplings[i, j] = samplings[j, i] = found.samplings
