@@ -23,6 +23,7 @@ from service.state import Service, State
 from service.structures import endpoints as structures
 from worker.queue import JobQueue
 from worker.recovery import INTERVAL, recover
+from worker.retention import Sweep
 from worker.store import Store
 from worker.telemetry import logger
 
@@ -89,9 +90,11 @@ def _lifespan(
 
 
 async def _recover_regularly(service: Service) -> None:
+    sweep = Sweep(service.store)
     while True:
         try:
             await run_in_threadpool(recover, service.store, service.queue)
+            await run_in_threadpool(sweep.step)
         except RedisError as error:
             log.warning("cannot look for lost jobs", error=str(error))
         except Exception:

@@ -1,13 +1,15 @@
 """How requests ask for jobs: what every such endpoint takes from its request, and answers."""
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Final
 
 from fastapi import Depends, Header, Request, Response
 from pydantic import AfterValidator
 
 from service.jobs.schemas import Job
+from service.problems import UnknownShape
 from service.state import Caller, RequestId, Service, ServiceOf
-from worker.contracts import JobRecord, Once, Order
+from worker.contracts import FieldProblem, JobRecord, Once, Order
 
 LONGEST_KEY: Final = 255
 
@@ -60,3 +62,33 @@ def accepted(record: JobRecord, service: Service, response: Response) -> Job:
     job = Job.of(record, service.queue)
     response.headers["Location"] = job.links.self
     return job
+
+
+def use_shapes(service: Service, named: Mapping[str, str]) -> None:
+    """Keep the shapes that a request names for longer, which are needed when its job is begun.
+
+    Parameters
+    ----------
+    service
+        Where they are.
+    named
+        Ids of the shapes by the fields that name them, such as ``body.source``.
+
+    Raises
+    ------
+    UnknownShape
+        There is no such shape, or no longer.
+    """
+    shapes = service.store.shapes
+    unknown = tuple(
+        FieldProblem(
+            field=field,
+            message=f"shape {shape} was not used for long and is no longer kept; upload it again"
+            if shapes.expired(shape)
+            else f"there is no shape {shape}",
+        )
+        for field, shape in named.items()
+        if shapes.use(shape) is None
+    )
+    if unknown:
+        raise UnknownShape("Upload the shapes first; `errors` says which is unknown.", unknown)

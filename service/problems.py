@@ -16,6 +16,8 @@
     ├── UploadCancelled             409  the validation of the upload was cancelled
     ├── IdempotencyKeyReused        409  the key came with another request before
     ├── ResultExpired               410  the result is no longer kept
+    ├── ShapeExpired                410  the shape was not used for long
+    ├── JobExpired                  410  the job ended long ago
     ├── ShapeDeleted                410  a shape was deleted meanwhile
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
@@ -152,6 +154,18 @@ class ResultExpired(ApiProblem):
     """The result is no longer kept."""
 
     status, slug, title = 410, "result-expired", "Result expired"
+
+
+class ShapeExpired(ApiProblem):
+    """The shape was not used for long, and is no longer kept."""
+
+    status, slug, title = 410, "shape-expired", "Shape expired"
+
+
+class JobExpired(ApiProblem):
+    """The job ended long ago, and is no longer kept."""
+
+    status, slug, title = 410, "job-expired", "Job expired"
 
 
 class ShapeDeleted(ApiProblem):

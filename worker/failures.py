@@ -7,7 +7,7 @@ from worker.contracts import FieldProblem, JobKind, JobRecord, Problem
 
 
 class ShapeGone(Exception):  # noqa: N818 - said of the shape
-    """A shape was deleted before the job that needs it could run.
+    """A shape was deleted, or expired, before the job that needs it could run.
 
     Parameters
     ----------
@@ -16,7 +16,7 @@ class ShapeGone(Exception):  # noqa: N818 - said of the shape
     """
 
     def __init__(self, shape: str) -> None:
-        super().__init__(f"shape {shape} was deleted before this job could run")
+        super().__init__(f"shape {shape} was deleted, or expired, before this job could run")
 
 
 class ResultGone(Exception):  # noqa: N818 - said of the result

@@ -11,7 +11,9 @@ from service.jobs.events import event_id, events, present_job
 from service.jobs.schemas import Job, JobPage
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
+    ApiProblem,
     InvalidRequest,
+    JobExpired,
     JobNotFound,
     JobWithoutResult,
     PictureNotReady,
@@ -48,7 +50,7 @@ _EVENTS: Final = {
     }
 }
 _RESULT_ERRORS: Final = responses(
-    JobNotFound, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
+    JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
 )
 
 
@@ -67,11 +69,15 @@ def list_jobs(
     )
 
 
-@router.get("/{job_id}", responses=responses(JobNotFound, InvalidRequest), operation_id="get_job")
+@router.get(
+    "/{job_id}",
+    responses=responses(JobNotFound, JobExpired, InvalidRequest),
+    operation_id="get_job",
+)
 async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wait = 0.0) -> Job:
     """Show a job, at once or as soon as it has ended but at most `wait` seconds later."""
     record = await service.wait_for(job_id, wait, request)
-    return await run_in_threadpool(Job.of, _existing(record, job_id), service.queue)
+    return await run_in_threadpool(_shown, service, record, job_id)
 
 
 @router.get(
@@ -80,7 +86,7 @@ async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wai
     responses={
         200: {"description": "Events named `job`, whose data is the job", "content": _EVENTS},
         204: {"description": "The client has been told how the job ended; it need not come back"},
-        **responses(JobNotFound, InvalidRequest),
+        **responses(JobNotFound, JobExpired, InvalidRequest),
     },
     operation_id="follow_job",
 )
@@ -102,7 +108,7 @@ async def follow_job(
     """
     job = await run_in_threadpool(present_job, service, job_id)
     if job is None:
-        raise _unknown(job_id)
+        raise await run_in_threadpool(_missing, service, job_id)
     if job.state.ended and event_id(job) == last_event_id:
         return Response(status_code=204)
     # Proxies pass each event on as it comes.
@@ -112,7 +118,9 @@ async def follow_job(
 
 
 @router.delete(
-    "/{job_id}", responses=responses(JobNotFound, InvalidRequest), operation_id="cancel_job"
+    "/{job_id}",
+    responses=responses(JobNotFound, JobExpired, InvalidRequest),
+    operation_id="cancel_job",
 )
 async def cancel_job(job_id: JobId, service: ServiceOf, request: Request) -> Job:
     """Cancel a job, queued or running; one that has ended stays as it is.
@@ -124,7 +132,7 @@ async def cancel_job(job_id: JobId, service: ServiceOf, request: Request) -> Job
     if before is JobState.QUEUED and after is JobState.CANCELLED:
         await run_in_threadpool(service.queue.withdraw, job_id)
     record = await service.wait_for(job_id, CANCEL_WAIT, request)
-    return await run_in_threadpool(Job.of, _existing(record, job_id), service.queue)
+    return await run_in_threadpool(_shown, service, record, job_id)
 
 
 @router.get(
@@ -156,7 +164,7 @@ def get_result(
             "content": {"image/png": {"schema": {"type": "string", "format": "binary"}}},
         },
         **_RESULT_ERRORS,
-        **responses(ResultExpired, ShapeDeleted, PictureNotReady),
+        **responses(ResultExpired, JobExpired, ShapeDeleted, PictureNotReady),
     },
     operation_id="get_picture",
 )
@@ -187,7 +195,9 @@ def _submit_picture(service: Service, match_id: str, order: Order) -> str:
 
 
 def _packed_result(service: Service, job_id: str) -> bytes:
-    record = _existing(service.store.jobs.get(job_id), job_id)
+    record = service.store.jobs.get(job_id)
+    if record is None:
+        raise _missing(service, job_id)
     if record.kind is not JobKind.MATCH:
         raise JobWithoutResult(f"A {record.kind.value} makes no result.")
     if not record.state.ended:
@@ -205,11 +215,13 @@ def _packed_result(service: Service, job_id: str) -> bytes:
     return packed
 
 
-def _existing(record: JobRecord | None, job_id: str) -> JobRecord:
+def _shown(service: Service, record: JobRecord | None, job_id: str) -> Job:
     if record is None:
-        raise _unknown(job_id)
-    return record
+        raise _missing(service, job_id)
+    return Job.of(record, service.queue)
 
 
-def _unknown(job_id: str) -> JobNotFound:
-    return JobNotFound(f"There is no job {job_id}, or no longer.")
+def _missing(service: Service, job_id: str) -> ApiProblem:
+    if service.store.jobs.expired(job_id):
+        return JobExpired("The job ended long ago and is no longer kept.")
+    return JobNotFound(f"There is no job {job_id}.")

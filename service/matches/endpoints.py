@@ -4,7 +4,7 @@ from fastapi import APIRouter, Response
 
 from service.jobs.schemas import Job
 from service.matches.schemas import MatchRequest
-from service.orders import ACCEPTED, JobOrder, accepted
+from service.orders import ACCEPTED, JobOrder, accepted, use_shapes
 from service.problems import (
     BadRequest,
     BodyStalled,
@@ -16,7 +16,7 @@ from service.problems import (
     responses,
 )
 from service.state import Service, ServiceOf
-from worker.contracts import FieldProblem, MatchPayload
+from worker.contracts import MatchPayload
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
 
@@ -49,11 +49,5 @@ def create_match(
 
 
 def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
-    unknown = tuple(
-        FieldProblem(field=f"body.{field}", message=f"there is no shape {shape}")
-        for field, shape in (("source", asked.source), ("target", asked.target))
-        if service.store.shapes.get(shape) is None
-    )
-    if unknown:
-        raise UnknownShape("Upload the shapes first; `errors` says which is unknown.", unknown)
+    use_shapes(service, {"body.source": asked.source, "body.target": asked.target})
     return MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())

@@ -10,12 +10,14 @@ from service.jobs.schemas import Job
 from service.orders import IdempotencyKey
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
+    ApiProblem,
     BadRequest,
     BodyStalled,
     IdempotencyKeyReused,
     InvalidRequest,
     Reported,
     ShapeDeleted,
+    ShapeExpired,
     ShapeNotFound,
     UnsupportedFormat,
     UnusableMesh,
@@ -130,7 +132,7 @@ def _bind(service: Service, payload: ValidationPayload, caller: str | None, key:
 def _take_in(
     service: Service, data: bytes, payload: ValidationPayload, order: Order
 ) -> tuple[ShapeRecord | None, str]:
-    known = service.store.shapes.get(payload.shape)
+    known = service.store.shapes.use(payload.shape)
     if known is not None:
         return known, ""
     return None, service.queue.submit_validation(payload, data, order)
@@ -164,7 +166,10 @@ def list_shapes(service: ServiceOf, limit: Limit = 50, cursor: Cursor = None) ->
 @router.get(
     "/{shape}",
     response_model=Shape,
-    responses={202: _VALIDATING, **responses(ShapeNotFound, UnusableMesh, InvalidRequest)},
+    responses={
+        202: _VALIDATING,
+        **responses(ShapeNotFound, ShapeExpired, UnusableMesh, InvalidRequest),
+    },
     operation_id="get_shape",
 )
 def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
@@ -179,7 +184,7 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
         return _still_validating(service, job)
     if job is not None and job.error is not None:
         raise Reported(job.error)
-    raise ShapeNotFound(f"There is no shape {shape}.")
+    raise _missing(service, shape)
 
 
 @router.delete(
@@ -205,7 +210,7 @@ def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
                 "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
             },
         },
-        **responses(ShapeNotFound, InvalidRequest),
+        **responses(ShapeNotFound, ShapeExpired, InvalidRequest),
     },
     operation_id="get_mesh",
 )
@@ -214,9 +219,17 @@ def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
     record = service.store.shapes.get(shape)
     data = service.store.shapes.upload(shape)
     if record is None or data is None:
-        raise ShapeNotFound(f"There is no shape {shape}.")
+        raise _missing(service, shape)
     headers = {"Content-Disposition": f'attachment; filename="{shape}.{record.file_type}"'}
     return Response(data, media_type="application/octet-stream", headers=headers)
+
+
+def _missing(service: Service, shape: str) -> ApiProblem:
+    if service.store.shapes.expired(shape):
+        return ShapeExpired(
+            "The shape was not used for long and is no longer kept; upload it again."
+        )
+    return ShapeNotFound(f"There is no shape {shape}.")
 
 
 def _shape(record: ShapeRecord, status: int) -> Response:

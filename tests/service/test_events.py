@@ -109,7 +109,7 @@ def test_a_record_that_expires_ends_it(http: httpx2.Client, api: Api, job: Json)
         next(coming)
         api.store.client.delete(keys.job(job["id"]))
         assert all("data" not in event for event in coming)
-    problem(http.get(job["links"]["events"]), 404, "job-not-found")
+    problem(http.get(job["links"]["events"]), 410, "job-expired")
 
 
 def test_a_client_that_goes_away_costs_nothing_more(

@@ -249,7 +249,6 @@ def test_a_shape_is_there_whole_or_not_at_all(store: Store) -> None:
     assert store.shapes.get(record.id) == record
     assert store.shapes.upload(record.id) == b"data"
     assert store.shapes.mesh(record.id) == b"mesh"
-    assert store.client.ttl(keys.shape_upload(record.id)) == -1
     assert store.shapes.delete(record.id)
     assert not store.shapes.delete(record.id)
     assert store.client.keys("*") == []

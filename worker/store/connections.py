@@ -32,9 +32,18 @@ class StoreSettings(BaseSettings):
     cache_ttl: int = Field(
         default=30 * DAY, ge=1, description="Seconds after which an unused spectrum is dropped."
     )
+    shape_ttl: int = Field(
+        default=30 * DAY, ge=1, description="Seconds a shape is kept after it was last used."
+    )
     result_ttl: int = Field(default=7 * DAY, ge=1, description="Seconds a result is kept.")
     job_ttl: int = Field(
         default=30 * DAY, ge=1, description="Seconds the record of a job that has ended is kept."
+    )
+    trace_ttl: int = Field(
+        default=90 * DAY,
+        ge=1,
+        description="Seconds for which it is remembered that there was a shape or a job that has"
+        " expired.",
     )
     candidate_ttl: int = Field(
         default=3600, ge=1, description="Seconds an upload waits for its validation at most."

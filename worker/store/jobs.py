@@ -61,6 +61,8 @@ class Jobs:
         if record.kind in LISTED_KINDS:
             fields["quota"] = keys.queued_by(record.caller)
         pipe.hset(keys.job(record.id), mapping=fields)
+        ttl = self.settings.job_ttl + self.settings.trace_ttl
+        pipe.set(keys.job_trace(record.id), b"", ex=ttl)
         pipe.zadd(keys.ACTIVE_JOBS, {record.id: created})
         if record.kind in LISTED_KINDS:
             pipe.zadd(keys.JOBS, {record.id: created})
@@ -70,6 +72,10 @@ class Jobs:
         """Return a job as it is now, or None if there is no such job (any more)."""
         fields = self.client.hgetall(keys.job(job_id))
         return _record(fields) if b"record" in fields else None
+
+    def expired(self, job_id: str) -> bool:
+        """Whether a job that is not there was there."""
+        return bool(self.client.exists(keys.job_trace(job_id)))
 
     def state(self, job_id: str) -> JobState | None:
         """Return only the state of a job."""

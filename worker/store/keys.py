@@ -44,6 +44,11 @@ def shape_mesh(shape_id: str) -> str:
     return f"{PREFIX}shape:{shape_id}:mesh"
 
 
+def shape_trace(shape_id: str) -> str:
+    """Says that there is or was a shape; outlives it, unless it was deleted."""
+    return f"{PREFIX}shape:{shape_id}:trace"
+
+
 def candidate(shape_id: str, file_type: str, job_id: str) -> str:
     """Uploaded bytes that a job is to validate."""
     return f"{PREFIX}candidate:{shape_id}:{file_type}:{job_id}"
@@ -62,6 +67,11 @@ def deferred(shape_id: str) -> str:
 def job(job_id: str) -> str:
     """Record and state of a job, hash."""
     return f"{PREFIX}job:{job_id}"
+
+
+def job_trace(job_id: str) -> str:
+    """Says that there is or was a job; outlives it."""
+    return f"{PREFIX}job:{job_id}:trace"
 
 
 def job_result(job_id: str) -> str:

@@ -5,13 +5,15 @@ import binascii
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Final, Generic, TypeVar, cast
 
 from redis import Redis
 
 from worker.store.replies import text
 
 ItemT = TypeVar("ItemT")
+
+SWEPT_AT_ONCE: Final = 500
 
 
 class InvalidCursor(ValueError):  # noqa: N818 - said of the cursor
@@ -62,6 +64,33 @@ class Listing:
                 else:
                     items.append(item)
         return Page(tuple(items), _encode(last) if last and self._entries(last, 1) else None)
+
+    def sweep(self, cursor: int, record: Callable[[str], str]) -> int:
+        """Take entries whose record has expired out of one part of the listing.
+
+        Parameters
+        ----------
+        cursor
+            Where to go on; 0 to begin.
+        record
+            The key of an entry's record.
+
+        Returns
+        -------
+        int
+            Where to go on next time; 0 at the end.
+        """
+        reply = self.client.zscan(self.key, cursor, count=SWEPT_AT_ONCE)
+        cursor, found = cast(tuple[int, list[tuple[bytes, float]]], reply)
+        members = [text(member) for member, _ in found]
+        with self.client.pipeline(transaction=False) as pipe:
+            for member in members:
+                pipe.exists(record(member))
+            there = pipe.execute()
+        gone = [member for member, exists in zip(members, there, strict=True) if not exists]
+        if gone:
+            self.client.zrem(self.key, *gone)
+        return cursor
 
     def _entries(self, last: tuple[float, str] | None, count: int) -> list[tuple[str, float]]:
         start = math.inf if last is None else last[0]

@@ -32,13 +32,22 @@ class Shapes:
         data = self.client.get(keys.shape(shape_id))
         return None if data is None else ShapeRecord.model_validate_json(data)
 
+    def use(self, shape_id: str) -> ShapeRecord | None:
+        """Return the record of a shape as :meth:`get`, and keep the shape for longer."""
+        data = self._used(shape_id, keys.shape(shape_id))
+        return None if data is None else ShapeRecord.model_validate_json(data)
+
     def upload(self, shape_id: str) -> bytes | None:
-        """Return the bytes a shape was uploaded as."""
-        return blob(self.client.get(keys.shape_upload(shape_id)))
+        """Return the bytes a shape was uploaded as, and keep the shape for longer."""
+        return self._used(shape_id, keys.shape_upload(shape_id))
 
     def mesh(self, shape_id: str) -> bytes | None:
-        """Return the mesh of a shape as it was read, npz."""
-        return blob(self.client.get(keys.shape_mesh(shape_id)))
+        """Return the mesh of a shape as it was read, npz, and keep the shape for longer."""
+        return self._used(shape_id, keys.shape_mesh(shape_id))
+
+    def expired(self, shape_id: str) -> bool:
+        """Whether a shape that is not there was there, and nobody deleted it."""
+        return bool(self.client.exists(keys.shape_trace(shape_id)))
 
     def page(self, limit: int, cursor: str | None) -> Page[ShapeRecord]:
         """Return one page of all shapes, the newest first.
@@ -56,6 +65,7 @@ class Shapes:
         with self.client.pipeline() as pipe:
             pipe.delete(keys.shape(shape_id))
             pipe.delete(keys.shape_upload(shape_id), keys.shape_mesh(shape_id))
+            pipe.delete(keys.shape_trace(shape_id))
             pipe.zrem(keys.SHAPES, shape_id)
             return bool(pipe.execute()[0])
 
@@ -82,9 +92,10 @@ class Shapes:
         candidate = keys.candidate(record.id, record.file_type, job_id)
         with self.client.pipeline() as pipe:
             pipe.rename(candidate, keys.shape_upload(record.id))
-            pipe.persist(keys.shape_upload(record.id))
             pipe.set(keys.shape_mesh(record.id), mesh)
             pipe.set(keys.shape(record.id), record.model_dump_json())
+            pipe.set(keys.shape_trace(record.id), b"")
+            self._keep(record.id, pipe)
             pipe.zadd(keys.SHAPES, {record.id: record.created.timestamp()})
             self._release(record.id, record.file_type, job_id, pipe)
             pipe.execute()
@@ -103,6 +114,19 @@ class Shapes:
     def deferred(self, shape_id: str) -> str | None:
         """Return the validation job of an upload whose sender was told to ask again."""
         return text(self.client.get(keys.deferred(shape_id)))
+
+    def _used(self, shape_id: str, key: str) -> bytes | None:
+        with self.client.pipeline() as pipe:
+            pipe.get(key)
+            self._keep(shape_id, pipe)
+            reply: bytes | None = pipe.execute()[0]
+            return reply
+
+    def _keep(self, shape_id: str, pipe: Pipeline) -> None:
+        ttl = self.settings.shape_ttl
+        for key in (keys.shape, keys.shape_upload, keys.shape_mesh):
+            pipe.expire(key(shape_id), ttl)
+        pipe.expire(keys.shape_trace(shape_id), ttl + self.settings.trace_ttl)
 
     def _release(self, shape_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
         pipe.eval(scripts.RELEASE, 1, keys.candidate_job(shape_id, file_type), job_id)

@@ -1,0 +1,29 @@
+"""What is kept no longer goes by itself, for its keys expire; here the listings follow."""
+
+from dataclasses import dataclass, field
+
+from worker.contracts import JobState
+from worker.store import Store, keys
+from worker.store.listings import Listing
+
+
+@dataclass
+class Sweep:
+    """Goes round the listings, a part at a time, and takes out what has expired.
+
+    Parameters
+    ----------
+    store
+        Where they are.
+    """
+
+    store: Store
+    _cursors: dict[str, int] = field(default_factory=dict)
+
+    def step(self) -> None:
+        """Sweep the next part of each listing."""
+        jobs = [keys.JOBS, *(keys.jobs_in(state) for state in JobState)]
+        records = dict.fromkeys(jobs, keys.job) | {keys.SHAPES: keys.shape}
+        for key, record in records.items():
+            listing = Listing(self.store.client, key)
+            self._cursors[key] = listing.sweep(self._cursors.get(key, 0), record)
