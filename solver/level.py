@@ -1,16 +1,17 @@
 """One level of hierarchical matching: two samplings, their structures, and problem (5) on them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.descriptors import aligned_eigenfunctions
 from solver.distortion import Distortion, measure_distortion
 from solver.errors import OptionError
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.options import LINF, MatchOptions
-from solver.shape import Shape
-from solver.structures import DescriptorChoice, MetricChoice, NoDescriptor
+from solver.shape import WITHOUT_COLORS, Shape
+from solver.structures import DescriptorChoice, Eigenfunctions, MetricChoice, NoDescriptor
 
 _LEAST, _MOST = 1e-150, 1e150
 """Squares of smaller values vanish, and those of greater ones are infinite."""
@@ -177,12 +178,21 @@ def build_level(
         A shape has too few vertices.
     """
     gamma = np.inf if options.occlusion_cost is None else options.occlusion_cost
+    descriptor = options.descriptor_at(index)
+    ours, theirs = (
+        _sample(source, size[0], index, options),
+        _sample(target, size[1], index, options),
+    )
+    if not (isinstance(descriptor, NoDescriptor) or options.first_order_weight == 0.0):
+        field = f"descriptor.{options.place('descriptor', index)}"
+        f, g = _described((source, target), descriptor, (ours.vertices, theirs.vertices), field)
+        ours, theirs = replace(ours, descriptors=f), replace(theirs, descriptors=g)
     return Level(
         index,
         options.metric_at(index),
-        options.descriptor_at(index),
-        _sample(source, size[0], index, options),
-        _sample(target, size[1], index, options),
+        descriptor,
+        ours,
+        theirs,
         options.beta,
         options.first_order_weight,
         gamma,
@@ -196,11 +206,7 @@ def _sample(shape: Shape, count: int, index: int, options: MatchOptions) -> Samp
     same = metric == first
     distances = sampling.distances if same else shape.metric(metric).between(vertices)
     _check_distances(metric, distances, f"metric.{options.place('metric', index)}")
-    descriptor = options.descriptor_at(index)
-    if isinstance(descriptor, NoDescriptor) or options.first_order_weight == 0.0:
-        return SampledStructure(vertices, distances, None)
-    field = f"descriptor.{options.place('descriptor', index)}"
-    return SampledStructure(vertices, distances, _descriptors(shape, descriptor, vertices, field))
+    return SampledStructure(vertices, distances, None)
 
 
 def _check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> None:
@@ -216,13 +222,23 @@ def _check_distances(metric: MetricChoice, distances: FloatArray, field: str) ->
     )
 
 
-def _descriptors(
-    shape: Shape, descriptor: DescriptorChoice, vertices: IntArray, field: str
-) -> FloatArray:
-    try:
-        found = shape.descriptor(descriptor, vertices)
-    except OptionError as error:
-        raise OptionError(f"{field}.{error.field}", error.message) from error
-    if not np.abs(found).max(initial=0.0) < _MOST:
+def _described(
+    shapes: tuple[Shape, Shape],
+    descriptor: DescriptorChoice,
+    vertices: tuple[IntArray, IntArray],
+    field: str,
+) -> tuple[FloatArray, FloatArray]:
+    """Descriptors of two shapes at some vertices of each, comparable with one another."""
+    for name, shape in zip(("source", "target"), shapes, strict=True):
+        if descriptor.colored and shape.mesh.colors is None:
+            raise OptionError(field, WITHOUT_COLORS.replace("shape", name, 1))
+    if isinstance(descriptor, Eigenfunctions):
+        count = descriptor.count
+        spectra = [shape.spectrum(max(shape.eigenpairs, count + 1)) for shape in shapes]
+        found = aligned_eigenfunctions(spectra[0], spectra[1], count, *vertices)
+    else:
+        f, g = (shape.descriptor(descriptor, v) for shape, v in zip(shapes, vertices, strict=True))
+        found = f, g
+    if not max(np.abs(values).max(initial=0.0) for values in found) < _MOST:
         raise OptionError(field, f"{descriptor.name} exceeds all bounds; normalise the shapes")
     return found

@@ -25,6 +25,8 @@ _COARSE_NODES = 50_000_000
 _DUAL_WORK = 2e8
 """Squared candidates times iterations that a level's bound may take: some 0.7 s."""
 _DUAL_ITERATIONS = 50, 1000
+_LARGEST = 1e12
+"""√area of shapes that are not normalised, and its inverse; fourth powers of it are computed."""
 
 
 def match(
@@ -65,9 +67,7 @@ def match(
     control = control or Control()
     if options.time_limit is not None:
         control = control.within(options.time_limit)
-    if source.normalise != target.normalise:
-        raise OptionError("normalise", "both shapes must be normalised, or none")
-    options = options.settled(float(np.sqrt(source.size * target.size)))
+    options = options.settled(_common_size(source, target))
     run = _Run(source, target, options, control)
     levels = run.build_levels()
     if options.objective == LINF:
@@ -78,6 +78,15 @@ def match(
         hypotheses = run.finer(hypotheses, level)
     best = run.bounded(hypotheses[0], levels)
     return run.answer(best, hypotheses[1:], levels)
+
+
+def _common_size(source: Shape, target: Shape) -> float:
+    """√area that suits both shapes: the same for both, so that differences of scale remain."""
+    if source.normalise != target.normalise:
+        raise OptionError("normalise", "both shapes must be normalised, or none")
+    if not all(1.0 / _LARGEST < shape.size < _LARGEST for shape in (source, target)):
+        raise OptionError("normalise", "the units of the shapes are out of all proportion to them")
+    return float(np.sqrt(source.size * target.size))
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,16 @@ from functools import cached_property
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.descriptors import heat_kernel_signature, scale_invariant_heat_kernel_signature
+from solver.descriptors import (
+    conformal_factor,
+    eigenfunction_norms,
+    gaussian_curvature,
+    geodesic_histogram,
+    heat_kernel_signature,
+    photometric,
+    scale_invariant_heat_kernel_signature,
+    wave_kernel_signature,
+)
 from solver.errors import MeshError, OptionError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh
@@ -21,19 +30,30 @@ from solver.spectrum import Spectrum, laplace_beltrami_spectrum
 from solver.structures import (
     Biharmonic,
     CommuteTime,
+    ConformalFactor,
     DescriptorChoice,
     Diffusion,
+    Eigenfunctions,
+    GaussianCurvature,
     Geodesic,
+    GeodesicHistogram,
     HeatKernelSignature,
     MetricChoice,
     NoDescriptor,
+    Photometric,
     ScaleInvariantHeatKernelSignature,
+    WaveKernelSignature,
     descriptor_choice,
     metric_choice,
 )
 
 DEFAULT_EIGENPAIRS = 100
 """Eigenpairs that spectral metrics and descriptors are made of."""
+
+WITHOUT_COLORS = (
+    "the shape has no vertex colours; choose another descriptor, or upload the shape in a format "
+    "that has them, such as PLY"
+)
 
 
 class Shape:
@@ -85,6 +105,7 @@ class Shape:
         self.eigenpairs = eigenpairs
         self._unit_spectrum = spectrum
         self._metrics: dict[MetricChoice, Metric] = {}
+        self._fields: dict[DescriptorChoice, FloatArray] = {}
         self._samplings: dict[MetricChoice, FarthestPointSampling] = {}
 
     @property
@@ -155,24 +176,24 @@ class Shape:
 
         Returns
         -------
-        (S, m) float64; m is 0 for "none".
+        (S, m) float64; m is 0 for "none". Eigenfunctions are given by magnitude, in order of
+        their eigenvalues, which is all that one shape tells; a match compares those of its two
+        shapes with signs and groups that they have in common.
 
         Raises
         ------
         OptionError
-            The name is unknown.
+            The name is unknown, or the shape has no colours for a descriptor made of them.
         """
         chosen = descriptor_choice(choice).settled(self.size)
-        match chosen:
-            case NoDescriptor():
-                return np.zeros((self.n_vertices if vertices is None else len(vertices), 0))
-            case HeatKernelSignature():
-                return heat_kernel_signature(self.spectrum(), np.array(chosen.times), vertices)
-            case ScaleInvariantHeatKernelSignature():
-                return scale_invariant_heat_kernel_signature(
-                    self.spectrum(), chosen.frequencies, vertices
-                )
-        raise AssertionError(f"{chosen} cannot be computed")
+        if isinstance(chosen, GaussianCurvature | ConformalFactor):
+            # Systems on the whole surface, solved once.
+            if chosen not in self._fields:
+                self._fields[chosen] = self._new_field(chosen)
+            field = self._fields[chosen]
+            return field if vertices is None else field[vertices]
+        everywhere = np.arange(self.n_vertices) if vertices is None else vertices
+        return self._describe(chosen, everywhere)
 
     def sampling(self, choice: MetricChoice | str, count: int) -> FarthestPointSampling:
         """Farthest point sampling in a metric.
@@ -206,4 +227,36 @@ class Shape:
                 return CommuteTimeMetric(self.spectrum())
             case Biharmonic():
                 return BiharmonicMetric(self.spectrum())
+        raise AssertionError(f"{chosen} cannot be computed")
+
+    def _new_field(self, chosen: GaussianCurvature | ConformalFactor) -> FloatArray:
+        match chosen:
+            case GaussianCurvature(scale=float(scale)):
+                return gaussian_curvature(self.surface, scale)
+            case ConformalFactor():
+                return conformal_factor(self.surface)
+        raise AssertionError(f"{chosen} cannot be computed")
+
+    def _describe(self, chosen: DescriptorChoice, vertices: IntArray) -> FloatArray:
+        match chosen:
+            case NoDescriptor():
+                return np.zeros((len(vertices), 0))
+            case Photometric(radius=float(radius)):
+                if self.surface.colors is None:
+                    raise OptionError("descriptor", WITHOUT_COLORS)
+                return photometric(self.surface, self.metric("geodesic"), radius, vertices)
+            case GeodesicHistogram(radius=float(radius), bins=bins):
+                metric = self.metric("geodesic")
+                return geodesic_histogram(self.surface, metric, radius, bins, vertices)
+            case Eigenfunctions(count=count):
+                spectrum = self.spectrum(max(self.eigenpairs, count + 1))
+                single = np.arange(1, min(count + 1, spectrum.n_eigenpairs) + 1)
+                norms = eigenfunction_norms(spectrum, single, vertices)
+                return np.pad(norms, ((0, 0), (0, count - norms.shape[1])))
+            case HeatKernelSignature(times=tuple(times)):
+                return heat_kernel_signature(self.spectrum(), np.array(times), vertices)
+            case ScaleInvariantHeatKernelSignature(frequencies=frequencies):
+                return scale_invariant_heat_kernel_signature(self.spectrum(), frequencies, vertices)
+            case WaveKernelSignature(sigma=sigma):
+                return wave_kernel_signature(self.spectrum(), sigma=sigma, vertices=vertices)
         raise AssertionError(f"{chosen} cannot be computed")

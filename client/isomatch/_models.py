@@ -120,8 +120,8 @@ class Structure(Answer):
         What it is, and where it is from.
     unit
         Of its values, in powers of length; ``"1"`` if they have none.
-    invariance
-        What does not change it.
+    invariance, remarks
+        What does not change it, and what else must be known of that.
     spectral
         Whether it is made of Laplace-Beltrami eigenpairs.
     needs_colors
@@ -136,6 +136,7 @@ class Structure(Answer):
     source: str
     unit: str
     invariance: Invariance
+    remarks: str
     spectral: bool
     needs_colors: bool
     parameters: tuple[StructureParameter, ...]

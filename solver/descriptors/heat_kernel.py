@@ -4,11 +4,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.spectrum import Spectrum
-
-_TIMES = np.geomspace(np.log(10.0) / (100.0 * np.pi), 1.0, 32)
-"""Time scales of the heat kernel signature on a surface of unit area. They begin at 4 ln 10 / λ,
-λ = 4π · 100 being the hundredth eigenvalue by Weyl's law: its term has decayed to 10⁻⁴ by then
-(Sun, Ovsjanikov and Guibas, SGP 2009). At their end little but the constant is left."""
+from solver.structures.descriptors import HEAT_TIMES
 
 _OCTAVES = (-8, 2)
 """log₂(t/A) of the first and the last time scale of the scale-invariant signature: from where a
@@ -46,7 +42,7 @@ def heat_kernel_signature(
     ValueError
         A time is not positive.
     """
-    times = _TIMES if times is None else np.asarray(times, dtype=np.float64)
+    times = np.asarray(HEAT_TIMES if times is None else times, dtype=np.float64)
     trace = np.exp(-np.outer(spectrum.eigenvalues, times)).sum(axis=0)
     signature: FloatArray = _heat_kernel_diagonal(spectrum, times, vertices) * (
         spectrum.area / trace / np.sqrt(len(times))

@@ -78,6 +78,11 @@ class Parameter:
         """Whether it is a number of things."""
         return isinstance(self.default, int)
 
+    def plain(self, value: Any) -> Any:
+        """Return a value in range as Python's own numbers, which hash alike."""
+        kind = int if self.whole else float
+        return tuple(map(kind, value)) if self.longest else kind(value)
+
     def settled(self, value: Any, length: float) -> Any:
         """Return the value, or for ``None`` the default on a surface of area `length`²."""
         if value is not None:
@@ -117,8 +122,8 @@ class Structure:
         for name, known in self.parameters().items():
             value = getattr(self, name)
             known.check(name, value)
-            if known.longest and value is not None:
-                object.__setattr__(self, name, tuple(value))
+            if value is not None:
+                object.__setattr__(self, name, known.plain(value))
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:

@@ -28,6 +28,84 @@ class NoDescriptor(DescriptorChoice):
 
 
 @dataclass(frozen=True)
+class Photometric(DescriptorChoice):
+    """Mean colour of the surface around a point, sections 3.8 and 6.3.
+
+    Parameters
+    ----------
+    radius
+        Of the geodesic disc that is averaged over; 0 for the point's own colour. ``None`` for
+        0.03 times √area.
+    """
+
+    name = "photometric"
+    invariance = Invariance(bending="yes", topology="yes", scale="yes")
+    colored = True
+
+    radius: float | None = parameter(Parameter(0.0, GREATEST, 0.03, "length"))
+
+
+@dataclass(frozen=True)
+class GeodesicHistogram(DescriptorChoice):
+    """Local histogram of geodesic distances, section 3.5.
+
+    Parameters
+    ----------
+    radius
+        Of the geodesic disc; ``None`` for 0.25 times √area.
+    bins
+        Annuli into which it is divided.
+    """
+
+    name = "geodesic_histogram"
+    invariance = Invariance(bending="yes", topology="no", scale="no")
+
+    radius: float | None = parameter(Parameter(1.0 / GREATEST, GREATEST, 0.25, "length"))
+    bins: int = parameter(Parameter(1, 64, 8))
+
+
+@dataclass(frozen=True)
+class GaussianCurvature(DescriptorChoice):
+    """Gaussian curvature, averaged over a neighbourhood.
+
+    Parameters
+    ----------
+    scale
+        Root mean square distance over which is averaged; 0 for none, ``None`` for 0.1 times √area.
+    """
+
+    name = "gaussian_curvature"
+    invariance = Invariance(bending="yes", topology="no", scale="no")
+
+    scale: float | None = parameter(Parameter(0.0, GREATEST, 0.1, "length"))
+
+
+@dataclass(frozen=True)
+class ConformalFactor(DescriptorChoice):
+    """Conformal factor of the map to even curvature (Ben-Chen and Gotsman, 3DOR 2008)."""
+
+    name = "conformal_factor"
+    invariance = Invariance(bending="yes", topology="no", scale="yes")
+
+
+@dataclass(frozen=True)
+class Eigenfunctions(DescriptorChoice):
+    """Laplace-Beltrami eigenfunctions (Hu and Hua 2009; Dubrovina and Kimmel 2010).
+
+    Parameters
+    ----------
+    count
+        Eigenfunctions looked at, the constant one not among them.
+    """
+
+    name = "eigenfunctions"
+    invariance = Invariance(bending="yes", topology="no", scale="yes")
+    spectral = True
+
+    count: int = parameter(Parameter(1, 100, 20))
+
+
+@dataclass(frozen=True)
 class HeatKernelSignature(DescriptorChoice):
     """Heat kernel signature, section 3.6.
 
@@ -64,9 +142,36 @@ class ScaleInvariantHeatKernelSignature(DescriptorChoice):
     frequencies: int = parameter(Parameter(1, 40, 6))
 
 
+@dataclass(frozen=True)
+class WaveKernelSignature(DescriptorChoice):
+    """Wave kernel signature (Aubry, Schlickewei and Cremers, ICCV workshops 2011).
+
+    Parameters
+    ----------
+    sigma
+        Width σ of the filters, in logarithms of eigenvalues.
+    """
+
+    name = "wks"
+    invariance = Invariance(bending="yes", topology="approx", scale="yes")
+    spectral = True
+
+    sigma: float = parameter(Parameter(0.01, 10.0, 0.2))
+
+
 DESCRIPTORS: dict[str, type[DescriptorChoice]] = {
     kind.name: kind
-    for kind in (NoDescriptor, HeatKernelSignature, ScaleInvariantHeatKernelSignature)
+    for kind in (
+        NoDescriptor,
+        Photometric,
+        GeodesicHistogram,
+        GaussianCurvature,
+        ConformalFactor,
+        Eigenfunctions,
+        HeatKernelSignature,
+        ScaleInvariantHeatKernelSignature,
+        WaveKernelSignature,
+    )
 }
 """The descriptors by name, "none" included."""
 

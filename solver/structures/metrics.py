@@ -15,8 +15,8 @@ Weyl's law: what the spectrum leaves out does not count. On 24 shapes of six cla
 shapes of the same class first in 96 % of the cases with 6 points and 100 % with 8.
 """
 
-GREATEST = 1e18
-"""Bound of lengths and areas: nobody's unit is that small."""
+GREATEST = 1e30
+"""Bound of lengths and areas, and of their inverses."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field
 Degree: TypeAlias = Literal["yes", "approx", "no"]
 Unit: TypeAlias = Literal["", "length", "area"]
 
-GREATEST: Final = 1e18
-"""Bound of lengths and areas."""
+GREATEST: Final = 1e30
+"""Bound of lengths and areas, and of their inverses."""
 
 LEVELS: Final = Field(min_length=1, max_length=8, strict=False)
 """One choice for each level. A JSON array arrives as a list, which is not strictly a tuple."""
@@ -42,6 +42,8 @@ class About:
         Whether it is made of Laplace-Beltrami eigenpairs.
     colored
         Whether it needs vertex colours.
+    remarks
+        What else must be known of its invariances.
     """
 
     formula: str
@@ -50,6 +52,7 @@ class About:
     invariance: tuple[Degree, Degree, Degree]
     spectral: bool = False
     colored: bool = False
+    remarks: str = ""
 
 
 @dataclass(frozen=True)
@@ -108,6 +111,7 @@ class Structure(BaseModel):
     source: str = Field(description="Section and equation of RR-7333, or the publication.")
     unit: str = Field(description='Of its values, in powers of length; "1" if they have none.')
     invariance: Invariance
+    remarks: str = Field(description="What else must be known of its invariances; often nothing.")
     spectral: bool = Field(description="Whether it is made of Laplace-Beltrami eigenpairs.")
     needs_colors: bool = Field(description="Whether the shapes must have vertex colours.")
     parameters: tuple[StructureParameter, ...]
@@ -124,6 +128,7 @@ def described(kind: type[Choice]) -> Structure:
         source=about.source,
         unit=about.unit,
         invariance=Invariance(bending=bending, topology=topology, scale=scale),
+        remarks=about.remarks,
         spectral=about.spectral,
         needs_colors=about.colored,
         parameters=tuple(
