@@ -26,6 +26,9 @@ _TOLERANCE = 1e-8
 _BELOW = (0.4, 0.55, 0.7)
 """Share of the wanted eigenvalues below the shift: least, aim, most."""
 
+_ACCURATE, _SOUND = 1e-9, 1e-6
+"""Relative errors of a factor's solutions: fit to find eigenpairs with, and to count them with."""
+
 _TRIALS = 5
 _SEED = 20100707
 
@@ -83,7 +86,7 @@ def _factors(matrix: sp.csc_array, k: int, guess: float) -> Iterator[_Factor]:
     least, aim, most = (share * k for share in _BELOW)
     shift = _BELOW[1] * guess
     for _ in range(_TRIALS):
-        factor = _factorised(matrix, shift)
+        factor = _factorised(matrix, shift, _ACCURATE)
         if factor is None:
             shift *= 0.99
         elif least <= factor.below <= most:
@@ -91,13 +94,13 @@ def _factors(matrix: sp.csc_array, k: int, guess: float) -> Iterator[_Factor]:
             break
         else:
             shift *= min(max(aim / max(factor.below, 1), 0.01), 100.0)
-    factor = _factorised(matrix, -1e-8 * float(matrix.diagonal().max()))
+    factor = _factorised(matrix, -1e-8 * float(matrix.diagonal().max()), _SOUND)
     if factor is not None:
         yield factor
 
 
-def _factorised(matrix: sp.csc_array, shift: float) -> _Factor | None:
-    """Factor of A - σ I, or none if it is unsound."""
+def _factorised(matrix: sp.csc_array, shift: float, tolerance: float) -> _Factor | None:
+    """Factor of A - σ I, or none if its solutions err by more than a tolerance."""
     n = matrix.shape[0]
     try:
         lu = spla.splu(
@@ -115,7 +118,7 @@ def _factorised(matrix: sp.csc_array, shift: float) -> _Factor | None:
     probe = np.random.default_rng(_SEED).standard_normal((1, n))
     solved = factor.solve(probe)[0]
     error = np.linalg.norm(matrix @ solved - shift * solved - probe[0])
-    sound = (lu.perm_r == lu.perm_c).all() and error < 1e-6 * np.linalg.norm(probe)
+    sound = (lu.perm_r == lu.perm_c).all() and error < tolerance * np.linalg.norm(probe)
     return factor if sound else None
 
 
@@ -125,7 +128,7 @@ def _complete(matrix: sp.csc_array, values: FloatArray) -> bool:
     below = int(gaps[-1]) + 1  # of what follows the last gap, any members are as good as others
     for place in (0.5, 0.25, 0.75):
         shift = (1.0 - place) * values[below - 1] + place * values[below]
-        factor = _factorised(matrix, float(shift))
+        factor = _factorised(matrix, float(shift), _SOUND)
         if factor is not None:
             return factor.below == below
     return True

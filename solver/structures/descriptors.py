@@ -52,7 +52,7 @@ class GeodesicHistogram(DescriptorChoice):
     Parameters
     ----------
     radius
-        Of the geodesic disc; ``None`` for 0.25 times √area.
+        Of the geodesic disc; ``None`` for 0.3 times √area.
     bins
         Annuli into which it is divided.
     """
@@ -60,7 +60,7 @@ class GeodesicHistogram(DescriptorChoice):
     name = "geodesic_histogram"
     invariance = Invariance(bending="yes", topology="no", scale="no")
 
-    radius: float | None = parameter(Parameter(1.0 / GREATEST, GREATEST, 0.25, "length"))
+    radius: float | None = parameter(Parameter(1.0 / GREATEST, GREATEST, 0.3, "length"))
     bins: int = parameter(Parameter(1, 64, 8))
 
 
@@ -71,13 +71,13 @@ class GaussianCurvature(DescriptorChoice):
     Parameters
     ----------
     scale
-        Root mean square distance over which is averaged; 0 for none, ``None`` for 0.1 times √area.
+        Root mean square distance over which is averaged; 0 for none, ``None`` for 0.2 times √area.
     """
 
     name = "gaussian_curvature"
     invariance = Invariance(bending="yes", topology="no", scale="no")
 
-    scale: float | None = parameter(Parameter(0.0, GREATEST, 0.1, "length"))
+    scale: float | None = parameter(Parameter(0.0, GREATEST, 0.2, "length"))
 
 
 @dataclass(frozen=True)

@@ -192,19 +192,24 @@ def permuted(mesh: TriangleMesh, seed: int) -> tuple[TriangleMesh, IntArray]:
     """Renumber vertices and faces; vertex v of `mesh` becomes vertex ``where[v]``."""
     random = np.random.default_rng(seed)
     where = random.permutation(mesh.n_vertices)
-    vertices = np.empty_like(mesh.vertices)
-    vertices[where] = mesh.vertices
+    back = np.argsort(where)
     faces = random.permutation(where[mesh.faces])
-    return triangle_mesh(vertices, faces), where.astype(np.int64)
+    colors = None if mesh.colors is None else mesh.colors[back]
+    return triangle_mesh(mesh.vertices[back], faces, colors), where.astype(np.int64)
 
 
 def moved(mesh: TriangleMesh, seed: int, scale: float = 1.0) -> TriangleMesh:
     """Rotate, scale and shift a mesh."""
     random = np.random.default_rng(seed)
     rotation, _ = np.linalg.qr(random.standard_normal((3, 3)))
-    return triangle_mesh(
-        scale * mesh.vertices @ rotation + scale * random.standard_normal(3), mesh.faces
-    )
+    vertices = scale * mesh.vertices @ rotation + scale * random.standard_normal(3)
+    return triangle_mesh(vertices, mesh.faces, mesh.colors)
+
+
+def painted(mesh: TriangleMesh) -> TriangleMesh:
+    """Give a mesh colours that differ from place to place."""
+    waves = mesh.vertices @ np.array([[3.0, 1.0, 0.0], [0.0, 2.0, 1.0], [1.0, 0.0, 4.0]])
+    return triangle_mesh(mesh.vertices, mesh.faces, 0.5 + 0.5 * np.sin(waves))
 
 
 def _circle(count: int) -> FloatArray:

@@ -79,11 +79,11 @@ class GeodesicHistogram(Choice):
     )
 
     name: Literal["geodesic_histogram"]
-    radius: Annotated[float | None, Suited(0.25, "length")] = Field(
+    radius: Annotated[float | None, Suited(0.3, "length")] = Field(
         default=None,
         ge=1.0 / GREATEST,
         le=GREATEST,
-        description="Radius r of the disc, in the shapes' unit of length; null for 0.25 of √area.",
+        description="Radius r of the disc, in the shapes' unit of length; null for 0.3 of √area.",
     )
     bins: int = Field(default=8, ge=1, le=64, description="Number B of annuli.")
 
@@ -99,12 +99,12 @@ class GaussianCurvature(Choice):
     )
 
     name: Literal["gaussian_curvature"]
-    scale: Annotated[float | None, Suited(0.1, "length")] = Field(
+    scale: Annotated[float | None, Suited(0.2, "length")] = Field(
         default=None,
         ge=0.0,
         le=GREATEST,
         description="Root mean square distance over which is averaged, in the shapes' unit of"
-        " length; 0 for none, null for 0.1 of √area.",
+        " length; 0 for none, null for 0.2 of √area.",
     )
 
 

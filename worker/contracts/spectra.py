@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-SPECTRUM_VERSION: Final = 1
+SPECTRUM_VERSION: Final = 2
 """Raised whenever the solver's spectra change, so that no stale one is taken from a cache."""
 
 
