@@ -9,7 +9,7 @@ from pydantic import AfterValidator
 from service.jobs.schemas import Job
 from service.problems import UnknownShape
 from service.state import Caller, RequestId, Service, ServiceOf
-from worker.contracts import FieldProblem, JobRecord, Once, Order
+from worker.contracts import FieldProblem, JobRecord, Once, Order, ShapeRecord
 
 LONGEST_KEY: Final = 255
 
@@ -64,7 +64,7 @@ def accepted(record: JobRecord, service: Service, response: Response) -> Job:
     return job
 
 
-def use_shapes(service: Service, named: Mapping[str, str]) -> None:
+def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRecord]:
     """Keep the shapes that a request names for longer, which are needed when its job is begun.
 
     Parameters
@@ -74,12 +74,17 @@ def use_shapes(service: Service, named: Mapping[str, str]) -> None:
     named
         Ids of the shapes by the fields that name them, such as ``body.source``.
 
+    Returns
+    -------
+    Their records, by the same fields.
+
     Raises
     ------
     UnknownShape
         There is no such shape, or no longer.
     """
     shapes = service.store.shapes
+    found = {field: shapes.use(shape) for field, shape in named.items()}
     unknown = tuple(
         FieldProblem(
             field=field,
@@ -88,7 +93,8 @@ def use_shapes(service: Service, named: Mapping[str, str]) -> None:
             else f"there is no shape {shape}",
         )
         for field, shape in named.items()
-        if shapes.use(shape) is None
+        if found[field] is None
     )
     if unknown:
         raise UnknownShape("Upload the shapes first; `errors` says which is unknown.", unknown)
+    return {field: record for field, record in found.items() if record is not None}

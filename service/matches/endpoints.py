@@ -16,6 +16,7 @@ from service.problems import (
     responses,
 )
 from service.state import Service, ServiceOf
+from service.structures.colors import check_colors
 from worker.contracts import MatchPayload
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
@@ -49,5 +50,6 @@ def create_match(
 
 
 def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
-    use_shapes(service, {"body.source": asked.source, "body.target": asked.target})
+    shapes = use_shapes(service, {"body.source": asked.source, "body.target": asked.target})
+    check_colors(asked, shapes)
     return MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())

@@ -17,7 +17,15 @@ class MatchRequest(MatchParameters):
                     "source": "9b74c9897bac770ffc029102a200c5de",
                     "target": "37b51d194a7513e45b56f6524f2d51f2",
                     "points": 32,
-                }
+                },
+                {
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                    "points": 16,
+                    "metric": [{"name": "diffusion", "time": 0.02}, "geodesic"],
+                    "descriptor": {"name": "geodesic_histogram", "bins": 12},
+                    "first_order_weight": 0.2,
+                },
             ]
         }
     )

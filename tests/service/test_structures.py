@@ -1,8 +1,12 @@
 """``/v1/structures``: what can be chosen, and that all of it can be."""
 
-import httpx2
+from collections.abc import Callable
 
-from tests.service.conftest import Json
+import httpx2
+import numpy as np
+import trimesh
+
+from tests.service.conftest import Json, problem
 
 Shapes = tuple[str, str]
 
@@ -73,3 +77,43 @@ def test_without_normalisation_distances_are_the_users(http: httpx2.Client, shap
     assert found[0]["correspondences"][0]["source"] == found[1]["correspondences"][0]["source"]
     # The second shape is the first one turned, so both have the same area.
     assert abs(plain["linf"] - unit["linf"] * area**0.5) < 1e-6 * area**0.5
+
+
+def test_colours_that_are_not_there(http: httpx2.Client, shapes: Shapes) -> None:
+    body = {"source": shapes[0], "target": shapes[1], "points": 8}
+    for descriptor, field in (
+        ("photometric", "body.descriptor"),
+        (["none", {"name": "photometric", "radius": 0.1}], "body.descriptor.1"),
+    ):
+        asked = body | {"descriptor": descriptor}
+        document = problem(http.post("/v1/matches", json=asked), 422, "invalid-request")
+        assert [error["field"] for error in document["errors"]] == [field]
+        assert "source, target has none" in document["errors"][0]["message"]
+    unweighed = body | {"descriptor": "photometric", "first_order_weight": 0.0}
+    assert done(http, unweighed)["state"] == "succeeded"
+
+
+def test_colours_are_compared(http: httpx2.Client, upload: Callable[..., Json]) -> None:
+    """Two painted spheres, one turned: nothing but the paint tells which point is which."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    paint = np.round(255 * (0.5 + 0.5 * np.sin(ball.vertices @ np.diag([1.0, 1.3, 1.7]))))
+    ids = []
+    for turned in (ball.vertices, ball.vertices[:, [1, 2, 0]]):
+        mesh = trimesh.Trimesh(turned, ball.faces, vertex_colors=paint, process=False)
+        shape = upload(mesh.export(file_type="ply"), "ball.ply")
+        assert shape["has_colors"]
+        ids.append(shape["id"])
+    body = {
+        "source": ids[0],
+        "target": ids[1],
+        "points": 8,
+        "metric": "geodesic",
+        "descriptor": {"name": "photometric", "radius": 0},
+        "first_order_weight": 10,
+    }
+    job = done(http, body)
+    assert job["state"] == "succeeded", job["error"]
+    result = http.get(f"/v1/jobs/{job['id']}/result").json()
+    pairs = [(pair["source"], pair["target"]) for pair in result["correspondences"]]
+    colours = paint[[x for x, _ in pairs]] - paint[[y for _, y in pairs]]
+    assert np.abs(colours).mean() < 30

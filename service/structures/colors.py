@@ -1,0 +1,43 @@
+"""Whether shapes have the colours that what is compared of them is made of."""
+
+from collections.abc import Mapping
+
+from service.problems import InvalidRequest
+from worker.contracts import FieldProblem, MatchParameters, ShapeRecord
+
+
+def check_colors(parameters: MatchParameters, shapes: Mapping[str, ShapeRecord]) -> None:
+    """Refuse descriptors made of colours for shapes that have none.
+
+    Parameters
+    ----------
+    parameters
+        What is compared.
+    shapes
+        The shapes, by the fields that name them, such as ``body.source``.
+
+    Raises
+    ------
+    InvalidRequest
+        A shape has no vertex colours; the field is that of the descriptor.
+    """
+    without = [
+        field.removeprefix("body.") for field, shape in shapes.items() if not shape.has_colors
+    ]
+    if not without or parameters.first_order_weight == 0.0:
+        return
+    several = isinstance(parameters.descriptor, tuple)
+    wrong = tuple(
+        FieldProblem(
+            field=f"body.descriptor.{place}" if several else "body.descriptor",
+            message=f"{choice.name!r} needs vertex colours, and {', '.join(without)} has none",
+        )
+        for place, choice in enumerate(parameters.descriptors)
+        if choice.about.colored
+    )
+    if wrong:
+        raise InvalidRequest(
+            "Choose another descriptor, or upload the shape in a format that has vertex colours,"
+            " such as PLY.",
+            wrong,
+        )
