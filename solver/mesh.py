@@ -1,23 +1,19 @@
 """Triangle meshes: the discrete surfaces X and Y of section 2, read, checked and repaired."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh_formats import READERS
+from solver.repair import TriangleSoup, repaired
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
-
-_FLAT = 1e-14
-"""Twice a triangle's area over its longest edge squared, below which it has no area to speak of:
-some tens of rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,8 +21,9 @@ class TriangleMesh:
     """A triangulated surface, sound enough to compute on.
 
     Every vertex belongs to a face, every face has three distinct vertices and an area, no face
-    occurs twice, all coordinates are finite. It may have boundaries, several components and
-    non-manifold edges. Make one with :func:`triangle_mesh` or :func:`read_mesh`.
+    occurs twice, all coordinates are finite, neighbouring faces are oriented alike unless the
+    surface is one-sided. It may have boundaries, several components and non-manifold edges. Make
+    one with :func:`triangle_mesh` or :func:`read_mesh`.
 
     Parameters
     ----------
@@ -40,6 +37,8 @@ class TriangleMesh:
         (V, 3) in 0..1, or ``None``.
     warnings
         What was repaired or assumed, in sentences for the user.
+    merged
+        (A, 2) the user's numbers of vertices that were merged into others, and of these.
     """
 
     vertices: FloatArray
@@ -47,6 +46,7 @@ class TriangleMesh:
     vertex_ids: IntArray
     colors: FloatArray | None = None
     warnings: tuple[str, ...] = ()
+    merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
 
     @property
     def n_vertices(self) -> int:
@@ -91,6 +91,36 @@ class TriangleMesh:
         keys, counts = np.unique(sides[:, 0] * self.n_vertices + sides[:, 1], return_counts=True)
         return np.stack(np.divmod(keys, self.n_vertices), axis=1), counts.astype(np.int64)
 
+    def vertices_of(self, ids: IntArray) -> IntArray:
+        """Find vertices by the user's own numbers.
+
+        Parameters
+        ----------
+        ids
+            (K,) the user's vertex numbers.
+
+        Returns
+        -------
+        (K,) int64, vertex indices of this mesh: for a number that was merged into another, that
+        other's; -1 for a number that is not part of the mesh.
+        """
+        known, stands_for = self._numbering
+        place = np.searchsorted(known, ids).clip(max=len(known) - 1)
+        found: IntArray = np.where(known[place] == ids, stands_for[place], -1)
+        return found
+
+    @cached_property
+    def _numbering(self) -> tuple[IntArray, IntArray]:
+        """Sorted user's numbers, and the vertex that each one stands for, -1 for none."""
+        order = np.argsort(self.vertex_ids, kind="stable")
+        place = np.searchsorted(self.vertex_ids[order], self.merged[:, 1])
+        heirs = order[place.clip(max=len(order) - 1)]
+        heirs = np.where(self.vertex_ids[heirs] == self.merged[:, 1], heirs, -1)
+        ids = np.concatenate([self.vertex_ids, self.merged[:, 0]])
+        vertices = np.concatenate([np.arange(self.n_vertices), heirs])
+        by_id = np.argsort(ids, kind="stable")
+        return ids[by_id], vertices[by_id].astype(np.int64)
+
     def scaled(self, factor: float) -> "TriangleMesh":
         """Return the mesh with its centre at the origin and its lengths times `factor`."""
         return replace(self, vertices=(self.vertices - _centre(self.vertices)) * factor)
@@ -100,7 +130,8 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     """Read a mesh file.
 
     Vertices keep the numbers they have in the file, whatever normals and texture coordinates it
-    has; formats that cannot share a vertex between faces (STL, glTF) have equal ones merged.
+    has; formats that cannot share a vertex between faces (STL, glTF) have equal ones merged. What
+    is repaired is what :func:`triangle_mesh` repairs.
 
     Parameters
     ----------
@@ -128,10 +159,7 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
         contents = READERS[kind](data)
     except MemoryError:
         raise MeshError("the file is too large to be read in the memory there is") from None
-    mesh = _checked(
-        contents.vertices, contents.faces, contents.vertex_ids, contents.colors, contents.notes
-    )
-    return replace(mesh, warnings=(*mesh.warnings, *_seam_note(mesh)))
+    return _checked(contents)
 
 
 def triangle_mesh(
@@ -139,9 +167,9 @@ def triangle_mesh(
 ) -> TriangleMesh:
     """Make a mesh of arrays: check them, and repair what can be repaired.
 
-    Faces that repeat a vertex or have no area, faces that occur twice (in either orientation) and
-    vertices of no face are dropped; `warnings` of the mesh says so and `vertex_ids` keeps the
-    numbers of the vertices given.
+    Repeated vertices, faces and parts of the surface are merged, seams and cracks closed, faces
+    without area dropped and the others turned alike; see :mod:`solver.repair`. `warnings` of the
+    mesh says so and `vertex_ids` keeps the numbers of the vertices given.
 
     Parameters
     ----------
@@ -172,9 +200,8 @@ def triangle_mesh(
         raise MeshError(f"faces must be an (F, 3) array, not one of shape {corners.shape}")
     if colors is not None and np.shape(colors) != points.shape:
         raise MeshError("colors must be a (V, 3) array with a row for every vertex")
-    return _checked(
-        points, corners.astype(np.int64).reshape(-1, 3), np.arange(len(points)), colors, ()
-    )
+    triangles = corners.astype(np.int64).reshape(-1, 3)
+    return _checked(TriangleSoup(points, triangles, colors, np.arange(len(points), dtype=np.int64)))
 
 
 def largest_component(mesh: TriangleMesh) -> TriangleMesh:
@@ -201,13 +228,15 @@ def largest_component(mesh: TriangleMesh) -> TriangleMesh:
         f"only the largest of {mesh.components} components was kept: "
         f"{100.0 * share:.3g} % of the area"
     )
-    return _compacted(
+    soup = TriangleSoup(
         mesh.vertices,
         mesh.faces[label == largest],
-        mesh.vertex_ids,
         mesh.colors,
+        mesh.vertex_ids,
         (*mesh.warnings, note),
+        mesh.merged,
     )
+    return _mesh(soup.compacted())
 
 
 def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -234,88 +263,22 @@ def _centre(vertices: FloatArray) -> FloatArray:
     return centre
 
 
-def _checked(
-    vertices: FloatArray,
-    faces: IntArray,
-    vertex_ids: IntArray,
-    colors: FloatArray | None,
-    notes: Sequence[str],
-) -> TriangleMesh:
-    if not len(vertices):
+def _checked(soup: TriangleSoup) -> TriangleMesh:
+    if not len(soup.vertices):
         raise MeshError("the mesh has no vertices")
-    if not np.isfinite(vertices).all():
-        bad = int(np.argmin(np.isfinite(vertices).all(axis=1)))
-        raise MeshError(f"vertex {bad} has a coordinate that is not a finite number")
-    if not len(faces):
+    if not len(soup.faces):
         raise MeshError("the mesh has no faces; a point cloud cannot be matched")
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise MeshError(f"a face refers to a vertex outside 0..{len(vertices) - 1}")
-    notes = list(notes)
-    sound = _sound_faces(vertices, faces, notes)
-    if not sound.any():
-        raise MeshError("no face has an area: all of them are degenerate")
-    unused = len(vertices) - len(np.unique(faces[sound]))
-    if unused:
-        notes.append(f"{unused} vertices that belong to no face were dropped")
-    mesh = _compacted(vertices, faces[sound], vertex_ids, colors, notes)
-    if not 0.0 < mesh.area < np.inf:
-        raise MeshError("the coordinates are too large or too small for an area to be computed")
-    return mesh
+    if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
+        raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
+    return _mesh(repaired(soup))
 
 
-def _seam_note(mesh: TriangleMesh) -> tuple[str, ...]:
-    """Warn of borders that lie on one another: the surface may be meant to be whole there."""
-    edges, counts = mesh._edge_census
-    border = mesh.vertices[np.unique(edges[counts == 1])]
-    coinciding = len(border) - len(np.unique(border, axis=0))
-    if not coinciding:
-        return ()
-    return (
-        f"{coinciding} border vertices lie exactly on others; the surface is cut there, "
-        "merge them if it should not be",
-    )
-
-
-def _sound_faces(vertices: FloatArray, faces: IntArray, notes: list[str]) -> BoolArray:
-    """Mark the faces that have an area and occur for the first time; note what the others are."""
-    extent = np.ptp(vertices, axis=0).max()
-    if not 0.0 < extent < np.inf:
-        raise MeshError("the mesh has no extent: its vertices coincide, or are too far apart")
-    unit = (vertices - _centre(vertices)) / extent
-    a, b, c = (unit[faces[:, corner]] for corner in range(3))
-    longest = np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0)
-    repeated = (np.sort(faces, axis=1)[:, 1:] == np.sort(faces, axis=1)[:, :-1]).any(axis=1)
-    flat = ~repeated & (2.0 * triangle_areas(unit, faces) <= _FLAT * longest)
-    sound = ~(repeated | flat)
-    first = np.zeros(len(faces), dtype=np.bool_)
-    first[np.unique(np.sort(faces, axis=1), axis=0, return_index=True)[1]] = True
-    twice = sound & ~first
-    for bad, what in (
-        (repeated, "that use a vertex twice"),
-        (flat, "without area"),
-        (twice, "that occur twice"),
-    ):
-        if bad.any():
-            notes.append(f"{int(bad.sum())} faces {what} were dropped")
-    kept: BoolArray = sound & first
-    return kept
-
-
-def _compacted(
-    vertices: FloatArray,
-    faces: IntArray,
-    vertex_ids: IntArray,
-    colors: FloatArray | None,
-    notes: Sequence[str],
-) -> TriangleMesh:
-    """Drop the vertices that no face uses."""
-    used = np.zeros(len(vertices), dtype=np.bool_)
-    used[faces] = True
-    number = np.cumsum(used) - 1
+def _mesh(soup: TriangleSoup) -> TriangleMesh:
     return TriangleMesh(
-        np.ascontiguousarray(vertices[used]),
-        number[faces].astype(np.int64),
-        vertex_ids[used].astype(np.int64),
-        None if colors is None else np.ascontiguousarray(colors[used], dtype=np.float64),
-        tuple(notes),
+        np.ascontiguousarray(soup.vertices, dtype=np.float64),
+        soup.faces,
+        soup.vertex_ids,
+        None if soup.colors is None else np.ascontiguousarray(soup.colors, dtype=np.float64),
+        soup.notes,
+        soup.merged,
     )

@@ -20,6 +20,10 @@ from solver.mesh import TriangleMesh
 
 _DENSE_VERTICES = 400
 
+_LEAST_MASS = 1e-6
+"""Area of a vertex relative to the average one: among needles there are vertices with next to none,
+and the eigenvectors of M^-½ L M^-½ would be no more accurate than the inverse of the least."""
+
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
@@ -181,6 +185,7 @@ def laplacian(mesh: TriangleMesh) -> tuple[sp.csc_array, FloatArray]:
     weights: FloatArray = mass.diagonal().astype(np.float64)
     if not (np.isfinite(stiffness.data).all() and (weights > 0.0).all()):
         raise MeshError("the mesh has no sound Laplacian: some of its faces are nearly degenerate")
+    weights = np.maximum(weights, _LEAST_MASS * weights.mean())
     return sp.csc_array(0.5 * (stiffness + stiffness.T)), weights
 
 
@@ -194,7 +199,9 @@ def _eigenpairs(
         # Weyl's law: λ_k A ≈ 4πk, and the area is 1.
         return smallest_eigenpairs(matrix, k, null_vector, 4.0 * np.pi * k)
     values, vectors = scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, k - 1))
+    # Orthogonal to the null vector itself, not to what rounding has made of it.
     values[0], vectors[:, 0] = 0.0, null_vector
+    vectors = np.asarray(scipy.linalg.qr(vectors, mode="economic")[0], dtype=np.float64)
     return np.maximum(values, 0.0), vectors
 
 

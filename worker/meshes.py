@@ -17,6 +17,7 @@ def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
         vertex_ids=mesh.vertex_ids,
         colors=np.empty((0, 3)) if mesh.colors is None else mesh.colors,
         warnings=np.array(mesh.warnings, dtype=np.str_),
+        merged=mesh.merged,
     )
     return stream.getvalue()
 
@@ -30,4 +31,6 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
             vertex_ids=arrays["vertex_ids"],
             colors=arrays["colors"] if len(arrays["colors"]) else None,
             warnings=tuple(str(warning) for warning in arrays["warnings"]),
+            # Shapes of before repairs have none.
+            merged=arrays["merged"] if "merged" in arrays else np.zeros((0, 2), dtype=np.int64),
         )

@@ -7,14 +7,14 @@ that is cut off or contradicts itself raises `MeshError`, it never yields part o
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from solver.mesh_formats.contents import FileContents
 from solver.mesh_formats.gltf import read_glb, read_gltf
 from solver.mesh_formats.obj import read_obj
 from solver.mesh_formats.off import read_off
 from solver.mesh_formats.ply import read_ply
 from solver.mesh_formats.stl import read_stl
+from solver.repair.soup import TriangleSoup
 
-READERS: Mapping[str, Callable[[bytes], FileContents]] = MappingProxyType(
+READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
     {
         "off": read_off,
         "obj": read_obj,
@@ -26,4 +26,4 @@ READERS: Mapping[str, Callable[[bytes], FileContents]] = MappingProxyType(
 )
 """Reader of each format by file extension, lower case, without the dot."""
 
-__all__ = ["READERS", "FileContents"]
+__all__ = ["READERS", "TriangleSoup"]

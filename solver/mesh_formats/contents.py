@@ -1,37 +1,19 @@
 """What every mesh format comes down to, and the operations readers share."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
-
-
-@dataclass(frozen=True, eq=False)
-class FileContents:
-    """Vertices and triangles as a file holds them, not yet checked or repaired.
-
-    Parameters
-    ----------
-    vertices
-        (V, 3).
-    faces
-        (F, 3) indices of vertices; polygons are cut into triangles already.
-    colors
-        (V, 3) in 0..1, or ``None``.
-    vertex_ids
-        (V,) number of each vertex in the file, from 0.
-    notes
-        What was changed in reading, in sentences for the user.
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-    colors: FloatArray | None
-    vertex_ids: IntArray
-    notes: tuple[str, ...] = ()
+from solver.repair.soup import (
+    TriangleSoup,
+    check_coordinates,
+    counted,
+    groups_of_equal_rows,
+)
+from solver.repair.triangulation import triangulated
 
 
 def polygon_contents(
@@ -40,8 +22,8 @@ def polygon_contents(
     corners: IntArray,
     colors: FloatArray | None = None,
     notes: Sequence[str] = (),
-) -> FileContents:
-    """Cut polygons into fans of triangles.
+) -> TriangleSoup:
+    """Cut polygons into triangles.
 
     Parameters
     ----------
@@ -59,27 +41,27 @@ def polygon_contents(
     Raises
     ------
     MeshError
-        A polygon has fewer than three corners, or names a vertex that does not exist.
+        A polygon has fewer than three corners, names a vertex that does not exist or lies nowhere,
+        or has too many corners.
     """
     if len(sizes) and sizes.min() < 3:
         raise MeshError(
             f"face {int(np.argmax(sizes < 3))} has {sizes.min()} corners; a face needs at least 3"
         )
     check_indices(corners, len(vertices))
+    if len(corners):
+        check_coordinates(vertices, corners)
+    cut = triangulated(vertices, sizes, corners)
     notes = list(notes)
     polygons = int((sizes > 3).sum())
     if polygons:
-        notes.append(f"{polygons} faces of more than three corners were cut into triangles")
-    fans = sizes - 2
-    first = np.repeat(np.cumsum(sizes) - sizes, fans)
-    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    triangles = np.stack([first, first + step + 1, first + step + 2], axis=1)
-    return FileContents(
-        vertices,
-        corners[triangles].astype(np.int64).reshape(-1, 3),
-        colors,
-        np.arange(len(vertices), dtype=np.int64),
-        tuple(notes),
+        notes.append(f"cut {counted(polygons, 'face')} of more than three corners into triangles")
+    if cut.crossed:
+        notes.append(
+            f"{counted(cut.crossed, 'face')} whose outline crosses itself: the triangles overlap"
+        )
+    return TriangleSoup(
+        vertices, cut.triangles, colors, np.arange(len(vertices), dtype=np.int64), tuple(notes)
     )
 
 
@@ -99,7 +81,7 @@ def check_indices(corners: IntArray, n_vertices: int) -> None:
         )
 
 
-def merge_coincident(contents: FileContents, reason: str) -> FileContents:
+def merge_coincident(contents: TriangleSoup, reason: str) -> TriangleSoup:
     """Merge vertices of exactly equal position, for formats that cannot share vertices.
 
     Parameters
@@ -111,26 +93,24 @@ def merge_coincident(contents: FileContents, reason: str) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
         Vertices in the order of their first appearance; `vertex_ids` tells where that was.
     """
-    positions = contents.vertices + 0.0  # -0.0 and 0.0 are the same place
-    _, first, inverse = np.unique(positions, axis=0, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    kept = first[order]
-    merged = len(positions) - len(kept)
-    if not merged:
+    into = groups_of_equal_rows((contents.vertices + 0.0).T)  # -0.0 and 0.0 are the same place
+    before = len(into)
+    merged = contents.with_vertices_merged(into)
+    kept = into == np.arange(before)
+    after = int(kept.sum())
+    if after == before:
         return contents
-    note = f"{reason}: {len(positions)} vertices were merged into {len(kept)}"
-    return FileContents(
-        contents.vertices[kept],
-        rank[inverse.reshape(-1)][contents.faces].astype(np.int64),
-        None if contents.colors is None else contents.colors[kept],
-        contents.vertex_ids[kept],
-        (*contents.notes, note),
-    )
+    number = np.cumsum(kept) - 1
+    return replace(
+        merged,
+        vertices=contents.vertices[kept],
+        faces=number[merged.faces].astype(np.int64),
+        colors=None if contents.colors is None else contents.colors[kept],
+        vertex_ids=contents.vertex_ids[kept],
+    ).noting(f"{reason}: {before} vertices were merged into {after}")
 
 
 def colors_in_unit_range(values: FloatArray) -> FloatArray | None:

@@ -16,11 +16,11 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.mesh_formats.contents import (
-    FileContents,
     check_indices,
     colors_in_unit_range,
     merge_coincident,
 )
+from solver.repair.soup import TriangleSoup
 
 _SEAMS = "glTF repeats vertices along texture seams and creases"
 _TRIANGLES, _TRIANGLE_STRIP = 4, 5
@@ -32,7 +32,7 @@ _DEEPEST = 256
 _ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 
 
-def read_glb(data: bytes) -> FileContents:
+def read_glb(data: bytes) -> TriangleSoup:
     """Read a binary glTF file.
 
     Parameters
@@ -42,7 +42,7 @@ def read_glb(data: bytes) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
         `vertex_ids` number the positions of all meshes in the order in which the scene uses them.
 
     Raises
@@ -63,7 +63,7 @@ def read_glb(data: bytes) -> FileContents:
     return _read(data, "glb", data[20 : 20 + json_length])
 
 
-def read_gltf(data: bytes) -> FileContents:
+def read_gltf(data: bytes) -> TriangleSoup:
     """Read a glTF file in JSON with its buffers embedded as data URIs.
 
     Parameters
@@ -73,7 +73,7 @@ def read_gltf(data: bytes) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
         As :func:`read_glb`.
 
     Raises
@@ -84,7 +84,7 @@ def read_gltf(data: bytes) -> FileContents:
     return _read(data, "gltf", data)
 
 
-def _read(data: bytes, file_type: str, tree: bytes) -> FileContents:
+def _read(data: bytes, file_type: str, tree: bytes) -> TriangleSoup:
     try:
         _check_tree(json.loads(tree.decode("utf-8")), len(data))
         parts = list(_parts(data, file_type))
@@ -100,7 +100,7 @@ def _read(data: bytes, file_type: str, tree: bytes) -> FileContents:
     offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
     with_colors = all(part.colors is not None for part in parts)
     notes = (f"{len(parts)} meshes of the scene were joined",) if len(parts) > 1 else ()
-    joined = FileContents(
+    joined = TriangleSoup(
         np.concatenate([part.vertices for part in parts]),
         np.concatenate([part.faces + start for part, start in zip(parts, offsets, strict=False)]),
         np.concatenate([part.colors for part in parts if part.colors is not None])
@@ -112,7 +112,7 @@ def _read(data: bytes, file_type: str, tree: bytes) -> FileContents:
     return merge_coincident(joined, _SEAMS)
 
 
-def _parts(data: bytes, file_type: str) -> Iterator[FileContents]:
+def _parts(data: bytes, file_type: str) -> Iterator[TriangleSoup]:
     # Imported here: it is slow to import, and no other format needs it.
     import trimesh
 
@@ -130,7 +130,7 @@ def _parts(data: bytes, file_type: str) -> Iterator[FileContents]:
         check_indices(corners.reshape(-1), len(local))
         if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirror turns faces inside out
             corners = corners[:, ::-1]
-        yield FileContents(
+        yield TriangleSoup(
             local @ matrix[:3, :3].T + matrix[:3, 3],
             corners,
             _colors(geometry.visual),

@@ -12,13 +12,14 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh_formats.contents import FileContents, colors_in_unit_range, polygon_contents
+from solver.mesh_formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh_formats.text import decode, float_table, last_line_note
+from solver.repair.soup import TriangleSoup
 
 _OTHER_INDICES = re.compile(r"/\S*")
 
 
-def read_obj(data: bytes) -> FileContents:
+def read_obj(data: bytes) -> TriangleSoup:
     """Read a Wavefront OBJ file.
 
     Parameters
@@ -28,7 +29,7 @@ def read_obj(data: bytes) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
         Vertices are the ``v`` lines in the order of the file.
 
     Raises

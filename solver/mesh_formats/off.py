@@ -10,13 +10,14 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.errors import MeshError
-from solver.mesh_formats.contents import FileContents, colors_in_unit_range, polygon_contents
+from solver.mesh_formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh_formats.text import counted_lists, decode, float_table, last_line_note
+from solver.repair.soup import TriangleSoup
 
 _HEADER = re.compile(r"(ST)?(C?)(N?)(4?)(n?)OFF(?![A-Za-z])\s*(.*)", re.DOTALL)
 
 
-def read_off(data: bytes) -> FileContents:
+def read_off(data: bytes) -> TriangleSoup:
     """Read an OFF file.
 
     Parameters
@@ -26,7 +27,7 @@ def read_off(data: bytes) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
 
     Raises
     ------

@@ -13,7 +13,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh_formats.contents import FileContents, colors_in_unit_range, polygon_contents
+from solver.mesh_formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh_formats.ply_data import (
     Columns,
     Element,
@@ -22,6 +22,7 @@ from solver.mesh_formats.ply_data import (
     text_columns,
 )
 from solver.mesh_formats.text import decode, last_line_note
+from solver.repair.soup import TriangleSoup
 
 _TYPES = {
     "char": "i1",
@@ -60,7 +61,7 @@ class _Header:
     size: int  # bytes, the line break after end_header included
 
 
-def read_ply(data: bytes) -> FileContents:
+def read_ply(data: bytes) -> TriangleSoup:
     """Read a PLY file.
 
     Parameters
@@ -70,7 +71,7 @@ def read_ply(data: bytes) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
         With colours if the vertices have ``red``, ``green`` and ``blue``.
 
     Raises

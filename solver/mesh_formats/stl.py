@@ -11,14 +11,15 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.errors import MeshError
-from solver.mesh_formats.contents import FileContents, merge_coincident
+from solver.mesh_formats.contents import merge_coincident
 from solver.mesh_formats.text import decode, float_table
+from solver.repair.soup import TriangleSoup
 
 _FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
 """First words of the lines that make a facet."""
 
 
-def read_stl(data: bytes) -> FileContents:
+def read_stl(data: bytes) -> TriangleSoup:
     """Read an STL file.
 
     Parameters
@@ -28,7 +29,7 @@ def read_stl(data: bytes) -> FileContents:
 
     Returns
     -------
-    FileContents
+    TriangleSoup
         Vertices of equal position merged, in the order in which the file first names them; since
         STL has no vertex numbers, `vertex_ids` number the merged vertices.
 
@@ -49,11 +50,11 @@ def read_stl(data: bytes) -> FileContents:
             raise MeshError(f"the STL file is cut off, damaged or no STL file: {error}") from error
         corners = _text_corners(data)
     number = np.arange(len(corners), dtype=np.int64)
-    soup = FileContents(corners, number.reshape(-1, 3), None, number)
+    soup = TriangleSoup(corners, number.reshape(-1, 3), None, number)
     merged = merge_coincident(soup, "STL stores every triangle by itself")
     ids = np.arange(len(merged.vertices), dtype=np.int64)
     notes = (*merged.notes, "vertices are numbered in the order in which the STL file names them")
-    return FileContents(merged.vertices, merged.faces, None, ids, notes)
+    return TriangleSoup(merged.vertices, merged.faces, None, ids, notes)
 
 
 def _text_corners(data: bytes) -> FloatArray:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.errors import MeshError
-from solver.mesh import TriangleMesh, largest_component, triangle_mesh
+from solver.mesh import TriangleMesh, largest_component, triangle_areas, triangle_mesh
 from tests.solver import shapes
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -19,7 +19,6 @@ SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
         (shapes.plane_grid(width=1.5), 1.5, 1, False),
         (shapes.tetrahedron(), 2.0 * np.sqrt(3.0), 1, True),
         (shapes.triangle(), 0.5, 1, False),
-        (shapes.three_sheets(), 3.0, 1, False),
         (shapes.two_components(), shapes.icosphere(2).area + 6.0, 2, True),
     ],
 )
@@ -70,10 +69,10 @@ def test_repairs_are_made_and_recorded() -> None:
     np.testing.assert_array_equal(mesh.vertices, vertices[mesh.vertex_ids])
     assert mesh.area == 1.0
     assert mesh.warnings == (
-        "1 faces that use a vertex twice were dropped",
-        "1 faces without area were dropped",
-        "2 faces that occur twice were dropped",
-        "3 vertices that belong to no face were dropped",
+        "dropped 1 face with a corner twice",
+        "dropped 1 face without area",
+        "dropped 2 faces with the corners of others",
+        "dropped 3 vertices of no face",
     )
 
 
@@ -162,7 +161,11 @@ def test_whatever_the_arrays_the_mesh_is_sound(seed: int, n_vertices: int, n_fac
     corners = {tuple(sorted(face)) for face in mesh.faces.tolist()}
     assert len(corners) == mesh.n_faces
     assert all(len(set(face)) == 3 for face in corners)
-    # Exactly the faces with an area are left, each once.
+    assert (triangle_areas(mesh.vertices, mesh.faces) > 0.0).all()
+    # Nothing is made up.
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    sound = {tuple(sorted(f)) for f in faces[np.cross(b - a, c - a).any(axis=1)].tolist()}
-    assert {tuple(mesh.vertex_ids[list(face)]) for face in corners} == sound
+    assert mesh.area <= 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() + 1e-9
+    if not any("cracks" in warning for warning in mesh.warnings):
+        given_places = {frozenset(map(tuple, corners)) for corners in vertices[faces].tolist()}
+        kept = {frozenset(map(tuple, corners)) for corners in mesh.vertices[mesh.faces].tolist()}
+        assert kept <= given_places

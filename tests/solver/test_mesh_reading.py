@@ -4,7 +4,6 @@ import base64
 import json
 import struct
 from collections.abc import Callable
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from solver.errors import MeshError
-from solver.mesh import MESH_FORMATS, TriangleMesh, read_mesh
+from solver.mesh import MESH_FORMATS, TriangleMesh, read_mesh, triangle_areas
 from tests.solver import mesh_files, shapes
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -239,7 +238,7 @@ def test_obj_polygons_mixed_with_triangles() -> None:
     text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\nf 1 2 3 4\nf 4/1 3/1 5/1\nl 1 2\n"
     mesh = read_mesh(text.encode(), "obj")
     assert mesh.faces.tolist() == [*TWO, [3, 2, 4]]
-    assert mesh.warnings == ("1 faces of more than three corners were cut into triangles",)
+    assert mesh.warnings == ("cut 1 face of more than three corners into triangles",)
 
 
 def test_obj_colors() -> None:
@@ -269,7 +268,7 @@ def test_broken_obj(text: str, message: str) -> None:
 
 # --- PLY ------------------------------------------------------------------------------------------
 
-MIXED = [[0, 1, 4], [0, 1, 2, 3], [2, 3, 4]]
+MIXED = [[0, 1, 4], [3, 2, 1, 0], [2, 3, 4]]
 FIVE = np.concatenate([SQUARE, [[0.5, 0.5, 1.0]]])
 
 
@@ -277,7 +276,7 @@ FIVE = np.concatenate([SQUARE, [[0.5, 0.5, 1.0]]])
 def test_ply_polygons_of_any_mix_of_sizes(encoding: str) -> None:
     mesh = read_mesh(mesh_files.ply(FIVE, MIXED, encoding), "ply")
     np.testing.assert_array_equal(mesh.vertices, FIVE)
-    assert mesh.faces.tolist() == [[0, 1, 4], [0, 1, 2], [0, 2, 3], [2, 3, 4]]
+    assert mesh.faces.tolist() == [[0, 1, 4], [3, 2, 1], [3, 1, 0], [2, 3, 4]]
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "binary_little_endian"])
@@ -285,11 +284,20 @@ def test_ply_runs_of_polygons_of_one_size(encoding: str) -> None:
     """Binary rows are read run by run, and runs may have any length."""
     rng = np.random.default_rng(4)
     sizes = np.repeat(rng.integers(3, 6, size=40), rng.integers(1, 30, size=40))
-    vertices = rng.normal(size=(400, 3))
-    polygons = [rng.choice(400, size, replace=False).tolist() for size in sizes]
-    mesh = read_mesh(mesh_files.ply(vertices, polygons, encoding), "ply")
-    fans = [[p[0], b, c] for p in polygons for b, c in pairwise(p[1:])]
-    assert mesh.vertex_ids[mesh.faces].tolist() == fans
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    starts = np.cumsum(sizes) - sizes
+    angles = 2.0 * np.pi * (np.arange(len(owner)) - starts[owner]) / sizes[owner]
+    vertices = np.stack([np.cos(angles), np.sin(angles), owner], axis=1)
+    where = rng.permutation(len(owner))
+    shuffled = np.empty_like(vertices)
+    shuffled[where] = vertices
+    polygons = [where[a : a + n].tolist() for a, n in zip(starts, sizes, strict=True)]
+    mesh = read_mesh(mesh_files.ply(shuffled, polygons, encoding), "ply")
+    np.testing.assert_array_equal(mesh.vertices, shuffled)
+    level = mesh.vertices[mesh.faces, 2]
+    assert (level == level[:, :1]).all()
+    areas = np.bincount(level[:, 0].astype(int), triangle_areas(mesh.vertices, mesh.faces))
+    np.testing.assert_allclose(areas, 0.5 * sizes * np.sin(2.0 * np.pi / sizes))
 
 
 @pytest.mark.parametrize(
@@ -607,11 +615,13 @@ def test_glb_lengths_that_lie_are_refused(length: int) -> None:
         read_mesh(bytes(data), "glb")
 
 
-def test_cuts_in_the_surface_are_pointed_out() -> None:
+def test_cuts_in_the_surface_are_closed() -> None:
     vertices = np.concatenate([SQUARE[:3], SQUARE[[0, 2, 3]]])
     mesh = read_mesh(mesh_files.off(vertices, [[0, 1, 2], [3, 4, 5]]), "off")
-    assert mesh.components == 2
-    assert mesh.warnings[0].startswith("2 border vertices lie exactly on others")
+    assert mesh.components == 1
+    assert mesh.vertex_ids.tolist() == [0, 1, 2, 5]
+    assert mesh.vertices_of(np.arange(7)).tolist() == [0, 1, 2, 0, 2, 3, -1]
+    assert mesh.warnings[0].startswith("closed seams: merged 2 border vertices")
 
 
 # --- anything at all ------------------------------------------------------------------------------

@@ -1,0 +1,84 @@
+"""Edges of a triangle soup: which faces they belong to, and where the border is."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import BoolArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """The sides of faces, gathered by edge.
+
+    Parameters
+    ----------
+    ends
+        (E, 2) vertices of each edge, smaller first, in lexicographic order.
+    counts
+        (E,) faces at each edge.
+    of_side
+        (F, 3) edge of each face's sides: from corner 0 to 1, 1 to 2 and 2 to 0.
+    """
+
+    ends: IntArray
+    counts: IntArray
+    of_side: IntArray
+
+    @property
+    def border_sides(self) -> tuple[IntArray, IntArray]:
+        """Faces and sides (0, 1, 2) along the border: of edges that have one face."""
+        faces, sides = np.nonzero(self.counts[self.of_side] == 1)
+        return faces.astype(np.int64), sides.astype(np.int64)
+
+    @property
+    def border(self) -> IntArray:
+        """(B, 2) the edges with one face."""
+        found: IntArray = self.ends[self.counts == 1]
+        return found
+
+
+def edges_of(faces: IntArray) -> Edges:
+    """Gather the edges of faces.
+
+    Parameters
+    ----------
+    faces
+        (F, 3) vertex indices, three different ones in each face.
+    """
+    sides = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    base = int(faces.max(initial=-1)) + 1
+    keys, of_side, counts = np.unique(
+        sides.min(axis=1) * base + sides.max(axis=1), return_inverse=True, return_counts=True
+    )
+    ends = np.stack(np.divmod(keys, max(base, 1)), axis=1)
+    return Edges(
+        ends.astype(np.int64),
+        counts.astype(np.int64),
+        of_side.reshape(-1, 3).astype(np.int64),
+    )
+
+
+def same_direction(faces: IntArray, edges: Edges) -> tuple[IntArray, BoolArray]:
+    """Pairs of faces at the edges that have exactly two, and whether they run along it alike.
+
+    Neighbours of a consistently oriented surface run along their edge in opposite directions.
+
+    Parameters
+    ----------
+    faces
+        (F, 3).
+    edges
+        Of these faces.
+
+    Returns
+    -------
+    pairs : (P, 2) face indices.
+    alike : (P,)
+    """
+    upward = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
+    edge = edges.of_side.reshape(-1)
+    order = np.argsort(edge, kind="stable")
+    order = order[edges.counts[edge[order]] == 2].reshape(-1, 2)
+    alike: BoolArray = upward[order[:, 0]] == upward[order[:, 1]]
+    return (order // 3).astype(np.int64), alike

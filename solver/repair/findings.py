@@ -1,0 +1,79 @@
+"""What cannot be repaired, but should be known: where a surface is no manifold, or nearly cut."""
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from solver.arrays import IntArray
+from solver.repair.edges import Edges
+from solver.repair.proximity import vertices_beside
+from solver.repair.soup import TriangleSoup, counted
+
+_SUSPICIOUS = 0.1
+"""Distance between borders, in lengths of their edges there, below which there may be a crack."""
+
+
+def with_findings(soup: TriangleSoup) -> TriangleSoup:
+    """Note edges of more than two faces, points where the surface only touches itself, cracks."""
+    edges = soup.edges
+    notes = []
+    crowded = int((edges.counts > 2).sum())
+    if crowded:
+        notes.append(
+            f"{counted(crowded, 'edge')} with more than two faces: the surface is no manifold"
+            " there; distances lead over all of its sheets"
+        )
+    pinched = _pinched(soup.faces, edges)
+    if pinched:
+        notes.append(
+            f"{counted(pinched, 'vertex', 'vertices')} at which the surface only touches itself:"
+            " distances lead through"
+        )
+    cracks = _cracks(soup, edges)
+    if cracks:
+        notes.append(
+            f"{counted(cracks, 'border vertex', 'border vertices')} nearly on another border: if"
+            " the surface is cracked there, close it, or distances lead around"
+        )
+    return soup.noting(*notes)
+
+
+def _pinched(faces: IntArray, edges: Edges) -> int:
+    """Vertices whose faces hang together only through them, not over edges.
+
+    Every corner of a face is a node; corners at the same vertex are linked over shared edges.
+    """
+    n = len(faces)
+    corner = np.arange(3 * n).reshape(n, 3)
+    at_start, at_end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
+    upward = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
+    low, high = np.where(upward, at_start, at_end), np.where(upward, at_end, at_start)
+    edge = edges.of_side.reshape(-1)
+    order = np.argsort(edge, kind="stable")
+    same = edge[order][1:] == edge[order][:-1]
+    links = [np.stack([ends[order][1:], ends[order][:-1]])[:, same] for ends in (low, high)]
+    i, j = np.concatenate(links, axis=1)
+    graph = sp.coo_array((np.ones(len(i), dtype=np.bool_), (i, j)), shape=(3 * n, 3 * n))
+    fans = connected_components(graph, directed=False)[1]
+    _, first = np.unique(fans, return_index=True)
+    return int((np.bincount(faces.reshape(-1)[first]) > 1).sum())
+
+
+def _cracks(soup: TriangleSoup, edges: Edges) -> int:
+    """Border vertices much nearer to another one, or to a border edge, than the edges are long."""
+    face, side = edges.border_sides
+    if not len(face):
+        return 0
+    places = soup.places
+    start, end = soup.faces[face, side], soup.faces[face, (side + 1) % 3]
+    reach = _SUSPICIOUS * np.linalg.norm(places[end] - places[start], axis=1)
+    beside = np.zeros(len(places), dtype=np.bool_)
+    beside[vertices_beside(places, start, end, reach)[1]] = True
+    shortest = np.full(len(places), np.inf)
+    np.minimum.at(shortest, start, reach)
+    np.minimum.at(shortest, end, reach)
+    mine = np.unique(start)
+    nearest = np.asarray(KDTree(places[mine]).query(places[mine], k=2)[0])[:, 1]
+    beside[mine[nearest < shortest[mine]]] = True
+    return int(beside.sum())
