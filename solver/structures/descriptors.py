@@ -71,13 +71,13 @@ class GaussianCurvature(DescriptorChoice):
     Parameters
     ----------
     scale
-        Root mean square distance over which is averaged; 0 for none, ``None`` for 0.2 times √area.
+        Root mean square distance over which is averaged; 0 for none, ``None`` for 0.1 times √area.
     """
 
     name = "gaussian_curvature"
     invariance = Invariance(bending="yes", topology="no", scale="no")
 
-    scale: float | None = parameter(Parameter(0.0, GREATEST, 0.2, "length"))
+    scale: float | None = parameter(Parameter(0.0, GREATEST, 0.1, "length"))
 
 
 @dataclass(frozen=True)

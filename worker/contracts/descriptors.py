@@ -99,12 +99,12 @@ class GaussianCurvature(Choice):
     )
 
     name: Literal["gaussian_curvature"]
-    scale: Annotated[float | None, Suited(0.2, "length")] = Field(
+    scale: Annotated[float | None, Suited(0.1, "length")] = Field(
         default=None,
         ge=0.0,
         le=GREATEST,
         description="Root mean square distance over which is averaged, in the shapes' unit of"
-        " length; 0 for none, null for 0.2 of √area.",
+        " length; 0 for none, null for 0.1 of √area.",
     )
 
 

@@ -1,0 +1,98 @@
+"""What descriptors tell of a point: ``python -m bench.descriptors``.
+
+For every descriptor, with default parameters, and pairs of shapes of a class: the correlation of
+its values at points that correspond, and where the point that corresponds ranks among the others
+by similarity (0 for the most similar always, 50 % for chance). A descriptor that is the same on
+both sides of a body cannot do better than a point's mirror image at its side.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from bench.collection import (
+    KnownShape,
+    default_folder,
+    generated_collection,
+    pairs_within_classes,
+    read_collection,
+)
+from solver.arrays import FloatArray, IntArray
+from solver.descriptors import aligned_eigenfunctions
+from solver.structures import DESCRIPTORS, Eigenfunctions
+
+POINTS = 300
+
+
+def described(
+    name: str, shapes: tuple[KnownShape, KnownShape], points: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """The descriptor at points that correspond."""
+    truths = [shape.truth for shape in shapes]
+    vertices = [truth[points] for truth in truths if truth is not None]
+    if name == Eigenfunctions.name:
+        spectra = [shape.shape.spectrum() for shape in shapes]
+        return aligned_eigenfunctions(spectra[0], spectra[1], Eigenfunctions().count, *vertices)
+    first, second = (
+        shape.shape.descriptor(name, where) for shape, where in zip(shapes, vertices, strict=True)
+    )
+    return first, second
+
+
+def correlation(first: FloatArray, second: FloatArray) -> float:
+    """Correlation of all components, each less its mean."""
+    a, b = (values - values.mean(axis=0) for values in (first, second))
+    return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
+
+
+def rank(first: FloatArray, second: FloatArray) -> float:
+    """Share of the points that are more similar to a point than the one that corresponds."""
+    distances = np.linalg.norm(first[:, None] - second[None], axis=2)
+    return float((distances < np.diag(distances)[:, None]).mean())
+
+
+def main() -> None:
+    """Compare the pairs, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    shapes = (
+        read_collection(arguments.data)
+        if arguments.data
+        else generated_collection(classes=arguments.classes)
+    )
+    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    random = np.random.default_rng(0)
+    figures = {}
+    print(f"{'descriptor':20}{'correlation':>12}{'rank':>8}{'seconds a shape':>17}")
+    for name, kind in DESCRIPTORS.items():
+        if name == "none" or (kind.colored and any(a.shape.mesh.colors is None for a, _ in pairs)):
+            continue
+        rows = []
+        for pair in pairs:
+            known = min(len(shape.truth) for shape in pair if shape.truth is not None)
+            points = random.choice(known, min(POINTS, known), replace=False)
+            for shape in pair:
+                shape.shape.spectrum()
+            started = time.perf_counter()
+            first, second = described(name, pair, points)
+            seconds = time.perf_counter() - started
+            rows.append((correlation(first, second), rank(first, second), 0.5 * seconds))
+        figures[name] = dict(
+            zip(("correlation", "rank", "seconds"), np.mean(rows, axis=0).tolist(), strict=True)
+        )
+        values = figures[name]
+        print(
+            f"{name:20}{values['correlation']:12.3f}{values['rank']:8.1%}{values['seconds']:17.2f}"
+        )
+    if arguments.json:
+        print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()
