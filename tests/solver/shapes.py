@@ -166,6 +166,43 @@ def fine_tetrahedron(subdivisions: int = 4) -> TriangleMesh:
     return triangle_mesh(solid.vertices, solid.faces)
 
 
+FLAT_TORUS_SIDES = 7
+FLAT_TORUS_SHIFTS = (0, 2)
+
+
+def flat_torus_corners() -> tuple[FloatArray, FloatArray]:
+    """Corners A_k and B_k of two regular polygons, one above the other, half a step apart."""
+    angle = 2.0 * np.pi * np.arange(FLAT_TORUS_SIDES) / FLAT_TORUS_SIDES
+    polygons = (
+        np.stack([np.cos(a), np.sin(a), np.full(FLAT_TORUS_SIDES, height)], axis=1)
+        for a, height in ((angle, 0.0), (angle + np.pi / FLAT_TORUS_SIDES, 1.0))
+    )
+    below, above = polygons
+    return below, above
+
+
+@cache
+def flat_torus(subdivisions: int = 3) -> TriangleMesh:
+    """Diplotorus (Arnoux, Lelièvre and Márquez, 2021): exactly flat, and polyhedral in space.
+
+    Two regular polygons are joined by two bands of triangles, whose edges are A_k B_{k+s} and
+    A_k B_{k+s-1} for the two shifts s. All corners are alike by symmetry, and the angle defects
+    of a torus sum up to 0: so each is 0. Cutting faces into 4ⁿ changes nothing.
+    """
+    below, above = flat_torus_corners()
+    n, k = FLAT_TORUS_SIDES, np.arange(FLAT_TORUS_SIDES)
+    faces = []
+    for number, shift in enumerate(FLAT_TORUS_SHIFTS):
+        a, a_next = k, (k + 1) % n
+        b, b_next = n + (k + shift) % n, n + (k + shift + 1) % n
+        band = [np.stack(corners, axis=1) for corners in ((a, a_next, b), (a_next, b_next, b))]
+        faces += [strip[:, :: -1 if number else 1] for strip in band]
+    solid = trimesh.Trimesh(np.concatenate([below, above]), np.concatenate(faces), process=False)
+    for _ in range(subdivisions):
+        solid = solid.subdivide()
+    return triangle_mesh(solid.vertices, solid.faces)
+
+
 @cache
 def triangle() -> TriangleMesh:
     """Half of the unit square."""

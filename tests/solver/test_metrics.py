@@ -1,8 +1,13 @@
 """Metrics: equations (3) and (4), and what makes them metrics."""
 
+from collections.abc import Callable
+from functools import cache
+
 import numpy as np
 import pytest
+from scipy.special import spence
 
+from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh
@@ -21,10 +26,19 @@ from tests.solver import shapes
 def make(name: str, mesh: TriangleMesh) -> Metric:
     if name == "geodesic":
         return GeodesicMetric(GeodesicGraph(mesh))
-    spectrum = laplace_beltrami_spectrum(mesh)
+    return spectral(name, laplace_beltrami_spectrum(mesh))
+
+
+def spectral(name: str, spectrum: Spectrum) -> Metric:
     if name == "diffusion":
         return DiffusionMetric(spectrum, 0.1)
     return CommuteTimeMetric(spectrum) if name == "commute_time" else BiharmonicMetric(spectrum)
+
+
+@cache
+def sphere_spectrum() -> Spectrum:
+    """Eigenfunctions of degrees 0 to 9, all of each, on the unit sphere."""
+    return laplace_beltrami_spectrum(shapes.icosphere(4), 100)
 
 
 @pytest.mark.parametrize("shape", ["blob", "torus", "plane_grid", "moebius_strip", "triangle"])
@@ -86,25 +100,83 @@ def test_commute_time_with_all_eigenpairs_is_the_effective_resistance() -> None:
     )
 
 
-def test_behaviour_under_scaling() -> None:
-    """Geodesics grow with the shape, commute times stay, diffusion needs its time scaled."""
-    mesh, points = shapes.blob(), np.array([0, 50, 500])
-    larger = shapes.moved(mesh, seed=1, scale=10.0)
-    spectra = laplace_beltrami_spectrum(mesh), laplace_beltrami_spectrum(larger)
-    geodesic = [make("geodesic", m).between(points) for m in (mesh, larger)]
-    np.testing.assert_allclose(geodesic[1], 10.0 * geodesic[0], rtol=1e-9)
-    commute = [CommuteTimeMetric(s).between(points) for s in spectra]
-    np.testing.assert_allclose(commute[1], commute[0], rtol=1e-7)
-    diffusion = [
-        DiffusionMetric(s, t).between(points) for s, t in zip(spectra, (0.1, 10.0), strict=True)
-    ]
-    np.testing.assert_allclose(10.0 * diffusion[1], diffusion[0], rtol=1e-7)
+def sphere_angles(points: IntArray) -> FloatArray:
+    directions = shapes.icosphere(4).vertices[points]
+    return np.arccos(np.clip(directions @ directions.T, -1.0, 1.0))
 
 
-def test_infinite_commute_times_are_refused() -> None:
+def legendre_sum(weights: FloatArray, angles: FloatArray) -> FloatArray:
+    """Σ (2l + 1)/(4π) w_l P_l(cos θ): the kernel Σ w_l Σ_m Y_lm(x) Y_lm(y) on the unit sphere."""
+    factors = (2.0 * np.arange(len(weights)) + 1.0) / (4.0 * np.pi) * weights
+    kernel: FloatArray = np.polynomial.legendre.legval(np.cos(angles), factors)
+    return kernel
+
+
+def test_heat_kernel_of_the_sphere() -> None:
+    points = np.arange(0, 2562, 50)
+    degrees = np.arange(10.0)
+    for time in (0.05, 0.2, 1.0):
+        exact = legendre_sum(np.exp(-degrees * (degrees + 1.0) * time), sphere_angles(points))
+        found = sphere_spectrum().heat_kernel(time)[np.ix_(points, points)]
+        np.testing.assert_allclose(found, exact, atol=0.02 * exact.max())
+
+
+@pytest.mark.parametrize("name", ["diffusion", "commute_time", "biharmonic"])
+def test_spectral_metrics_of_the_sphere(name: str) -> None:
+    """d² = 2 (g(0) - g(θ)), g being the kernel of the metric's weights, l from 1 to 9."""
+    points = np.arange(0, 2562, 50)
+    metric = spectral(name, sphere_spectrum())
+    eigenvalues = np.arange(1.0, 10.0) * np.arange(2.0, 11.0)
+    weights = {
+        "diffusion": np.exp(-2.0 * eigenvalues * 0.1),
+        "commute_time": 1.0 / eigenvalues,
+        "biharmonic": 1.0 / eigenvalues**2,
+    }[name]
+    kernel = legendre_sum(np.r_[0.0, weights], sphere_angles(points))
+    exact = np.sqrt(np.maximum(2.0 * (kernel[0, 0] - kernel), 0.0))
+    np.testing.assert_allclose(metric.between(points), exact, atol=0.01 * exact.max())
+
+
+def test_biharmonic_distances_of_the_sphere_in_closed_form() -> None:
+    """Green's function of Δ² on the unit sphere is a dilogarithm, Li₂(1 - v) / 4π + a constant.
+
+    v = sin²(θ/2). It follows from that of Δ, -(1 + log v) / 4π, by integrating the equation
+    -((1 - x²) g')' = -(1 + log v) in x = cos θ twice. SciPy's ``spence(v)`` is Li₂(1 - v).
+    """
+    points = np.arange(0, 2562, 50)
+    exact = np.sqrt(
+        (np.pi**2 / 6.0 - spence(np.sin(0.5 * sphere_angles(points)) ** 2)) / (2.0 * np.pi)
+    )
+    found = BiharmonicMetric(sphere_spectrum()).between(points)
+    # What is left out, l > 9, is at most Σ 4 (2l + 1) / (4π l² (l + 1)²) = 1 / 100π.
+    assert np.abs(found**2 - exact**2).max() < 1.0 / (100.0 * np.pi) + 0.01 * exact.max() ** 2
+    antipodes = np.abs(exact - exact.max()) < 1e-3
+    np.testing.assert_allclose(found[antipodes], np.sqrt(np.pi / 12.0), rtol=0.01)
+
+
+def test_biharmonic_with_all_eigenpairs_is_the_greens_function() -> None:
+    """d² = g(x, x) + g(y, y) - 2 g(x, y), and L M⁻¹ L g is the identity but for constants."""
+    mesh = shapes.cube(3)
+    stiffness, mass = laplacian(mesh)
+    centring = np.eye(len(mass)) - np.outer(np.ones(len(mass)), mass) / mass.sum()
+    green = centring @ np.linalg.pinv(stiffness.toarray()) @ centring.T  # of Δ
+    green = green @ np.diag(mass) @ green  # of Δ²
+    bilaplacian = stiffness @ np.diag(1.0 / mass) @ stiffness.toarray()
+    np.testing.assert_allclose(bilaplacian @ green, centring.T, atol=1e-9)
+    diagonal = np.diag(green)
+    metric = BiharmonicMetric(laplace_beltrami_spectrum(mesh, mesh.n_vertices))
+    np.testing.assert_allclose(
+        metric.between(np.arange(mesh.n_vertices)) ** 2,
+        diagonal[:, None] + diagonal - 2.0 * green,
+        atol=1e-10,
+    )
+
+
+@pytest.mark.parametrize("kind", [CommuteTimeMetric, BiharmonicMetric])
+def test_infinite_distances_are_refused(kind: Callable[[Spectrum], Metric]) -> None:
     apart = Spectrum(np.array([0.0, 0.0]), np.array([[1.0, 1.0], [1.0, -1.0]]), np.ones(2))
     with pytest.raises(MeshError, match="not connected"):
-        CommuteTimeMetric(apart)
+        kind(apart)
 
 
 @pytest.mark.parametrize("time", [0.0, -1.0, np.inf, np.nan])

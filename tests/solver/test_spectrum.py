@@ -2,11 +2,13 @@
 
 import io
 import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
+from solver.descriptors import angle_defects
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.spectrum import Spectrum, laplace_beltrami_spectrum, laplacian
@@ -38,28 +40,75 @@ def tetrahedron_eigenvalues(edge: float, count: int) -> FloatArray:
     return values[:count]
 
 
+def flat_torus_lattice() -> FloatArray:
+    """(2, 2) rows: the translations of the plane that the flat torus unrolls by.
+
+    One goes round a polygon. The other goes up one band and, mirrored, up the other: in a band,
+    A_0 lies at the origin, A_1 at (a, 0), and B_s where its distances from them put it.
+    """
+    below, above = shapes.flat_torus_corners()
+    side = np.linalg.norm(below[1] - below[0])
+    across = []
+    for shift in shapes.FLAT_TORUS_SHIFTS:
+        near, far = (np.linalg.norm(above[shift] - below[i]) for i in (0, 1))
+        along = (side**2 + near**2 - far**2) / (2.0 * side) - shift * side
+        across.append((along, np.sqrt(near**2 - (along + shift * side) ** 2)))
+    (x, y), (u, v) = across
+    return np.array([[shapes.FLAT_TORUS_SIDES * side, 0.0], [x - u, y + v]])
+
+
+def flat_torus_eigenvalues(count: int) -> FloatArray:
+    """4π²|ξ|² for ξ in the dual lattice, each twice, for cosine and sine."""
+    dual = np.linalg.inv(flat_torus_lattice()).T
+    m, n = (axis.ravel() for axis in np.meshgrid(np.arange(-count, count + 1), np.arange(-9, 10)))
+    values: FloatArray = 4.0 * np.pi**2 * ((np.stack([m, n], axis=1) @ dual) ** 2).sum(axis=1)
+    return np.sort(values)[:count]
+
+
 @pytest.mark.parametrize(
     ("mesh", "expected", "tolerance"),
     [
         (shapes.icosphere(4), sphere_eigenvalues(36), 0.02),
+        (shapes.flat_torus(4), flat_torus_eigenvalues(40), 0.02),
         (shapes.plane_grid(61, 41, 1.5), rectangle_eigenvalues(1.5, 30), 0.02),
         (shapes.fine_tetrahedron(5), tetrahedron_eigenvalues(np.sqrt(2.0), 28), 0.02),
         (shapes.tube(8, 400), (np.pi * np.arange(8.0)) ** 2, 0.002),
     ],
-    ids=["sphere", "rectangle", "tetrahedron", "string"],
+    ids=["sphere", "torus", "rectangle", "tetrahedron", "string"],
 )
 def test_closed_forms(mesh: TriangleMesh, expected: FloatArray, tolerance: float) -> None:
     spectrum = laplace_beltrami_spectrum(mesh, len(expected))
     np.testing.assert_allclose(spectrum.eigenvalues, expected, rtol=tolerance, atol=1e-9)
 
 
-def test_second_order_convergence() -> None:
+@pytest.mark.parametrize(
+    ("make", "exact"),
+    [(shapes.icosphere, sphere_eigenvalues(16)), (shapes.flat_torus, flat_torus_eigenvalues(15))],
+    ids=["sphere", "torus"],
+)
+def test_second_order_convergence(make: Callable[[int], TriangleMesh], exact: FloatArray) -> None:
     errors = [
-        np.abs(laplace_beltrami_spectrum(shapes.icosphere(n), 16).eigenvalues[1:] / exact - 1).max()
-        for n, exact in ((n, sphere_eigenvalues(16)[1:]) for n in (2, 3, 4))
+        np.abs(
+            laplace_beltrami_spectrum(make(n), len(exact)).eigenvalues[1:] / exact[1:] - 1.0
+        ).max()
+        for n in (2, 3, 4)
     ]
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.15)
     assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.15)
+
+
+def test_multiplicities_on_the_sphere() -> None:
+    """Each l(l+1) occurs 2l + 1 times: the gaps between are where they should be."""
+    values = laplace_beltrami_spectrum(shapes.icosphere(4), 81).eigenvalues
+    places = np.flatnonzero(np.diff(values) > 1.0) + 1
+    np.testing.assert_array_equal(places, np.arange(1, 9) ** 2)
+
+
+def test_the_flat_torus_is_flat() -> None:
+    mesh = shapes.flat_torus(1)
+    np.testing.assert_allclose(angle_defects(mesh), 0.0, atol=1e-12)
+    assert mesh.closed
+    assert abs(np.linalg.det(flat_torus_lattice())) == pytest.approx(mesh.area, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", shapes.CONNECTED)
