@@ -108,8 +108,7 @@ def sphere_angles(points: IntArray) -> FloatArray:
 def legendre_sum(weights: FloatArray, angles: FloatArray) -> FloatArray:
     """Σ (2l + 1)/(4π) w_l P_l(cos θ): the kernel Σ w_l Σ_m Y_lm(x) Y_lm(y) on the unit sphere."""
     factors = (2.0 * np.arange(len(weights)) + 1.0) / (4.0 * np.pi) * weights
-    kernel: FloatArray = np.polynomial.legendre.legval(np.cos(angles), factors)
-    return kernel
+    return np.asarray(np.polynomial.legendre.legval(np.cos(angles), factors), dtype=np.float64)
 
 
 def test_heat_kernel_of_the_sphere() -> None:
