@@ -27,8 +27,12 @@ def warm_up() -> None:
     triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(_torus_file(), "off")))
     side = Side(mesh, None)
-    for metrics in (("commute_time", "geodesic"), ("diffusion", "geodesic")):
-        parameters = MatchParameters(points=24, coarse_points=4, eigenpairs=20, metric=metrics)
+    few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
+    for structures in (
+        {"descriptor": ("si_hks", "geodesic_histogram")},
+        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")},
+    ):
+        parameters = MatchParameters.model_validate(few.model_dump() | structures)
         payload = MatchPayload(source="warm-up", target="warm-up", parameters=parameters)
         result = match_shapes(side, side, payload, Control())
     draw_match(mesh, mesh, result)
@@ -39,10 +43,11 @@ def warm_up() -> None:
 
 
 def _torus_file() -> bytes:
-    """A torus whose tube gets wider, as an OFF file: it has no symmetry to speak of."""
+    """A painted torus whose tube gets wider, as an OFF file: it has no symmetry to speak of."""
     vertices, faces = _torus(24, 12)
-    lines = ["OFF", f"{len(vertices)} {len(faces)} 0"]
-    lines += [" ".join(map(str, vertex)) for vertex in vertices.tolist()]
+    colors = 0.5 + 0.25 * vertices
+    lines = ["COFF", f"{len(vertices)} {len(faces)} 0"]
+    lines += [" ".join(map(str, row)) for row in np.hstack([vertices, colors]).tolist()]
     lines += ["3 " + " ".join(map(str, face)) for face in faces.tolist()]
     return "\n".join(lines).encode()
 
