@@ -8,12 +8,16 @@ from typing import Any, Final
 
 from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
+from prometheus_client import CollectorRegistry
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
 from service import health, problems
 from service.jobs import endpoints as jobs
 from service.matches import endpoints as matches
+from service.metrics import endpoints as metrics
+from service.metrics.collector import StoreCollector
+from service.metrics.requests import MeasureRequests, RequestTimes
 from service.middleware import BodyLimit, RequestContext
 from service.openapi import document
 from service.security import Authentication
@@ -43,10 +47,11 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     closing
         Set by the server when it is to stop, so that long polls end.
     """
+    registry = CollectorRegistry()
     app = FastAPIOffline(
         title="isomatch",
         version="1",
-        lifespan=_lifespan(settings, closing or asyncio.Event()),
+        lifespan=_lifespan(settings, closing or asyncio.Event(), registry),
         redirect_slashes=False,
     )
     problems.install(app)
@@ -59,7 +64,8 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
-    for part in (shapes, structures, matches, jobs, health):
+    app.add_middleware(MeasureRequests, times=RequestTimes(registry))
+    for part in (shapes, structures, matches, jobs, health, metrics):
         app.include_router(part.router)
 
     def openapi() -> dict[str, Any]:
@@ -71,12 +77,13 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
 
 
 def _lifespan(
-    settings: Settings, closing: asyncio.Event
+    settings: Settings, closing: asyncio.Event, registry: CollectorRegistry
 ) -> Callable[[FastAPI], AbstractAsyncContextManager[State]]:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[State]:
         store = Store.open(settings, settings.redis_patience, pause=0.2)
-        service = Service(settings, store, JobQueue(store, settings), closing)
+        service = Service(settings, store, JobQueue(store, settings), closing, registry)
+        registry.register(StoreCollector(service.queue))
         recovery = asyncio.create_task(_recover_regularly(service))
         try:
             yield {"service": service}

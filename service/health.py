@@ -3,6 +3,7 @@
 from fastapi import APIRouter
 from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
+from redis.exceptions import ResponseError
 
 from service.problems import NotReady, responses
 from service.state import ServiceOf
@@ -47,11 +48,16 @@ async def live() -> Health:
 
 @router.get("/health/ready", responses=responses(NotReady), operation_id="health_ready")
 def ready(service: ServiceOf) -> Readiness:
-    """Tell whether the store can be reached and a worker is ready."""
-    service.store.client.ping()
-    workers = service.queue.workers()
-    if workers == 0:
-        raise NotReady("No worker is ready (yet).")
+    """Tell whether the store takes jobs, workers are there to run them, and nobody stops us."""
+    if service.closing.is_set():
+        raise NotReady("The service is stopping.")
+    try:
+        service.store.check()
+    except ResponseError as error:
+        raise NotReady(f"The store answers and takes nothing: {error}") from error
+    workers, needed = service.queue.workers(), service.settings.ready_workers
+    if workers < needed:
+        raise NotReady(f"{workers} workers are ready of the {needed} that are needed.")
     return Readiness(status="ok", workers=workers)
 
 

@@ -17,7 +17,7 @@ from worker.telemetry import logger
 
 REQUEST_ID: Final = "X-Request-ID"
 _ACCEPTED_ID: Final = re.compile(r"[A-Za-z0-9._-]{1,128}")
-_QUIET: Final = ("/health/",)
+_QUIET: Final = ("/health/", "/metrics")
 
 log = logger("isomatch.api")
 

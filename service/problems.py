@@ -27,7 +27,7 @@
     ├── InternalError               500  our fault
     ├── StoreAway                   503  Redis cannot be reached
     ├── PictureNotReady             503  the picture takes longer to draw than a call may take
-    └── NotReady                    503  no worker is alive
+    └── NotReady                    503  stopping, nowhere to store anything, or no worker
 """
 
 from typing import Any, ClassVar
@@ -222,7 +222,7 @@ class StoreAway(ApiProblem):
 
 
 class NotReady(ApiProblem):
-    """No worker is alive."""
+    """The service is stopping, its store takes nothing, or no worker is alive."""
 
     status, slug, title = 503, "not-ready", "Not ready"
 

@@ -27,6 +27,12 @@ class Settings(StoreSettings, QueueSettings):
         description="Workers to start; default: one per core, none where ISOMATCH_REDIS_URL is"
         " set.",
     )
+    ready_workers: int = Field(
+        default=1,
+        ge=0,
+        description="Workers that must be alive for /health/ready; 0 where workers are started"
+        " only when there are jobs.",
+    )
     max_upload_bytes: int = Field(
         default=256 * 1024**2, ge=1, description="Largest mesh file that is taken."
     )

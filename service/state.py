@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Final, TypedDict, TypeVar, cast
 
 from fastapi import Depends, Request
+from prometheus_client import CollectorRegistry
 from starlette.concurrency import run_in_threadpool
 
 from service.settings import Settings
@@ -33,12 +34,15 @@ class Service:
         The way to the workers.
     closing
         Set when the server is to stop, so that nobody is kept waiting.
+    metrics
+        What Prometheus is told.
     """
 
     settings: Settings
     store: Store
     queue: JobQueue
     closing: asyncio.Event = field(default_factory=asyncio.Event)
+    metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
 
     async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
         """Wait until a job has ended, but not longer than `seconds`; return it as it is then.

@@ -13,7 +13,7 @@ from pydantic import Field
 from pydantic_settings import BaseSettings
 from redis.client import Pipeline
 from redis.exceptions import WatchError
-from rq import Queue, Retry, Worker
+from rq import Queue, Retry
 from rq.exceptions import InvalidJobOperation, NoSuchJobError
 from rq.job import Callback, Job
 from rq.serializers import JSONSerializer
@@ -32,6 +32,8 @@ from worker.contracts import (
 from worker.environment import FROM_ENVIRONMENT
 from worker.store import Store, keys
 from worker.store.jobs import LISTED_KINDS
+from worker.telemetry import logger
+from worker.workforce import worker_states
 
 INTERACTIVE: Final = "interactive"
 STRUCTURES: Final = "structures"
@@ -72,6 +74,8 @@ class QueueSettings(BaseSettings):
         interactive = _QUEUE_OF[kind] == INTERACTIVE
         return self.interactive_timeout if interactive else self.job_timeout
 
+
+log = logger("isomatch.queue")
 
 UNASKED: Final = Order()
 """How a job comes about that no request asked for."""
@@ -147,6 +151,7 @@ class JobQueue:
                 except WatchError:
                     # An equal request came in between.
                     continue
+                _say_queued(record)
                 return record
 
     def asked_before(self, order: Order) -> JobRecord | None:
@@ -195,6 +200,7 @@ class JobQueue:
                 except WatchError:
                     # An equal upload came in between.
                     continue
+                _say_queued(record)
                 return record.id
 
     def submit_match(self, payload: MatchPayload, order: Order = UNASKED) -> JobRecord:
@@ -224,7 +230,11 @@ class JobQueue:
             retry=Retry(max=_RQ_RETRIES),
             on_stopped=Callback(_STOPPED),
             description=f"{record.kind.value} {record.id}",
-            meta={"kind": record.kind.value, "request_id": record.request_id},
+            meta={
+                "kind": record.kind.value,
+                "request_id": record.request_id,
+                "caller": record.caller,
+            },
             pipeline=pipe,
         )
 
@@ -255,11 +265,7 @@ class JobQueue:
 
     def workers(self) -> int:
         """Return the number of workers that are alive and ready."""
-        client = self.store.client
-        names = list(Worker.all_keys(connection=client))
-        return sum(
-            bool(client.exists(name)) and not client.hexists(name, "death") for name in names
-        )
+        return len(worker_states(self.store.client))
 
     def _admit(self, record: JobRecord) -> None:
         if record.kind in LISTED_KINDS:
@@ -293,3 +299,7 @@ class JobQueue:
 
     def _named(self, name: str) -> Queue:
         return Queue(name, connection=self.store.client, serializer=JSONSerializer)
+
+
+def _say_queued(record: JobRecord) -> None:
+    log.info("queued", job_id=record.id, kind=record.kind.value)

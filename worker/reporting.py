@@ -35,6 +35,12 @@ class Reporter:
         self._reported = -REPORT_INTERVAL
         self._checked = time.monotonic()
         self._cancelled = False
+        self._since = time.monotonic()
+        self._seconds: dict[str, float] = {}
+
+    def seconds(self) -> dict[str, float]:
+        """Return how long each stage took that was reported, so far."""
+        return {**self._seconds, **self._present()}
 
     def control(self, start: float = 0.0, end: float = 1.0) -> Control:
         """Return the control of a computation that is the part from `start` to `end` of the job."""
@@ -48,11 +54,20 @@ class Reporter:
         now = time.monotonic()
         # Parts of a computation do not always know of each other; a bar that runs back annoys.
         fraction = min(max(fraction, self._progress.fraction), 1.0)
+        if stage != self._progress.stage:
+            self._seconds |= self._present()
+            self._since = now
         due = stage != self._progress.stage or now - self._reported >= REPORT_INTERVAL
         self._progress = Progress(stage=stage, fraction=fraction)
         if due:
             self._reported = self._checked = now
             self._cancelled = not self._jobs.report(self._job_id, self._runner, self._progress)
+
+    def _present(self) -> dict[str, float]:
+        stage = self._progress.stage
+        if not stage:
+            return {}
+        return {stage: self._seconds.get(stage, 0.0) + time.monotonic() - self._since}
 
     def _is_cancelled(self) -> bool:
         now = time.monotonic()

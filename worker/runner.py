@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from typing import Final
 
 from redis.exceptions import RedisError
 
@@ -28,6 +29,10 @@ from worker.telemetry import logger
 
 SPECTRA_SHARE = 0.4
 """Share of the progress that is given to the spectra, which dominate a first match."""
+
+WAITING: Final = "in the queue"
+TOTAL: Final = "total"
+"""What besides the stages of a job is measured: before it begins, and all of it from then on."""
 
 log = logger("isomatch.runner")
 
@@ -62,8 +67,9 @@ class Runner:
         assert record is not None
         log.info("begun")
         start = time.perf_counter()
+        reporter = Reporter(self.store.jobs, record.id, self.name)
         try:
-            result = self._result(record)
+            result = self._result(record, reporter)
         except RedisError:
             raise
         except Cancelled:
@@ -78,9 +84,12 @@ class Runner:
         else:
             kept = self.store.jobs.succeed(job_id, self.name, result)
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+        stages = reporter.seconds() | {TOTAL: time.perf_counter() - start}
+        if record.started is not None:
+            stages[WAITING] = (record.started - record.created).total_seconds()
+        self.store.tallies.time(record.kind, stages)
 
-    def _result(self, record: JobRecord) -> bytes | None:
-        reporter = Reporter(self.store.jobs, record.id, self.name)
+    def _result(self, record: JobRecord, reporter: Reporter) -> bytes | None:
         match record.payload:
             case ValidationPayload() as payload:
                 self._validate(payload, record, reporter.control())

@@ -5,12 +5,14 @@ from typing import Self
 
 from redis import Redis
 
+from worker.store import keys
 from worker.store.connections import StoreSettings, connect
 from worker.store.jobs import Jobs
 from worker.store.listings import InvalidCursor, Page
 from worker.store.orders import KeyReused, Orders, TooManyQueued
 from worker.store.shapes import Shapes
 from worker.store.spectra import Spectra, SpectrumCounts
+from worker.store.tallies import Tallies
 
 __all__ = [
     "InvalidCursor",
@@ -23,6 +25,7 @@ __all__ = [
     "SpectrumCounts",
     "Store",
     "StoreSettings",
+    "Tallies",
     "TooManyQueued",
     "connect",
 ]
@@ -36,7 +39,7 @@ class Store:
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, jobs, orders, spectra
+    shapes, jobs, orders, spectra, tallies
         What is kept there, by subject.
     """
 
@@ -45,6 +48,7 @@ class Store:
     jobs: Jobs
     orders: Orders
     spectra: Spectra
+    tallies: Tallies
 
     @classmethod
     def open(cls, settings: StoreSettings, patience: float, pause: float = 1.0) -> Self:
@@ -80,7 +84,18 @@ class Store:
             Jobs(client, settings),
             Orders(client),
             Spectra(cache, client, settings),
+            Tallies(client),
         )
+
+    def check(self) -> None:
+        """Write something, to see whether the store is there and takes it.
+
+        Raises
+        ------
+        RedisError
+            It is not, or it does not (it is full, or a replica).
+        """
+        self.client.set(keys.READY, b"", ex=60)
 
     def close(self) -> None:
         """Close the connections."""

@@ -54,6 +54,7 @@ class Jobs:
         created = record.created.timestamp()
         fields: dict[bytes | bytearray | memoryview | str | int | float, str] = {
             "record": record.model_dump_json(include=_KEPT),
+            "kind": record.kind.value,
             "state": JobState.QUEUED.value,
             "stage": record.progress.stage,
             "fraction": str(record.progress.fraction),
@@ -63,6 +64,7 @@ class Jobs:
         pipe.hset(keys.job(record.id), mapping=fields)
         ttl = self.settings.job_ttl + self.settings.trace_ttl
         pipe.set(keys.job_trace(record.id), b"", ex=ttl)
+        pipe.hincrby(keys.TALLIES, f"submitted|{record.kind.value}", 1)
         pipe.zadd(keys.ACTIVE_JOBS, {record.id: created})
         if record.kind in LISTED_KINDS:
             pipe.zadd(keys.JOBS, {record.id: created})
@@ -205,7 +207,7 @@ class Jobs:
     def _script(self, script: str, job_id: str, *arguments: str | bytes | int) -> object:
         names = [keys.job(job_id), keys.ACTIVE_JOBS]
         names += [keys.jobs_in(state) for state in JobState]
-        names.append(keys.job_result(job_id))
+        names += [keys.TALLIES, keys.job_result(job_id)]
         values: Sequence[str | bytes | int] = [job_id, *arguments]
         return self.client.eval(script, len(names), *names, *values)
 

@@ -19,6 +19,12 @@ SUSPECTS: Final = PREFIX + "jobs:suspects"
 RECOVERY: Final = PREFIX + "recovery"
 """Held by the process that looks for lost jobs."""
 
+TALLIES: Final = PREFIX + "tallies"
+"""Hash of counters over all processes: jobs, failures, times."""
+
+READY: Final = PREFIX + "ready"
+"""Written to see whether the store takes anything."""
+
 SPECTRUM_COUNTERS: Final = PREFIX + "spectra:counters"
 """Hash of counters: spectra computed, spectra taken from the cache."""
 

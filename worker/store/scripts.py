@@ -19,8 +19,17 @@ local function move(from, to)
     end
     redis.call('HSET', KEYS[1], 'state', to)
 end
+local function count(what, kind, which)
+    redis.call('HINCRBY', KEYS[8], what .. '|' .. kind .. '|' .. which, 1)
+end
+local kind = redis.call('HGET', KEYS[1], 'kind') or '?'
+local function blame(problem)
+    redis.call('HSET', KEYS[1], 'error', problem)
+    count('failed', kind, cjson.decode(problem)['type'])
+end
 local function finish(from, to, now, ttl)
     move(from, to)
+    count('ended', kind, to)
     redis.call('ZREM', KEYS[2], ARGV[1])
     redis.call('HSET', KEYS[1], 'ended', now)
     redis.call('EXPIRE', KEYS[1], ttl)
@@ -33,7 +42,8 @@ end
 local state = redis.call('HGET', KEYS[1], 'state')
 local runner = redis.call('HGET', KEYS[1], 'runner')
 """
-# KEYS of the scripts below: 1 the job, 2 the active jobs, 3 to 7 the index of each state.
+# KEYS of the scripts below: 1 the job, 2 the active jobs, 3 to 7 the index of each state, 8 the
+# tallies.
 # ARGV[1] is the job's id. Each gives the state the job is in afterwards, or false if there is none.
 
 CLAIM: Final = (
@@ -55,7 +65,7 @@ FINISH: Final = (
     _MOVE
     + """
 -- ARGV: 2 runner, 3 now, 4 record's ttl, 5 end state, 6 error or '', 7 result or '', 8 its ttl
--- KEYS: 8 result
+-- KEYS: 9 result
 if state == ARGV[5] and runner == ARGV[2] then
     return state
 end
@@ -63,10 +73,10 @@ if state ~= 'running' or runner ~= ARGV[2] then
     return state
 end
 if ARGV[7] ~= '' then
-    redis.call('SET', KEYS[8], ARGV[7], 'EX', ARGV[8])
+    redis.call('SET', KEYS[9], ARGV[7], 'EX', ARGV[8])
 end
 if ARGV[6] ~= '' then
-    redis.call('HSET', KEYS[1], 'error', ARGV[6])
+    blame(ARGV[6])
 end
 if ARGV[5] == 'succeeded' then
     redis.call('HSET', KEYS[1], 'stage', 'done', 'fraction', '1')
@@ -105,7 +115,7 @@ if redis.call('HEXISTS', KEYS[1], 'cancel') == 1 then
     return 'cancelled'
 end
 if redis.call('HINCRBY', KEYS[1], 'losses', 1) > tonumber(ARGV[4]) then
-    redis.call('HSET', KEYS[1], 'error', ARGV[5])
+    blame(ARGV[5])
     finish(state, 'failed', ARGV[2], ARGV[3])
     return 'failed'
 end

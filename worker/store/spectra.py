@@ -117,6 +117,10 @@ class Spectra:
         """Count one more spectrum that was taken from the cache."""
         self.client.hincrby(keys.SPECTRUM_COUNTERS, "hits", 1)
 
+    def cached_bytes(self) -> int:
+        """Return the size of all cached spectra."""
+        return int(self.cache.hget(keys.CACHED_SIZES, "total") or 0)
+
     def counts(self) -> SpectrumCounts:
         """Return the counters."""
         computed, hits = self.client.hmget(keys.SPECTRUM_COUNTERS, ["computed", "hits"])

@@ -1,0 +1,39 @@
+"""The log of the whole service: one JSON object a line, and one name for all a request caused."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import httpx2
+
+from demo.stack import Stack
+from tests.client.shapes import write_blobs
+
+
+def lines(stack: Stack, request_id: str) -> list[dict[str, Any]]:
+    found = [json.loads(line) for line in stack.log.read_text().splitlines()]
+    return [line for line in found if line.get("request_id") == request_id]
+
+
+def test_what_a_request_caused_is_found_by_its_name(stack: Stack, tmp_path: Path) -> None:
+    path, _ = write_blobs(tmp_path)
+    # Bytes that no other test sends: somebody has to read them, and to compute their spectrum.
+    data = path.read_bytes() + b"# for the log\n"
+    with httpx2.Client(base_url=stack.url, timeout=60.0) as http:
+        files = {"file": ("a.off", data)}
+        names = {"upload": {"X-Request-ID": "an-upload"}, "match": {"X-Request-ID": "a-match"}}
+        shape = http.post("/v1/shapes", files=files, headers=names["upload"]).json()["id"]
+        body = {"source": shape, "target": shape, "points": 8, "eigenpairs": 30}
+        job = http.post("/v1/matches", json=body, headers=names["match"]).json()
+        http.get(job["links"]["self"], params={"wait": 60})
+    for request_id, kinds in (("an-upload", {"validation"}), ("a-match", {"spectrum", "match"})):
+        told = lines(stack, request_id)
+        by_the_api = [line for line in told if line["process"] == "api"]
+        by_workers = [line for line in told if line["process"] == "worker"]
+        queued = {line["job_id"]: line["kind"] for line in by_the_api if line["event"] == "queued"}
+        assert set(queued.values()) == kinds
+        assert [line["event"] for line in by_the_api].count("request") == 1
+        for event in ("begun", "done"):
+            seen = [line for line in by_workers if line["event"] == event]
+            assert {line["job_id"]: line["kind"] for line in seen} == queued
+    assert job["id"] in {line["job_id"] for line in lines(stack, "a-match") if "job_id" in line}
