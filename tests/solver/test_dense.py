@@ -1,0 +1,102 @@
+"""Dense maps of shapes whose correspondence is known."""
+
+import numpy as np
+import pytest
+
+from solver.arrays import IntArray
+from solver.control import Control
+from solver.dense import dense_map
+from solver.errors import Cancelled
+from solver.mesh import triangle_mesh
+from solver.shape import Shape
+from solver.synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
+from tests.solver import shapes
+
+Points = tuple[IntArray, IntArray]
+
+
+@pytest.fixture(scope="module")
+def figures() -> tuple[SyntheticShape, SyntheticShape]:
+    return (
+        human("standing", ASYMMETRIC_HUMAN, resolution=1200, seed=1),
+        human("walking", ASYMMETRIC_HUMAN, resolution=1300, seed=2),
+    )
+
+
+@pytest.fixture(scope="module")
+def pair(figures: tuple[SyntheticShape, SyntheticShape]) -> tuple[Shape, Shape]:
+    source, target = (Shape(triangle_mesh(figure.vertices, figure.faces)) for figure in figures)
+    return source, target
+
+
+@pytest.fixture(scope="module")
+def truth(figures: tuple[SyntheticShape, SyntheticShape]) -> IntArray:
+    return correspondence(*figures)
+
+
+def mean_error(pair: tuple[Shape, Shape], found: IntArray, truth: IntArray) -> float:
+    distances = pair[1].metric("geodesic").distances(found)
+    return float(distances[np.arange(len(found)), truth].mean())
+
+
+def test_a_few_points_extend_to_all(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+    """Another pose and triangulation: as close as vertices lie to one another."""
+    few = pair[0].sampling("geodesic", 24).indices
+    found = dense_map(*pair, [(few, truth[few])])
+    everywhere = np.arange(pair[0].n_vertices)
+    spacing = 1.0 / np.sqrt(pair[1].n_vertices)
+    assert mean_error(pair, found.images(everywhere), truth) < 1.2 * spacing
+
+
+def test_the_right_hypothesis_is_chosen(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+    """Against its mirror image, which the proportions of this figure give away, and nonsense."""
+    few = pair[0].sampling("geodesic", 24).indices
+    mirrored = pair[0].surface.vertices[few] * [-1.0, 1.0, 1.0]
+    others = np.argmin(np.linalg.norm(mirrored[:, None] - pair[0].surface.vertices, axis=2), axis=1)
+    nonsense = np.random.default_rng(0).permutation(truth[few])
+    hypotheses: list[Points] = [(few, truth[others]), (few, nonsense), (few, truth[few])]
+    assert dense_map(*pair, hypotheses).hypothesis == 2
+
+
+def test_points_that_are_wrong_in_part_are_overruled(
+    pair: tuple[Shape, Shape], truth: IntArray
+) -> None:
+    """All but the first ones lead astray: the first ones and the signatures decide."""
+    few = pair[0].sampling("geodesic", 32).indices
+    partners = truth[few].copy()
+    partners[8:] = np.random.default_rng(1).permutation(partners[8:])
+    found = dense_map(*pair, [(few, partners)])
+    assert mean_error(pair, found.images(few), truth[few]) < 0.04
+    assert mean_error(pair, partners, truth[few]) > 0.3
+
+
+def test_scale_changes_nothing(figures: tuple[SyntheticShape, SyntheticShape]) -> None:
+    source, target = figures
+    few = np.arange(0, len(source.vertices), 60)
+    truth = correspondence(source, target)[few]
+    images = []
+    for factor in (1.0, 1e3):
+        pair = (
+            Shape(triangle_mesh(source.vertices, source.faces), normalise=False),
+            Shape(triangle_mesh(target.vertices * factor, target.faces), normalise=False),
+        )
+        images.append(dense_map(*pair, [(few, truth)]).images(few))
+    np.testing.assert_array_equal(*images)
+
+
+def test_small_meshes_are_mapped_too() -> None:
+    """With fewer eigenpairs and vertices than are asked for."""
+    sphere = Shape(shapes.blob(1))
+    points = np.arange(sphere.n_vertices)
+    found = dense_map(sphere, sphere, [(points, points)])
+    np.testing.assert_array_equal(found.images(points), points)
+
+
+def test_it_can_be_cancelled(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+    with pytest.raises(Cancelled):
+        dense_map(*pair, [(np.arange(9), truth[:9])], Control(is_cancelled=lambda: True))
+
+
+def test_nothing_to_extend_is_refused(pair: tuple[Shape, Shape]) -> None:
+    with pytest.raises(ValueError, match="three points"):
+        dense_map(*pair, [])
