@@ -62,17 +62,23 @@ def cube(cells: int = 6) -> TriangleMesh:
 def blob(subdivisions: int = 3) -> TriangleMesh:
     """Sphere with bumps of different sizes and heights: no symmetry, extremities well apart."""
     sphere = icosphere(subdivisions)
+    return triangle_mesh(with_bumps(sphere.vertices), sphere.faces)
+
+
+def with_bumps(directions: FloatArray) -> FloatArray:
+    """(V, 3) where the blob's surface is, in (V, 3) directions of unit length from its centre."""
     bumps = [
         ((1.0, 0.2, 0.1), 1.5, 0.30),
         ((-0.5, 0.9, 0.3), 1.0, 0.25),
         ((-0.4, -0.5, 0.9), 0.7, 0.35),
         ((0.1, -0.8, -0.7), 1.2, 0.20),
     ]
-    height = np.ones(sphere.n_vertices)
+    height = np.ones(len(directions))
     for direction, size, width in bumps:
         axis = np.array(direction) / np.linalg.norm(direction)
-        height += size * np.exp(-((1.0 - sphere.vertices @ axis) / width**2))
-    return triangle_mesh(sphere.vertices * height[:, None], sphere.faces)
+        height += size * np.exp(-((1.0 - directions @ axis) / width**2))
+    places: FloatArray = directions * height[:, None]
+    return places
 
 
 @cache

@@ -1,0 +1,120 @@
+"""Points of a triangulated surface: (t, u), a triangle and barycentric coordinates in it."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh import TriangleMesh
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePoints:
+    """Points y_i = (t_i, u_i) of (7).
+
+    Parameters
+    ----------
+    faces
+        (N,) triangles t.
+    barycentric
+        (N, 3) weights u of their corners, never negative, with sum 1.
+    """
+
+    faces: IntArray
+    barycentric: FloatArray
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+    @classmethod
+    def at_vertices(cls, mesh: TriangleMesh, vertices: IntArray) -> "SurfacePoints":
+        """Return vertices as points of a surface.
+
+        Parameters
+        ----------
+        mesh
+            Of the surface.
+        vertices
+            (N,) vertex indices. Of the triangles that share one, the first is taken.
+        """
+        corners = mesh.faces.ravel()
+        first = np.full(mesh.n_vertices, len(corners), dtype=np.int64)
+        np.minimum.at(first, corners, np.arange(len(corners)))
+        faces, corner = np.divmod(first[vertices], 3)
+        return cls(faces, np.eye(3)[corner])
+
+    def nearest_vertices(self, mesh: TriangleMesh) -> IntArray:
+        """(N,) of the three corners of each point's triangle, the one that lies nearest."""
+        corners = mesh.vertices[mesh.faces[self.faces]]
+        away = np.linalg.norm(corners - self.positions(mesh.vertices, mesh.faces)[:, None], axis=2)
+        nearest: IntArray = mesh.faces[self.faces, np.argmin(away, axis=1)]
+        return nearest
+
+    def positions(self, vertices: FloatArray, faces: IntArray) -> FloatArray:
+        """(N, 3) where the points lie on the surface of these (V, 3) vertices, (F, 3) faces."""
+        found: FloatArray = np.einsum("nc,ncd->nd", self.barycentric, vertices[faces[self.faces]])
+        return found
+
+    def first(self, count: int) -> "SurfacePoints":
+        """Return the first points."""
+        return SurfacePoints(self.faces[:count], self.barycentric[:count])
+
+    def joined(self, others: "SurfacePoints") -> "SurfacePoints":
+        """Return these points and others after them."""
+        return SurfacePoints(
+            np.concatenate([self.faces, others.faces]),
+            np.concatenate([self.barycentric, others.barycentric]),
+        )
+
+
+class Charts(NamedTuple):
+    """Every triangle laid flat, and which lies beside which.
+
+    Parameters
+    ----------
+    faces
+        (F, 3) vertex indices.
+    corners
+        (F, 3) a triangle in its own plane has its corners at (0, 0), (c₀, 0) and (c₁, c₂).
+    neighbours
+        (F, 3) triangle beyond the edge opposite each corner; -1 where there is none, or where
+        more than two triangles meet.
+    first, incident
+        The triangles round vertex v are ``incident[first[v]:first[v + 1]]``.
+    """
+
+    faces: IntArray
+    corners: FloatArray
+    neighbours: IntArray
+    first: IntArray
+    incident: IntArray
+
+
+def charts_of(mesh: TriangleMesh) -> Charts:
+    """Lay every triangle of a mesh flat: O(F log F)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
+    base = np.linalg.norm(b - a, axis=1)
+    along = np.einsum("fi,fi->f", c - a, b - a) / base
+    height = np.linalg.norm(c - a - (along / base)[:, None] * (b - a), axis=1)
+    order = np.argsort(mesh.faces.ravel(), kind="stable")
+    counts = np.bincount(mesh.faces.ravel(), minlength=mesh.n_vertices)
+    return Charts(
+        np.ascontiguousarray(mesh.faces),
+        np.stack([base, along, height], axis=1),
+        _neighbours(mesh.faces, mesh.n_vertices),
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        order // 3,
+    )
+
+
+def _neighbours(faces: IntArray, n_vertices: int) -> IntArray:
+    ends = np.sort(faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2), axis=1)
+    keys = ends[:, 0] * n_vertices + ends[:, 1]
+    order = np.argsort(keys, kind="stable")
+    starts, counts = np.unique(keys[order], return_index=True, return_counts=True)[1:]
+    pairs: BoolArray = counts == 2
+    one, other = order[starts[pairs]], order[starts[pairs] + 1]
+    beyond = np.full(faces.size, -1, dtype=np.int64)
+    beyond[one], beyond[other] = other // 3, one // 3
+    return beyond.reshape(-1, 3)

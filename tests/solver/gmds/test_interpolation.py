@@ -1,0 +1,87 @@
+"""Interpolated distances against closed forms."""
+
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray, IntArray
+from solver.gmds import InterpolatedMetric, SurfacePoints
+from solver.gmds import interpolation as module
+from solver.metrics import EmbeddedMetric
+from solver.shape import Shape
+from tests.solver import shapes
+from tests.solver.gmds.surfaces import random_points
+
+
+class CountedMetric(EmbeddedMetric):
+    """A metric that says which vertices it was asked for."""
+
+    def __init__(self, embedding: FloatArray) -> None:
+        super().__init__(embedding)
+        self.asked: list[int] = []
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        self.asked += sources.tolist()
+        return super().distances(sources)
+
+
+def test_a_plane_is_exact_near_and_far() -> None:
+    mesh = shapes.plane_grid()
+    points = random_points(mesh, 0, 80)
+    near = SurfacePoints(points.faces, np.roll(points.barycentric, 1, axis=1))  # same triangles
+    points = points.joined(near)
+    places = points.positions(mesh.vertices, mesh.faces)
+    exact = np.linalg.norm(places[:, None] - places, axis=2)
+    found = InterpolatedMetric(EmbeddedMetric(mesh.vertices), mesh).between(points)
+    np.testing.assert_allclose(found, exact, atol=2e-8)
+
+
+@pytest.mark.parametrize("metric", ["diffusion", "commute_time", "biharmonic"])
+def test_a_spectral_metric_is_that_of_the_interpolated_embedding(metric: str) -> None:
+    shape = Shape(shapes.blob(2), eigenpairs=40)
+    points = random_points(shape.surface, 1, 40)
+    known = shape.metric(metric)
+    assert isinstance(known, EmbeddedMetric)
+    images = points.positions(known.embedding, shape.surface.faces)
+    exact = np.linalg.norm(images[:, None] - images, axis=2)
+    found = InterpolatedMetric(known, shape.surface).between(points)
+    np.testing.assert_allclose(found, exact, atol=1e-7 * exact.max())
+
+
+def test_great_circles() -> None:
+    mesh = shapes.icosphere(3)
+    points = random_points(mesh, 2, 40)
+    places = points.positions(mesh.vertices, mesh.faces)
+    places /= np.linalg.norm(places, axis=1)[:, None]
+    exact = np.arccos(np.clip(places @ places.T, -1.0, 1.0))
+
+    class Sphere(EmbeddedMetric):
+        def distances(self, sources: IntArray) -> FloatArray:
+            cosines = self.embedding[sources] @ self.embedding.T
+            arcs: FloatArray = np.arccos(np.clip(cosines, -1.0, 1.0))
+            return arcs
+
+    found = InterpolatedMetric(Sphere(mesh.vertices), mesh).between(points)
+    ends = mesh.vertices[mesh.edges]
+    edge = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max()
+    # Circles of radius r are curved like cot r and not like 1/r; near the antipodes that matters.
+    assert np.abs(found - exact)[exact < 2.0].max() < edge**2 / 3.0
+
+
+def test_rows_are_asked_for_when_needed_and_kept_as_far_as_there_is_room(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mesh = shapes.plane_grid()
+    metric = CountedMetric(mesh.vertices)
+    interpolated = InterpolatedMetric(metric, mesh)
+    inside, edge = np.full(3, 1.0 / 3.0), np.array([0.5, 0.0, 0.5])
+    first = interpolated.squares_from(3, edge)
+    assert sorted(metric.asked) == sorted(mesh.faces[3, [0, 2]].tolist())
+    interpolated.squares_from(3, inside)
+    assert sorted(metric.asked) == sorted(mesh.faces[3].tolist())
+    monkeypatch.setattr(module, "_MEMORY", 1.0)
+    metric.asked.clear()
+    forgetful = InterpolatedMetric(metric, mesh)
+    for face in range(mesh.n_faces):
+        forgetful.squares_from(face, inside)
+    np.testing.assert_array_equal(forgetful.squares_from(3, edge), first)
+    assert len(metric.asked) > mesh.n_vertices  # some again, having been forgotten
