@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.descriptors import (
     conformal_factor,
-    eigenfunction_norms,
+    eigenfunction_magnitudes,
     gaussian_curvature,
     geodesic_histogram,
     heat_kernel_signature,
@@ -176,9 +176,9 @@ class Shape:
 
         Returns
         -------
-        (S, m) float64; m is 0 for "none". Eigenfunctions are given by magnitude, in order of
-        their eigenvalues, which is all that one shape tells; a match compares those of its two
-        shapes with signs and groups that they have in common.
+        (S, m) float64; m is 0 for "none". Eigenfunctions are given by magnitude, the first ones
+        together, which is all that one shape tells; a match compares those of its two shapes with
+        signs and groups that they have in common.
 
         Raises
         ------
@@ -250,9 +250,7 @@ class Shape:
                 return geodesic_histogram(self.surface, metric, radius, bins, vertices)
             case Eigenfunctions(count=count):
                 spectrum = self.spectrum(max(self.eigenpairs, count + 1))
-                single = np.arange(1, min(count + 1, spectrum.n_eigenpairs) + 1)
-                norms = eigenfunction_norms(spectrum, single, vertices)
-                return np.pad(norms, ((0, 0), (0, count - norms.shape[1])))
+                return eigenfunction_magnitudes(spectrum, count, vertices)
             case HeatKernelSignature(times=tuple(times)):
                 return heat_kernel_signature(self.spectrum(), np.array(times), vertices)
             case ScaleInvariantHeatKernelSignature(frequencies=frequencies):

@@ -8,7 +8,7 @@ from solver.descriptors.conformal_factor import conformal_factor
 from solver.descriptors.eigenfunctions import (
     aligned_eigenfunctions,
     eigenfunction_groups,
-    eigenfunction_norms,
+    eigenfunction_magnitudes,
 )
 from solver.descriptors.gaussian_curvature import angle_defects, gaussian_curvature
 from solver.descriptors.geodesic_histogram import geodesic_histogram
@@ -24,7 +24,7 @@ __all__ = [
     "angle_defects",
     "conformal_factor",
     "eigenfunction_groups",
-    "eigenfunction_norms",
+    "eigenfunction_magnitudes",
     "gaussian_curvature",
     "geodesic_histogram",
     "heat_kernel_signature",

@@ -5,6 +5,10 @@ and where eigenvalues are near one another, those of nearly isometric shapes tra
 What does not depend on any of this is the norm of a group of eigenfunctions whose eigenvalues are
 apart from all others: the root of the sum of their squares. An eigenfunction that is a group of its
 own can keep its sign if the distribution of its values tells which one it is.
+
+Where to cut depends on both shapes (:func:`aligned_eigenfunctions`). For a shape by itself, sums of
+squares from the first eigenfunction on are nearly as good: only the last ones of a sum can be those
+of another shape's next (:func:`eigenfunction_magnitudes`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -21,6 +25,9 @@ DEFAULT_COUNT = 20
 _GAP = 0.15
 """Least gap between groups, relative to the eigenvalue below. Between poses of the same animal most
 eigenvalues move by less."""
+
+_EQUAL = 0.01
+"""Relative difference of eigenvalues that may as well be equal."""
 
 _CERTAINTY = 3.0
 """How many times farther the distribution of the wrong sign must be than that of the right one."""
@@ -56,11 +63,8 @@ def eigenfunction_groups(spectra: Sequence[Spectrum], count: int = DEFAULT_COUNT
     ValueError
         A spectrum has no eigenfunction but the constant one.
     """
-    if count < 1:
-        raise OptionError("eigenfunctions", "at least 1 is needed")
+    _check(count, *spectra)
     least = min(spectrum.n_eigenpairs for spectrum in spectra)
-    if least < 2:
-        raise ValueError("at least 2 eigenpairs are needed")
     values = np.stack([spectrum.eigenvalues[1:least] for spectrum in spectra])
     apart = (values[:, 1:] >= (1.0 + _GAP) * values[:, :-1]).all(axis=0)
     cuts = np.flatnonzero(apart) + 2
@@ -70,36 +74,45 @@ def eigenfunction_groups(spectra: Sequence[Spectrum], count: int = DEFAULT_COUNT
     return np.concatenate([[1], cuts]).astype(np.int64)
 
 
-def eigenfunction_norms(
-    spectrum: Spectrum, groups: IntArray | None = None, vertices: IntArray | None = None
+def eigenfunction_magnitudes(
+    spectrum: Spectrum, count: int = DEFAULT_COUNT, vertices: IntArray | None = None
 ) -> FloatArray:
-    """Norms of groups of eigenfunctions at a point.
+    """Magnitudes of the first eigenfunctions, comparable between any two shapes.
 
-    Component j at vertex x is √(A Σ_i φ_i(x)² / n_j m), i running over the n_j eigenfunctions of
-    group j: without the factor 1/√m, every component has root mean square 1 over the surface.
+    Component j at vertex x is √(A Σ_i φ_i(x)² / j m), over the first j of m eigenfunctions that
+    are not constant, those of nearly equal eigenvalues (1 %) replaced by their root mean square:
+    without the factor 1/√m, every component has root mean square 1 over the surface.
 
     Parameters
     ----------
     spectrum
         Of the shape.
-    groups
-        (m + 1,) bounds of the groups; by default :func:`eigenfunction_groups` of this shape. Two
-        shapes are comparable if they have their groups in common.
+    count
+        Number m of eigenfunctions; where the spectrum ends before, the last sum is repeated.
     vertices
         (S,) where it is wanted; by default at all V vertices.
 
     Returns
     -------
-    (S, m) float64, without unit. It does not change with scale.
+    (S, count) float64, without unit. It does not change with scale.
+
+    Raises
+    ------
+    OptionError
+        `count` is less than 1.
+    ValueError
+        The spectrum has no eigenfunction but the constant one.
     """
-    if groups is None:
-        groups = eigenfunction_groups([spectrum])
-    functions = spectrum.eigenfunctions
-    squares = (functions if vertices is None else functions[vertices])[:, : groups[-1]] ** 2
-    sums = np.add.reduceat(squares, groups[:-1], axis=1)
-    sizes = np.diff(groups)
-    norms: FloatArray = np.sqrt(sums * (spectrum.area / (sizes * len(sizes))))
-    return norms
+    _check(count, spectrum)
+    values = spectrum.eigenvalues[1:]
+    ends = np.flatnonzero(values[1:] > (1.0 + _EQUAL) * values[:-1]) + 2
+    groups = np.concatenate([[1], ends, [spectrum.n_eigenpairs]])
+    squares = np.repeat(_mean_squares(spectrum, groups, vertices), np.diff(groups), axis=1)
+    known = min(count, squares.shape[1])
+    means = np.cumsum(squares[:, :known], axis=1) / np.arange(1, known + 1)
+    means = np.pad(means, ((0, 0), (0, count - known)), mode="edge")
+    magnitudes: FloatArray = np.sqrt(means * (spectrum.area / count))
+    return magnitudes
 
 
 def aligned_eigenfunctions(
@@ -112,11 +125,11 @@ def aligned_eigenfunctions(
     """Eigenfunctions of two shapes, with signs and order made comparable.
 
     Both shapes have their groups in common, which leaves order and basis without effect. Groups
-    are compared by their norms, :func:`eigenfunction_norms`; but an eigenfunction that is a group
-    of its own keeps its values if the distributions of these (over the area) tell its sign: the
-    wrong one has to be three times farther from the other shape's than the right one, and at least
-    0.1, in the L2 Wasserstein distance. Eigenfunctions that change sign under an intrinsic symmetry
-    never do, and are compared by magnitude.
+    are compared by the root mean square of their eigenfunctions; but an eigenfunction that is a
+    group of its own keeps its values if the distributions of these (over the area) tell its sign:
+    the wrong one has to be three times farther from the other shape's than the right one, and at
+    least 0.1, in the L2 Wasserstein distance. Eigenfunctions that change sign under an intrinsic
+    symmetry never do, and are compared by magnitude.
 
     Parameters
     ----------
@@ -138,9 +151,11 @@ def aligned_eigenfunctions(
         `count` is less than 1.
     """
     groups = eigenfunction_groups([source, target], count)
-    source_values = eigenfunction_norms(source, groups, source_vertices)
-    target_values = eigenfunction_norms(target, groups, target_vertices)
     m = len(groups) - 1
+    source_values, target_values = (
+        np.sqrt(_mean_squares(spectrum, groups, vertices) * (spectrum.area / m))
+        for spectrum, vertices in ((source, source_vertices), (target, target_vertices))
+    )
     for group, number, sign in _signed(source, target, groups):
         for values, spectrum, vertices, factor in (
             (source_values, source, source_vertices, sign),
@@ -150,6 +165,21 @@ def aligned_eigenfunctions(
             function = function if vertices is None else function[vertices]
             values[:, group] = factor * np.sqrt(spectrum.area / m) * function
     return source_values, target_values
+
+
+def _check(count: int, *spectra: Spectrum) -> None:
+    if count < 1:
+        raise OptionError("count", "at least 1 is needed")
+    if min(spectrum.n_eigenpairs for spectrum in spectra) < 2:
+        raise ValueError("at least 2 eigenpairs are needed")
+
+
+def _mean_squares(spectrum: Spectrum, groups: IntArray, vertices: IntArray | None) -> FloatArray:
+    """(S, m) means of φ_i(x)² over the eigenfunctions of each group."""
+    functions = spectrum.eigenfunctions
+    squares = (functions if vertices is None else functions[vertices])[:, : groups[-1]] ** 2
+    means: FloatArray = np.add.reduceat(squares, groups[:-1], axis=1) / np.diff(groups)
+    return means
 
 
 def _signed(

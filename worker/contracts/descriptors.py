@@ -127,7 +127,8 @@ class Eigenfunctions(Choice):
     """Values of the Laplace-Beltrami eigenfunctions of lowest frequency.
 
     Signs are chosen where the distributions of values tell them, and magnitudes compared where
-    they do not; eigenfunctions whose order could differ are compared as groups, by their norm.
+    they do not; eigenfunctions whose order could differ are compared as groups, by their norm. In
+    dissimilarities, where a shape is described by itself, magnitudes of the first ones together.
     """
 
     about = About(
