@@ -4,7 +4,9 @@ import io
 
 import numpy as np
 
-from solver.mesh import TriangleMesh
+from solver.mesh import TriangleMesh, largest_component
+from solver.simplification import simplified
+from worker.contracts import SpectrumKey
 
 
 def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
@@ -34,3 +36,17 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
             # Shapes of before repairs have none.
             merged=arrays["merged"] if "merged" in arrays else np.zeros((0, 2), dtype=np.int64),
         )
+
+
+def mesh_of(key: SpectrumKey, whole: TriangleMesh) -> TriangleMesh:
+    """Return the mesh whose spectrum a key names.
+
+    Parameters
+    ----------
+    key
+        What of the shape is compared.
+    whole
+        The shape's mesh.
+    """
+    mesh = largest_component(whole) if key.largest_component else whole
+    return mesh if key.simplify is None else simplified(mesh, key.simplify)

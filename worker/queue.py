@@ -284,13 +284,16 @@ class JobQueue:
         several = record.components > 1
         if several and not match.parameters.largest_component:
             return
-        key = SpectrumKey(shape, match.parameters.eigenpairs, several)
+        simplify = match.parameters.simplify
+        fewer = simplify is not None and record.vertices > simplify
+        key = SpectrumKey(shape, match.parameters.eigenpairs, several, simplify if fewer else None)
         spectra = self.store.spectra
         job = new_job(
             SpectrumPayload(
                 shape=key.shape,
                 eigenpairs=key.eigenpairs,
                 largest_component=key.largest_component,
+                simplify=key.simplify,
             ),
             order,
         )

@@ -8,7 +8,7 @@ from redis.exceptions import RedisError
 
 from solver.control import Control
 from solver.errors import Cancelled
-from solver.mesh import TriangleMesh, largest_component, read_mesh
+from solver.mesh import TriangleMesh, read_mesh
 from worker.contracts import (
     JobRecord,
     MatchPayload,
@@ -20,7 +20,7 @@ from worker.contracts import (
 )
 from worker.failures import ResultGone, ShapeGone, problem_of
 from worker.matches import Side, match_shapes, result_from_blob
-from worker.meshes import mesh_from_bytes, mesh_to_bytes
+from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
 from worker.picture import draw_match
 from worker.reporting import Reporter
 from worker.spectra import spectrum_of
@@ -132,10 +132,8 @@ class Runner:
             spectra = self.store.spectra
             # Somebody who computes it already needs no second one to wait for him.
             if not spectra.has(payload.key) and not spectra.locked(payload.key):
-                mesh = self._mesh(payload.shape)
-                if payload.largest_component:
-                    mesh = largest_component(mesh)
                 control.report("spectrum", 0.0)
+                mesh = mesh_of(payload.key, self._mesh(payload.shape))
                 spectrum_of(payload.key, mesh, spectra, self.name, control)
         finally:
             self.store.spectra.settle(payload.key)
@@ -156,14 +154,15 @@ class Runner:
         return result.model_copy(update={"timings": timings}).model_dump_json().encode()
 
     def _side(self, shape: str, payload: MatchPayload, control: Control) -> Side:
-        mesh = self._mesh(shape)
+        whole = self._mesh(shape)
         parameters = payload.parameters
-        several = mesh.components > 1
-        if several and parameters.largest_component:
-            mesh = largest_component(mesh)
+        simplify, several = parameters.simplify, whole.components > 1
+        fewer = simplify is not None and whole.n_vertices > simplify
+        largest = several and parameters.largest_component
+        key = SpectrumKey(shape, parameters.eigenpairs, largest, simplify if fewer else None)
+        mesh = mesh_of(key, whole)
         if not parameters.needs_spectrum or mesh.components > 1:
             return Side(mesh, None)
-        key = SpectrumKey(shape, parameters.eigenpairs, several)
         return Side(mesh, spectrum_of(key, mesh, self.store.spectra, self.name, control))
 
     def _draw(self, payload: PicturePayload) -> None:

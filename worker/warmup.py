@@ -9,6 +9,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import read_mesh
 from solver.repair.triangulation import triangulated
+from solver.simplification import simplified
 from worker.contracts import MatchParameters, MatchPayload
 from worker.matches import Side, match_shapes
 from worker.meshes import mesh_from_bytes, mesh_to_bytes
@@ -26,7 +27,7 @@ def warm_up() -> None:
     start = time.perf_counter()
     triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(_torus_file(), "off")))
-    side = Side(mesh, None)
+    side = Side(simplified(mesh, mesh.n_vertices - 1), None)
     few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
     for structures in (
         {"descriptor": ("si_hks", "geodesic_histogram")},

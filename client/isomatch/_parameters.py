@@ -61,6 +61,9 @@ class MatchParameters(TypedDict, total=False):
     largest_component
         Match the largest component of a shape that has several, which is refused otherwise
         [False].
+    simplify
+        Vertices to which a shape that has more is simplified before it is matched, 100 to
+        1,000,000; points are named by vertices of the file. None for no simplification [None].
     time_limit
         Seconds after which the best answer so far is returned with its gap; None for no limit
         [None].
@@ -81,6 +84,7 @@ class MatchParameters(TypedDict, total=False):
     objective: str
     normalise: bool
     largest_component: bool
+    simplify: int | None
     time_limit: float | None
 
 

@@ -149,6 +149,9 @@ def match(
         bool | None,
         typer.Option("--largest-component", help="Match the largest component of a shape."),
     ] = None,
+    simplify: Annotated[
+        int | None, typer.Option(help="Vertices to which larger shapes are simplified first.")
+    ] = None,
     time_limit: Annotated[
         float | None, typer.Option(help="Seconds; the best answer so far is returned.")
     ] = None,
@@ -177,6 +180,7 @@ def match(
         "alternatives": alternatives,
         "objective": objective,
         "largest_component": largest_component,
+        "simplify": simplify,
         "time_limit": time_limit,
     }
     parameters = {name: value for name, value in given.items() if value not in (None, [])}

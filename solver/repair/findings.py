@@ -24,7 +24,7 @@ def with_findings(soup: TriangleSoup) -> TriangleSoup:
             f"{counted(crowded, 'edge')} with more than two faces: the surface is no manifold"
             " there; distances lead over all of its sheets"
         )
-    pinched = _pinched(soup.faces, edges)
+    pinched = len(pinched_vertices(soup.faces, edges))
     if pinched:
         notes.append(
             f"{counted(pinched, 'vertex', 'vertices')} at which the surface only touches itself:"
@@ -39,10 +39,17 @@ def with_findings(soup: TriangleSoup) -> TriangleSoup:
     return soup.noting(*notes)
 
 
-def _pinched(faces: IntArray, edges: Edges) -> int:
+def pinched_vertices(faces: IntArray, edges: Edges) -> IntArray:
     """Vertices whose faces hang together only through them, not over edges.
 
     Every corner of a face is a node; corners at the same vertex are linked over shared edges.
+
+    Parameters
+    ----------
+    faces
+        (F, 3).
+    edges
+        Of these faces.
     """
     n = len(faces)
     corner = np.arange(3 * n).reshape(n, 3)
@@ -57,7 +64,8 @@ def _pinched(faces: IntArray, edges: Edges) -> int:
     graph = sp.coo_array((np.ones(len(i), dtype=np.bool_), (i, j)), shape=(3 * n, 3 * n))
     fans = connected_components(graph, directed=False)[1]
     _, first = np.unique(fans, return_index=True)
-    return int((np.bincount(faces.reshape(-1)[first]) > 1).sum())
+    found: IntArray = np.flatnonzero(np.bincount(faces.reshape(-1)[first]) > 1)
+    return found
 
 
 def _cracks(soup: TriangleSoup, edges: Edges) -> int:

@@ -230,6 +230,7 @@ BAD_PARAMETERS = {
     "alternatives": (0, 33),
     "objective": ("l1", 2, "linf"),
     "largest_component": ("yes", 1),
+    "simplify": (99, 1_000_001, True, "500"),
     "time_limit": (0, -5),
     "pionts": (32,),
 }

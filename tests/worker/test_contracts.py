@@ -22,7 +22,7 @@ from worker.contracts.parameters import ObjectiveName
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
-NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component", "normalise"}
+NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component", "normalise", "simplify"}
 """Parameters that say how shapes are made."""
 
 

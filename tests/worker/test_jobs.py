@@ -96,6 +96,12 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
     assert second.hits == first.hits + 4
     run(matching(source, target, QUICK.model_copy(update={"eigenpairs": 31})))
     assert spectra.counts().computed == first.computed + 2
+    fewer, many = (QUICK.model_copy(update={"simplify": count}) for count in (200, 642))
+    for parameters in (fewer, fewer, many):
+        record = ended(served, served.submit_match(matching(source, target, parameters)).id)
+        assert record.state is JobState.SUCCEEDED, record.error
+    # A shape that has no more vertices is not simplified.
+    assert spectra.counts().computed == first.computed + 4
 
 
 def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, upload: Upload) -> None:

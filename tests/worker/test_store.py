@@ -328,12 +328,13 @@ def test_the_cache_forgets_a_shape(store: Store) -> None:
 
 def test_a_spectrum_is_named_by_all_it_depends_on() -> None:
     names = {
-        str(SpectrumKey(shape, eigenpairs, largest))
+        str(SpectrumKey(shape, eigenpairs, largest, simplify))
         for shape in ("a", "b")
         for eigenpairs in (10, 20)
         for largest in (False, True)
+        for simplify in (None, 10, 500)
     }
-    assert len(names) == 8
+    assert len(names) == 24
 
 
 def test_locks_belong_to_their_holder(store: Store) -> None:

@@ -66,11 +66,12 @@ class SpectrumPayload(_Payload):
     shape: str
     eigenpairs: int
     largest_component: bool
+    simplify: int | None = None
 
     @property
     def key(self) -> SpectrumKey:
         """Name of the spectrum in the cache."""
-        return SpectrumKey(self.shape, self.eigenpairs, self.largest_component)
+        return SpectrumKey(self.shape, self.eigenpairs, self.largest_component, self.simplify)
 
 
 class MatchPayload(_Payload):

@@ -108,6 +108,14 @@ class MatchParameters(BaseModel):
         description="Match the largest component of a shape that has several, which is refused"
         " otherwise.",
     )
+    simplify: int | None = Field(
+        default=None,
+        ge=100,
+        le=1_000_000,
+        description="Vertices to which a shape that has more is simplified before it is matched;"
+        " null for no simplification. Points are named by vertices of the file, all of which"
+        " keep their places.",
+    )
     time_limit: float | None = Field(
         default=None,
         gt=0,

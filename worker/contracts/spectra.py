@@ -19,12 +19,16 @@ class SpectrumKey:
         Number of eigenpairs.
     largest_component
         Whether the spectrum is that of the shape's largest component alone.
+    simplify
+        Vertices to which the mesh was simplified first; None if it was not.
     """
 
     shape: str
     eigenpairs: int
     largest_component: bool = False
+    simplify: int | None = None
 
     def __str__(self) -> str:
         part = "largest" if self.largest_component else "whole"
-        return f"{self.shape}:{part}:{self.eigenpairs}:v{SPECTRUM_VERSION}"
+        detail = "full" if self.simplify is None else str(self.simplify)
+        return f"{self.shape}:{part}:{detail}:{self.eigenpairs}:v{SPECTRUM_VERSION}"

@@ -1,0 +1,284 @@
+"""Edges collapsed one after the other, always the one that costs least, the topology kept.
+
+A vertex u may become its neighbour v if no face turns over and the surface stays what it is: the
+only common neighbours of u and v are the third corners of the faces at the edge (link condition:
+Dey, Edelsbrunner, Guha and Nekhayev, Publ. Inst. Math. 66, 1999).
+"""
+
+import heapq
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.kernel import kernel
+
+_TURN = 0.3
+"""Cosine of the largest angle by which a collapse may turn a face."""
+
+_SLIVER = 0.1
+"""Least shape of a face that a collapse may make, 1 for an equilateral one."""
+
+_MOST_FACES = 24
+"""Faces at a vertex that a collapse may make; vertices of more are not collapsed."""
+
+
+@kernel
+def collapse_edges(
+    places: FloatArray,
+    faces: IntArray,
+    quadrics: FloatArray,
+    border: BoolArray,
+    fixed: BoolArray,
+    into: IntArray,
+    target: int,
+) -> None:
+    """Collapse edges until `target` vertices are left, or none can be collapsed.
+
+    Parameters
+    ----------
+    places
+        (V, 3).
+    faces
+        (F, 3); changed: those that vanish become (-1, -1, -1).
+    quadrics
+        (V, 4, 4) symmetric, the cost of u's becoming v is x̃ᵀ Q_u x̃ at v, less that at u; changed.
+    border
+        (V,) vertices of the border, which may only become one another.
+    fixed
+        (V,) vertices that stay.
+    into
+        (V,) each vertex's own number; changed to that of the vertex it has become.
+    target
+        How many vertices to leave.
+    """
+    n = len(places)
+    first, links, valence = _corners(faces, n)
+    version = np.zeros(n, np.int64)
+    best = np.full(n, -1)
+    queue = [(0.0, 0, 0) for _ in range(0)]  # cost, vertex, its version
+    for u in range(n):
+        cost = _find_best(u, places, faces, quadrics, border, fixed, first, links, valence, best)
+        if best[u] >= 0:
+            queue.append((cost, u, 0))
+    heapq.heapify(queue)
+    ring = np.empty(2 * _MOST_FACES + 2, np.int64)
+    left = n
+    while left > target and len(queue) > 0:
+        cost, u, stamp = heapq.heappop(queue)
+        v = best[u]
+        if stamp != version[u] or into[u] != u or v < 0:
+            continue
+        _move_corners(u, v, faces, first, links, valence)
+        into[u] = v
+        for row in range(4):
+            for column in range(4):
+                quadrics[v, row, column] += quadrics[u, row, column]
+        left -= 1
+        ring[0] = v
+        count = 1 + _neighbours(v, faces, first, links, ring[1:])
+        for w in ring[:count]:
+            version[w] += 1
+            cost = _find_best(
+                w, places, faces, quadrics, border, fixed, first, links, valence, best
+            )
+            if best[w] >= 0:
+                heapq.heappush(queue, (cost, w, version[w]))
+    for u in range(n):
+        root = into[u]
+        while into[root] != root:
+            root = into[root]
+        into[u] = root
+
+
+@kernel
+def _corners(faces: IntArray, n_vertices: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Lists of the corners (3 · face + position) at each vertex: first, next and last, length."""
+    first = np.full(n_vertices, -1)
+    links = np.full((3 * len(faces), 2), -1)
+    valence = np.zeros(n_vertices, np.int64)
+    for corner in range(3 * len(faces)):
+        _put_in(faces[corner // 3, corner % 3], corner, first, links, valence)
+    return first, links, valence
+
+
+@kernel
+def _find_best(
+    u: int,
+    places: FloatArray,
+    faces: IntArray,
+    quadrics: FloatArray,
+    border: BoolArray,
+    fixed: BoolArray,
+    first: IntArray,
+    links: IntArray,
+    valence: IntArray,
+    best: IntArray,
+) -> float:
+    """Set ``best[u]`` to the vertex that u had best become, -1 for none, and return the cost."""
+    best[u] = -1
+    least = np.inf
+    if fixed[u] or valence[u] > _MOST_FACES:
+        return least
+    ring = np.empty(2 * _MOST_FACES + 2, np.int64)
+    count = _neighbours(u, faces, first, links, ring)
+    here = _error(quadrics[u], places[u])
+    for v in ring[:count]:
+        cost = _error(quadrics[u], places[v]) - here
+        if (
+            cost < least
+            and _keeps_topology(u, v, ring[:count], faces, border, first, links, valence)
+            and _keeps_shape(u, v, places, faces, first, links)
+        ):
+            least = cost
+            best[u] = v
+    return least
+
+
+@kernel
+def _error(quadric: FloatArray, place: FloatArray) -> float:
+    x, y, z, q = place[0], place[1], place[2], quadric
+    error: float = (
+        x * (q[0, 0] * x + 2.0 * (q[0, 1] * y + q[0, 2] * z + q[0, 3]))
+        + y * (q[1, 1] * y + 2.0 * (q[1, 2] * z + q[1, 3]))
+        + z * (q[2, 2] * z + 2.0 * q[2, 3])
+        + q[3, 3]
+    )
+    return error
+
+
+@kernel
+def _keeps_topology(
+    u: int,
+    v: int,
+    ring: IntArray,
+    faces: IntArray,
+    border: BoolArray,
+    first: IntArray,
+    links: IntArray,
+    valence: IntArray,
+) -> bool:
+    """Link condition: common neighbours of u and v are only the third corners of their faces."""
+    shared = _faces_with(u, v, faces, first, links)
+    if shared != (1 if border[u] else 2) or (border[u] and not border[v]):
+        return False
+    # Around a vertex within the surface there are three faces at least.
+    if not (1 if border[v] else 3) <= valence[u] + valence[v] - 2 * shared <= _MOST_FACES:
+        return False
+    common = 0
+    for w in ring:
+        if w != v:
+            a, b = (w, v) if valence[w] < valence[v] else (v, w)
+            if _faces_with(a, b, faces, first, links) > 0:
+                common += 1
+    return common == shared
+
+
+@kernel
+def _keeps_shape(
+    u: int, v: int, places: FloatArray, faces: IntArray, first: IntArray, links: IntArray
+) -> bool:
+    """Whether no face turns over, nor becomes a sliver that was none, when u moves to v."""
+    corner = first[u]
+    while corner >= 0:
+        f, k = corner // 3, corner % 3
+        corner = links[corner, 0]
+        p, q = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+        if p == v or q == v:
+            continue
+        before, shape = _normal(places[u], places[p], places[q])
+        after, new_shape = _normal(places[v], places[p], places[q])
+        cosine = before[0] * after[0] + before[1] * after[1] + before[2] * after[2]
+        if cosine < _TURN or new_shape < min(_SLIVER, shape):
+            return False
+    return True
+
+
+@kernel
+def _normal(
+    a: FloatArray, b: FloatArray, c: FloatArray
+) -> tuple[tuple[float, float, float], float]:
+    """Unit normal of a triangle, and its shape, 1 for an equilateral one."""
+    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
+    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    length = np.sqrt(x * x + y * y + z * z)
+    third = (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2
+    longest = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, third)
+    if length == 0.0 or longest == 0.0:
+        return (0.0, 0.0, 0.0), 0.0
+    return (x / length, y / length, z / length), 1.1547005383792515 * length / longest
+
+
+@kernel
+def _neighbours(v: int, faces: IntArray, first: IntArray, links: IntArray, ring: IntArray) -> int:
+    """Write the neighbours of v, each once, and return how many they are."""
+    count = 0
+    corner = first[v]
+    while corner >= 0:
+        f, k = corner // 3, corner % 3
+        for step in range(1, 3):
+            w = faces[f, (k + step) % 3]
+            known = False
+            for i in range(count):
+                known = known or ring[i] == w
+            if not known:
+                ring[count] = w
+                count += 1
+        corner = links[corner, 0]
+    return count
+
+
+@kernel
+def _faces_with(u: int, v: int, faces: IntArray, first: IntArray, links: IntArray) -> int:
+    count = 0
+    corner = first[u]
+    while corner >= 0:
+        f = corner // 3
+        if faces[f, 0] == v or faces[f, 1] == v or faces[f, 2] == v:
+            count += 1
+        corner = links[corner, 0]
+    return count
+
+
+@kernel
+def _move_corners(
+    u: int, v: int, faces: IntArray, first: IntArray, links: IntArray, valence: IntArray
+) -> None:
+    """Give the faces at u to v; those at both vanish."""
+    corner = first[u]
+    while corner >= 0:
+        f, after = corner // 3, links[corner, 0]
+        if faces[f, 0] == v or faces[f, 1] == v or faces[f, 2] == v:
+            for k in range(3):
+                if faces[f, k] != u:
+                    _take_out(faces[f, k], 3 * f + k, first, links, valence)
+                faces[f, k] = -1
+        else:
+            faces[f, corner % 3] = v
+            _put_in(v, corner, first, links, valence)
+        corner = after
+    first[u] = -1
+    valence[u] = 0
+
+
+@kernel
+def _put_in(v: int, corner: int, first: IntArray, links: IntArray, valence: IntArray) -> None:
+    """Put a corner into the list of a vertex."""
+    links[corner, 0], links[corner, 1] = first[v], -1
+    if first[v] >= 0:
+        links[first[v], 1] = corner
+    first[v] = corner
+    valence[v] += 1
+
+
+@kernel
+def _take_out(v: int, corner: int, first: IntArray, links: IntArray, valence: IntArray) -> None:
+    """Take a corner out of the list of its vertex."""
+    after, before = links[corner, 0], links[corner, 1]
+    if before < 0:
+        first[v] = after
+    else:
+        links[before, 0] = after
+    if after >= 0:
+        links[after, 1] = before
+    valence[v] -= 1
