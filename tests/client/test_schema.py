@@ -153,6 +153,7 @@ def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
         float: {"number"},
         bool: {"boolean"},
         str: {"string"},
+        int | None: {"integer", "null"},
         float | None: {"number", "null"},
         StructureChoice | list[StructureChoice]: {
             "string",
