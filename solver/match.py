@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from solver.arrays import FloatArray, IntArray
 from solver.distortion import Distortion
+from solver.refinement import Refinement
 from solver.solution import CERTIFIED_GAP, Method, relative_gap
 
 
@@ -103,6 +104,10 @@ class Match:
         What the user should know of the shapes and of the answer.
     timings
         Seconds by stage.
+    refinement
+        Where the points of `best` lie between the target's vertices, if that was asked for. Its
+        hypothesis is 0 for `best`, or one more than a place among `alternatives`; its vertices and
+        faces are those of the shapes' meshes, not of the user's files.
     """
 
     best: Correspondence
@@ -110,6 +115,7 @@ class Match:
     levels: tuple[LevelReport, ...]
     warnings: tuple[str, ...]
     timings: Mapping[str, float]
+    refinement: Refinement | None = None
 
     @property
     def lower_bound(self) -> float:

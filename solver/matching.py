@@ -16,8 +16,9 @@ from solver.labelling import UNMATCHED, LabellingProblem
 from solver.level import Level, build_level, level_sizes
 from solver.match import Correspondence, LevelReport, Match
 from solver.minimise import minimise
-from solver.options import LINF, MatchOptions
+from solver.options import GMDS, LINF, MatchOptions
 from solver.primal import assign, local_search
+from solver.refinement import Refinement, refine_by_gmds
 from solver.shape import Shape
 from solver.solution import Method, Solution
 
@@ -25,6 +26,7 @@ _COARSE_NODES = 50_000_000
 _DUAL_WORK = 2e8
 """Squared candidates times iterations that a level's bound may take: some 0.7 s."""
 _DUAL_ITERATIONS = 50, 1000
+_LEAST_REFINED = 3
 _LARGEST = 1e12
 """√area of shapes that are not normalised, and its inverse; fourth powers of it are computed."""
 
@@ -247,11 +249,12 @@ class _Run:
         """Put the answer together, in the user's vertex numbers."""
         finest = levels[-1]
         seen = {best.partners.tobytes()}
-        alternatives = []
+        distinct = []
         for hypothesis in others:
             if hypothesis.partners.tobytes() not in seen:
                 seen.add(hypothesis.partners.tobytes())
-                alternatives.append(self._correspondence(hypothesis, finest))
+                distinct.append(hypothesis)
+        alternatives = [self._correspondence(hypothesis, finest) for hypothesis in distinct]
         warnings = [
             f"{name}: {warning}"
             for name, shape in (("source", self.source), ("target", self.target))
@@ -261,10 +264,34 @@ class _Run:
         reports = tuple(
             _report(level, stage) for level, stage in zip(levels, best.stages, strict=True)
         )
+        refinement = self._refined([best, *distinct], finest)
         self.timings["total"] = time.perf_counter() - self.started
         return Match(
-            answer, tuple(alternatives), reports, (*warnings, *self.warnings), self.timings
+            answer,
+            tuple(alternatives),
+            reports,
+            (*warnings, *self.warnings),
+            self.timings,
+            refinement,
         )
+
+    def _refined(self, hypotheses: list[_Hypothesis], finest: Level) -> Refinement | None:
+        """Refine the answer between vertices, if that was asked for and can be done."""
+        if self.options.refine != GMDS:
+            return None
+        points = []
+        for hypothesis in hypotheses:
+            matched = hypothesis.partners != UNMATCHED
+            partners = hypothesis.partners[matched]
+            points.append((finest.source.vertices[matched], finest.target.vertices[partners]))
+        if min(len(x) for x, _ in points) < _LEAST_REFINED:
+            self.warnings.append("too few points were matched for a refinement")
+            return None
+        self.control.report("refinement between vertices", 0.9)
+        started = time.perf_counter()
+        found = refine_by_gmds(self.source, self.target, points, self.control)
+        self._spend("refinement between vertices", started)
+        return found
 
     def _correspondence(self, hypothesis: _Hypothesis, finest: Level) -> Correspondence:
         partners = hypothesis.partners

@@ -20,6 +20,9 @@ ChoiceT = TypeVar("ChoiceT", bound=Structure)
 L2, LINF = "l2", "linf"
 """What a correspondence may minimise."""
 
+GMDS = "gmds"
+"""How it may be refined."""
+
 MIN_POINTS = 3
 MAX_POINTS = 256
 MAX_COARSE_POINTS = 10
@@ -64,6 +67,9 @@ class MatchOptions:
         distortion of a distance (section 2), whose half is the Gromov-Hausdorff distance of the
         sampled points if each has one partner. The latter is solved exactly, on one level of at
         most 10 points; among its optima, those of least energy (5) are returned.
+    refine
+        ``"gmds"`` to find, after the match, the points of the target's surface that correspond to
+        the matched points, between its vertices: see :mod:`solver.refinement`. ``None`` not to.
     time_limit
         Seconds after which the best answer so far is returned; ``None`` for no limit.
 
@@ -85,6 +91,7 @@ class MatchOptions:
     occlusion_cost: float | None = None
     alternatives: int = 8
     objective: str = L2
+    refine: str | None = None
     time_limit: float | None = None
 
     def __post_init__(self) -> None:
@@ -99,6 +106,8 @@ class MatchOptions:
         self._choose("metric", metric_choice)
         self._choose("descriptor", descriptor_choice)
         self._suits_the_objective()
+        if self.refine not in (None, GMDS):
+            raise OptionError("refine", f"{self.refine!r} is not {GMDS}; or leave it out")
         for field in ("occlusion_cost", "time_limit"):
             value = getattr(self, field)
             if value is not None and not 0.0 < value < np.inf:
@@ -162,6 +171,6 @@ class MatchOptions:
 
     @property
     def needs_spectrum(self) -> bool:
-        """Whether some level uses a structure made of Laplace-Beltrami eigenpairs."""
+        """Whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
-        return described or any(d.spectral for d in self.metrics)
+        return self.refine == GMDS or described or any(d.spectral for d in self.metrics)
