@@ -45,6 +45,7 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds (ISOMATCH_DAT
 	$(BIN)/python -m bench.correspondence
 	$(BIN)/python -m bench.pair
 	$(BIN)/python -m bench.solver
+	$(BIN)/python -m bench.invariance
 
 openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
 	$(BIN)/python -m service.openapi openapi/openapi.json

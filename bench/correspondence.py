@@ -25,8 +25,13 @@ from solver.matching import match
 from solver.options import MatchOptions
 
 
-def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[float, float]:
-    """Mean geodesic error over √area, direct and under the symmetry."""
+def point_errors(
+    source: KnownShape, target: KnownShape, found: Match
+) -> tuple[FloatArray, FloatArray]:
+    """Geodesic error of each matched point, direct and under the symmetry, in the target's unit.
+
+    The second is infinite where nobody knows the symmetry.
+    """
     distances = target.shape.metric("geodesic").distances(found.best.target)
     assert source.truth is not None
     nearest = np.asarray(
@@ -35,13 +40,19 @@ def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[f
         )[1]
     )
 
-    def mean(truth: IntArray | None) -> float:
+    def errors(truth: IntArray | None) -> FloatArray:
         if truth is None:
-            return float("inf")
-        errors: FloatArray = distances[np.arange(len(nearest)), truth[nearest]]
-        return float(errors.mean())
+            return np.full(len(nearest), np.inf)
+        found: FloatArray = distances[np.arange(len(nearest)), truth[nearest]]
+        return found
 
-    return mean(target.truth), mean(target.symmetric_truth)
+    return errors(target.truth), errors(target.symmetric_truth)
+
+
+def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[float, float]:
+    """Mean geodesic error over √area, direct and under the symmetry."""
+    direct, mirrored = point_errors(source, target, found)
+    return float(direct.mean()) / target.shape.size, float(mirrored.mean()) / target.shape.size
 
 
 def main() -> None:

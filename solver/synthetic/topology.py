@@ -39,7 +39,7 @@ def punched(mesh: TriangleMesh, centres: IntArray, radius: float) -> Transformed
     return _rebuilt(mesh, mesh.faces[~gone])
 
 
-def glued(mesh: TriangleMesh, pairs: IntArray, radius: float) -> Transformed:
+def glued(mesh: TriangleMesh, pairs: IntArray, radius: float | None = None) -> Transformed:
     """Join a surface with itself: each pair of discs is replaced by a tube between their rims.
 
     Parameters
@@ -49,7 +49,8 @@ def glued(mesh: TriangleMesh, pairs: IntArray, radius: float) -> Transformed:
     pairs
         (h, 2) int64, the vertices that are glued, their discs apart from one another.
     radius
-        Geodesic radius of the discs; the triangles around the vertices go in any case.
+        Geodesic radius of the discs; the triangles around the vertices go in any case. ``None``
+        for one triangle at each vertex: as nearly two points as can be glued.
 
     Returns
     -------
@@ -67,7 +68,8 @@ def glued(mesh: TriangleMesh, pairs: IntArray, radius: float) -> Transformed:
     for pair in pairs:
         rims = []
         for vertex in pair:
-            disc, rim = _disc(mesh, int(vertex), radius)
+            part = None if radius is None else _disc(mesh, int(vertex), radius)
+            disc, rim = part or _triangle(mesh, int(vertex))
             touched = np.unique(mesh.faces[disc])
             if taken[touched].any():
                 raise ValueError("parts to be glued touch one another")
@@ -105,9 +107,9 @@ def near_in_space(mesh: TriangleMesh, count: int, apart: float, candidates: int 
     spatial = np.linalg.norm(mesh.vertices[places][:, None] - mesh.vertices, axis=2)
     chosen: list[tuple[int, int]] = []
     while len(chosen) < count:
-        straight = np.where(allowed, spatial, np.inf)
-        row, column = np.unravel_index(int(straight.argmin()), straight.shape)
-        if not np.isfinite(straight[row, column]):
+        shortened = np.where(allowed, geodesic / np.maximum(spatial, 1e-30), 0.0)
+        row, column = np.unravel_index(int(shortened.argmax()), shortened.shape)
+        if not shortened[row, column] > 0.0:
             break
         pair = int(places[row]), int(column)
         chosen.append(pair)
@@ -115,6 +117,14 @@ def near_in_space(mesh: TriangleMesh, count: int, apart: float, candidates: int 
         allowed[around[places]] = False
         allowed[:, around] = False
     return np.array(chosen, dtype=np.int64).reshape(-1, 2)
+
+
+def _triangle(mesh: TriangleMesh, vertex: int) -> tuple[BoolArray, IntArray]:
+    """The first face at a vertex, and its rim."""
+    disc = np.zeros(mesh.n_faces, dtype=np.bool_)
+    first = int(np.flatnonzero((mesh.faces == vertex).any(axis=1))[0])
+    disc[first] = True
+    return disc, mesh.faces[first]
 
 
 def _disc(mesh: TriangleMesh, centre: int, radius: float) -> tuple[BoolArray, IntArray]:

@@ -1,0 +1,77 @@
+"""Figure 2: what three combinations of structures make of three transformations."""
+
+from pathlib import Path
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bench.correspondence import point_errors
+from bench.drawing import Matched, draw_pair
+from bench.structure_change import eight_points
+from bench.transformed import BENDING, SCALE, TOPOLOGY, Pair
+from solver.matching import match
+from solver.options import MatchOptions
+from solver.structures import (
+    CommuteTime,
+    Diffusion,
+    Geodesic,
+    HeatKernelSignature,
+    ScaleInvariantHeatKernelSignature,
+)
+
+COMBINATIONS = {
+    "geodesic, HKS": eight_points(Geodesic(), HeatKernelSignature()),
+    "diffusion, HKS": eight_points(Diffusion(), HeatKernelSignature()),
+    "commute time, SI-HKS": eight_points(CommuteTime(), ScaleInvariantHeatKernelSignature()),
+}
+
+ROWS = BENDING, TOPOLOGY, SCALE
+
+WRONG = 0.25
+"""Error over √area from which a matched point is drawn as wrong: it is on another part."""
+
+
+def matched_by(options: MatchOptions, pair: Pair) -> tuple[Matched, float]:
+    """A match for the picture, and its mean error over √area.
+
+    Truth is the direct or the mirrored one, whichever is nearer.
+    """
+    source, target = pair
+    found = match(source.shape, target.shape, options)
+    errors = min(point_errors(source, target, found), key=lambda both: float(both.mean()))
+    errors = errors / target.shape.size
+    drawn = Matched(
+        source.shape.mesh,
+        target.shape.mesh,
+        found.best.source,
+        found.best.target,
+        errors < WRONG,
+    )
+    return drawn, float(errors.mean())
+
+
+def draw_figure2(pairs: dict[str, Pair], path: Path) -> None:
+    """Draw the figure.
+
+    Parameters
+    ----------
+    pairs
+        One for each of `ROWS`.
+    path
+        The PNG file to write.
+    """
+    figure = Figure(figsize=(11.0, 10.0), dpi=72, facecolor="white")
+    grid = figure.subplots(len(ROWS), len(COMBINATIONS))
+    for row, transformation in zip(grid, ROWS, strict=True):
+        for axes, (name, options) in zip(row, COMBINATIONS.items(), strict=True):
+            drawn, error = matched_by(options, pairs[transformation])
+            draw_pair(axes, drawn)
+            right = int(drawn.right.sum())
+            axes.set_title(
+                f"{transformation}: {name}\n{right} of {len(drawn.right)} right, "
+                f"mean error {error:.2f}",
+                fontsize=10,
+            )
+    figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    FigureCanvasAgg(figure).print_figure(str(path), format="png")
