@@ -9,7 +9,7 @@ one that preserves signatures and small geodesic distances best is taken.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -23,7 +23,7 @@ from solver.functional_map import (
     functional_map_of_points,
     spectral_upsampling,
 )
-from solver.metrics import CommuteTimeMetric
+from solver.metrics import EmbeddedMetric
 from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
 from solver.spectrum import Spectrum
@@ -31,9 +31,6 @@ from solver.spectrum import Spectrum
 EIGENPAIRS = 100
 _SAMPLES = 500, 2000
 """Points of X and of Y by which maps are refined and compared."""
-
-_SPREAD_EIGENPAIRS = 40
-"""Eigenpairs of the metric in which these points are spread."""
 
 _LANDMARKS = 8
 """Points of a hypothesis that are trusted alone."""
@@ -46,9 +43,11 @@ _FITS = ((1.0, 20), (1.0, 30), (3.0, 30), (3.0, 40))
 
 _COMMUTATIVITY = 1e-2
 _START, _STEP = 20, 12
+_RESTART, _SMALL_STEP = 30, 5
+_MOST_POINTS = 10_000
 _NEIGHBOURS = 8
-_FINALISTS = 4
-_COMPARED = 96
+_FINALISTS = 3
+_COMPARED = 64
 """Points between which finalists' geodesic distances are compared."""
 
 _NEAR = 0.05
@@ -114,10 +113,10 @@ def dense_map(
     comparison = _Comparison(_Side.of(source, _SAMPLES[0]), _Side.of(target, _SAMPLES[1]))
     found = _refined(comparison, hypotheses, control or Control())
     found.sort(key=lambda one: one.differences[0] * one.differences[1])
-    finalists = found[:_FINALISTS]
+    finalists = [_completed(comparison, one.map) for one in found[:_FINALISTS]]
     if len(finalists) > 1:
         vertices = hypotheses[0][0][:_COMPARED]
-        finalists.sort(key=lambda one: one.differences[0] * _stress(source, target, one, vertices))
+        finalists.sort(key=lambda one: one.differences[0] * _stress(one.map, vertices))
     return finalists[0].map
 
 
@@ -150,9 +149,25 @@ def _refined(
     return found
 
 
-def _stress(source: Shape, target: Shape, extension: _Extension, vertices: IntArray) -> float:
+def _completed(comparison: "_Comparison", chosen: DenseMap) -> _Extension:
+    """Refine a map again, in small steps and with more points of the target."""
+    x, y = comparison.source, comparison.target
+    everywhere = y.spectrum.eigenfunctions
+    if len(everywhere) > _MOST_POINTS:
+        everywhere = everywhere[:: -(-len(everywhere) // _MOST_POINTS)]
+    matrix = chosen.functional_map.matrix
+    k, size = len(matrix), min(_RESTART, len(matrix))
+    start = FunctionalMap(matrix[:size, :size])
+    sizes = [*range(size + _SMALL_STEP, k, _SMALL_STEP), k]
+    functional = spectral_upsampling(start, x.embedded, everywhere, sizes)
+    differences = comparison.differences(functional.nearest(x.embedded, y.embedded))
+    return _Extension(replace(chosen, functional_map=functional), differences)
+
+
+def _stress(dense: DenseMap, vertices: IntArray) -> float:
     """Root mean square change of geodesic distances, each weighed by its inverse square."""
-    images = extension.map.images(vertices)
+    source, target = dense.source, dense.target
+    images = dense.images(vertices)
     before = source.metric("geodesic").between(vertices) / _unit(source)
     after = target.metric("geodesic").between(images) / _unit(target)
     weights = np.maximum(before, _NEAR) ** -2.0
@@ -182,7 +197,9 @@ class _Side:
     @classmethod
     def of(cls, shape: Shape, count: int) -> "_Side":
         spectrum = _unit_spectrum(shape)
-        samples = _spread(spectrum, min(count, shape.n_vertices))
+        # In space, which is quick, and as even on the surface of a body as along it.
+        in_space = EmbeddedMetric(shape.surface.vertices)
+        samples = farthest_point_sampling(in_space, min(count, shape.n_vertices)).indices
         signatures = wave_kernel_signature(spectrum)
         return cls(
             shape,
@@ -203,12 +220,6 @@ class _Side:
         decay = np.exp(-self.spectrum.eigenvalues[:size] * time)
         coefficients: FloatArray = (self.spectrum.eigenfunctions[vertices, :size] * decay).T
         return coefficients
-
-
-def _spread(spectrum: Spectrum, count: int) -> IntArray:
-    """Vertices farthest from one another in the commute-time metric of a few eigenfunctions."""
-    metric = CommuteTimeMetric(spectrum.truncated(_SPREAD_EIGENPAIRS))
-    return farthest_point_sampling(metric, count).indices
 
 
 class _Comparison:
