@@ -87,26 +87,43 @@ class Signature:
     Parameters
     ----------
     vertices
-        (S, N) vertex indices, of each sampling farthest first.
+        (S, n) vertex indices, of each sampling farthest first. There are as many as can be
+        compared, or as the shape has vertices; the first N of them are a sampling themselves.
     distances
-        (S, N, N) metric d among the points of each sampling, exactly symmetric.
+        (S, n, n) metric d among the points of each sampling, exactly symmetric.
     descriptors
-        (S, N, m) descriptor f at them; m = 0 when none is compared.
+        (S, n, m) descriptor f at them; m = 0 when none is compared.
     """
 
     vertices: IntArray
     distances: FloatArray
     descriptors: FloatArray
 
-    def to_bytes(self) -> bytes:
-        """Return the signature as the bytes of an ``.npz`` file, exact to the last bit."""
-        stream = io.BytesIO()
-        np.savez(
-            stream,
-            vertices=self.vertices,
-            distances=self.distances,
-            descriptors=self.descriptors,
+    @property
+    def points(self) -> int:
+        """Number n of points of each sampling."""
+        return int(self.vertices.shape[1])
+
+    def first(self, points: int) -> "Signature":
+        """Return the signature of the first points of each sampling.
+
+        Raises
+        ------
+        OptionError
+            There are fewer.
+        """
+        _check(points, self.points)
+        return Signature(
+            self.vertices[:, :points],
+            self.distances[:, :points, :points],
+            self.descriptors[:, :points],
         )
+
+    def to_bytes(self) -> bytes:
+        """Return the signature as the bytes of three ``.npy`` files, exact to the last bit."""
+        stream = io.BytesIO()
+        for array in (self.vertices, self.distances, self.descriptors):
+            np.save(stream, array, allow_pickle=False)
         return stream.getvalue()
 
     @classmethod
@@ -119,8 +136,8 @@ class Signature:
             The bytes are something else. Nothing in them is ever executed.
         """
         try:
-            with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-                found = cls(arrays["vertices"], arrays["distances"], arrays["descriptors"])
+            stream = io.BytesIO(data)
+            found = cls(*(np.load(stream, allow_pickle=False) for _ in range(3)))
             kinds, points = found.vertices.shape
             shapes = found.distances.shape, found.descriptors.shape[:2]
         except Exception as error:
@@ -143,7 +160,7 @@ def signature(shape: Shape, options: SimilarityOptions) -> Signature:
     Returns
     -------
     Signature
-        Of the samplings in `SAMPLINGS`.
+        Of the samplings in `SAMPLINGS`; the same for any number of points.
 
     Raises
     ------
@@ -152,10 +169,12 @@ def signature(shape: Shape, options: SimilarityOptions) -> Signature:
     MeshError
         Its structures cannot be computed.
     """
-    vertices = np.stack([shape.sampling(name, options.points).indices for name in SAMPLINGS])
+    _check(options.points, shape.n_vertices)
+    points = min(MAX_POINTS, shape.n_vertices)
+    vertices = np.stack([shape.sampling(name, points).indices for name in SAMPLINGS])
     chosen = metric_choice(options.metric)
     metric = shape.metric(chosen)
-    distances = np.stack([metric.between(points) for points in vertices])
+    distances = np.stack([metric.between(sampled) for sampled in vertices])
     if distances.max(axis=(1, 2)).min() < _LEAST_DIAMETER:
         field = ".".join(["metric", *chosen.parameters()])
         raise OptionError(
@@ -163,6 +182,11 @@ def signature(shape: Shape, options: SimilarityOptions) -> Signature:
         )
     descriptors = np.zeros((*vertices.shape, 0))
     if options.described:
-        found = [shape.descriptor(options.descriptor, points) for points in vertices]
+        found = [shape.descriptor(options.descriptor, sampled) for sampled in vertices]
         descriptors = np.stack(found)
     return Signature(vertices, distances, descriptors)
+
+
+def _check(points: int, most: int) -> None:
+    if points > most:
+        raise OptionError("points", f"the shape has only {most} vertices; {points} were asked for")

@@ -59,24 +59,32 @@ class SignatureCollection:
         return len(self.distances)
 
     @classmethod
-    def of(cls, signatures: Sequence[Signature]) -> "SignatureCollection":
-        """Put signatures together."""
+    def of(cls, signatures: Sequence[Signature], points: int) -> "SignatureCollection":
+        """Put the first points of signatures together.
+
+        Raises
+        ------
+        OptionError
+            A signature has fewer.
+        """
+        cut = [signature.first(points) for signature in signatures]
         return cls(
-            np.stack([signature.distances for signature in signatures]),
-            np.stack([signature.descriptors for signature in signatures]),
+            np.stack([signature.distances for signature in cut]),
+            np.stack([signature.descriptors for signature in cut]),
         )
 
     def to_bytes(self) -> bytes:
-        """Return the collection as the bytes of an ``.npz`` file, exact to the last bit."""
+        """Return the collection as the bytes of two ``.npy`` files, exact to the last bit."""
         stream = io.BytesIO()
-        np.savez(stream, distances=self.distances, descriptors=self.descriptors)
+        for array in (self.distances, self.descriptors):
+            np.save(stream, array, allow_pickle=False)
         return stream.getvalue()
 
     @classmethod
     def from_bytes(cls, data: bytes) -> "SignatureCollection":
         """Read what :meth:`to_bytes` wrote; nothing in it is ever executed."""
-        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
-            return cls(arrays["distances"], arrays["descriptors"])
+        stream = io.BytesIO(data)
+        return cls(*(np.load(stream, allow_pickle=False) for _ in range(2)))
 
 
 def number_of_pairs(count: int) -> int:
@@ -167,7 +175,7 @@ def dissimilarity_matrix(
     control = control or Control()
     count = len(signatures)
     values, samplings = np.zeros((count, count)), np.zeros((count, count), dtype=np.int64)
-    collection, total = SignatureCollection.of(signatures), number_of_pairs(count)
+    collection, total = SignatureCollection.of(signatures, options.points), number_of_pairs(count)
     for first in range(0, total, _PAIRS_PER_CALL):
         control.report("pairs", first / total)
         some = pairs_between(count, first, min(first + _PAIRS_PER_CALL, total))

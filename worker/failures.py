@@ -19,6 +19,22 @@ class ShapeGone(Exception):  # noqa: N818 - said of the shape
         super().__init__(f"shape {shape} was deleted, or expired, before this job could run")
 
 
+class UnusableShape(Exception):  # noqa: N818 - said of the shape
+    """One of several shapes cannot be compared.
+
+    Parameters
+    ----------
+    place
+        Which of the shapes it is, counted from 0.
+    reason
+        What is wrong with it.
+    """
+
+    def __init__(self, place: int, reason: str) -> None:
+        super().__init__(f"shapes.{place}: {reason}")
+        self.field = FieldProblem(field=f"body.shapes.{place}", message=reason)
+
+
 class ResultGone(Exception):  # noqa: N818 - said of the result
     """The result to be drawn has expired or its shapes were deleted."""
 
@@ -45,6 +61,10 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             )
         case MeshError():
             return Problem.of("unusable-mesh", "Not a usable mesh", 422, str(error))
+        case UnusableShape():
+            return Problem.of(
+                "unusable-mesh", "Not a usable mesh", 422, str(error), errors=(error.field,)
+            )
         case SolverError():
             return Problem.of("no-solution", "No answer", 422, str(error))
         case MemoryError():

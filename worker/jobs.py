@@ -9,6 +9,7 @@ from rq import get_current_job
 from rq.job import Job
 
 from worker.limits import limit_memory
+from worker.queue import JobQueue
 from worker.recovery import LOSSES_AFTER_KILL, give_back
 from worker.runner import Runner
 from worker.settings import WorkerSettings
@@ -29,7 +30,7 @@ def run(job_id: str) -> None:
     assert job is not None
     structlog.contextvars.bind_contextvars(job_id=job_id, **job.get_meta(refresh=False))
     store = Store.over(job.connection, settings, settings.redis_patience)
-    Runner(store, name=uuid4().hex).run(job_id)
+    Runner(JobQueue(store, settings), name=uuid4().hex).run(job_id)
 
 
 def stopped(job: Job, connection: Redis) -> None:

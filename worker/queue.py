@@ -1,7 +1,8 @@
 """The queue: jobs go in by the name of what runs them, so the API imports none of it.
 
 Three queues, served in this order: ``interactive`` (somebody waits for the answer of a request),
-``structures`` (spectra that matches will need), ``matches``.
+``structures`` (spectra that matches will need), ``matches``. Jobs that are done in turns are not
+queued themselves: their turns are, and each queues at the end again.
 """
 
 from dataclasses import dataclass
@@ -21,19 +22,21 @@ from rq.serializers import JSONSerializer
 from worker.contracts import (
     JobKind,
     JobRecord,
+    JobState,
     MatchPayload,
     Once,
     Order,
     Payload,
     SpectrumKey,
     SpectrumPayload,
+    TurnPayload,
     ValidationPayload,
 )
 from worker.environment import FROM_ENVIRONMENT
 from worker.store import Store, keys
 from worker.store.jobs import LISTED_KINDS
 from worker.telemetry import logger
-from worker.workforce import worker_states
+from worker.workforce import depths, worker_states
 
 INTERACTIVE: Final = "interactive"
 STRUCTURES: Final = "structures"
@@ -45,6 +48,8 @@ _QUEUE_OF: Final = {
     JobKind.PICTURE: INTERACTIVE,
     JobKind.SPECTRUM: STRUCTURES,
     JobKind.MATCH: MATCHES,
+    JobKind.DISSIMILARITIES: MATCHES,
+    JobKind.TURN: MATCHES,
 }
 _ENTRY_POINT: Final = "worker.jobs.run"
 _STOPPED: Final = "worker.jobs.stopped"
@@ -143,7 +148,7 @@ class JobQueue:
                         return known
                 try:
                     # RQ begins the transaction itself, which must be empty then.
-                    self.enqueue(record, pipe)
+                    self._hand_over(record, pipe)
                     self.store.jobs.create(record, pipe)
                     if once is not None:
                         self.store.orders.note(once, record.id, pipe)
@@ -238,6 +243,20 @@ class JobQueue:
             pipeline=pipe,
         )
 
+    def submit_turn(self, record: JobRecord) -> None:
+        """Queue another turn of a job that is done in turns."""
+        number = self.store.parts.number_turn(record.id)
+        with self.store.client.pipeline() as pipe:
+            self._hand_over_turn(record, number, pipe)
+            pipe.execute()
+
+    def resume(self, record: JobRecord) -> None:
+        """Hand a job that was lost to RQ again."""
+        if record.kind is JobKind.DISSIMILARITIES:
+            self.submit_turn(record)
+        else:
+            self.enqueue(record)
+
     def withdraw(self, job_id: str) -> None:
         """Take a job that was cancelled out of its queue."""
         try:
@@ -249,11 +268,18 @@ class JobQueue:
     def position(self, record: JobRecord) -> int | None:
         """Return how many jobs will be started before a queued one; None once it has begun."""
         queue = self.queue(record.kind)
-        place = queue.get_job_position(record.id)
+        in_turns = record.kind is JobKind.DISSIMILARITIES
+        place = queue.get_job_position(_turn_id(record, 1) if in_turns else record.id)
         if place is None:
             return None
         served_before = QUEUES[: QUEUES.index(queue.name)]
         return int(place) + sum(self._named(name).count for name in served_before)
+
+    def others_wait(self, job_id: str) -> bool:
+        """Whether anything is queued beside the turns of a job."""
+        queued = sum(waits for waits, _ in depths(self.queues()).values())
+        states = self.store.parts.turns(job_id).values() if queued else ()
+        return queued > sum(state is JobState.QUEUED for state in states)
 
     def queue(self, kind: JobKind) -> Queue:
         """Return the queue of a kind of jobs."""
@@ -266,6 +292,25 @@ class JobQueue:
     def workers(self) -> int:
         """Return the number of workers that are alive and ready."""
         return len(worker_states(self.store.client))
+
+    def _hand_over(self, record: JobRecord, pipe: Pipeline) -> None:
+        if record.kind is JobKind.DISSIMILARITIES:
+            self._hand_over_turn(record, 1, pipe)
+            self.store.parts.create(record.id, pipe)
+        else:
+            self.enqueue(record, pipe)
+
+    def _hand_over_turn(self, record: JobRecord, number: int, pipe: Pipeline) -> None:
+        turn = JobRecord(
+            id=_turn_id(record, number),
+            payload=TurnPayload(job=record.id),
+            created=datetime.now(UTC),
+            request_id=record.request_id,
+            caller=record.caller,
+        )
+        self.enqueue(turn, pipe)
+        self.store.jobs.create(turn, pipe)
+        self.store.parts.add_turn(record.id, turn.id, pipe)
 
     def _admit(self, record: JobRecord) -> None:
         if record.kind in LISTED_KINDS:
@@ -306,3 +351,7 @@ class JobQueue:
 
 def _say_queued(record: JobRecord) -> None:
     log.info("queued", job_id=record.id, kind=record.kind.value)
+
+
+def _turn_id(record: JobRecord, number: int) -> str:
+    return f"{record.id}-{number}"

@@ -22,7 +22,14 @@ from rq.queue import Queue
 from rq.serializers import JSONSerializer
 from rq.utils import now
 
-from worker.contracts import JobKind, JobRecord, JobState, Problem, ValidationPayload
+from worker.contracts import (
+    JobKind,
+    JobRecord,
+    JobState,
+    Problem,
+    TurnPayload,
+    ValidationPayload,
+)
 from worker.queue import JobQueue
 from worker.store import Store, keys, scripts
 from worker.store.replies import text
@@ -66,7 +73,7 @@ def give_back(store: Store, job: Job, how: str, losses_allowed: int) -> None:
     """
     record = store.jobs.get(job.id)
     state = store.jobs.lose(job.id, losses_allowed, lost_process(record, how))
-    _clean_up(store, record, state)
+    _clean_up(store, record, state, how)
     job.retries_left = 1 if state is JobState.QUEUED else 0
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
 
@@ -147,7 +154,7 @@ def _requeue_lost(store: Store, queue: JobQueue, unseen: timedelta) -> None:
     seen = {text(job_id): float(when) for job_id, when in noted}
     suspects: set[str] = set()
     for record in store.jobs.active():
-        if record.id in known:
+        if record.id in known or _has_turns(store, record):
             continue
         suspects.add(record.id)
         first = seen.get(record.id)
@@ -157,9 +164,9 @@ def _requeue_lost(store: Store, queue: JobQueue, unseen: timedelta) -> None:
             reason = lost_process(record, "its worker is gone")
             state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
             log.warning("job was lost", job_id=record.id, state=state)
-            _clean_up(store, record, state)
+            _clean_up(store, record, state, "its worker is gone")
             if state is JobState.QUEUED:
-                queue.enqueue(record)
+                queue.resume(record)
             suspects.discard(record.id)
     cleared = set(seen) - suspects
     if cleared:
@@ -180,8 +187,17 @@ def _kill_overdue(store: Store, leaving: timedelta) -> None:
             log.warning("could not kill it", job_id=record.id, error=str(error))
 
 
-def _clean_up(store: Store, record: JobRecord | None, state: JobState | None) -> None:
+def _has_turns(store: Store, record: JobRecord) -> bool:
+    return record.kind is JobKind.DISSIMILARITIES and bool(store.parts.turns(record.id))
+
+
+def _clean_up(store: Store, record: JobRecord | None, state: JobState | None, how: str) -> None:
     if record is None or state is None or not state.ended:
         return
-    if isinstance(record.payload, ValidationPayload):
-        store.shapes.reject(record.payload.shape, record.payload.file_type, record.id)
+    match record.payload:
+        case ValidationPayload() as payload:
+            store.shapes.reject(payload.shape, payload.file_type, record.id)
+        case TurnPayload(job=job) if state is JobState.FAILED:
+            # What it was at has cost every process that tried.
+            store.jobs.fail(job, job, lost_process(store.jobs.get(job), how))
+            store.parts.forget(job)

@@ -13,6 +13,10 @@ REPORT_INTERVAL: Final = 0.25
 CHECK_INTERVAL: Final = 0.25
 """Seconds between two looks whether the job is cancelled."""
 
+WAITING: Final = "in the queue"
+TOTAL: Final = "total"
+"""What besides the stages of a job is measured: before it begins, and all of it from then on."""
+
 
 class Reporter:
     """What a running job says of itself, and hears.

@@ -1,8 +1,9 @@
 """Payload to solver to stored result: what each kind of job does."""
 
+import gzip
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 from redis.exceptions import RedisError
 
@@ -10,29 +11,31 @@ from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, read_mesh
 from worker.contracts import (
+    DissimilarityResult,
+    JobKind,
     JobRecord,
     MatchPayload,
     PicturePayload,
     ShapeRecord,
     SpectrumKey,
     SpectrumPayload,
+    TurnPayload,
     ValidationPayload,
 )
 from worker.failures import ResultGone, ShapeGone, problem_of
+from worker.heat_map import draw_matrix
 from worker.matches import Side, match_shapes, result_from_blob
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
 from worker.picture import draw_match
-from worker.reporting import Reporter
+from worker.queue import JobQueue
+from worker.reporting import TOTAL, WAITING, Reporter
 from worker.spectra import spectrum_of
 from worker.store import Store
 from worker.telemetry import logger
+from worker.turns import Turn
 
 SPECTRA_SHARE = 0.4
 """Share of the progress that is given to the spectra, which dominate a first match."""
-
-WAITING: Final = "in the queue"
-TOTAL: Final = "total"
-"""What besides the stages of a job is measured: before it begins, and all of it from then on."""
 
 log = logger("isomatch.runner")
 
@@ -43,14 +46,19 @@ class Runner:
 
     Parameters
     ----------
-    store
-        Where jobs come from and results go to.
+    queue
+        The way to further jobs, and to the store, where jobs come from and results go to.
     name
         What this runner holds jobs and locks by; unique to one run of one job.
     """
 
-    store: Store
+    queue: JobQueue
     name: str
+
+    @property
+    def store(self) -> Store:
+        """Where everything is."""
+        return self.queue.store
 
     def run(self, job_id: str) -> None:
         """Run a job to its end, whatever that is; do nothing if it is not to be run (any more).
@@ -99,6 +107,8 @@ class Runner:
                 self._draw(payload)
             case MatchPayload() as payload:
                 return self._match(payload, reporter)
+            case TurnPayload():
+                Turn(self.queue, record, self.name).run()
         return None
 
     def _validate(self, payload: ValidationPayload, job: JobRecord, control: Control) -> None:
@@ -166,16 +176,29 @@ class Runner:
         return Side(mesh, spectrum_of(key, mesh, self.store.spectra, self.name, control))
 
     def _draw(self, payload: PicturePayload) -> None:
-        packed = self.store.jobs.result(payload.match)
-        if packed is None:
+        packed = self.store.jobs.result(payload.job)
+        drawn = self.store.jobs.get(payload.job)
+        if packed is None or drawn is None:
             raise ResultGone("the result has expired")
+        if drawn.kind is JobKind.DISSIMILARITIES:
+            picture = self._drawn_matrix(packed)
+        else:
+            picture = self._drawn_match(packed)
+        self.store.jobs.set_picture(payload.job, picture)
+
+    def _drawn_match(self, packed: bytes) -> bytes:
         result = result_from_blob(packed)
-        records = [self.store.shapes.get(shape) for shape in (result.source, result.target)]
-        source, target = ("" if record is None else record.name for record in records)
-        picture = draw_match(
-            self._mesh(result.source), self._mesh(result.target), result, (source, target)
-        )
-        self.store.jobs.set_picture(payload.match, picture)
+        source, target = self._names((result.source, result.target))
+        meshes = self._mesh(result.source), self._mesh(result.target)
+        return draw_match(*meshes, result, (source, target))
+
+    def _drawn_matrix(self, packed: bytes) -> bytes:
+        result = DissimilarityResult.model_validate_json(gzip.decompress(packed))
+        return draw_matrix(result, self._names(result.shapes))
+
+    def _names(self, shapes: Sequence[str]) -> list[str]:
+        records = self.store.shapes.records(shapes)
+        return ["" if record is None else record.name for record in records]
 
     def _mesh(self, shape: str) -> TriangleMesh:
         stored = self.store.shapes.mesh(shape)

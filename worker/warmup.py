@@ -7,13 +7,24 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.mesh import read_mesh
+from solver.mesh import TriangleMesh, read_mesh
 from solver.repair.triangulation import triangulated
+from solver.shape import Shape
+from solver.signature import signature
+from solver.similarity import SignatureCollection, dissimilarities, pairs_between
 from solver.simplification import simplified
-from worker.contracts import MatchParameters, MatchPayload
+from worker.contracts import (
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    MatchParameters,
+    MatchPayload,
+)
+from worker.dissimilarities import arrays_of, result_of
+from worker.heat_map import draw_matrix
 from worker.matches import Side, match_shapes
 from worker.meshes import mesh_from_bytes, mesh_to_bytes
 from worker.picture import draw_match
+from worker.signatures import options_of
 from worker.telemetry import logger
 
 log = logger("isomatch.worker")
@@ -37,10 +48,25 @@ def warm_up() -> None:
         payload = MatchPayload(source="warm-up", target="warm-up", parameters=parameters)
         result = match_shapes(side, side, payload, Control())
     draw_match(mesh, mesh, result)
+    _compare(mesh)
     # What is here by now stays: a collection in a fork would copy all its pages for nothing.
     gc.collect()
     gc.freeze()
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
+
+
+def _compare(mesh: TriangleMesh) -> None:
+    parameters = DissimilarityParameters(first_order_weight=0.1)
+    payload = DissimilaritiesPayload(shapes=("a", "b"), labels=("a", "a"), parameters=parameters)
+    options = options_of(parameters)
+    found = signature(Shape(mesh, eigenpairs=20), options)
+    pairs = pairs_between(2, 0, 1)
+    collection = SignatureCollection.of([found, found], options.points)
+    values = dissimilarities(collection, pairs, options).costs
+    result = result_of(payload, values, {})
+    arrays_of(result, values)
+    result.model_dump_json()
+    draw_matrix(result, ("a", "b"))
 
 
 def _torus_file() -> bytes:

@@ -187,7 +187,7 @@ async def get_picture(
 
 
 def _submit_picture(service: Service, match_id: str, order: Order) -> str:
-    job = new_job(PicturePayload(match=match_id), order)
+    job = new_job(PicturePayload(job=match_id), order)
     holder = service.store.jobs.picture_job(match_id, job.id)
     if holder == job.id:
         service.queue.submit(job)

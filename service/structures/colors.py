@@ -3,10 +3,17 @@
 from collections.abc import Mapping
 
 from service.problems import InvalidRequest
-from worker.contracts import FieldProblem, MatchParameters, ShapeRecord
+from worker.contracts import (
+    DissimilarityParameters,
+    FieldProblem,
+    MatchParameters,
+    ShapeRecord,
+)
 
 
-def check_colors(parameters: MatchParameters, shapes: Mapping[str, ShapeRecord]) -> None:
+def check_colors(
+    parameters: MatchParameters | DissimilarityParameters, shapes: Mapping[str, ShapeRecord]
+) -> None:
     """Refuse descriptors made of colours for shapes that have none.
 
     Parameters

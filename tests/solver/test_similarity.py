@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
+from solver.bijection import MAX_POINTS
 from solver.control import Control
 from solver.errors import Cancelled, OptionError
 from solver.gromov_hausdorff import minimax_correspondence
@@ -74,7 +75,7 @@ def test_it_does_not_change_when_shapes_are_moved_scaled_or_renumbered(
 
 def test_the_greatest_distortion_is_that_of_minimax_correspondences() -> None:
     options = SimilarityOptions(objective="linf", points=7)
-    first, second = signatures([blob(2), torus(16, 8)], options)
+    first, second = (full.first(7) for full in signatures([blob(2), torus(16, 8)], options))
     found = dissimilarity_matrix([first, second], options)
     least = [
         minimax_correspondence(first.distances[kind], second.distances[kind]).distortion
@@ -86,8 +87,8 @@ def test_the_greatest_distortion_is_that_of_minimax_correspondences() -> None:
 
 def test_the_bijection_has_the_distortion_that_is_said() -> None:
     options = SimilarityOptions(first_order_weight=0.2)
-    first, second = signatures([blob(2), cube(5)], options)
-    both = SignatureCollection.of([first, second])
+    first, second = (full.first(6) for full in signatures([blob(2), cube(5)], options))
+    both = SignatureCollection.of([first, second], options.points)
     found = dissimilarities(both, np.array([[0, 1]]), options)
     kind, partners = found.samplings[0], found.partners[0]
     a, b = first.distances[kind], second.distances[kind][np.ix_(partners, partners)]
@@ -123,11 +124,13 @@ def test_what_is_stored_is_what_was_computed() -> None:
     options = SimilarityOptions(first_order_weight=0.1)
     (found,) = signatures([blob(2)], options)
     again = Signature.from_bytes(found.to_bytes())
-    both = SignatureCollection.from_bytes(SignatureCollection.of([found, again]).to_bytes())
+    both = SignatureCollection.from_bytes(SignatureCollection.of([found, again], 10).to_bytes())
     for k in range(2):
         assert (both.distances[k] == found.distances).all()
         assert (both.descriptors[k] == found.descriptors).all()
     assert (again.vertices == found.vertices).all()
+    assert found.vertices.shape == (len(SAMPLINGS), MAX_POINTS)
+    assert (found.first(4).distances == found.distances[:, :4, :4]).all()
     for wrong in (b"", b"PK\x03\x04", found.to_bytes()[:-40]):
         with pytest.raises(ValueError, match="not a stored signature"):
             Signature.from_bytes(wrong)
@@ -137,6 +140,9 @@ def test_a_shape_needs_as_many_vertices_as_points() -> None:
     with pytest.raises(OptionError) as refused:
         signature(Shape(triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))), SimilarityOptions())
     assert refused.value.field == "points"
+    few = signature(Shape(triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))), SimilarityOptions(3))
+    with pytest.raises(OptionError):
+        SignatureCollection.of([few], 4)
 
 
 @pytest.mark.parametrize(

@@ -158,7 +158,7 @@ def test_a_picture(served: JobQueue, run: Run, name: str) -> None:
     payload = ValidationPayload(shape=shape, name=name, file_type="off")
     ended(served, served.submit_validation(payload, data))
     match = run(matching(shape, shape))
-    assert run(PicturePayload(match=match.id)).state is JobState.SUCCEEDED
+    assert run(PicturePayload(job=match.id)).state is JobState.SUCCEEDED
     picture = served.store.jobs.picture(match.id)
     assert picture is not None
     assert picture.startswith(b"\x89PNG")

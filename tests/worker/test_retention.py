@@ -82,7 +82,7 @@ def test_what_has_expired_was_there_and_what_was_deleted_was_not(kept: Store) ->
 
 def test_jobs_leave_a_trace(kept: Store) -> None:
     queue = JobQueue(kept, QueueSettings())
-    job = queue.submit(new_job(PicturePayload(match="x"))).id
+    job = queue.submit(new_job(PicturePayload(job="x"))).id
     kept.jobs.claim(job, "me")
     kept.jobs.succeed(job, "me")
     assert TTL - 5 <= kept.client.ttl(keys.job(job)) <= TTL

@@ -5,7 +5,15 @@ Nothing here imports numerics: the API process reads these models and computes n
 
 from worker.contracts.catalogue import Structures, catalogue
 from worker.contracts.descriptors import DescriptorName
+from worker.contracts.dissimilarities import (
+    MOST_SHAPES,
+    NEIGHBOURS,
+    DissimilarityParameters,
+    DissimilarityResult,
+    PartialDissimilarities,
+)
 from worker.contracts.jobs import (
+    DissimilaritiesPayload,
     JobKind,
     JobRecord,
     JobState,
@@ -14,6 +22,7 @@ from worker.contracts.jobs import (
     PicturePayload,
     Progress,
     SpectrumPayload,
+    TurnPayload,
     ValidationPayload,
 )
 from worker.contracts.metrics import MetricName
@@ -32,10 +41,15 @@ from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey
 
 __all__ = [
     "MESH_FORMATS",
+    "MOST_SHAPES",
+    "NEIGHBOURS",
     "SPECTRUM_VERSION",
     "Alternative",
     "Correspondence",
     "DescriptorName",
+    "DissimilaritiesPayload",
+    "DissimilarityParameters",
+    "DissimilarityResult",
     "Distortion",
     "FieldProblem",
     "JobKind",
@@ -48,6 +62,7 @@ __all__ = [
     "MetricName",
     "Once",
     "Order",
+    "PartialDissimilarities",
     "Payload",
     "PicturePayload",
     "Problem",
@@ -56,6 +71,7 @@ __all__ = [
     "SpectrumKey",
     "SpectrumPayload",
     "Structures",
+    "TurnPayload",
     "ValidationPayload",
     "catalogue",
     "file_type_of",

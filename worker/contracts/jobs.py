@@ -6,6 +6,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from worker.contracts.dissimilarities import DissimilarityParameters
 from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import Problem
 from worker.contracts.spectra import SpectrumKey
@@ -15,9 +16,16 @@ class JobKind(StrEnum):
     """What a job does."""
 
     MATCH = "match"
+    DISSIMILARITIES = "dissimilarities"
+    TURN = "turn"
     SPECTRUM = "spectrum"
     VALIDATION = "validation"
     PICTURE = "picture"
+
+    @property
+    def has_result(self) -> bool:
+        """Whether jobs of this kind are asked for by users and have a result."""
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
 
 
 class JobState(StrEnum):
@@ -83,15 +91,36 @@ class MatchPayload(_Payload):
     parameters: MatchParameters
 
 
+class DissimilaritiesPayload(_Payload):
+    """Compare all shapes of a collection; done in turns, by as many workers as there are."""
+
+    kind: Literal[JobKind.DISSIMILARITIES] = JobKind.DISSIMILARITIES
+    shapes: tuple[str, ...]
+    labels: tuple[str, ...] | None
+    parameters: DissimilarityParameters
+
+
+class TurnPayload(_Payload):
+    """Work for a while on a job that is done in turns."""
+
+    kind: Literal[JobKind.TURN] = JobKind.TURN
+    job: str = Field(description="Id of the job that is worked on.")
+
+
 class PicturePayload(_Payload):
-    """Draw the result of a match."""
+    """Draw the result of a job."""
 
     kind: Literal[JobKind.PICTURE] = JobKind.PICTURE
-    match: str = Field(description="Id of the match job.")
+    job: str = Field(description="Id of the job whose result is drawn.")
 
 
 Payload: TypeAlias = Annotated[
-    ValidationPayload | SpectrumPayload | MatchPayload | PicturePayload,
+    ValidationPayload
+    | SpectrumPayload
+    | MatchPayload
+    | DissimilaritiesPayload
+    | TurnPayload
+    | PicturePayload,
     Field(discriminator="kind"),
 ]
 

@@ -10,6 +10,7 @@ from worker.store.connections import StoreSettings, connect
 from worker.store.jobs import Jobs
 from worker.store.listings import InvalidCursor, Page
 from worker.store.orders import KeyReused, Orders, TooManyQueued
+from worker.store.parts import Offer, Parts, StageCounts, Taken
 from worker.store.shapes import Shapes
 from worker.store.spectra import Spectra, SpectrumCounts
 from worker.store.tallies import Tallies
@@ -18,13 +19,17 @@ __all__ = [
     "InvalidCursor",
     "Jobs",
     "KeyReused",
+    "Offer",
     "Orders",
     "Page",
+    "Parts",
     "Shapes",
     "Spectra",
     "SpectrumCounts",
+    "StageCounts",
     "Store",
     "StoreSettings",
+    "Taken",
     "Tallies",
     "TooManyQueued",
     "connect",
@@ -39,7 +44,7 @@ class Store:
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, jobs, orders, spectra, tallies
+    shapes, jobs, orders, parts, spectra, tallies
         What is kept there, by subject.
     """
 
@@ -47,6 +52,7 @@ class Store:
     shapes: Shapes
     jobs: Jobs
     orders: Orders
+    parts: Parts
     spectra: Spectra
     tallies: Tallies
 
@@ -83,6 +89,7 @@ class Store:
             Shapes(client, settings),
             Jobs(client, settings),
             Orders(client),
+            Parts(client, settings),
             Spectra(cache, client, settings),
             Tallies(client),
         )

@@ -27,7 +27,7 @@ from worker.store.connections import StoreSettings
 from worker.store.listings import Listing, Page
 from worker.store.replies import blob, text
 
-LISTED_KINDS = frozenset({JobKind.MATCH})
+LISTED_KINDS = frozenset(kind for kind in JobKind if kind.has_result)
 """Kinds of jobs that users ask for; the others serve them and are not listed."""
 
 _KEPT: Final = {"id", "payload", "created", "request_id", "caller"}
@@ -176,9 +176,17 @@ class Jobs:
         if left > 0:
             self.client.set(keys.job_picture(job_id), picture, ex=left)
 
-    def picture_job(self, match_id: str, job_id: str) -> str:
+    def arrays(self, job_id: str) -> bytes | None:
+        """Return the result of a job as arrays, npz."""
+        return blob(self.client.get(keys.job_arrays(job_id)))
+
+    def set_arrays(self, job_id: str, arrays: bytes) -> None:
+        """Store the result of a job as arrays, before the result itself."""
+        self.client.set(keys.job_arrays(job_id), arrays, ex=self.settings.result_ttl)
+
+    def picture_job(self, drawn: str, job_id: str) -> str:
         """Return the job that draws a picture: `job_id`, or one that came first and goes on."""
-        key = keys.picture_job(match_id)
+        key = keys.picture_job(drawn)
         if self.client.set(key, job_id, nx=True, ex=self.settings.candidate_ttl):
             return job_id
         holder = text(self.client.get(key))

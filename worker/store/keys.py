@@ -95,6 +95,36 @@ def picture_job(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}:picture:job"
 
 
+def job_parts(job_id: str) -> str:
+    """Stage, counts and times of a job that is done in turns, hash."""
+    return f"{PREFIX}job:{job_id}:parts"
+
+
+def job_holders(job_id: str) -> str:
+    """Who is at which part of the present stage, hash."""
+    return f"{PREFIX}job:{job_id}:parts:holders"
+
+
+def job_done(job_id: str, stage: str) -> str:
+    """What came of each part of a stage that is done, hash."""
+    return f"{PREFIX}job:{job_id}:parts:{stage}"
+
+
+def job_input(job_id: str, stage: str) -> str:
+    """What all parts of a stage need."""
+    return f"{PREFIX}job:{job_id}:parts:{stage}:input"
+
+
+def job_turns(job_id: str) -> str:
+    """Set of the ids of the turns that are queued or running for a job."""
+    return f"{PREFIX}job:{job_id}:turns"
+
+
+def job_arrays(job_id: str) -> str:
+    """Result of a job as arrays, npz."""
+    return f"{PREFIX}job:{job_id}:arrays"
+
+
 def order(name: str) -> str:
     """What a request with an idempotency key asked, and its job's id."""
     return f"{PREFIX}order:{name}"

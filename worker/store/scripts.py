@@ -91,8 +91,8 @@ CANCEL: Final = (
     _MOVE
     + """
 -- ARGV: 2 now, 3 record's ttl
-if state == 'queued' then
-    finish('queued', 'cancelled', ARGV[2], ARGV[3])
+if state == 'queued' or (state == 'running' and runner == ARGV[1]) then
+    finish(state, 'cancelled', ARGV[2], ARGV[3])
     return 'cancelled'
 end
 if state == 'running' then
@@ -101,7 +101,8 @@ end
 return state
 """
 )
-"""Cancel a queued job at once; ask the runner of a running one to leave."""
+"""Cancel a queued job at once, and one that is done in turns, which no runner holds but itself; ask
+the runner of any other running one to leave."""
 
 LOSE: Final = (
     _MOVE

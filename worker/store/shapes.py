@@ -1,5 +1,6 @@
 """Shapes in Redis: the record, the uploaded bytes, the mesh as read, and uploads on their way."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from redis import Redis
@@ -36,6 +37,11 @@ class Shapes:
         """Return the record of a shape as :meth:`get`, and keep the shape for longer."""
         data = self._used(shape_id, keys.shape(shape_id))
         return None if data is None else ShapeRecord.model_validate_json(data)
+
+    def records(self, shape_ids: Sequence[str]) -> list[ShapeRecord | None]:
+        """Return the records of several shapes, None for each that there is not."""
+        found = self.client.mget([keys.shape(shape_id) for shape_id in shape_ids])
+        return [None if data is None else ShapeRecord.model_validate_json(data) for data in found]
 
     def upload(self, shape_id: str) -> bytes | None:
         """Return the bytes a shape was uploaded as, and keep the shape for longer."""

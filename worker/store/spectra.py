@@ -1,6 +1,10 @@
-"""The spectrum cache in Redis: bounded in bytes, and who computes which spectrum."""
+"""The spectrum cache in Redis: bounded in bytes, and who computes which spectrum.
+
+Signatures, which are made of spectra, are kept with them, under names of their own.
+"""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from redis import Redis
@@ -51,8 +55,19 @@ class Spectra:
             self.cache.zadd(keys.CACHED_SPECTRA, {str(key): time.time()}, xx=True)
         return spectrum
 
-    def put(self, key: SpectrumKey, spectrum: bytes) -> bool:
-        """Cache a spectrum; False if it alone is over the budget."""
+    def signatures(self, names: Sequence[str]) -> list[bytes | None]:
+        """Return the cached signatures of these names, None for others, and note their use."""
+        if not names:
+            return []
+        found = [blob(reply) for reply in self.cache.mget([*map(keys.cached_spectrum, names)])]
+        now = time.time()
+        used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
+        if used:
+            self.cache.zadd(keys.CACHED_SPECTRA, used, xx=True)
+        return found
+
+    def put(self, key: SpectrumKey | str, spectrum: bytes) -> bool:
+        """Cache a spectrum, or a signature by its name; False if it alone is over the budget."""
         now = time.time()
         stored = self.cache.eval(
             scripts.CACHE_PUT,

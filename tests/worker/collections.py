@@ -1,0 +1,58 @@
+"""Collections to compare: real ones of several classes, and large ones that nobody uploaded."""
+
+from datetime import UTC, datetime
+
+import numpy as np
+
+from solver.mesh import triangle_mesh
+from solver.signature import SAMPLINGS, Signature
+from tests.solver.shapes import blob, cube, moved, torus
+from tests.worker.figures import off
+from worker.contracts import DissimilaritiesPayload, DissimilarityParameters, ShapeRecord
+from worker.store import Store, keys
+
+VERTICES = 100
+
+CLASSES = {
+    "blob": blob(2),
+    "torus": torus(20, 10),
+    "box": triangle_mesh(cube(5).vertices * [1.0, 1.5, 2.2], cube(5).faces),
+}
+"""Shapes of a few hundred vertices."""
+
+
+def class_files(each: int = 2) -> list[tuple[str, bytes]]:
+    """Class and file of some shapes, each turned and scaled in its own way."""
+    return [
+        (name, off(turned.vertices, turned.faces))
+        for name, mesh in CLASSES.items()
+        for turned in (moved(mesh, seed, scale=1.0 + seed) for seed in range(each))
+    ]
+
+
+def name_of(shape: str, parameters: DissimilarityParameters) -> str:
+    """What the signature of an imagined shape is cached by."""
+    return parameters.signature_name(parameters.spectrum_key(shape, VERTICES, 1))
+
+
+def imagined(
+    store: Store, count: int, parameters: DissimilarityParameters, seed: int = 0
+) -> DissimilaritiesPayload:
+    """Ask for the comparison of shapes that are known by their signatures alone.
+
+    These are random metrics, each of its own dimension.
+    """
+    random = np.random.default_rng(seed)
+    shapes = tuple(f"imagined-{seed}-{k}" for k in range(count))
+    for shape in shapes:
+        record = ShapeRecord(
+            id=shape, name=shape, file_type="off", bytes=1, vertices=VERTICES, faces=100, area=1.0,
+            components=1, closed=True, has_colors=False, warnings=(), created=datetime.now(UTC),
+        )  # fmt: skip
+        store.client.set(keys.shape(shape), record.model_dump_json())
+        points = random.standard_normal((len(SAMPLINGS), 10, int(random.integers(2, 6))))
+        distances = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)
+        nothing = np.zeros((len(SAMPLINGS), 10, 0))
+        found = Signature(np.zeros((len(SAMPLINGS), 10), dtype=np.int64), distances, nothing)
+        store.spectra.put(name_of(shape, parameters), found.to_bytes())
+    return DissimilaritiesPayload(shapes=shapes, labels=None, parameters=parameters)
