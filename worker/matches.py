@@ -4,11 +4,14 @@ import gzip
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
+
 from solver.control import Control
 from solver.match import Correspondence, Match
 from solver.matching import match
 from solver.mesh import TriangleMesh
 from solver.options import MatchOptions
+from solver.refinement import Refinement
 from solver.shape import Shape
 from solver.spectrum import Spectrum
 from solver.structures import DESCRIPTORS, METRICS
@@ -85,7 +88,7 @@ def match_shapes(
         options_of(parameters),
         control,
     )
-    return _document(found, payload)
+    return _document(found, payload, source.mesh, target.mesh)
 
 
 def result_from_blob(packed: bytes) -> MatchResult:
@@ -93,7 +96,9 @@ def result_from_blob(packed: bytes) -> MatchResult:
     return MatchResult.model_validate_json(gzip.decompress(packed))
 
 
-def _document(found: Match, payload: MatchPayload) -> MatchResult:
+def _document(
+    found: Match, payload: MatchPayload, source: TriangleMesh, target: TriangleMesh
+) -> MatchResult:
     best = found.best
     return MatchResult(
         source=payload.source,
@@ -131,8 +136,35 @@ def _document(found: Match, payload: MatchPayload) -> MatchResult:
             for level in found.levels
         ),
         unmatched=tuple(best.unmatched.tolist()),
+        refinement=None
+        if found.refinement is None
+        else _refinement(found.refinement, source, target),
         warnings=found.warnings,
         timings=dict(found.timings),
+    )
+
+
+def _refinement(
+    found: Refinement, source: TriangleMesh, target: TriangleMesh
+) -> contracts.Refinement:
+    corners = target.vertex_ids[target.faces[found.points.faces]]
+    # A weight may be off by what rounding leaves.
+    weights = np.clip(found.points.barycentric, 0.0, 1.0)
+    rows = zip(
+        source.vertex_ids[found.source].tolist(),
+        corners.tolist(),
+        weights.tolist(),
+        strict=True,
+    )
+    return contracts.Refinement(
+        hypothesis=found.hypothesis,
+        stress=found.stress,
+        initial_stress=found.initial_stress,
+        status=found.status.value,
+        points=tuple(
+            contracts.RefinedPoint(source=vertex, vertices=tuple(three), weights=tuple(shares))
+            for vertex, three, shares in rows
+        ),
     )
 
 

@@ -30,7 +30,7 @@ class _Scene:
 
     vertices: FloatArray
     faces: IntArray
-    points: IntArray
+    points: FloatArray
 
 
 def draw_match(
@@ -82,6 +82,7 @@ def draw_match(
 def _captions(result: MatchResult) -> tuple[str, str]:
     count, alone = len(result.correspondences), len(result.unmatched)
     title = f"{count} corresponding points" + (f", {alone} without partner" if alone else "")
+    title += ", refined between vertices" if result.refinement is not None else ""
     proof = "proven optimal" if result.certified else f"optimal to {100.0 * result.gap:.2g} %"
     return title, (
         f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
@@ -93,19 +94,33 @@ def _scenes(
     source: TriangleMesh, target: TriangleMesh, result: MatchResult
 ) -> tuple[_Scene, _Scene]:
     """Both shapes, turned alike, of the same area, standing side by side."""
-    numbers = np.array(
-        [(pair.source, pair.target) for pair in result.correspondences], dtype=np.int64
-    ).reshape(-1, 2)
-    here, there = _vertices(source, numbers[:, 0]), _vertices(target, numbers[:, 1])
     first = _unit(source)
     second = _unit(target)
+    numbers = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
+    here = first[_vertices(source, numbers)]
+    there = _target_points(target, second, result)
     view = source_view(first)
     left = view.of(first)
-    other = target_view(view, first[here], second[there]) if len(here) >= 3 else view
+    other = target_view(view, here, there) if len(here) >= 3 else view
     right = other.of(second)
-    left = left - [left[:, 0].max() + _GAP, left[:, 1].min(), 0.0]
-    right = right - [right[:, 0].min() - _GAP, right[:, 1].min(), 0.0]
-    return _Scene(left, source.faces, here), _Scene(right, target.faces, there)
+    to_left = np.array([left[:, 0].max() + _GAP, left[:, 1].min(), 0.0])
+    to_right = np.array([right[:, 0].min() - _GAP, right[:, 1].min(), 0.0])
+    return (
+        _Scene(left - to_left, source.faces, view.of(here) - to_left),
+        _Scene(right - to_right, target.faces, other.of(there) - to_right),
+    )
+
+
+def _target_points(target: TriangleMesh, vertices: FloatArray, result: MatchResult) -> FloatArray:
+    """(K, 3) where the matched points lie on the target: between its vertices, if known so."""
+    if result.refinement is None:
+        numbers = np.array([pair.target for pair in result.correspondences], dtype=np.int64)
+        return vertices[_vertices(target, numbers)]
+    refined = result.refinement.points
+    corners = np.array([point.vertices for point in refined], dtype=np.int64)
+    weights = np.array([point.weights for point in refined])
+    places: FloatArray = np.einsum("kc,kcd->kd", weights, vertices[_vertices(target, corners)])
+    return places
 
 
 def _unit(mesh: TriangleMesh) -> FloatArray:
@@ -147,7 +162,7 @@ def _shades(scene: _Scene) -> FloatArray:
 
 
 def _draw_points(axes: Axes, left: _Scene, right: _Scene) -> None:
-    here, there = left.vertices[left.points], right.vertices[right.points]
+    here, there = left.points, right.points
     colors = _colors(here)
     axes.add_collection(
         LineCollection(
@@ -183,7 +198,7 @@ def _hidden(scene: _Scene) -> BoolArray:
     ab, ac = b - a, c - a
     twice = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
     sound = np.abs(twice) > 1e-18
-    for i, place in enumerate(scene.vertices[scene.points]):
+    for i, place in enumerate(scene.points):
         ap = place - a
         with np.errstate(divide="ignore", invalid="ignore"):
             u = (ap[:, 0] * ac[:, 1] - ap[:, 1] * ac[:, 0]) / twice

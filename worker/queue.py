@@ -329,9 +329,9 @@ class JobQueue:
         several = record.components > 1
         if several and not match.parameters.largest_component:
             return
-        simplify = match.parameters.simplify
+        simplify, size = match.parameters.simplify, match.parameters.spectrum_size
         fewer = simplify is not None and record.vertices > simplify
-        key = SpectrumKey(shape, match.parameters.eigenpairs, several, simplify if fewer else None)
+        key = SpectrumKey(shape, size, several, simplify if fewer else None)
         spectra = self.store.spectra
         job = new_job(
             SpectrumPayload(

@@ -169,7 +169,7 @@ class Runner:
         simplify, several = parameters.simplify, whole.components > 1
         fewer = simplify is not None and whole.n_vertices > simplify
         largest = several and parameters.largest_component
-        key = SpectrumKey(shape, parameters.eigenpairs, largest, simplify if fewer else None)
+        key = SpectrumKey(shape, parameters.spectrum_size, largest, simplify if fewer else None)
         mesh = mesh_of(key, whole)
         if not parameters.needs_spectrum or mesh.components > 1:
             return Side(mesh, None)

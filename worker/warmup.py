@@ -42,7 +42,8 @@ def warm_up() -> None:
     few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
     for structures in (
         {"descriptor": ("si_hks", "geodesic_histogram")},
-        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")},
+        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
+        | {"refine": "gmds"},
     ):
         parameters = MatchParameters.model_validate(few.model_dump() | structures)
         payload = MatchPayload(source="warm-up", target="warm-up", parameters=parameters)

@@ -50,6 +50,7 @@ from isomatch._models import (
 )
 from isomatch._parameters import MatchParameters
 from isomatch._problem import FieldProblem, Problem
+from isomatch._refinement import RefinedPoint, Refinement
 
 __version__ = _version("isomatch")
 
@@ -78,6 +79,8 @@ __all__ = [
     "Problem",
     "ProblemError",
     "Progress",
+    "RefinedPoint",
+    "Refinement",
     "ServiceError",
     "ServiceUnavailable",
     "Shape",

@@ -10,6 +10,7 @@ from pydantic import FiniteFloat, PrivateAttr
 
 from isomatch._models import Alternative, Correspondences, Level
 from isomatch._parameters import MatchParameters
+from isomatch._refinement import Refinement
 
 
 class Match(Correspondences):
@@ -43,6 +44,9 @@ class Match(Correspondences):
         The coarse-to-fine levels, coarsest first.
     unmatched
         Source vertices that are cheaper to leave unmatched.
+    refinement
+        Where the matched points lie between the target's vertices; None if that was not asked
+        for (``refine="gmds"``), or fewer than three points were matched.
     warnings
         What the service wants known about this answer.
     timings
@@ -60,6 +64,7 @@ class Match(Correspondences):
     alternatives: tuple[Alternative, ...]
     levels: tuple[Level, ...]
     unmatched: tuple[int, ...]
+    refinement: Refinement | None = None
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 

@@ -54,6 +54,10 @@ class MatchParameters(TypedDict, total=False):
         What is minimised: ``"l2"``, the energy (5), or ``"linf"``, the greatest distortion of a
         distance, half of which is the Gromov-Hausdorff distance of the matched samples. The
         latter is solved exactly, for at most 10 points, all of which are matched [``"l2"``].
+    refine
+        ``"gmds"`` to find where the matched points lie on the target between its vertices, by
+        generalized multidimensional scaling (section 7.1), which :attr:`Match.refinement` then
+        has; None not to [None].
     normalise
         Scale both shapes to unit area first. If False, distances and the parameters of structures
         are in the files' unit of length, and parameters left out suit the geometric mean of both
@@ -82,6 +86,7 @@ class MatchParameters(TypedDict, total=False):
     eigenpairs: int
     alternatives: int
     objective: str
+    refine: str | None
     normalise: bool
     largest_component: bool
     simplify: int | None

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable
 from datetime import datetime
+from itertools import repeat
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -12,6 +13,7 @@ from rich.text import Text
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._models import Shape, Structure, StructureParameter, Structures
+from isomatch._refinement import RefinedPoint, Refinement
 
 FILE_WIDTH = 120
 """Columns of what is not printed on a terminal."""
@@ -27,13 +29,21 @@ def standard_output() -> Console:
 
 def print_match(match: Match, console: Console) -> None:
     """Print the correspondences of a match and what is proven of it."""
-    columns = (Column(name, justify="right") for name in ("source", "target", "cost"))
+    columns = [Column(name, justify="right") for name in ("source", "target", "cost")]
+    if match.refinement is not None:
+        columns.append(Column("between the target's vertices, with weights"))
     table = Table(*columns, box=SIMPLE_HEAD, pad_edge=False)
-    for pair in match.correspondences:
-        table.add_row(str(pair.source), str(pair.target), f"{pair.cost:.6g}")
+    refined = map(_refined, match.refinement.points) if match.refinement is not None else repeat("")
+    for pair, between in zip(match.correspondences, refined, strict=False):
+        table.add_row(str(pair.source), str(pair.target), f"{pair.cost:.6g}", between)
     console.print(table)
     console.print(match_summary(match))
     print_warnings(match.warnings, console)
+
+
+def _refined(point: RefinedPoint) -> str:
+    corners = zip(point.vertices, point.weights, strict=True)
+    return ", ".join(f"{vertex}: {weight:.3f}" for vertex, weight in corners)
 
 
 def match_summary(match: Match) -> Table:
@@ -52,6 +62,7 @@ def match_summary(match: Match) -> Table:
         "certified": proof,
         "certified levels": certified_levels(match),
         "alternatives": str(len(match.alternatives)),
+        "refinement": _refinement(match.refinement),
         "unmatched": str(len(match.unmatched)),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }
@@ -59,6 +70,13 @@ def match_summary(match: Match) -> Table:
     for name, value in rows.items():
         table.add_row(name, Text(value))
     return table
+
+
+def _refinement(found: Refinement | None) -> str:
+    if found is None:
+        return "none"
+    what = f"alternative {found.hypothesis}" if found.hypothesis else "this correspondence"
+    return f"of {what}: stress {found.stress:.3g}, before {found.initial_stress:.3g}"
 
 
 def certified_levels(match: Match) -> str:

@@ -141,6 +141,9 @@ def match(
     objective: Annotated[
         str | None, typer.Option(help="l2, or linf: the least greatest distortion.")
     ] = None,
+    refine: Annotated[
+        str | None, typer.Option(help="gmds: find the points between the target's vertices.")
+    ] = None,
     normalise: Annotated[
         bool | None,
         typer.Option(help="Scale both shapes to unit area first, or keep the files' units."),
@@ -179,6 +182,7 @@ def match(
         "eigenpairs": eigenpairs,
         "alternatives": alternatives,
         "objective": objective,
+        "refine": refine,
         "largest_component": largest_component,
         "simplify": simplify,
         "time_limit": time_limit,

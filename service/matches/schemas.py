@@ -26,6 +26,12 @@ class MatchRequest(MatchParameters):
                     "descriptor": {"name": "geodesic_histogram", "bins": 12},
                     "first_order_weight": 0.2,
                 },
+                {
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                    "points": 64,
+                    "refine": "gmds",
+                },
             ]
         }
     )

@@ -155,6 +155,7 @@ def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
         str: {"string"},
         int | None: {"integer", "null"},
         float | None: {"number", "null"},
+        str | None: {"string", "null"},
         StructureChoice | list[StructureChoice]: {
             "string",
             "object",

@@ -6,9 +6,10 @@ from typing import Any, get_args
 import pytest
 from pydantic import ValidationError
 
+from solver.dense import EIGENPAIRS
 from solver.errors import OptionError
 from solver.mesh import MESH_FORMATS as READ
-from solver.options import L2, LINF, MatchOptions
+from solver.options import GMDS, L2, LINF, MatchOptions
 from solver.structures import (
     DESCRIPTORS,
     METRICS,
@@ -18,7 +19,7 @@ from solver.structures import (
     NoDescriptor,
 )
 from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, MetricName
-from worker.contracts.parameters import ObjectiveName
+from worker.contracts.parameters import DENSE_EIGENPAIRS, ObjectiveName, RefinementName
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
@@ -30,6 +31,7 @@ def test_names() -> None:
     assert set(get_args(MetricName)) == set(METRICS)
     assert set(get_args(DescriptorName)) == set(DESCRIPTORS)
     assert set(get_args(ObjectiveName)) == {L2, LINF}
+    assert set(get_args(RefinementName)) == {GMDS}
     assert set(MESH_FORMATS) == set(READ)
     options = {field.name for field in fields(MatchOptions)}
     assert set(MatchParameters.model_fields) == options | NOT_FOR_THE_SOLVER
@@ -100,6 +102,18 @@ def test_one_name_or_several() -> None:
 def test_when_a_spectrum_is_needed(metric: object, descriptor: object, needed: bool) -> None:
     parameters = MatchParameters.model_validate({"metric": metric, "descriptor": descriptor})
     assert parameters.needs_spectrum is needed
+    assert options_of(parameters).needs_spectrum is needed
+    refined = parameters.model_copy(update={"refine": "gmds"})
+    assert refined.needs_spectrum
+    assert options_of(refined).needs_spectrum
+
+
+def test_a_refinement_has_eigenpairs_enough() -> None:
+    """Those of the dense map it begins with, so that none are computed beside the cache."""
+    assert DENSE_EIGENPAIRS == EIGENPAIRS
+    for given, plain, refined in ((30, 30, 100), (100, 100, 100), (150, 150, 150)):
+        assert MatchParameters(eigenpairs=given).spectrum_size == plain
+        assert MatchParameters(eigenpairs=given, refine="gmds").spectrum_size == refined
 
 
 @pytest.mark.parametrize(

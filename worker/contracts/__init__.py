@@ -35,6 +35,8 @@ from worker.contracts.results import (
     Distortion,
     Level,
     MatchResult,
+    RefinedPoint,
+    Refinement,
 )
 from worker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
 from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey
@@ -67,6 +69,8 @@ __all__ = [
     "PicturePayload",
     "Problem",
     "Progress",
+    "RefinedPoint",
+    "Refinement",
     "ShapeRecord",
     "SpectrumKey",
     "SpectrumPayload",

@@ -1,6 +1,6 @@
 """The parameters of a match, under the names the solver gives them."""
 
-from typing import Literal, TypeAlias
+from typing import Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
@@ -9,6 +9,10 @@ from worker.contracts.metrics import MetricByLevel, metric_choice
 from worker.contracts.structures import Choice
 
 ObjectiveName: TypeAlias = Literal["l2", "linf"]
+RefinementName: TypeAlias = Literal["gmds"]
+
+DENSE_EIGENPAIRS: Final = 100
+"""Eigenpairs of the dense map that a refinement begins with."""
 
 
 class MatchParameters(BaseModel):
@@ -97,6 +101,12 @@ class MatchParameters(BaseModel):
         " a distance, half of which is the Gromov-Hausdorff distance of the matched samples."
         ' "linf" is solved exactly, on one level: it takes at most 10 points, and matches all.',
     )
+    refine: RefinementName | None = Field(
+        default=None,
+        description='"gmds" to find where the matched points lie on the target between its'
+        " vertices, by generalized multidimensional scaling, section 7.1: `refinement` of the"
+        " result; null not to.",
+    )
     normalise: bool = Field(
         default=True,
         description="Scale both shapes to unit area first, so that shapes of any size compare. If"
@@ -147,7 +157,13 @@ class MatchParameters(BaseModel):
 
     @property
     def needs_spectrum(self) -> bool:
-        """Whether any level looks at the spectrum of the shapes."""
+        """Whether any level, or the refinement, looks at the spectrum of the shapes."""
         described = any(choice.about.spectral for choice in self.descriptors)
         spectral = any(choice.about.spectral for choice in self.metrics)
-        return spectral or (described and self.first_order_weight > 0)
+        refined = self.refine is not None
+        return refined or spectral or (described and self.first_order_weight > 0)
+
+    @property
+    def spectrum_size(self) -> int:
+        """Eigenpairs that are computed of each shape, and kept: no less than any part needs."""
+        return self.eigenpairs if self.refine is None else max(self.eigenpairs, DENSE_EIGENPAIRS)

@@ -1,6 +1,6 @@
 """The result of a match."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
@@ -60,6 +60,59 @@ class Level(_Part):
     )
 
 
+class RefinedPoint(_Part):
+    """A point of the target's surface, between three vertices that make a triangle there."""
+
+    source: int = Field(description="0-based vertex index in the source's file.")
+    vertices: Annotated[tuple[int, ...], Field(min_length=3, max_length=3)] = Field(
+        description="0-based indices, in the target's file, of the triangle's corners. Of a shape"
+        " that was simplified it is a triangle of fewer, larger ones, whose corners are vertices of"
+        " the file all the same."
+    )
+    weights: Annotated[
+        tuple[Annotated[float, Field(ge=0, le=1)], ...], Field(min_length=3, max_length=3)
+    ] = Field(
+        description="Barycentric coordinates, none negative, of sum 1: the point is the mean of"
+        " the corners with these weights."
+    )
+
+
+class Refinement(_Part):
+    """Where the matched points lie on the target between its vertices: GMDS, (7) and 7.1."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "hypothesis": 0,
+                    "stress": 0.31,
+                    "initial_stress": 0.47,
+                    "status": "converged",
+                    "points": [
+                        {"source": 17, "vertices": [204, 31, 205], "weights": [0.25, 0.0, 0.75]}
+                    ],
+                }
+            ]
+        }
+    )
+
+    hypothesis: int = Field(
+        ge=0,
+        description="What was refined: 0 for `correspondences`, j for the j-th of `alternatives`,"
+        " if a dense map of that one preserves more. The points are then near its pairs.",
+    )
+    stress: float = Field(
+        ge=0,
+        description="Sum of squared differences of distances, near ones weighing most, among these"
+        " points and others between them; in units of the target's area.",
+    )
+    initial_stress: float = Field(ge=0, description="The same before GMDS; never less.")
+    status: Literal["converged", "iterations", "deadline"] = Field(description="Why it ended.")
+    points: tuple[RefinedPoint, ...] = Field(
+        description="One for each of `correspondences`, in their order."
+    )
+
+
 class MatchResult(_Part):
     """A minimum-distortion correspondence, with what is proven of it."""
 
@@ -85,6 +138,11 @@ class MatchResult(_Part):
     levels: tuple[Level, ...] = Field(description="The levels, coarsest first.")
     unmatched: tuple[int, ...] = Field(
         description="Source vertices that are cheaper to leave unmatched."
+    )
+    refinement: Refinement | None = Field(
+        default=None,
+        description="The matched points between the target's vertices; null if that was not asked"
+        " for, or if fewer than three points were matched.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
