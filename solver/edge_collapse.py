@@ -54,19 +54,23 @@ def collapse_edges(
     n = len(places)
     first, links, valence = _corners(faces, n)
     version = np.zeros(n, np.int64)
-    best = np.full(n, -1)
-    queue = [(0.0, 0, 0) for _ in range(0)]  # cost, vertex, its version
-    for u in range(n):
-        cost = _find_best(u, places, faces, quadrics, border, fixed, first, links, valence, best)
-        if best[u] >= 0:
-            queue.append((cost, u, 0))
+    # Cost at least, vertex, version of what is around it.
+    queue = [
+        (_least_cost(u, places, faces, quadrics, fixed, first, links, valence), u, 0)
+        for u in range(n)
+    ]
     heapq.heapify(queue)
     ring = np.empty(2 * _MOST_FACES + 2, np.int64)
     left = n
     while left > target and len(queue) > 0:
-        cost, u, stamp = heapq.heappop(queue)
-        v = best[u]
-        if stamp != version[u] or into[u] != u or v < 0:
+        least, u, stamp = heapq.heappop(queue)
+        if stamp != version[u] or into[u] != u or least == np.inf:
+            continue
+        # Only now is it looked at which neighbours u may become.
+        cost, v = _best(u, places, faces, quadrics, border, first, links, valence)
+        if cost > least:
+            if v >= 0:
+                heapq.heappush(queue, (cost, u, stamp))
             continue
         _move_corners(u, v, faces, first, links, valence)
         into[u] = v
@@ -78,16 +82,11 @@ def collapse_edges(
         count = 1 + _neighbours(v, faces, first, links, ring[1:])
         for w in ring[:count]:
             version[w] += 1
-            cost = _find_best(
-                w, places, faces, quadrics, border, fixed, first, links, valence, best
-            )
-            if best[w] >= 0:
-                heapq.heappush(queue, (cost, w, version[w]))
+            cost = _least_cost(w, places, faces, quadrics, fixed, first, links, valence)
+            heapq.heappush(queue, (cost, w, version[w]))
     for u in range(n):
-        root = into[u]
-        while into[root] != root:
-            root = into[root]
-        into[u] = root
+        while into[into[u]] != into[u]:
+            into[u] = into[into[u]]
 
 
 @kernel
@@ -102,36 +101,53 @@ def _corners(faces: IntArray, n_vertices: int) -> tuple[IntArray, IntArray, IntA
 
 
 @kernel
-def _find_best(
+def _least_cost(
+    u: int,
+    places: FloatArray,
+    faces: IntArray,
+    quadrics: FloatArray,
+    fixed: BoolArray,
+    first: IntArray,
+    links: IntArray,
+    valence: IntArray,
+) -> float:
+    """Least cost of u's becoming a neighbour, whether it may or not; ∞ if u stays."""
+    if fixed[u] or valence[u] > _MOST_FACES:
+        return np.inf
+    ring = np.empty(2 * _MOST_FACES + 2, np.int64)
+    here = _error(quadrics[u], places[u])
+    least = np.inf
+    for v in ring[: _neighbours(u, faces, first, links, ring)]:
+        least = min(least, _error(quadrics[u], places[v]) - here)
+    return least
+
+
+@kernel
+def _best(
     u: int,
     places: FloatArray,
     faces: IntArray,
     quadrics: FloatArray,
     border: BoolArray,
-    fixed: BoolArray,
     first: IntArray,
     links: IntArray,
     valence: IntArray,
-    best: IntArray,
-) -> float:
-    """Set ``best[u]`` to the vertex that u had best become, -1 for none, and return the cost."""
-    best[u] = -1
-    least = np.inf
-    if fixed[u] or valence[u] > _MOST_FACES:
-        return least
+) -> tuple[float, int]:
+    """Cost, and the vertex that u had best become of those that it may; -1 for none."""
     ring = np.empty(2 * _MOST_FACES + 2, np.int64)
-    count = _neighbours(u, faces, first, links, ring)
+    ring = ring[: _neighbours(u, faces, first, links, ring)]
     here = _error(quadrics[u], places[u])
-    for v in ring[:count]:
+    least, best = np.inf, -1
+    for i in range(len(ring)):
+        v = int(ring[i])
         cost = _error(quadrics[u], places[v]) - here
         if (
             cost < least
-            and _keeps_topology(u, v, ring[:count], faces, border, first, links, valence)
+            and _keeps_topology(u, v, ring, faces, border, first, links, valence)
             and _keeps_shape(u, v, places, faces, first, links)
         ):
-            least = cost
-            best[u] = v
-    return least
+            least, best = cost, v
+    return least, best
 
 
 @kernel
