@@ -16,6 +16,14 @@ _BRANCH: Final = re.compile(r"(literal|tuple|choice)\[.*\]", re.DOTALL)
 """Where Pydantic says which of several types it tried, which is no part of the field's address."""
 
 _NOT_AN_OBJECT: Final = ("missing", "model_attributes_type", "model_type", "dict_type")
+_BOUNDS: Final = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "greater than or equal to"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "less than or equal to"),
+}
+"""Pydantic writes 1e30 with all its zeros."""
+
 _WORDS: Final = {
     "tuple_type": "Input should be a list of such names",
     "upload_file": "Input should be a file: a part of the form that has a `filename`",
@@ -70,6 +78,9 @@ def unreadable(request: Request, reason: str) -> str:
 
 def _message(error: Any) -> str:
     kind = error["type"]
+    if kind in _BOUNDS:
+        key, words = _BOUNDS[kind]
+        return f"Input should be {words} {error['ctx'][key]:g}"
     if kind in _NOT_AN_OBJECT and tuple(error["loc"]) == ("body",):
         kind = "not_an_object"
     elif "UploadFile" in error["msg"]:

@@ -37,7 +37,7 @@ def check_colors(
     wrong = tuple(
         FieldProblem(
             field=f"body.descriptor.{place}" if several else "body.descriptor",
-            message=f"{choice.name!r} needs vertex colours, and {', '.join(without)} has none",
+            message=f"{choice.name!r} needs vertex colours; there are none in {', '.join(without)}",
         )
         for place, choice in enumerate(parameters.descriptors)
         if choice.about.colored

@@ -53,6 +53,7 @@ def test_parameters_of_a_descriptor_are_named_by_their_place(http: httpx2.Client
     body = {"source": "a", "target": "b", "descriptor": descriptor}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert named.keys() == {"body.descriptor.1", "body.descriptor.2.times.1"}
+    assert named["body.descriptor.2.times.1"] == "Input should be greater than or equal to 1e-30"
 
 
 def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None:
