@@ -11,7 +11,6 @@ from solver.synthetic.implicit import body
 _STANDARD = human_figure(HumanProportions())
 _BODIES = {
     "alien": ALIEN,
-    "tall": HumanProportions(head=0.8, arm=1.2, leg=1.3, girth=0.85, limbs=0.85),
     "heavy": HumanProportions(head=1.3, arm=0.8, leg=0.8, girth=1.25, limbs=1.2),
 }
 
