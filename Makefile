@@ -41,7 +41,7 @@ format: $(VENV)/dev  ## put the code in house style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds (ISOMATCH_DATA: a folder of meshes)
+bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (ISOMATCH_DATA: a folder of meshes)
 	$(BIN)/python -m bench.correspondence
 	$(BIN)/python -m bench.pair
 	$(BIN)/python -m bench.solver
