@@ -14,9 +14,9 @@ from solver.options import MatchOptions
 from solver.refinement import Refinement
 from solver.shape import Shape
 from solver.spectrum import Spectrum
-from solver.structures import DESCRIPTORS, METRICS
 from worker import contracts
 from worker.contracts import MatchParameters, MatchPayload, MatchResult
+from worker.structures import descriptor_of, metric_of
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,8 @@ def options_of(parameters: MatchParameters) -> MatchOptions:
         What was asked; some of it is not for the solver's options but for how shapes are made.
     """
     values: dict[str, Any] = parameters.model_dump()
-    values["metric"] = tuple(
-        METRICS[choice.name](**choice.model_dump(exclude={"name"})) for choice in parameters.metrics
-    )
-    values["descriptor"] = tuple(
-        DESCRIPTORS[choice.name](**choice.model_dump(exclude={"name"}))
-        for choice in parameters.descriptors
-    )
+    values["metric"] = tuple(map(metric_of, parameters.metrics))
+    values["descriptor"] = tuple(map(descriptor_of, parameters.descriptors))
     return MatchOptions(**{field.name: values[field.name] for field in fields(MatchOptions)})
 
 

@@ -7,7 +7,6 @@ from solver.control import Control
 from solver.errors import MeshError, OptionError
 from solver.shape import Shape
 from solver.signature import Signature, SimilarityOptions, signature
-from solver.structures import DESCRIPTORS, METRICS
 from worker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
@@ -17,6 +16,7 @@ from worker.failures import ShapeGone, UnusableShape
 from worker.meshes import mesh_from_bytes, mesh_of
 from worker.spectra import spectrum_of
 from worker.store import Store
+from worker.structures import descriptor_of, metric_of
 
 
 def options_of(parameters: DissimilarityParameters) -> SimilarityOptions:
@@ -29,8 +29,7 @@ def options_of(parameters: DissimilarityParameters) -> SimilarityOptions:
     """
     values: dict[str, Any] = parameters.model_dump()
     (metric,), (descriptor,) = parameters.metrics, parameters.descriptors
-    values["metric"] = METRICS[metric.name](**metric.model_dump(exclude={"name"}))
-    values["descriptor"] = DESCRIPTORS[descriptor.name](**descriptor.model_dump(exclude={"name"}))
+    values |= {"metric": metric_of(metric), "descriptor": descriptor_of(descriptor)}
     options = {field.name: values[field.name] for field in fields(SimilarityOptions)}
     return SimilarityOptions(**options)
 

@@ -153,7 +153,7 @@ class WaveKernelSignature(DescriptorChoice):
     """
 
     name = "wks"
-    invariance = Invariance(bending="yes", topology="approx", scale="yes")
+    invariance = Invariance(bending="yes", topology="no", scale="yes")
     spectral = True
 
     sigma: float = parameter(Parameter(0.01, 10.0, 0.2))

@@ -63,7 +63,7 @@ class Biharmonic(MetricChoice):
     """Biharmonic metric (Lipman, Rustamov and Funkhouser, ACM TOG 29(3), 2010)."""
 
     name = "biharmonic"
-    invariance = Invariance(bending="yes", topology="approx", scale="no")
+    invariance = Invariance(bending="yes", topology="no", scale="no")
     spectral = True
 
 

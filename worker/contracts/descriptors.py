@@ -76,6 +76,7 @@ class GeodesicHistogram(Choice):
         "3.5; Raviv, Bronstein, Bronstein, Kimmel: Symmetries of non-rigid shapes, NORDIA 2007",
         "1",
         ("yes", "no", "no"),
+        remarks="Points farther from a change of topology than the radius do not notice it.",
     )
 
     name: Literal["geodesic_histogram"]
@@ -96,6 +97,7 @@ class GaussianCurvature(Choice):
         "Table 1; Meyer, Desbrun, Schröder, Barr 2003",
         "1/length²",
         ("yes", "no", "no"),
+        remarks="Points farther from a change of topology than the scale hardly notice it.",
     )
 
     name: Literal["gaussian_curvature"]
@@ -194,8 +196,9 @@ class WaveKernelSignature(Choice):
         "Σ φ_i(x)² exp(-(e - log λ_i)² / 2σ²), over its mean",
         "Aubry, Schlickewei, Cremers: The wave kernel signature, ICCV workshops 2011",
         "1",
-        ("yes", "approx", "yes"),
+        ("yes", "no", "yes"),
         spectral=True,
+        remarks="Not in Table 1: measured.",
     )
 
     name: Literal["wks"]
