@@ -1,7 +1,7 @@
 """The front door: match two shapes."""
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -279,19 +279,21 @@ class _Run:
         """Refine the answer between vertices, if that was asked for and can be done."""
         if self.options.refine != GMDS:
             return None
-        points = []
-        for hypothesis in hypotheses:
+        points, places = [], []
+        for place, hypothesis in enumerate(hypotheses):
             matched = hypothesis.partners != UNMATCHED
-            partners = hypothesis.partners[matched]
-            points.append((finest.source.vertices[matched], finest.target.vertices[partners]))
-        if min(len(x) for x, _ in points) < _LEAST_REFINED:
+            if np.count_nonzero(matched) >= _LEAST_REFINED:
+                partners = hypothesis.partners[matched]
+                points.append((finest.source.vertices[matched], finest.target.vertices[partners]))
+                places.append(place)
+        if 0 not in places:
             self.warnings.append("too few points were matched for a refinement")
             return None
         self.control.report("refinement between vertices", 0.9)
         started = time.perf_counter()
         found = refine_by_gmds(self.source, self.target, points, self.control)
         self._spend("refinement between vertices", started)
-        return found
+        return replace(found, hypothesis=places[found.hypothesis])
 
     def _correspondence(self, hypothesis: _Hypothesis, finest: Level) -> Correspondence:
         partners = hypothesis.partners

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 Floats = npt.NDArray[np.float64]
 
 BUMPS = np.array([[1.0, 0.0, 0.0], [-0.5, 0.9, 0.1], [0.1, -0.4, 0.9], [-0.3, -0.6, -0.7]])
+TURN = Rotation.from_rotvec([0.9, 1.7, 0.6]).as_matrix()
 HEIGHTS = np.array([1.4, 0.9, 0.6, 0.35])
 
 
@@ -22,14 +23,19 @@ def blob(vertices: Floats) -> Floats:
     return surface
 
 
+def moved(points: Floats) -> Floats:
+    """Where points of the first of :func:`blob_meshes` are on the second."""
+    there: Floats = points @ TURN.T + [3.0, 0.0, 1.0]
+    return there
+
+
 def blob_meshes() -> tuple[trimesh.Trimesh, trimesh.Trimesh]:
     """The blob twice: another triangulation, turned and moved."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     first = trimesh.Trimesh(blob(ball.vertices), ball.faces, process=False)
-    turn = Rotation.from_rotvec([0.9, 1.7, 0.6]).as_matrix()
     ball = trimesh.creation.icosphere(subdivisions=3)
-    second = trimesh.Trimesh(blob(ball.vertices @ turn), ball.faces, process=False)
-    second.vertices = second.vertices @ turn.T + [3.0, 0.0, 1.0]
+    second = trimesh.Trimesh(blob(ball.vertices @ TURN), ball.faces, process=False)
+    second.vertices = moved(second.vertices)
     return first, second
 
 

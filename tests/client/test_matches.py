@@ -7,6 +7,8 @@ import isomatch
 import numpy as np
 import pytest
 
+from tests.client.shapes import blob_meshes, moved
+
 ISLANDS = b"OFF\n6 2 0\n0 0 0\n1 0 0\n0 1 0\n5 0 0\n6 0 0\n5 1 0\n3 0 1 2\n3 3 4 5\n"
 
 Pair = tuple[isomatch.Shape, isomatch.Shape]
@@ -43,6 +45,33 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
     assert json.loads(saved)["distortion"]["linf"] == match.distortion.linf
     job.save_picture(tmp_path / "match.png")
     assert (tmp_path / "match.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+
+
+def test_points_between_vertices(
+    client: isomatch.Client, pair: Pair, blobs: tuple[Path, Path]
+) -> None:
+    job = client.match(*pair, points=16, refine="gmds")
+    match = job.result()
+    refined = match.refinement
+    assert refined is not None
+    np.testing.assert_array_equal(refined.source_vertices, match.pairs[:, 0])
+    assert refined.refined_vertices.shape == refined.refined_weights.shape == (16, 3)
+    assert refined.refined_vertices.dtype == np.int64
+    assert refined.refined_weights.min() >= 0.0
+    np.testing.assert_allclose(refined.refined_weights.sum(axis=1), 1.0, atol=1e-12)
+    assert 0.0 <= refined.stress <= refined.initial_stress
+
+    first, second = blob_meshes()
+    truth = moved(first.vertices)[match.pairs[:, 0]]
+    before = np.linalg.norm(second.vertices[match.pairs[:, 1]] - truth, axis=1)
+    places = refined.refined_positions(second.vertices)
+    after = np.linalg.norm(places - truth, axis=1)
+    assert after.mean() < 0.6 * before.mean()
+    assert isomatch.Match.from_json(match.to_json()) == match
+    assert job.picture() != client.match(*pair, points=16).wait().picture()
+    for wrong in (second.vertices[:3], second.vertices[:, :2]):
+        with pytest.raises(ValueError, match="vertices"):
+            refined.refined_positions(wrong)
 
 
 def test_progress_is_told(

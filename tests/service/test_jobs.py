@@ -229,6 +229,7 @@ BAD_PARAMETERS = {
     "eigenpairs": (9, 301),
     "alternatives": (0, 33),
     "objective": ("l1", 2, "linf"),
+    "refine": ("magic", True, "", ["gmds"]),
     "largest_component": ("yes", 1),
     "simplify": (99, 1_000_001, True, "500"),
     "time_limit": (0, -5),
