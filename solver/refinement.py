@@ -16,12 +16,14 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.dense import dense_map
 from solver.gmds import InterpolatedMetric, Status, SurfacePoints, gmds
+from solver.metrics import EmbeddedMetric
+from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
 
-_POINTS = 200
+_POINTS = 320
 """Points that move, at least: the matched ones and others spread between them."""
 
-_NEIGHBOURS = 40
+_NEIGHBOURS = 20
 _NEAR = 0.02
 """Distances below count alike, in units of √area."""
 
@@ -88,7 +90,8 @@ def refine_by_gmds(
     """
     dense = dense_map(source, target, hypotheses[:_HYPOTHESES], control)
     matched = hypotheses[0][0]
-    between = source.sampling("commute_time", min(_POINTS, source.n_vertices)).indices
+    in_space = EmbeddedMetric(source.surface.vertices)
+    between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices
     moving = np.concatenate([matched, between[~np.isin(between, matched)]])
     moving = moving[: max(_POINTS, len(matched))]
     # The target's unit of length serves both: without normalisation, scales may differ.

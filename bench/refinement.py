@@ -1,0 +1,106 @@
+"""What refinement between vertices is worth: ``python -m bench.refinement``.
+
+Geodesic error over √area of the matched vertices, and of the points that ``refine="gmds"`` finds
+between vertices, per pair of shapes of a class; each against the better of the direct and the
+mirrored truth.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from bench.collection import (
+    KnownShape,
+    default_folder,
+    generated_collection,
+    pairs_within_classes,
+    read_collection,
+)
+from solver.arrays import FloatArray, IntArray
+from solver.gmds import SurfacePoints
+from solver.matching import match
+from solver.options import MatchOptions
+
+
+class TrueImages:
+    """Distances of points of the target from where some points of the source truly go.
+
+    Parameters
+    ----------
+    source, target
+        Shapes of one class, of known truth.
+    points
+        (n,) vertices of the source. Each goes where the nearest vertex of known truth goes.
+    """
+
+    def __init__(self, source: KnownShape, target: KnownShape, points: IntArray) -> None:
+        assert source.truth is not None
+        places = source.shape.surface.vertices
+        nearest = np.asarray(KDTree(places[source.truth]).query(places[points])[1])
+        known = (target.truth, target.symmetric_truth)
+        metric = target.shape.metric("geodesic")
+        self._distances = [metric.distances(truth[nearest]) for truth in known if truth is not None]
+        self._faces = target.shape.surface.faces
+        self._unit = target.shape.size
+
+    def mean_error(self, points: SurfacePoints) -> float:
+        """Mean distance over √area of n points, direct or mirrored, whichever is less."""
+
+        def mean(distances: FloatArray) -> float:
+            corners = np.take_along_axis(distances, self._faces[points.faces], axis=1)
+            return float((corners * points.barycentric).sum(axis=1).mean()) / self._unit
+
+        return min(map(mean, self._distances))
+
+
+def main() -> None:
+    """Match and refine the pairs, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--points", type=int, default=64)
+    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    shapes = read_collection(arguments.data) if arguments.data else generated_collection(classes=3)
+    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    options = MatchOptions(points=arguments.points, refine="gmds")
+    rows = []
+    print(f"{'pair':34}{'matched':>9}{'refined':>9}{'hypothesis':>12}{'match s':>9}{'refine s':>9}")
+    for source, target in pairs[:: arguments.every]:
+        source.shape.spectrum()
+        target.shape.spectrum()
+        started = time.perf_counter()
+        found = match(source.shape, target.shape, options)
+        seconds = time.perf_counter() - started
+        refined = found.refinement
+        assert refined is not None
+        truth = TrueImages(source, target, found.best.source)
+        matched = SurfacePoints.at_vertices(target.shape.surface, found.best.target)
+        before, after = truth.mean_error(matched), truth.mean_error(refined.points)
+        refining = found.timings["refinement between vertices"]
+        rows.append((before, after, seconds - refining, refining))
+        print(
+            f"{source.name + ' ' + target.name:34}{before:9.4f}{after:9.4f}"
+            f"{refined.hypothesis:12}{rows[-1][2]:9.2f}{refining:9.2f}",
+            flush=True,
+        )
+    before, after, matching, refining = np.array(rows).mean(axis=0)
+    figures = {
+        "pairs": len(rows),
+        "matched": float(before),
+        "refined": float(after),
+        "lowered_by": float(1.0 - after / before),
+        "seconds_matching": float(matching),
+        "seconds_refining": float(refining),
+    }
+    print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
+    if arguments.json:
+        print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()
