@@ -87,7 +87,11 @@ def _common_size(source: Shape, target: Shape) -> float:
     if source.normalise != target.normalise:
         raise OptionError("normalise", "both shapes must be normalised, or none")
     if not all(1.0 / _LARGEST < shape.size < _LARGEST for shape in (source, target)):
-        raise OptionError("normalise", "the units of the shapes are out of all proportion to them")
+        raise OptionError(
+            "normalise",
+            f"√area is not within {1.0 / _LARGEST:g} and {_LARGEST:g} of the shapes' own units; "
+            "normalise them, or upload them in other units",
+        )
     return float(np.sqrt(source.size * target.size))
 
 
