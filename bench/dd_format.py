@@ -49,12 +49,28 @@ def read_dd(path: Path) -> LabellingProblem:
     FormatError
         A line cannot be read, or the counts of the first line are wrong.
     """
+    return parse_dd(read_text(path))
+
+
+def read_text(path: Path) -> str:
+    """Read a file's text, decompressed.
+
+    Parameters
+    ----------
+    path
+        The file, possibly compressed (``.xz``, ``.gz``, ``.bz2``).
+
+    Raises
+    ------
+    FormatError
+        It cannot be decompressed.
+    """
     data = path.read_bytes()
     try:
         data = _DECOMPRESS.get(path.suffix, bytes)(data)
     except (OSError, EOFError, ValueError, lzma.LZMAError) as error:
         raise FormatError(f"{path.name} is not sound: {error}") from error
-    return parse_dd(data.decode("ascii", "replace"))
+    return data.decode("ascii", "replace")
 
 
 def parse_dd(text: str) -> LabellingProblem:
