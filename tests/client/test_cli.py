@@ -44,6 +44,20 @@ def test_match_prints_a_table_and_writes_files(
     assert (tmp_path / "out.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_points_between_vertices_are_printed(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    out = tmp_path / "out.json"
+    done = run("match", *blobs, *QUICK, "--refine", "gmds", "-o", out, url=url)
+    assert done.returncode == 0, done.stderr
+    refined = isomatch.Match.from_json(out.read_bytes()).refinement
+    assert refined is not None
+    assert f"stress {refined.stress:.3g}" in done.stdout
+    for vertices, weights in zip(refined.refined_vertices, refined.refined_weights, strict=True):
+        told = [f"{vertex}: {weight:.3f}" for vertex, weight in zip(vertices, weights, strict=True)]
+        assert ", ".join(told) in done.stdout
+
+
 def test_json_is_all_there_is_on_the_standard_output(url: str, blobs: tuple[Path, Path]) -> None:
     options = ["--metric", "commute_time", "--descriptor", "none", "--largest-component"]
     done = run("match", *blobs, *QUICK, *options, "--json", url=url)
