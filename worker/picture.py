@@ -82,7 +82,9 @@ def draw_match(
 def _captions(result: MatchResult) -> tuple[str, str]:
     count, alone = len(result.correspondences), len(result.unmatched)
     title = f"{count} corresponding points" + (f", {alone} without partner" if alone else "")
-    title += ", refined between vertices" if result.refinement is not None else ""
+    if result.refinement is not None:
+        which = result.refinement.hypothesis
+        title += ", refined between vertices" + (f" from alternative {which}" if which else "")
     proof = "proven optimal" if result.certified else f"optimal to {100.0 * result.gap:.2g} %"
     return title, (
         f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
