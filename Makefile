@@ -45,6 +45,8 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (
 	$(BIN)/python -m bench.correspondence
 	$(BIN)/python -m bench.pair
 	$(BIN)/python -m bench.solver
+	$(BIN)/python -m bench.spectrum --most 10000
+	$(BIN)/python -m bench.refinement --every 4
 	$(BIN)/python -m bench.invariance
 
 openapi: $(VENV)/dev  ## write openapi/openapi.json from the code

@@ -1,0 +1,111 @@
+"""Our eigensolver beside SciPy's: ``python -m bench.spectrum``.
+
+The 100 smallest eigenpairs of the Laplace-Beltrami operator, by :mod:`solver.eigensolver` and by
+plain ``scipy.sparse.linalg.eigsh(L, k=100, M=M, sigma=-0.01)``, in turn, in one process, on one
+thread; both make their matrices within their time. Both are checked: the residual ‖L φ − λ M φ‖ in
+the norm of M⁻¹, relative to the greatest eigenvalue, and how far the eigenvalues are apart.
+"""
+
+import argparse
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import eigsh
+from threadpoolctl import threadpool_limits
+
+from solver.arrays import FloatArray
+from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
+from solver.spectrum import laplace_beltrami_spectrum, laplacian
+from solver.synthetic import human
+
+SIZES = 5_000, 10_000, 28_000, 52_000
+EIGENPAIRS = 100
+
+
+@dataclass(frozen=True)
+class Row:
+    """Medians of some repetitions on one mesh; residuals and errors are the greatest."""
+
+    vertices: int
+    seconds_ours: float
+    seconds_scipy: float
+    ratio: float
+    max_relative_error: float
+    residual_ours: float
+    residual_scipy: float
+
+
+def compare(mesh: TriangleMesh, repetitions: int) -> Row:
+    """Solve for the eigenpairs of a mesh of unit area by both, in turn."""
+    mesh = mesh.scaled(1.0 / np.sqrt(mesh.area))
+    times = np.empty((repetitions, 2))
+    for row in times:
+        started = time.perf_counter()
+        ours = laplace_beltrami_spectrum(mesh, EIGENPAIRS)
+        between = time.perf_counter()
+        stiffness, mass = laplacian(mesh)
+        masses = sp.diags_array(mass).tocsc()
+        values, functions = eigsh(stiffness, k=EIGENPAIRS, M=masses, sigma=-0.01)
+        row[:] = between - started, time.perf_counter() - between
+    order = np.argsort(values)
+    values, functions = values[order], functions[:, order]
+    # The constant's eigenvalue, 0, has no relative error.
+    error = np.abs(ours.eigenvalues[1:] / values[1:] - 1.0).max()
+    return Row(
+        mesh.n_vertices,
+        float(np.median(times[:, 0])),
+        float(np.median(times[:, 1])),
+        float(np.median(times[:, 0] / times[:, 1])),
+        float(error),
+        residual(stiffness, mass, ours.eigenvalues, ours.eigenfunctions),
+        residual(stiffness, mass, values, functions),
+    )
+
+
+def residual(
+    stiffness: sp.csc_array, mass: FloatArray, values: FloatArray, functions: FloatArray
+) -> float:
+    """Greatest ‖L φ − λ M φ‖ in the norm of M⁻¹, relative to the greatest eigenvalue."""
+    left = stiffness @ functions - mass[:, None] * functions * values
+    return float(np.sqrt((left**2 / mass[:, None]).sum(axis=0)).max() / values[-1])
+
+
+def main() -> None:
+    """Solve, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
+    parser.add_argument("--most", type=int, default=SIZES[-1], help="vertices, at most")
+    parser.add_argument("--repetitions", type=int, default=3)
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    if arguments.mesh:
+        meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
+    else:
+        bodies = (human(resolution=size) for size in SIZES if size <= arguments.most)
+        meshes = [triangle_mesh(body.vertices, body.faces) for body in bodies]
+    print(
+        f"{'vertices':>9}{'ours s':>9}{'scipy s':>9}{'ratio':>8}{'eigenvalues':>13}"
+        f"{'residual':>11}{'of scipy':>11}"
+    )
+    rows = []
+    with threadpool_limits(1):
+        for mesh in meshes:
+            row = compare(mesh, arguments.repetitions)
+            rows.append(row)
+            print(
+                f"{row.vertices:9}{row.seconds_ours:9.2f}{row.seconds_scipy:9.2f}{row.ratio:8.2f}"
+                f"{row.max_relative_error:13.1e}{row.residual_ours:11.1e}"
+                f"{row.residual_scipy:11.1e}",
+                flush=True,
+            )
+    if arguments.json:
+        figures = [asdict(row) for row in rows]
+        print(json.dumps(figures[0] if len(figures) == 1 else figures))
+
+
+if __name__ == "__main__":
+    main()
