@@ -1,7 +1,6 @@
 """The ASGI application."""
 
 import asyncio
-import contextlib
 from collections.abc import AsyncIterator, Callable
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Any, Final
@@ -12,7 +11,7 @@ from prometheus_client import CollectorRegistry
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
-from service import health, problems
+from service import health, problems, webhooks
 from service.jobs import endpoints as jobs
 from service.matches import endpoints as matches
 from service.metrics import endpoints as metrics
@@ -30,6 +29,8 @@ from worker.recovery import INTERVAL, recover
 from worker.retention import Sweep
 from worker.store import Store
 from worker.telemetry import logger
+from worker.webhooks import INTERVAL as WEBHOOK_INTERVAL
+from worker.webhooks import dispatch
 
 BODY_LIMIT: Final = 1024**2
 """Bytes of a request that is not an upload."""
@@ -65,6 +66,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     )
     app.add_middleware(RequestContext)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
+    app.webhooks.include_router(webhooks.router)
     for part in (shapes, structures, matches, jobs, health, metrics):
         app.include_router(part.router)
 
@@ -84,26 +86,41 @@ def _lifespan(
         store = Store.open(settings, settings.redis_patience, pause=0.2)
         service = Service(settings, store, JobQueue(store, settings), closing, registry)
         registry.register(StoreCollector(service.queue))
-        recovery = asyncio.create_task(_recover_regularly(service))
+        tasks = [
+            asyncio.create_task(_regularly(INTERVAL, _recovery(service))),
+            asyncio.create_task(_regularly(WEBHOOK_INTERVAL, _webhooks(service))),
+        ]
         try:
             yield {"service": service}
         finally:
-            recovery.cancel()
-            with contextlib.suppress(asyncio.CancelledError):
-                await recovery
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
             store.close()
 
     return lifespan
 
 
-async def _recover_regularly(service: Service) -> None:
+def _recovery(service: Service) -> Callable[[], None]:
     sweep = Sweep(service.store)
+
+    def recover_and_sweep() -> None:
+        recover(service.store, service.queue)
+        sweep.step()
+
+    return recover_and_sweep
+
+
+def _webhooks(service: Service) -> Callable[[], None]:
+    return lambda: dispatch(service.queue, service.settings)
+
+
+async def _regularly(interval: float, chore: Callable[[], None]) -> None:
     while True:
         try:
-            await run_in_threadpool(recover, service.store, service.queue)
-            await run_in_threadpool(sweep.step)
+            await run_in_threadpool(chore)
         except RedisError as error:
-            log.warning("cannot look for lost jobs", error=str(error))
+            log.warning("a chore has to wait for the store", error=str(error))
         except Exception:
-            log.exception("looking for lost jobs failed")
-        await asyncio.sleep(INTERVAL)
+            log.exception("a chore failed")
+        await asyncio.sleep(interval)

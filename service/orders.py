@@ -1,15 +1,18 @@
 """How requests ask for jobs: what every such endpoint takes from its request, and answers."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Final
+from urllib.parse import urlsplit
 
 from fastapi import Depends, Header, Request, Response
-from pydantic import AfterValidator
+from pydantic import AfterValidator, BaseModel, Field
 
 from service.jobs.schemas import Job
-from service.problems import UnknownShape
+from service.problems import InvalidRequest, UnknownShape
 from service.state import Caller, RequestId, Service, ServiceOf
-from worker.contracts import FieldProblem, JobRecord, Once, Order, ShapeRecord
+from worker.addresses import literal_address, permitted
+from worker.contracts import FieldProblem, JobRecord, Once, Order, ShapeRecord, Webhook
 
 LONGEST_KEY: Final = 255
 
@@ -62,6 +65,34 @@ def accepted(record: JobRecord, service: Service, response: Response) -> Job:
     job = Job.of(record, service.queue)
     response.headers["Location"] = job.links.self
     return job
+
+
+class JobRequest(BaseModel):
+    """What requests of every kind of job may say besides what the job is to do."""
+
+    webhook: Webhook | None = Field(
+        default=None, description="Whom to tell when the job has ended; null for nobody."
+    )
+
+
+def told_to(service: Service, asked: JobRequest, order: Order) -> Order:
+    """Return an order whose job's end is told to whom the request names.
+
+    Raises
+    ------
+    InvalidRequest
+        That is an address which webhooks may not go to. (What a name stands for is seen when it
+        is told.)
+    """
+    if asked.webhook is None:
+        return order
+    host = urlsplit(asked.webhook.url).hostname or ""
+    address = literal_address(host)
+    if address is not None and not permitted(address, service.settings.webhook_networks):
+        message = f"{host} is no public address, and this service does not allow it"
+        fields = (FieldProblem(field="body.webhook.url", message=message),)
+        raise InvalidRequest("The request is not valid; `errors` says where.", fields)
+    return replace(order, webhook=asked.webhook)
 
 
 def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRecord]:

@@ -9,9 +9,10 @@ from service.security import ApiKeys
 from worker.environment import FROM_ENVIRONMENT, LogLevel
 from worker.queue import QueueSettings
 from worker.store import StoreSettings
+from worker.webhooks import WebhookSettings
 
 
-class Settings(StoreSettings, QueueSettings):
+class Settings(StoreSettings, QueueSettings, WebhookSettings):
     """From ``ISOMATCH_*``; an ``.env`` file is not read."""
 
     model_config = FROM_ENVIRONMENT

@@ -39,6 +39,10 @@ class ResultGone(Exception):  # noqa: N818 - said of the result
     """The result to be drawn has expired or its shapes were deleted."""
 
 
+class NotDelivered(Exception):  # noqa: N818 - said of the webhook
+    """The receiver of a webhook did not take it."""
+
+
 def problem_of(error: Exception, record: JobRecord) -> Problem:
     """Return the problem of a job that raised an error.
 
@@ -73,6 +77,8 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
         case JobTimeoutException():
             detail = "This takes longer than a job may take; try fewer points or a time_limit."
             return Problem.of("timed-out", "Took too long", 422, detail)
+        case NotDelivered():
+            return Problem.of("webhook-not-delivered", "Webhook not delivered", 424, str(error))
         case ShapeGone():
             return Problem.of("shape-deleted", "Shape deleted", 410, str(error))
         case ResultGone():

@@ -30,7 +30,7 @@ def run(job_id: str) -> None:
     assert job is not None
     structlog.contextvars.bind_contextvars(job_id=job_id, **job.get_meta(refresh=False))
     store = Store.over(job.connection, settings, settings.redis_patience)
-    Runner(JobQueue(store, settings), name=uuid4().hex).run(job_id)
+    Runner(JobQueue(store, settings), uuid4().hex, settings).run(job_id)
 
 
 def stopped(job: Job, connection: Redis) -> None:

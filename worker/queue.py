@@ -46,6 +46,7 @@ QUEUES: Final = (INTERACTIVE, STRUCTURES, MATCHES)
 _QUEUE_OF: Final = {
     JobKind.VALIDATION: INTERACTIVE,
     JobKind.PICTURE: INTERACTIVE,
+    JobKind.WEBHOOK: INTERACTIVE,
     JobKind.SPECTRUM: STRUCTURES,
     JobKind.MATCH: MATCHES,
     JobKind.DISSIMILARITIES: MATCHES,
@@ -102,6 +103,8 @@ def new_job(payload: Payload, order: Order = UNASKED) -> JobRecord:
         created=datetime.now(UTC),
         request_id=order.request_id,
         caller=order.caller,
+        # Jobs that only serve the one that was asked for have an end of their own.
+        webhook=order.webhook if payload.kind in LISTED_KINDS else None,
     )
 
 

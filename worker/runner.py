@@ -3,7 +3,7 @@
 import gzip
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from redis.exceptions import RedisError
 
@@ -11,6 +11,7 @@ from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, read_mesh
 from worker.contracts import (
+    DeliveryPayload,
     DissimilarityResult,
     JobKind,
     JobRecord,
@@ -22,6 +23,7 @@ from worker.contracts import (
     TurnPayload,
     ValidationPayload,
 )
+from worker.delivery import deliver
 from worker.failures import ResultGone, ShapeGone, problem_of
 from worker.heat_map import draw_matrix
 from worker.matches import Side, match_shapes, result_from_blob
@@ -33,6 +35,7 @@ from worker.spectra import spectrum_of
 from worker.store import Store
 from worker.telemetry import logger
 from worker.turns import Turn
+from worker.webhooks import WebhookSettings
 
 SPECTRA_SHARE = 0.4
 """Share of the progress that is given to the spectra, which dominate a first match."""
@@ -50,10 +53,13 @@ class Runner:
         The way to further jobs, and to the store, where jobs come from and results go to.
     name
         What this runner holds jobs and locks by; unique to one run of one job.
+    webhooks
+        Where webhooks may go.
     """
 
     queue: JobQueue
     name: str
+    webhooks: WebhookSettings = field(default_factory=WebhookSettings)
 
     @property
     def store(self) -> Store:
@@ -105,6 +111,8 @@ class Runner:
                 self._compute_spectrum(payload, reporter.control())
             case PicturePayload() as payload:
                 self._draw(payload)
+            case DeliveryPayload() as payload:
+                deliver(self.store, payload, self.webhooks)
             case MatchPayload() as payload:
                 return self._match(payload, reporter)
             case TurnPayload():

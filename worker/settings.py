@@ -5,9 +5,10 @@ from pydantic import Field
 from worker.environment import FROM_ENVIRONMENT, LogLevel
 from worker.queue import QueueSettings
 from worker.store import StoreSettings
+from worker.webhooks import WebhookSettings
 
 
-class WorkerSettings(StoreSettings, QueueSettings):
+class WorkerSettings(StoreSettings, QueueSettings, WebhookSettings):
     """From ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT

@@ -15,6 +15,7 @@ from isomatch._errors import (
     ConnectionFailed,
     Gone,
     InvalidRequest,
+    InvalidSignature,
     IsomatchError,
     JobCancelled,
     JobFailed,
@@ -41,6 +42,7 @@ from isomatch._models import (
     Distortion,
     Invariance,
     JobRecord,
+    JobWebhook,
     Level,
     Progress,
     Shape,
@@ -51,6 +53,7 @@ from isomatch._models import (
 from isomatch._parameters import MatchParameters
 from isomatch._problem import FieldProblem, Problem
 from isomatch._refinement import RefinedPoint, Refinement
+from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
 
 __version__ = _version("isomatch")
 
@@ -62,15 +65,18 @@ __all__ = [
     "ConnectionFailed",
     "Correspondence",
     "Distortion",
+    "EndedJob",
     "FieldProblem",
     "Gone",
     "InvalidRequest",
+    "InvalidSignature",
     "Invariance",
     "IsomatchError",
     "Job",
     "JobCancelled",
     "JobFailed",
     "JobRecord",
+    "JobWebhook",
     "Level",
     "Match",
     "MatchParameters",
@@ -96,4 +102,7 @@ __all__ = [
     "UnprocessableShape",
     "UnsupportedFormat",
     "WaitTimeout",
+    "Webhook",
+    "WebhookEvent",
+    "verify_webhook",
 ]

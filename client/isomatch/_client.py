@@ -13,6 +13,7 @@ from isomatch._meshes import MeshSource
 from isomatch._models import JobState, Shape, Structures
 from isomatch._parameters import MatchParameters
 from isomatch._transport import BlockingTransport
+from isomatch._webhooks import Webhook
 
 DEFAULT_URL: Final = "http://127.0.0.1:8000"
 URL_VARIABLE: Final = "ISOMATCH_URL"
@@ -165,6 +166,7 @@ class Client:
         source: Shape | str,
         target: Shape | str,
         *,
+        webhook: Webhook | None = None,
         idempotency_key: str | None = None,
         **parameters: Unpack[MatchParameters],
     ) -> Job:
@@ -174,6 +176,8 @@ class Client:
         ----------
         source, target
             The shapes or their ids.
+        webhook
+            Whom the service is to tell when the job has ended: ``{"url": ..., "secret": ...}``.
         idempotency_key
             Name of this request: asked again with the same, even by another process, the service
             answers with the job there is; by default each call is a request of its own.
@@ -194,7 +198,9 @@ class Client:
         TypeError
             There is no such parameter.
         """
-        start = operations.start_match(_id(source), _id(target), parameters, idempotency_key)
+        start = operations.start_match(
+            _id(source), _id(target), parameters, webhook, idempotency_key
+        )
         return Job(self._transport, self._transport.run(start))
 
     def job(self, job_id: str) -> Job:

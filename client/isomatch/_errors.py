@@ -20,6 +20,7 @@
     │   ├── TooManyRequests         429  over a limit; try again later
     │   └── ServiceError            5xx  the service failed
     │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
+    ├── InvalidSignature            a webhook is not signed with the secret (also a ValueError)
     ├── JobFailed                   the job ended without a result; carries the problem document
     ├── JobCancelled                the job was cancelled before it ended
     └── WaitTimeout                 it did not end in time and goes on (also a TimeoutError)
@@ -136,6 +137,10 @@ class ServiceError(ProblemError):
 
 class ServiceUnavailable(ServiceError):  # noqa: N818 - named as HTTP names it
     """503: the service is starting, stopping or overloaded."""
+
+
+class InvalidSignature(IsomatchError, ValueError):  # noqa: N818 - said of the signature
+    """A webhook is not signed with the secret, or not lately."""
 
 
 class JobFailed(IsomatchError):  # noqa: N818 - said of an event

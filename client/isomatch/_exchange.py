@@ -16,7 +16,7 @@ from isomatch._errors import ConnectionFailed, UnexpectedResponse, problem_error
 from isomatch._meshes import MeshFile
 from isomatch._problem import Problem
 
-Json: TypeAlias = str | int | float | bool | list[str] | None
+Json: TypeAlias = str | int | float | bool | list[str] | Mapping[str, object] | None
 
 ResultT = TypeVar("ResultT")
 ModelT = TypeVar("ModelT", bound=BaseModel)

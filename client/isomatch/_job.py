@@ -14,7 +14,7 @@ from isomatch._errors import ConnectionFailed
 from isomatch._events import EventReader
 from isomatch._exchange import RETRY_PAUSES, describe
 from isomatch._match import Match
-from isomatch._models import JobRecord, JobState, Progress
+from isomatch._models import JobRecord, JobState, JobWebhook, Progress
 from isomatch._problem import Problem
 from isomatch._progress import ProgressBar
 from isomatch._transport import BlockingTransport
@@ -88,6 +88,11 @@ class Job:
     def caller(self) -> str | None:
         """Name of the API key it was asked for with; None where the service asks for none."""
         return self._record.caller
+
+    @property
+    def webhook(self) -> JobWebhook | None:
+        """Whom its end is told to, and how that went; None for nobody."""
+        return self._record.webhook
 
     @property
     def error(self) -> Problem | None:

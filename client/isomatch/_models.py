@@ -170,6 +170,30 @@ class Progress(Answer):
     fraction: FiniteFloat
 
 
+class JobWebhook(Answer):
+    """Whom the end of a job is told to, and how that went.
+
+    Attributes
+    ----------
+    url
+        The receiver's address, without its query.
+    state
+        ``"pending"``, ``"delivered"``, or ``"failed"`` after the last attempt.
+    attempts, last_attempt, next_attempt
+        How often and when it was tried last, and when it is tried again.
+    status, error
+        HTTP status the receiver answered with last, and what went wrong.
+    """
+
+    url: str
+    state: Literal["pending", "delivered", "failed"]
+    attempts: int
+    last_attempt: datetime | None
+    status: int | None
+    error: str | None
+    next_attempt: datetime | None
+
+
 class JobRecord(Answer):
     """A job as the service last described it; :class:`isomatch.Job` says what the fields mean."""
 
@@ -183,6 +207,7 @@ class JobRecord(Answer):
     position: int | None
     error: Problem | None
     caller: str | None
+    webhook: JobWebhook | None
 
     @property
     def finished(self) -> bool:

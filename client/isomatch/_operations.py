@@ -15,6 +15,7 @@ from isomatch._match import Match
 from isomatch._meshes import MeshSource, mesh_file
 from isomatch._models import JobRecord, JobState, Page, Shape, Structures
 from isomatch._parameters import MatchParameters, check_names
+from isomatch._webhooks import Webhook
 
 LONG_POLL: Final = 20.0
 """Seconds the service is asked to hold an answer back while a job goes on."""
@@ -72,17 +73,23 @@ def list_structures() -> Operation[Structures]:
 
 
 def start_match(
-    source: str, target: str, parameters: MatchParameters, key: str | None
+    source: str,
+    target: str,
+    parameters: MatchParameters,
+    webhook: Webhook | None,
+    key: str | None,
 ) -> Operation[JobRecord]:
     """Queue a match; `key` makes it the same request when it is sent again."""
     check_names(parameters)
     body: dict[str, Json] = {"source": source, "target": target}
     for parameter, value in parameters.items():
         body[parameter] = _plain(value)
-    return (yield from start_job("/v1/matches", body, key))
+    return (yield from start_job("/v1/matches", body, webhook, key))
 
 
-def start_job(path: str, body: Mapping[str, Json], key: str | None) -> Operation[JobRecord]:
+def start_job(
+    path: str, body: Mapping[str, Json], webhook: Webhook | None, key: str | None
+) -> Operation[JobRecord]:
     """Queue a job, once however often the request has to be sent.
 
     Parameters
@@ -91,9 +98,13 @@ def start_job(path: str, body: Mapping[str, Json], key: str | None) -> Operation
         Where such jobs are asked for.
     body
         What is asked.
+    webhook
+        Whom to tell when the job has ended.
     key
         Idempotency key; None for one made up here.
     """
+    if webhook is not None:
+        body = {**body, "webhook": webhook}
     headers = {"idempotency-key": key or uuid4().hex}
     call = Call("POST", path, body=body, headers=headers)
     return parsed(JobRecord, (yield from send(call)))

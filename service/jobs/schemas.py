@@ -2,10 +2,11 @@
 
 from datetime import datetime
 from typing import Self
+from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from worker.contracts import JobKind, JobRecord, JobState, Problem, Progress
+from worker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress
 from worker.queue import JobQueue
 
 
@@ -18,6 +19,12 @@ class JobLinks(BaseModel):
     events: str = Field(description="The job as it changes, as server-sent events.")
     result: str | None = Field(description="Its result, for kinds that have one.")
     picture: str | None = Field(description="Its result as a picture.")
+
+
+class JobWebhook(Delivery):
+    """Whom the end of a job is told to, and how that went."""
+
+    url: str = Field(description="The receiver's address, without its query.")
 
 
 class Job(BaseModel):
@@ -38,6 +45,15 @@ class Job(BaseModel):
                     "position": None,
                     "error": None,
                     "caller": None,
+                    "webhook": {
+                        "url": "https://example.org/isomatch",
+                        "state": "pending",
+                        "attempts": 0,
+                        "last_attempt": None,
+                        "status": None,
+                        "error": None,
+                        "next_attempt": None,
+                    },
                     "links": {
                         "self": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
                         "events": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/events",
@@ -65,6 +81,9 @@ class Job(BaseModel):
     caller: str | None = Field(
         description="Name of the API key it was asked for with; null where none is needed."
     )
+    webhook: JobWebhook | None = Field(
+        description="Whom its end is told to and how that went; null for nobody."
+    )
     links: JobLinks
 
     @classmethod
@@ -84,6 +103,7 @@ class Job(BaseModel):
             position=queue.position(record) if record.state is JobState.QUEUED else None,
             error=None if error is None else error.model_copy(update={"instance": path}),
             caller=record.caller,
+            webhook=_webhook(record),
             links=JobLinks(
                 self=path,
                 events=f"{path}/events",
@@ -91,6 +111,15 @@ class Job(BaseModel):
                 picture=f"{path}/result.png" if has_result else None,
             ),
         )
+
+
+def _webhook(record: JobRecord) -> JobWebhook | None:
+    if record.webhook is None:
+        return None
+    # Receivers often put what is secret in the query.
+    url = urlsplit(record.webhook.url)._replace(query="", fragment="").geturl()
+    delivery = record.delivery or Delivery()
+    return JobWebhook(url=url, **dict(delivery))
 
 
 class JobPage(BaseModel):

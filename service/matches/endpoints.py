@@ -4,7 +4,7 @@ from fastapi import APIRouter, Response
 
 from service.jobs.schemas import Job
 from service.matches.schemas import MatchRequest
-from service.orders import ACCEPTED, JobOrder, accepted, use_shapes
+from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
 from service.problems import (
     BadRequest,
     BodyStalled,
@@ -45,6 +45,7 @@ def create_match(
     """Match two shapes: find the correspondence of least distortion between samples of them."""
     record = service.queue.asked_before(order)
     if record is None:
+        order = told_to(service, asked, order)
         record = service.queue.submit_match(_payload(asked, service), order)
     return accepted(record, service, response)
 

@@ -2,12 +2,13 @@
 
 from pydantic import ConfigDict, Field
 
+from service.orders import JobRequest
 from worker.contracts import MatchParameters
 
 _SHAPE_ID = r"^[0-9a-zA-Z_-]{1,64}$"
 
 
-class MatchRequest(MatchParameters):
+class MatchRequest(MatchParameters, JobRequest):
     """Two shapes, and how to match them."""
 
     model_config = ConfigDict(
@@ -17,6 +18,10 @@ class MatchRequest(MatchParameters):
                     "source": "9b74c9897bac770ffc029102a200c5de",
                     "target": "37b51d194a7513e45b56f6524f2d51f2",
                     "points": 32,
+                    "webhook": {
+                        "url": "https://example.org/isomatch",
+                        "secret": "at-least-sixteen-characters",
+                    },
                 },
                 {
                     "source": "9b74c9897bac770ffc029102a200c5de",

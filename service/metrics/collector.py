@@ -72,7 +72,12 @@ def _present(queue: JobQueue) -> Iterator[Metric]:
     shapes = GaugeMetricFamily(
         "isomatch_shapes", "Shapes that are kept.", value=client.zcard(keys.SHAPES)
     )
-    yield from (waiting, running, workers, kept, shapes)
+    webhooks = GaugeMetricFamily(
+        "isomatch_webhooks_pending",
+        "Jobs that have ended and whose webhook is still to be delivered.",
+        value=queue.store.webhooks.pending(),
+    )
+    yield from (waiting, running, workers, kept, shapes, webhooks)
 
 
 def _counted(counts: Counts) -> Iterator[Metric]:

@@ -30,6 +30,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         summary="Non-rigid shape matching",
         description=DESCRIPTION,
         routes=app.routes,
+        webhooks=app.webhooks.routes,
         license_info={"name": "MIT", "identifier": "MIT"},
     )
     components = schema.setdefault("components", {}).setdefault("schemas", {})
@@ -39,6 +40,9 @@ def document(app: FastAPI) -> dict[str, Any]:
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
     components |= problem.pop("$defs", {})
     components["Problem"] = problem
+    for calls in schema.get("webhooks", {}).values():
+        for call in calls.values():
+            call["responses"].pop("422", None)
     _mark_files(components)
     _say_who_may_call(schema)
     schema["components"]["schemas"] = dict(sorted(components.items()))

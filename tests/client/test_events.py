@@ -20,6 +20,7 @@ JOB = {
     "position": 0,
     "error": None,
     "caller": None,
+    "webhook": None,
 }
 
 

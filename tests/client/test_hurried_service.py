@@ -1,5 +1,6 @@
-"""A service that takes small files only and lets nobody wait for their validation."""
+"""A service that takes small files only, lets nobody wait for their validation, and wants a key."""
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,18 +10,25 @@ import pytest
 
 from demo.stack import running_stack
 from tests.client.shapes import blob_meshes
+from tests.receiver import receiving
 
 LIMIT = 30_000
 SETTINGS = {
     "ISOMATCH_VALIDATION_WAIT": "0",
     "ISOMATCH_MAX_UPLOAD_BYTES": str(LIMIT),
     "ISOMATCH_WORKERS": "1",
+    "ISOMATCH_API_KEYS": "alice:the-key-of-alice",
+    "ISOMATCH_WEBHOOK_NETWORKS": "127.0.0.0/8",
+    "ISOMATCH_WEBHOOK_PAUSE": "0.1",
 }
 
 
 @pytest.fixture(scope="module")
 def client() -> Iterator[isomatch.Client]:
-    with running_stack(SETTINGS) as stack, isomatch.Client(stack.url) as client:
+    with (
+        running_stack(SETTINGS) as stack,
+        isomatch.Client(stack.url, api_key="the-key-of-alice") as client,
+    ):
         yield client
 
 
@@ -47,3 +55,34 @@ def test_a_file_over_the_limit(client: isomatch.Client, tmp_path: Path) -> None:
     with pytest.raises(isomatch.TooLarge, match=str(LIMIT)) as refusal:
         client.upload(path)
     assert refusal.value.status == 413
+
+
+@pytest.mark.parametrize("key", [None, "the-key-of-bob"])
+def test_strangers_are_told_what_they_need(client: isomatch.Client, key: str | None) -> None:
+    with (
+        isomatch.Client(client.base_url, api_key=key) as stranger,
+        pytest.raises(isomatch.Unauthorized, match="API key"),
+    ):
+        stranger.upload(b"OFF", file_type="off")
+
+
+def test_a_receiver_is_told_of_the_end(client: isomatch.Client) -> None:
+    mesh = blob_meshes()[0]
+    shape = client.upload((mesh.vertices, mesh.faces[:1000]))
+    secret = "known to both of them"
+    with receiving() as receiver:
+        receiver.answers = [500]
+        hook: isomatch.Webhook = {"url": f"http://127.0.0.1:{receiver.port}/", "secret": secret}
+        job = client.match(shape, shape, points=8, eigenpairs=30, webhook=hook).wait()
+        assert job.caller == "alice"
+        first, second = receiver.wait(2)
+        for request in (first, second):
+            signature = request.headers["isomatch-signature"]
+            told = isomatch.verify_webhook(request.body, signature, secret)
+            assert (told.job.id, told.job.state) == (job.id, job.state)
+        deadline = time.monotonic() + 30
+        while (webhook := job.refresh().webhook) and webhook.state == "pending":
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+    assert webhook is not None
+    assert (webhook.state, webhook.attempts, webhook.status) == ("delivered", 2, 204)

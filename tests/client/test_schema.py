@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
-from isomatch import Match, MatchParameters, Problem, Shape, Structures
+from isomatch import Match, MatchParameters, Problem, Shape, Structures, Webhook, WebhookEvent
 from isomatch._models import JobRecord, Page
 from isomatch._parameters import StructureChoice
 from pydantic import BaseModel
@@ -133,7 +133,21 @@ def test_all_parts_of_a_result_are_always_there(part: str, path: tuple[str]) -> 
 def test_match_takes_the_parameters_of_the_schema() -> None:
     body = match_body()
     assert set(body["required"]) == {"source", "target"}
-    assert set(body["properties"]) == {"source", "target", *MatchParameters.__annotations__}
+    named = {"source", "target", "webhook"}
+    assert set(body["properties"]) == {*named, *MatchParameters.__annotations__}
+    webhook = dereferenced(body["properties"]["webhook"]["anyOf"][0], OPENAPI)
+    assert set(webhook["required"]) == Webhook.__required_keys__
+    assert set(webhook["properties"]) == set(Webhook.__annotations__)
+
+
+def test_what_receivers_are_told_is_that_of_the_schema() -> None:
+    request = OPENAPI["webhooks"]["job-ended"]["post"]["requestBody"]
+    served = dereferenced(request["content"]["application/json"]["schema"], OPENAPI)
+    ours = WebhookEvent.model_json_schema(mode="serialization")
+    # The service's own words for kinds and states are plain text there.
+    state = ours["$defs"]["EndedJob"]["properties"]["state"]
+    state.pop("enum")
+    assert takes(form(ours, ours), form(served, OPENAPI))
 
 
 def kinds(schema: Schema) -> set[str]:

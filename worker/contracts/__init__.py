@@ -13,6 +13,7 @@ from worker.contracts.dissimilarities import (
     PartialDissimilarities,
 )
 from worker.contracts.jobs import (
+    DeliveryPayload,
     DissimilaritiesPayload,
     JobKind,
     JobRecord,
@@ -40,6 +41,7 @@ from worker.contracts.results import (
 )
 from worker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
 from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey
+from worker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
 
 __all__ = [
     "MESH_FORMATS",
@@ -48,6 +50,9 @@ __all__ = [
     "SPECTRUM_VERSION",
     "Alternative",
     "Correspondence",
+    "Delivery",
+    "DeliveryPayload",
+    "DeliveryState",
     "DescriptorName",
     "DissimilaritiesPayload",
     "DissimilarityParameters",
@@ -77,6 +82,8 @@ __all__ = [
     "Structures",
     "TurnPayload",
     "ValidationPayload",
+    "Webhook",
+    "WebhookEvent",
     "catalogue",
     "file_type_of",
     "shape_id",

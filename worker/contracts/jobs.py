@@ -10,6 +10,7 @@ from worker.contracts.dissimilarities import DissimilarityParameters
 from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import Problem
 from worker.contracts.spectra import SpectrumKey
+from worker.contracts.webhooks import Delivery, Webhook
 
 
 class JobKind(StrEnum):
@@ -21,6 +22,7 @@ class JobKind(StrEnum):
     SPECTRUM = "spectrum"
     VALIDATION = "validation"
     PICTURE = "picture"
+    WEBHOOK = "webhook"
 
     @property
     def has_result(self) -> bool:
@@ -114,13 +116,22 @@ class PicturePayload(_Payload):
     job: str = Field(description="Id of the job whose result is drawn.")
 
 
+class DeliveryPayload(_Payload):
+    """Tell the receiver of a job's webhook that it has ended."""
+
+    kind: Literal[JobKind.WEBHOOK] = JobKind.WEBHOOK
+    job: str = Field(description="Id of the job that has ended.")
+    attempt: int = Field(ge=1, description="Which try this is.")
+
+
 Payload: TypeAlias = Annotated[
     ValidationPayload
     | SpectrumPayload
     | MatchPayload
     | DissimilaritiesPayload
     | TurnPayload
-    | PicturePayload,
+    | PicturePayload
+    | DeliveryPayload,
     Field(discriminator="kind"),
 ]
 
@@ -135,11 +146,13 @@ class JobRecord(BaseModel):
     created: datetime
     request_id: str | None = None
     caller: str | None = None
+    webhook: Webhook | None = None
     state: JobState = JobState.QUEUED
     progress: Progress = Progress(stage="queued", fraction=0.0)
     started: datetime | None = None
     ended: datetime | None = None
     error: Problem | None = None
+    delivery: Delivery | None = None
 
     @property
     def kind(self) -> JobKind:

@@ -4,6 +4,8 @@ import hashlib
 from dataclasses import dataclass
 from typing import Self
 
+from worker.contracts.webhooks import Webhook
+
 
 @dataclass(frozen=True)
 class Once:
@@ -53,11 +55,14 @@ class Order:
         Name of the API key it came with; None where none is asked for.
     once
         How the request is known again, if its sender wants it to be.
+    webhook
+        Whom to tell when the job has ended.
     """
 
     request_id: str | None = None
     caller: str | None = None
     once: Once | None = None
+    webhook: Webhook | None = None
 
 
 def _digest(*parts: bytes) -> str:

@@ -14,6 +14,7 @@ from worker.store.parts import Offer, Parts, StageCounts, Taken
 from worker.store.shapes import Shapes
 from worker.store.spectra import Spectra, SpectrumCounts
 from worker.store.tallies import Tallies
+from worker.store.webhooks import Webhooks
 
 __all__ = [
     "InvalidCursor",
@@ -32,6 +33,7 @@ __all__ = [
     "Taken",
     "Tallies",
     "TooManyQueued",
+    "Webhooks",
     "connect",
 ]
 
@@ -44,7 +46,7 @@ class Store:
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, jobs, orders, parts, spectra, tallies
+    shapes, jobs, orders, parts, spectra, tallies, webhooks
         What is kept there, by subject.
     """
 
@@ -55,6 +57,7 @@ class Store:
     parts: Parts
     spectra: Spectra
     tallies: Tallies
+    webhooks: Webhooks
 
     @classmethod
     def open(cls, settings: StoreSettings, patience: float, pause: float = 1.0) -> Self:
@@ -92,6 +95,7 @@ class Store:
             Parts(client, settings),
             Spectra(cache, client, settings),
             Tallies(client),
+            Webhooks(client),
         )
 
     def check(self) -> None:

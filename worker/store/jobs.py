@@ -21,7 +21,7 @@ from typing import Final
 from redis import Redis
 from redis.client import Pipeline
 
-from worker.contracts import JobKind, JobRecord, JobState, Problem, Progress
+from worker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress
 from worker.store import keys, scripts
 from worker.store.connections import StoreSettings
 from worker.store.listings import Listing, Page
@@ -30,7 +30,7 @@ from worker.store.replies import blob, text
 LISTED_KINDS = frozenset(kind for kind in JobKind if kind.has_result)
 """Kinds of jobs that users ask for; the others serve them and are not listed."""
 
-_KEPT: Final = {"id", "payload", "created", "request_id", "caller"}
+_KEPT: Final = {"id", "payload", "created", "request_id", "caller", "webhook"}
 """What of a job's record never changes."""
 
 
@@ -59,6 +59,8 @@ class Jobs:
             "stage": record.progress.stage,
             "fraction": str(record.progress.fraction),
         }
+        if record.webhook is not None:
+            fields["webhook"] = record.webhook.url
         if record.kind in LISTED_KINDS:
             fields["quota"] = keys.queued_by(record.caller)
         pipe.hset(keys.job(record.id), mapping=fields)
@@ -215,14 +217,14 @@ class Jobs:
     def _script(self, script: str, job_id: str, *arguments: str | bytes | int) -> object:
         names = [keys.job(job_id), keys.ACTIVE_JOBS]
         names += [keys.jobs_in(state) for state in JobState]
-        names += [keys.TALLIES, keys.job_result(job_id)]
+        names += [keys.TALLIES, keys.WEBHOOKS, keys.job_result(job_id)]
         values: Sequence[str | bytes | int] = [job_id, *arguments]
         return self.client.eval(script, len(names), *names, *values)
 
 
 def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
     fields = {text(name): text(value) for name, value in reply.items()}
-    error = fields.get("error")
+    error, delivery = fields.get("error"), fields.get("delivery")
     return JobRecord.model_validate_json(fields["record"]).model_copy(
         update={
             "state": JobState(fields["state"]),
@@ -230,6 +232,7 @@ def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
             "started": _time(fields.get("started")),
             "ended": _time(fields.get("ended")),
             "error": None if error is None else Problem.model_validate_json(error),
+            "delivery": None if delivery is None else Delivery.model_validate_json(delivery),
         }
     )
 

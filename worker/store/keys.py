@@ -22,6 +22,9 @@ RECOVERY: Final = PREFIX + "recovery"
 TALLIES: Final = PREFIX + "tallies"
 """Hash of counters over all processes: jobs, failures, times."""
 
+WEBHOOKS: Final = PREFIX + "webhooks"
+"""Sorted set of the ids of jobs that have ended and are still to be told of, by when to try."""
+
 READY: Final = PREFIX + "ready"
 """Written to see whether the store takes anything."""
 

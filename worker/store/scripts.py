@@ -33,6 +33,9 @@ local function finish(from, to, now, ttl)
     redis.call('ZREM', KEYS[2], ARGV[1])
     redis.call('HSET', KEYS[1], 'ended', now)
     redis.call('EXPIRE', KEYS[1], ttl)
+    if redis.call('HEXISTS', KEYS[1], 'webhook') == 1 then
+        redis.call('ZADD', KEYS[9], redis.call('TIME')[1], ARGV[1])
+    end
 end
 local function requeue(from)
     move(from, 'queued')
@@ -43,7 +46,7 @@ local state = redis.call('HGET', KEYS[1], 'state')
 local runner = redis.call('HGET', KEYS[1], 'runner')
 """
 # KEYS of the scripts below: 1 the job, 2 the active jobs, 3 to 7 the index of each state, 8 the
-# tallies.
+# tallies, 9 the webhooks.
 # ARGV[1] is the job's id. Each gives the state the job is in afterwards, or false if there is none.
 
 CLAIM: Final = (
@@ -65,7 +68,7 @@ FINISH: Final = (
     _MOVE
     + """
 -- ARGV: 2 runner, 3 now, 4 record's ttl, 5 end state, 6 error or '', 7 result or '', 8 its ttl
--- KEYS: 9 result
+-- KEYS: 10 result
 if state == ARGV[5] and runner == ARGV[2] then
     return state
 end
@@ -73,7 +76,7 @@ if state ~= 'running' or runner ~= ARGV[2] then
     return state
 end
 if ARGV[7] ~= '' then
-    redis.call('SET', KEYS[9], ARGV[7], 'EX', ARGV[8])
+    redis.call('SET', KEYS[10], ARGV[7], 'EX', ARGV[8])
 end
 if ARGV[6] ~= '' then
     blame(ARGV[6])
@@ -159,6 +162,31 @@ redis.call('HSET', KEYS[1], 'stage', ARGV[2], 'fraction', ARGV[3])
 return 1
 """
 """Note progress; 0 when the job is cancelled or no longer this runner's."""
+
+RESCHEDULE: Final = """
+-- KEYS: 1 webhooks.  ARGV: 1 job, 2 when it was due, 3 when it is due again
+local due = redis.call('ZSCORE', KEYS[1], ARGV[1])
+if not due or tonumber(due) ~= tonumber(ARGV[2]) then
+    return 0
+end
+redis.call('ZADD', KEYS[1], ARGV[3], ARGV[1])
+return 1
+"""
+"""Take on a webhook that is due; 0 if somebody else has."""
+
+NOTE_DELIVERY: Final = """
+-- KEYS: 1 job, 2 webhooks.  ARGV: 1 job's id, 2 how it went, 3 when it is due again or ''
+local there = redis.call('EXISTS', KEYS[1]) == 1
+if there then
+    redis.call('HSET', KEYS[1], 'delivery', ARGV[2])
+end
+if there and ARGV[3] ~= '' then
+    redis.call('ZADD', KEYS[2], ARGV[3], ARGV[1])
+else
+    redis.call('ZREM', KEYS[2], ARGV[1])
+end
+"""
+"""Note how a webhook went, unless its job has expired."""
 
 RELEASE: Final = """
 if redis.call('GET', KEYS[1]) == ARGV[1] then
