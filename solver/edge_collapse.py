@@ -74,9 +74,7 @@ def collapse_edges(
             continue
         _move_corners(u, v, faces, first, links, valence)
         into[u] = v
-        for row in range(4):
-            for column in range(4):
-                quadrics[v, row, column] += quadrics[u, row, column]
+        _add(quadrics[u], quadrics[v])
         left -= 1
         ring[0] = v
         count = 1 + _neighbours(v, faces, first, links, ring[1:])
@@ -148,6 +146,13 @@ def _best(
         ):
             least, best = cost, v
     return least, best
+
+
+@kernel
+def _add(given: FloatArray, total: FloatArray) -> None:
+    for row in range(4):
+        for column in range(4):
+            total[row, column] += given[row, column]
 
 
 @kernel
