@@ -3,23 +3,28 @@
 import io
 
 import numpy as np
+import numpy.typing as npt
 
+from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, largest_component
 from solver.simplification import simplified
 from worker.contracts import SpectrumKey
 
 
 def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
-    """Return a mesh as the bytes of an ``.npz`` file, exact to the last bit."""
+    """Return a mesh as the bytes of an ``.npz`` file, exact to the last bit.
+
+    Of a mesh that can be uploaded they are less than what Redis takes as one value.
+    """
     stream = io.BytesIO()
     np.savez(
         stream,
         vertices=mesh.vertices,
-        faces=mesh.faces,
-        vertex_ids=mesh.vertex_ids,
+        faces=_compact(mesh.faces),
+        vertex_ids=_compact(mesh.vertex_ids),
         colors=np.empty((0, 3)) if mesh.colors is None else mesh.colors,
         warnings=np.array(mesh.warnings, dtype=np.str_),
-        merged=mesh.merged,
+        merged=_compact(mesh.merged),
     )
     return stream.getvalue()
 
@@ -29,13 +34,21 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return TriangleMesh(
             vertices=arrays["vertices"],
-            faces=arrays["faces"],
-            vertex_ids=arrays["vertex_ids"],
+            faces=arrays["faces"].astype(np.int64),
+            vertex_ids=arrays["vertex_ids"].astype(np.int64),
             colors=arrays["colors"] if len(arrays["colors"]) else None,
             warnings=tuple(str(warning) for warning in arrays["warnings"]),
-            # Shapes of before repairs have none.
-            merged=arrays["merged"] if "merged" in arrays else np.zeros((0, 2), dtype=np.int64),
+            # Shapes that were stored before there were repairs have none.
+            merged=(
+                arrays["merged"].astype(np.int64)
+                if "merged" in arrays
+                else np.zeros((0, 2), dtype=np.int64)
+            ),
         )
+
+
+def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:
+    return numbers.astype(np.int32) if numbers.max(initial=0) < 2**31 else numbers
 
 
 def mesh_of(key: SpectrumKey, whole: TriangleMesh) -> TriangleMesh:

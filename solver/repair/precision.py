@@ -13,6 +13,9 @@ _WORTH_SAYING, _TOO_COARSE = 1e-3, 0.5
 """Grid of the coordinates in lengths of a typical edge."""
 
 
+_MOST_SINGLE = float(np.finfo(np.float32).max)
+
+
 def checked_precision(soup: TriangleSoup) -> TriangleSoup:
     """Warn if the shape lies so far from the origin that its coordinates are coarse.
 
@@ -48,7 +51,7 @@ def _grid(vertices: FloatArray, magnitude: float) -> float:
     whatever is the coarsest that holds all coordinates.
     """
     grid = double = float(np.spacing(magnitude))
-    if magnitude < np.finfo(np.float32).max and (vertices.astype(np.float32) == vertices).all():
+    if magnitude < _MOST_SINGLE and (vertices.astype(np.float32) == vertices).all():
         grid = float(np.spacing(np.float32(magnitude)))
     for digits in range(3, 10):
         decimal = 10.0 ** (np.floor(np.log10(magnitude)) + 1.0 - digits)

@@ -344,6 +344,10 @@ def moved_by_a_hundred_million(mesh: TriangleMesh) -> Damaged:
     return _damaged(mesh, mesh.vertices - 1e8)
 
 
+def huge_and_far_away(mesh: TriangleMesh) -> Damaged:
+    return _damaged(mesh, 1e38 * mesh.vertices + 1e41, scale=1e38)
+
+
 def small_and_far_away(mesh: TriangleMesh) -> Damaged:
     return _damaged(mesh, 1e-3 * mesh.vertices + 1e3, scale=1e-3)
 
@@ -398,6 +402,7 @@ HARMLESS: Mapping[Damage, str] = {
     tiny: "",
     moved_by_a_million: "",
     moved_by_a_hundred_million: "",
+    huge_and_far_away: "",
     small_and_far_away: "",
 }
 """The surface is the same, and all distances on it; with what the user is told."""

@@ -306,6 +306,11 @@ def test_the_cache_keeps_what_was_used_last(store: Store, settings: WorkerSettin
     assert spectra.has(a)
 
 
+def test_a_spectrum_that_redis_takes_not_as_one_value_is_not_cached(store: Store) -> None:
+    assert not store.spectra.put(SpectrumKey("a", 10), bytes(513 * 1024**2))
+    assert not store.spectra.has(SpectrumKey("a", 10))
+
+
 def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings) -> None:
     spectra = small_cache(store, settings, cache_ttl=0)
     a, b = SpectrumKey("a", 10), SpectrumKey("b", 10)

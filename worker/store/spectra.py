@@ -6,6 +6,7 @@ Signatures, which are made of spectra, are kept with them, under names of their 
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from redis import Redis
 
@@ -13,6 +14,9 @@ from worker.contracts import SpectrumKey
 from worker.store import keys, scripts
 from worker.store.connections import StoreSettings
 from worker.store.replies import blob
+
+_LARGEST: Final = 500 * 1024**2
+"""Bytes of one value; Redis hangs up on whoever sends more than 512 MiB."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,9 @@ class Spectra:
         return found
 
     def put(self, key: SpectrumKey | str, spectrum: bytes) -> bool:
-        """Cache a spectrum, or a signature by its name; False if it alone is over the budget."""
+        """Cache a spectrum, or a signature by its name; False if it alone is too large."""
+        if len(spectrum) > _LARGEST:
+            return False
         now = time.time()
         stored = self.cache.eval(
             scripts.CACHE_PUT,
