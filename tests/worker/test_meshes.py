@@ -21,7 +21,7 @@ def test_stored_meshes_come_back(mesh: TriangleMesh) -> None:
         np.testing.assert_array_equal(getattr(again, field), getattr(mesh, field))
         assert getattr(again, field).dtype == getattr(mesh, field).dtype
     assert (again.colors is None) is (mesh.colors is None)
-    assert mesh.colors is None or (again.colors == mesh.colors).all()
+    np.testing.assert_array_equal(again.colors, mesh.colors)
     assert again.warnings == mesh.warnings
 
 
