@@ -12,7 +12,9 @@ from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
 from service import health, problems, webhooks
+from service.dissimilarities import endpoints as dissimilarities
 from service.jobs import endpoints as jobs
+from service.jobs import results
 from service.matches import endpoints as matches
 from service.metrics import endpoints as metrics
 from service.metrics.collector import StoreCollector
@@ -67,7 +69,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     app.add_middleware(RequestContext)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
     app.webhooks.include_router(webhooks.router)
-    for part in (shapes, structures, matches, jobs, health, metrics):
+    for part in (shapes, structures, matches, dissimilarities, jobs, results, health, metrics):
         app.include_router(part.router)
 
     def openapi() -> dict[str, Any]:

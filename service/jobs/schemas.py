@@ -19,6 +19,10 @@ class JobLinks(BaseModel):
     events: str = Field(description="The job as it changes, as server-sent events.")
     result: str | None = Field(description="Its result, for kinds that have one.")
     picture: str | None = Field(description="Its result as a picture.")
+    arrays: str | None = Field(description="Its result as NumPy arrays, for kinds that have them.")
+    partial: str | None = Field(
+        description="What is known of its result while it runs, for kinds that are done in parts."
+    )
 
 
 class JobWebhook(Delivery):
@@ -59,6 +63,8 @@ class Job(BaseModel):
                         "events": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/events",
                         "result": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result",
                         "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
+                        "arrays": None,
+                        "partial": None,
                     },
                 }
             ]
@@ -90,7 +96,8 @@ class Job(BaseModel):
     def of(cls, record: JobRecord, queue: JobQueue) -> Self:
         """Return a stored job as the API shows it."""
         path = f"/v1/jobs/{record.id}"
-        has_result = record.kind is JobKind.MATCH
+        has_result = record.kind.has_result
+        in_parts = record.kind is JobKind.DISSIMILARITIES
         error = record.error
         return cls(
             id=record.id,
@@ -109,6 +116,8 @@ class Job(BaseModel):
                 events=f"{path}/events",
                 result=f"{path}/result" if has_result else None,
                 picture=f"{path}/result.png" if has_result else None,
+                arrays=f"{path}/result.npz" if in_parts else None,
+                partial=f"/v1/dissimilarities/{record.id}" if in_parts else None,
             ),
         )
 

@@ -18,6 +18,8 @@ Correspondences of minimum distortion between non-rigid shapes, with certificate
 3. `GET /v1/jobs/{id}?wait=60`: wait for it.
 4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: take it.
 
+A collection is compared by `POST /v1/dissimilarities`, whose job is waited for in the same way.
+
 Whatever goes wrong is told as `application/problem+json` (RFC 9457).
 """
 

@@ -1,0 +1,1 @@
+"""Dissimilarities: comparing a collection of shapes."""

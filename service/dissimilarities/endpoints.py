@@ -1,0 +1,173 @@
+"""``/v1/dissimilarities``."""
+
+import gzip
+import json
+from collections.abc import Mapping
+
+from fastapi import APIRouter, Response
+
+from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
+from service.dissimilarities.schemas import DissimilaritiesRequest
+from service.jobs.lookup import AcceptEncoding, JobId, job_with_result, json_answer, packed_result
+from service.jobs.schemas import Job
+from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
+from service.problems import (
+    BadRequest,
+    BodyStalled,
+    IdempotencyKeyReused,
+    InvalidRequest,
+    JobExpired,
+    JobNotFound,
+    JobWithoutResult,
+    ResultExpired,
+    TooManyJobs,
+    UnknownShape,
+    UploadTooLarge,
+    responses,
+)
+from service.requests import MOST_FIELDS
+from service.state import Service, ServiceOf
+from service.structures.colors import check_colors
+from worker.contracts import (
+    DissimilaritiesPayload,
+    FieldProblem,
+    JobRecord,
+    JobState,
+    PartialDissimilarities,
+    ShapeRecord,
+)
+from worker.contracts.dissimilarities import PAIRS, RESULT
+from worker.queue import new_job
+
+router = APIRouter(prefix="/v1/dissimilarities", tags=["dissimilarities"])
+
+
+@router.post(
+    "",
+    status_code=202,
+    responses={
+        202: ACCEPTED,
+        **responses(
+            InvalidRequest,
+            UnknownShape,
+            BadRequest,
+            UploadTooLarge,
+            BodyStalled,
+            IdempotencyKeyReused,
+            TooManyJobs,
+        ),
+    },
+    operation_id="create_dissimilarities",
+)
+def create_dissimilarities(
+    asked: DissimilaritiesRequest, service: ServiceOf, order: JobOrder, response: Response
+) -> Job:
+    """Compare shapes, all with all: the least distortion of a few points of each two, proven.
+
+    Workers share the pairs among them; what is known already can be looked at meanwhile. Other jobs
+    are begun in between.
+    """
+    record = service.queue.asked_before(order)
+    if record is None:
+        order = told_to(service, asked, order)
+        record = service.queue.submit(new_job(_payload(asked, service), order), order.once)
+    return accepted(record, service, response)
+
+
+@router.get(
+    "/{job_id}",
+    response_model=PartialDissimilarities,
+    responses=responses(JobNotFound, JobExpired, JobWithoutResult, ResultExpired, InvalidRequest),
+    operation_id="get_dissimilarities",
+)
+def get_dissimilarities(
+    job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = ""
+) -> Response:
+    """Return the dissimilarities that are known so far of a job that compares shapes."""
+    record = job_with_result(service, job_id)
+    payload = record.payload
+    if not isinstance(payload, DissimilaritiesPayload):
+        raise JobWithoutResult(f"A {record.kind.value} compares no collection.")
+    count = len(payload.shapes)
+    matrix, done = _known(service, record, count)
+    fields = {
+        "job": record.id,
+        "state": record.state.value,
+        "shapes": payload.shapes,
+        "labels": payload.labels,
+        "pairs": number_of_pairs(count),
+        "pairs_done": done,
+        "matrix": matrix,
+    }
+    text = json.dumps(fields, allow_nan=False, separators=(",", ":"))
+    return json_answer(gzip.compress(text.encode(), compresslevel=1), accept_encoding)
+
+
+def _known(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:
+    parts = service.store.parts
+    if record.state is JobState.RUNNING:
+        counts = parts.counts(record.id)
+        found = parts.results(record.id, PAIRS) if counts.stage in (PAIRS, RESULT) else {}
+        size = _size(counts.size, counts.stage, found, count)
+        if found or counts.stage:
+            return known_matrix(count, size, found.items())
+        # It has ended just now, or not begun.
+        latest = service.store.jobs.state(record.id)
+        record = record.model_copy(update={"state": latest or record.state})
+    if record.state is JobState.SUCCEEDED:
+        matrix: Matrix = json.loads(gzip.decompress(packed_result(service, record.id)))["matrix"]
+        return matrix, number_of_pairs(count)
+    return known_matrix(count, 1, ())
+
+
+def _size(size: int, stage: str, found: Mapping[int, bytes], count: int) -> int:
+    # All parts but the last are of this size; while the result is made, all are there.
+    return size if stage == PAIRS else max(len(found.get(0, b"")) // 8, 1)
+
+
+def _payload(asked: DissimilaritiesRequest, service: Service) -> DissimilaritiesPayload:
+    _refuse(_repeated(asked))
+    named = {f"body.shapes.{place}": shape for place, shape in enumerate(asked.shapes)}
+    shapes = use_shapes(service, named)
+    check_colors(asked, shapes)
+    _refuse(_unusable(asked, shapes))
+    return DissimilaritiesPayload(
+        shapes=asked.shapes, labels=asked.labels, parameters=asked.parameters()
+    )
+
+
+def _repeated(asked: DissimilaritiesRequest) -> list[FieldProblem]:
+    first: dict[str, int] = {}
+    wrong = []
+    for place, shape in enumerate(asked.shapes):
+        if shape in first:
+            message = f"this shape is the same as shapes.{first[shape]}; give each once"
+            wrong.append(FieldProblem(field=f"body.shapes.{place}", message=message))
+        first.setdefault(shape, place)
+    return wrong
+
+
+def _unusable(
+    asked: DissimilaritiesRequest, shapes: Mapping[str, ShapeRecord]
+) -> list[FieldProblem]:
+    wrong = []
+    for field, shape in shapes.items():
+        if shape.vertices < asked.points:
+            message = f"it has {shape.vertices} vertices, and {asked.points} `points` are matched"
+            wrong.append(FieldProblem(field=field, message=message))
+        elif shape.components > 1 and not asked.largest_component:
+            message = (
+                f"it has {shape.components} components, with infinite distances between them;"
+                " ask for `largest_component`, or leave it out"
+            )
+            wrong.append(FieldProblem(field=field, message=message))
+    return wrong
+
+
+def _refuse(wrong: list[FieldProblem]) -> None:
+    if not wrong:
+        return
+    detail = "These shapes cannot be compared; `errors` says why."
+    if len(wrong) > MOST_FIELDS:
+        detail += f" The first {MOST_FIELDS} of {len(wrong)} are named."
+    raise InvalidRequest(detail, tuple(wrong[:MOST_FIELDS]))

@@ -1,0 +1,66 @@
+"""What is asked when a collection of shapes is to be compared."""
+
+from typing import Annotated
+
+from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator
+
+from service.orders import JobRequest
+from service.shapes.names import showable
+from worker.contracts import MOST_SHAPES, DissimilarityParameters
+
+ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
+Label = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
+
+_ONE = "9b74c9897bac770ffc029102a200c5de"
+_OTHER = "37b51d194a7513e45b56f6524f2d51f2"
+_THIRD = "8c7dd922ad47494fc02c388e12c00eac"
+
+
+class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
+    """A collection of shapes, and how to compare them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"shapes": [_ONE, _OTHER, _THIRD], "labels": ["cat", "cat", "dog"]},
+                {
+                    "shapes": [_ONE, _OTHER, _THIRD],
+                    "points": 8,
+                    "metric": {"name": "diffusion", "time": 0.02},
+                    "objective": "linf",
+                },
+            ]
+        }
+    )
+
+    # A JSON array arrives as a list, which is not strictly a tuple.
+    shapes: tuple[ShapeId, ...] = Field(
+        min_length=2,
+        max_length=MOST_SHAPES,
+        strict=False,
+        description="Ids of the shapes, each once; all are compared with all.",
+    )
+    labels: tuple[Label, ...] | None = Field(
+        default=None,
+        strict=False,
+        description="Class of each shape, in the order of `shapes`: retrieval is scored by them,"
+        " and the heat map ordered.",
+    )
+
+    @field_validator("labels")
+    @classmethod
+    def _one_for_each(
+        cls, labels: tuple[str, ...] | None, info: ValidationInfo
+    ) -> tuple[str, ...] | None:
+        shapes = info.data.get("shapes")
+        if labels is not None and shapes is not None and len(labels) != len(shapes):
+            raise ValueError(
+                f"Input should have a label for each shape: there are {len(labels)} labels and"
+                f" {len(shapes)} shapes"
+            )
+        return labels
+
+    def parameters(self) -> DissimilarityParameters:
+        """Return only how to compare."""
+        values = {name: getattr(self, name) for name in DissimilarityParameters.model_fields}
+        return DissimilarityParameters.model_construct(**values)

@@ -1,0 +1,115 @@
+"""``/v1/jobs/{id}/result``: as a document, as a picture, as arrays."""
+
+from typing import Any, Final
+
+from fastapi import APIRouter, Request, Response
+from starlette.concurrency import run_in_threadpool
+
+from service.jobs.lookup import (
+    AcceptEncoding,
+    JobId,
+    job_with_result,
+    json_answer,
+    packed_result,
+    result_expired,
+)
+from service.problems import (
+    InvalidRequest,
+    JobExpired,
+    JobNotFound,
+    JobWithoutResult,
+    PictureNotReady,
+    Reported,
+    ResultExpired,
+    ResultNotReady,
+    ShapeDeleted,
+    responses,
+)
+from service.state import Caller, RequestId, Service, ServiceOf
+from worker.contracts import DissimilarityResult, JobKind, MatchResult, Order, PicturePayload
+from worker.queue import new_job
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+
+_ERRORS: Final = responses(
+    JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
+)
+
+
+def _file(description: str, media_type: str) -> dict[str, Any]:
+    schema = {"type": "string", "format": "binary"}
+    return {"description": description, "content": {media_type: {"schema": schema}}}
+
+
+@router.get(
+    "/{job_id}/result",
+    response_model=MatchResult | DissimilarityResult,
+    responses=_ERRORS,
+    operation_id="get_result",
+)
+def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
+    """Return the result of a job: a match, or the dissimilarities of a collection."""
+    return json_answer(packed_result(service, job_id), accept_encoding)
+
+
+@router.get(
+    "/{job_id}/result.npz",
+    response_class=Response,
+    responses={200: _file("The arrays", "application/x-npz"), **_ERRORS},
+    operation_id="get_arrays",
+)
+def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
+    """Return the dissimilarities of a collection as NumPy arrays, in full precision.
+
+    The file needs no pickle to be read: `shapes` and `labels`, `matrix` (K, K), and for the pairs
+    (0, 1), (0, 2), ..., (1, 2), ... `lower_bounds` and `certified`; `nearest` has the places of
+    each shape's nearest neighbours.
+    """
+    record = job_with_result(service, job_id)
+    if record.kind is not JobKind.DISSIMILARITIES:
+        raise JobWithoutResult(f"A {record.kind.value} makes no arrays; ask for its result.")
+    packed_result(service, job_id)
+    arrays = service.store.jobs.arrays(job_id)
+    if arrays is None:
+        raise result_expired()
+    return Response(arrays, media_type="application/x-npz")
+
+
+@router.get(
+    "/{job_id}/result.png",
+    response_class=Response,
+    responses={
+        200: _file("The picture", "image/png"),
+        **_ERRORS,
+        **responses(ResultExpired, JobExpired, ShapeDeleted, PictureNotReady),
+    },
+    operation_id="get_picture",
+)
+async def get_picture(
+    job_id: JobId, service: ServiceOf, request_id: RequestId, caller: Caller, request: Request
+) -> Response:
+    """Draw the result of a job.
+
+    Of a match, both shapes, with corresponding points in the same colour; of dissimilarities, a
+    heat map, in the order of the labels.
+    """
+    picture = await run_in_threadpool(service.store.jobs.picture, job_id)
+    if picture is None:
+        await run_in_threadpool(packed_result, service, job_id)
+        order = Order(request_id, caller)
+        drawing = await run_in_threadpool(_submit_picture, service, job_id, order)
+        record = await service.wait_for(drawing, service.settings.picture_wait, request)
+        picture = await run_in_threadpool(service.store.jobs.picture, job_id)
+        if picture is None:
+            if record is not None and record.error is not None:
+                raise Reported(record.error)
+            raise PictureNotReady("The picture takes long to draw; ask again.")
+    return Response(picture, media_type="image/png")
+
+
+def _submit_picture(service: Service, drawn: str, order: Order) -> str:
+    job = new_job(PicturePayload(job=drawn), order)
+    holder = service.store.jobs.picture_job(drawn, job.id)
+    if holder == job.id:
+        service.queue.submit(job)
+    return holder
