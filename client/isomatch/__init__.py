@@ -9,6 +9,7 @@
 from importlib.metadata import version as _version
 
 from isomatch._client import Client
+from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._errors import (
     BadRequest,
     Conflict,
@@ -50,7 +51,7 @@ from isomatch._models import (
     StructureParameter,
     Structures,
 )
-from isomatch._parameters import MatchParameters
+from isomatch._parameters import DissimilarityParameters, MatchParameters
 from isomatch._problem import FieldProblem, Problem
 from isomatch._refinement import RefinedPoint, Refinement
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
@@ -64,6 +65,8 @@ __all__ = [
     "Conflict",
     "ConnectionFailed",
     "Correspondence",
+    "Dissimilarities",
+    "DissimilarityParameters",
     "Distortion",
     "EndedJob",
     "FieldProblem",
@@ -82,6 +85,7 @@ __all__ = [
     "MatchParameters",
     "MeshLike",
     "NotFound",
+    "PartialDissimilarities",
     "Problem",
     "ProblemError",
     "Progress",

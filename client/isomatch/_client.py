@@ -1,17 +1,19 @@
 """The client: the way in."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import Final, Unpack
 
 import httpx2
 
 from isomatch import _operations as operations
+from isomatch._dissimilarities import Dissimilarities
 from isomatch._job import Job
+from isomatch._match import Match
 from isomatch._meshes import MeshSource
 from isomatch._models import JobState, Shape, Structures
-from isomatch._parameters import MatchParameters
+from isomatch._parameters import DissimilarityParameters, MatchParameters
 from isomatch._transport import BlockingTransport
 from isomatch._webhooks import Webhook
 
@@ -169,7 +171,7 @@ class Client:
         webhook: Webhook | None = None,
         idempotency_key: str | None = None,
         **parameters: Unpack[MatchParameters],
-    ) -> Job:
+    ) -> Job[Match]:
         """Start to match two shapes, once even if a broken connection has the request repeated.
 
         Parameters
@@ -201,6 +203,49 @@ class Client:
         start = operations.start_match(
             _id(source), _id(target), parameters, webhook, idempotency_key
         )
+        return Job(self._transport, self._transport.run(start))
+
+    def dissimilarities(
+        self,
+        shapes: Iterable[Shape | str],
+        labels: Iterable[str] | None = None,
+        *,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+        **parameters: Unpack[DissimilarityParameters],
+    ) -> Job[Dissimilarities]:
+        """Start to compare all shapes of a collection with one another.
+
+        Parameters
+        ----------
+        shapes
+            The shapes or their ids, two or more, each once.
+        labels
+            Class of each shape, by which retrieval is scored and the heat map ordered.
+        webhook, idempotency_key
+            As for :meth:`match`.
+        **parameters
+            See :class:`~isomatch.DissimilarityParameters`. Only those that are given are sent.
+
+        Returns
+        -------
+        job
+            ``job.result()`` waits for the :class:`~isomatch.Dissimilarities`; ``job.partial()``
+            are those that are known already.
+
+        Raises
+        ------
+        UnknownShape
+            There is no such shape; the message says which.
+        InvalidRequest
+            A shape cannot be compared, or a parameter has a value without meaning; the message
+            says which.
+        TypeError
+            There is no such parameter.
+        """
+        ids = [_id(shape) for shape in shapes]
+        given = None if labels is None else list(labels)
+        start = operations.start_dissimilarities(ids, given, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def job(self, job_id: str) -> Job:

@@ -6,22 +6,27 @@ from collections.abc import Generator
 from contextlib import closing
 from datetime import datetime
 from pathlib import Path
+from typing import Any, Generic, Self, cast
 
 import httpx2
+from typing_extensions import TypeVar
 
 from isomatch import _operations as operations
+from isomatch._dissimilarities import PartialDissimilarities
 from isomatch._errors import ConnectionFailed
 from isomatch._events import EventReader
 from isomatch._exchange import RETRY_PAUSES, describe
-from isomatch._match import Match
 from isomatch._models import JobRecord, JobState, JobWebhook, Progress
 from isomatch._problem import Problem
 from isomatch._progress import ProgressBar
+from isomatch._result import Result
 from isomatch._transport import BlockingTransport
 
+ResultT = TypeVar("ResultT", bound=Result, default=Any)
 
-class Job:
-    """A job on the service.
+
+class Job(Generic[ResultT]):
+    """A job on the service, with a result of a kind: a match, or dissimilarities.
 
     The attributes say what the service said last; :meth:`refresh` asks again. Methods raise
     :class:`~isomatch.ConnectionFailed` and :class:`~isomatch.ProblemError` besides what they name.
@@ -99,12 +104,12 @@ class Job:
         """Why it failed."""
         return self._record.error
 
-    def refresh(self) -> "Job":
+    def refresh(self) -> Self:
         """Ask the service how the job is, and return the job."""
         self._record = self._transport.run(operations.get_job(self.id))
         return self
 
-    def wait(self, timeout: float | None = None) -> "Job":
+    def wait(self, timeout: float | None = None) -> Self:
         """Wait until the job has ended, in whatever way, and return it.
 
         Raises
@@ -116,7 +121,7 @@ class Job:
             self._record = self._transport.run(operations.wait_for_job(self.id, timeout))
         return self
 
-    def follow(self) -> Generator["Job"]:
+    def follow(self) -> Generator[Self]:
         """Go through the job as it changes, as the service tells of it, until it has ended.
 
         Yields the job itself, at once and after each change; a connection that breaks is taken
@@ -141,7 +146,7 @@ class Job:
                 return
             time.sleep(RETRY_PAUSES[max(failures - 1, 0)])
 
-    def result(self, progress: bool = False, timeout: float | None = None) -> Match:
+    def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
         """Wait for the job's end and return its result.
 
         Parameters
@@ -166,9 +171,9 @@ class Job:
                 self._record = self._transport.run(waiting)
         else:
             self.wait(timeout)
-        return self._transport.run(operations.get_result(self._record))
+        return cast(ResultT, self._transport.run(operations.get_result(self._record)))
 
-    def cancel(self) -> "Job":
+    def cancel(self) -> Self:
         """Cancel the job, whether it is queued or running, and return it.
 
         A job that has ended stays as it is.
@@ -197,3 +202,25 @@ class Job:
             The file cannot be written.
         """
         Path(path).write_bytes(self.picture())
+
+    def save_arrays(self, path: str | os.PathLike[str]) -> None:
+        """Write dissimilarities in full precision to a NumPy file, ``.npz``.
+
+        Raises
+        ------
+        Conflict
+            There is no result (yet), or it is a match.
+        OSError
+            The file cannot be written.
+        """
+        Path(path).write_bytes(self._transport.run(operations.get_arrays(self.id)))
+
+    def partial(self) -> PartialDissimilarities:
+        """Return the dissimilarities that are known so far.
+
+        Raises
+        ------
+        Conflict
+            The job failed, or compares no collection.
+        """
+        return self._transport.run(operations.get_partial(self.id))

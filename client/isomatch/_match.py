@@ -1,19 +1,18 @@
 """The result of a match."""
 
-import os
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import FiniteFloat, PrivateAttr
+from pydantic import FiniteFloat
 
 from isomatch._models import Alternative, Correspondences, Level
 from isomatch._parameters import MatchParameters
 from isomatch._refinement import Refinement
+from isomatch._result import Result
 
 
-class Match(Correspondences):
+class Match(Result, Correspondences):
     """A minimum-distortion correspondence, with what is proven of it.
 
     Attributes
@@ -68,36 +67,7 @@ class Match(Correspondences):
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 
-    _document: bytes | None = PrivateAttr(default=None)
-
-    @classmethod
-    def from_json(cls, document: bytes | str) -> "Match":
-        """Read a result document, as the service answers it or :meth:`save` wrote it.
-
-        Raises
-        ------
-        pydantic.ValidationError
-            It is not a result document.
-        """
-        match = cls.model_validate_json(document)
-        match._document = document.encode() if isinstance(document, str) else document
-        return match
-
     @cached_property
     def unmatched_vertices(self) -> npt.NDArray[np.int64]:
         """Source vertices left unmatched, shape (m,), int64."""
         return np.array(self.unmatched, dtype=np.int64)
-
-    def to_json(self) -> bytes:
-        """Return the result document exactly as the service sent it."""
-        return self._document or self.model_dump_json().encode()
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the result document to a file, exactly as the service sent it.
-
-        Raises
-        ------
-        OSError
-            The file cannot be written.
-        """
-        Path(path).write_bytes(self.to_json())

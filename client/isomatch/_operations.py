@@ -1,7 +1,7 @@
 """One operation for each thing a client can ask; see :mod:`isomatch._exchange`."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 from urllib.parse import quote
 from uuid import uuid4
@@ -9,12 +9,14 @@ from uuid import uuid4
 import numpy as np
 from pydantic import ValidationError
 
+from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._errors import JobCancelled, JobFailed, UnexpectedResponse, WaitTimeout
 from isomatch._exchange import Call, Json, Operation, Pause, parsed, send, unexpected
 from isomatch._match import Match
 from isomatch._meshes import MeshSource, mesh_file
 from isomatch._models import JobRecord, JobState, Page, Shape, Structures
-from isomatch._parameters import MatchParameters, check_names
+from isomatch._parameters import DissimilarityParameters, MatchParameters, check_names
+from isomatch._result import Result
 from isomatch._webhooks import Webhook
 
 LONG_POLL: Final = 20.0
@@ -80,11 +82,35 @@ def start_match(
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue a match; `key` makes it the same request when it is sent again."""
-    check_names(parameters)
+    check_names(parameters, MatchParameters.__annotations__)
     body: dict[str, Json] = {"source": source, "target": target}
     for parameter, value in parameters.items():
         body[parameter] = _plain(value)
     return (yield from start_job("/v1/matches", body, webhook, key))
+
+
+def start_dissimilarities(
+    shapes: Sequence[str],
+    labels: Sequence[str] | None,
+    parameters: DissimilarityParameters,
+    webhook: Webhook | None,
+    key: str | None,
+) -> Operation[JobRecord]:
+    """Queue the comparison of a collection; `key` makes it the same request when sent again."""
+    check_names(parameters, DissimilarityParameters.__annotations__, "dissimilarities")
+    body: dict[str, Json] = {"shapes": list(shapes)}
+    if labels is not None:
+        body["labels"] = [str(label) for label in labels]
+    for parameter, value in parameters.items():
+        body[parameter] = _plain(value)
+    return (yield from start_job("/v1/dissimilarities", body, webhook, key))
+
+
+def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
+    """Ask for the dissimilarities that are known so far."""
+    return parsed(
+        PartialDissimilarities, (yield from send(Call("GET", _path("dissimilarities", job_id))))
+    )
 
 
 def start_job(
@@ -173,7 +199,13 @@ def wait_for_job(
             raise WaitTimeout(f"job {job_id}", timeout)
 
 
-def get_result(record: JobRecord) -> Operation[Match]:
+_RESULTS: Final[Mapping[str, type[Result]]] = {
+    "match": Match,
+    "dissimilarities": Dissimilarities,
+}
+
+
+def get_result(record: JobRecord) -> Operation[Result]:
     """Ask for the result of a job that has ended.
 
     Raises
@@ -187,7 +219,7 @@ def get_result(record: JobRecord) -> Operation[Match]:
         raise JobCancelled(record.id)
     response = yield from send(Call("GET", _path("jobs", record.id, "result")))
     try:
-        return Match.from_json(response.content)
+        return _RESULTS.get(record.kind, Match).from_json(response.content)
     except ValidationError as error:
         raise unexpected(response, error) from error
 
@@ -195,6 +227,12 @@ def get_result(record: JobRecord) -> Operation[Match]:
 def get_picture(job_id: str) -> Operation[bytes]:
     """Ask for the picture of a job's result."""
     response = yield from send(Call("GET", _path("jobs", job_id, "result.png")))
+    return response.content
+
+
+def get_arrays(job_id: str) -> Operation[bytes]:
+    """Ask for a job's result as arrays."""
+    response = yield from send(Call("GET", _path("jobs", job_id, "result.npz")))
     return response.content
 
 

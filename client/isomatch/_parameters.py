@@ -1,7 +1,8 @@
-"""The parameters of a match: one list for the SDK, the command line and the answers."""
+"""The parameters of jobs: one list for the SDK, the command line and the answers."""
 
+from collections.abc import Mapping
 from contextlib import suppress
-from typing import Any, Final, TypeAlias
+from typing import Any, TypeAlias
 
 # Pydantic reads a TypedDict of the standard library only from Python 3.12 on.
 from typing_extensions import TypedDict
@@ -93,22 +94,71 @@ class MatchParameters(TypedDict, total=False):
     time_limit: float | None
 
 
-PARAMETER_NAMES: Final = frozenset(MatchParameters.__annotations__)
+class DissimilarityParameters(TypedDict, total=False):
+    """Keyword arguments of :meth:`isomatch.Client.dissimilarities`; all may be left out.
+
+    What is left out takes the service's default (in brackets).
+
+    Attributes
+    ----------
+    points
+        Points of each shape, all of which are matched, to proven optimality, 3 to 10 [6].
+    metric
+        Distance whose distortion is measured: a name, or a dictionary of its ``"name"`` and its
+        parameters, such as ``{"name": "diffusion", "time": 0.02}`` [``"commute_time"``].
+    descriptor
+        Local descriptor of the first-order term, given likewise; it is not looked at without a
+        `first_order_weight` [``"si_hks"``].
+    first_order_weight
+        Weight of the first-order (descriptor) term, 0 to 1e6 [0.0].
+    objective
+        What the dissimilarity of two shapes is: ``"l2"``, the least energy (5) of a matched point,
+        or ``"linf"``, the least greatest distortion of a distance, twice the Gromov-Hausdorff
+        distance of the matched points [``"l2"``].
+    eigenpairs
+        Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
+    largest_component
+        Compare the largest component of a shape that has several, which is refused otherwise
+        [False].
+    simplify
+        Vertices to which a shape that has more is simplified first; None for no simplification
+        [None].
+    """
+
+    points: int
+    metric: StructureChoice
+    descriptor: StructureChoice
+    first_order_weight: float
+    objective: str
+    eigenpairs: int
+    largest_component: bool
+    simplify: int | None
 
 
-def check_names(parameters: MatchParameters) -> None:
+def check_names(
+    given: Mapping[str, object], known: Mapping[str, object], method: str = "match"
+) -> None:
     """Refuse a misspelt parameter before anything is sent, as Python refuses a misspelt argument.
+
+    Parameters
+    ----------
+    given
+        The parameters.
+    known
+        Those there are, such as ``MatchParameters.__annotations__``.
+    method
+        Who takes them.
 
     Raises
     ------
     TypeError
-        A name is not a parameter of a match.
+        A name is not a parameter.
     """
-    unknown = sorted(set(parameters) - PARAMETER_NAMES)
+    unknown = sorted(set(given) - set(known))
     if unknown:
         raise TypeError(
-            f"match() got unexpected parameter {', '.join(map(repr, unknown))}; "
-            f"it takes {', '.join(sorted(PARAMETER_NAMES))}"
+            f"{method}() got unexpected parameter {', '.join(map(repr, unknown))}; "
+            f"it takes {', '.join(sorted(known))}"
         )
 
 

@@ -1,7 +1,7 @@
 """Results as tables for a terminal or a text file."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 from itertools import repeat
 
@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Column, Table
 from rich.text import Text
 
+from isomatch._dissimilarities import Dissimilarities
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._models import Shape, Structure, StructureParameter, Structures
@@ -25,6 +26,11 @@ def standard_output() -> Console:
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = FILE_WIDTH
     return console
+
+
+def standard_error() -> Console:
+    """Return the console that is told what is not the result."""
+    return Console(stderr=True)
 
 
 def print_match(match: Match, console: Console) -> None:
@@ -66,6 +72,10 @@ def match_summary(match: Match) -> Table:
         "unmatched": str(len(match.unmatched)),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }
+    return _named_values(rows)
+
+
+def _named_values(rows: Mapping[str, str]) -> Table:
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in rows.items():
         table.add_row(name, Text(value))
@@ -85,6 +95,55 @@ def certified_levels(match: Match) -> str:
         f"{level.points} points" if level.certified else f"not {level.points}"
         for level in match.levels
     )
+
+
+def print_dissimilarities(
+    result: Dissimilarities, names: Mapping[str, str], console: Console
+) -> None:
+    """Print a collection: each shape, what it is most like, and what is proven of that.
+
+    Parameters
+    ----------
+    result
+        The dissimilarities.
+    names
+        What the shapes are called, by their ids.
+    console
+        Where they are printed.
+    """
+    called = [names.get(shape, shape) for shape in result.shapes]
+    columns = [Column("shape"), Column("nearest"), Column("dissimilarity", justify="right")]
+    labels = result.labels
+    if labels is not None:
+        columns.insert(1, Column("label"))
+        columns.append(Column("average precision", justify="right"))
+    table = Table(*columns, box=SIMPLE_HEAD, pad_edge=False)
+    for place, (name, ranked) in enumerate(zip(called, result.nearest, strict=True)):
+        row = [name, called[ranked[0]], f"{result.matrix[place, ranked[0]]:.6g}"]
+        if labels is not None:
+            precision = (result.average_precisions or ())[place]
+            row.insert(1, labels[place])
+            row.append("alone" if precision is None else f"{precision:.3f}")
+        table.add_row(*map(Text, row))
+    console.print(table)
+    console.print(_collection_summary(result))
+    print_warnings(result.warnings, console)
+
+
+def _collection_summary(result: Dissimilarities) -> Table:
+    count = len(result.shapes)
+    pairs = count * (count - 1) // 2
+    rows = {
+        "pairs": str(pairs),
+        "certified": "all of them"
+        if result.certified
+        else f"all but {len(result.uncertified)} of them",
+        "seconds": f"{result.timings['total']:.2f}" if "total" in result.timings else "unknown",
+    }
+    if result.mean_average_precision is not None and result.precision_at_1 is not None:
+        rows["mean average precision"] = f"{result.mean_average_precision:.4f}"
+        rows["precision at 1"] = f"{result.precision_at_1:.4f}"
+    return _named_values(rows)
 
 
 def print_shapes(shapes: Iterable[Shape], console: Console) -> None:

@@ -1,24 +1,28 @@
 """The command line: ``isomatch match a.off b.obj`` and what goes with it."""
 
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from types import FrameType
+from collections.abc import Iterable
 from typing import Annotated, Any, cast
 
 import typer
-from rich.console import Console
 
 from isomatch import _render as render
-from isomatch._client import DEFAULT_URL, URL_VARIABLE, Client
-from isomatch._errors import ConnectionFailed, IsomatchError
-from isomatch._job import Job
+from isomatch._client import DEFAULT_URL
 from isomatch._models import JobState
-from isomatch._parameters import MatchParameters, StructureChoice, structure_choice
-
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it."""
+from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._shell import (
+    AsJson,
+    Mesh,
+    Meshes,
+    Output,
+    Picture,
+    Url,
+    class_of,
+    connected,
+    finish,
+    run,
+    structure_choices,
+    uploaded,
+)
 
 app = typer.Typer(
     name="isomatch",
@@ -28,78 +32,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-
-Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
-Mesh = Annotated[
-    Path,
-    typer.Argument(exists=True, dir_okay=False, readable=True, help="OFF, OBJ, PLY, STL or GLB."),
-]
-Output = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Write the result to this JSON file.")
-]
-Picture = Annotated[
-    Path | None, typer.Option("--picture", help="Write a picture of the result to this PNG file.")
-]
-
-
-@contextmanager
-def _connected(url: str) -> Iterator[Client]:
-    """Open a client; say in one line what goes wrong, and leave with exit code 1."""
-    try:
-        with Client(url) as client:
-            yield client
-    except ConnectionFailed as error:
-        _leave(f"{error} (start one with `make serve`, or say where it is with --url)")
-    except (IsomatchError, OSError, ValueError) as error:
-        _leave(str(error))
-    except KeyboardInterrupt:
-        typer.echo("interrupted", err=True)
-        raise typer.Exit(INTERRUPTED) from None
-
-
-@contextmanager
-def _interrupts_deferred() -> Iterator[None]:
-    """Hold a first Ctrl-C back until the end: a job whose id is not known cannot be cancelled."""
-    interrupted = False
-
-    def hold_back(number: int, frame: FrameType | None) -> None:
-        nonlocal interrupted
-        if interrupted:
-            raise KeyboardInterrupt
-        interrupted = True
-
-    before = signal.signal(signal.SIGINT, hold_back)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if interrupted:
-        raise KeyboardInterrupt
-
-
-def _leave(message: str) -> None:
-    typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
-    raise typer.Exit(1) from None
-
-
-def _structures(given: list[str] | None) -> list[StructureChoice]:
-    try:
-        return [structure_choice(text) for text in given or ()]
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-
-
-def _finish(job: Job, as_json: bool, output: Path | None, picture: Path | None) -> None:
-    result = job.result(progress=True)
-    if output is not None:
-        result.save(output)
-    if picture is not None:
-        job.save_picture(picture)
-    if as_json:
-        typer.echo(result.to_json())
-    else:
-        render.print_match(result, render.standard_output())
 
 
 @app.command()
@@ -173,8 +105,8 @@ def match(
         "level_factor": level_factor,
         "oversampling": oversampling,
         "rho": rho,
-        "metric": _structures(metric),
-        "descriptor": _structures(descriptor),
+        "metric": structure_choices(metric),
+        "descriptor": structure_choices(descriptor),
         "beta": beta,
         "first_order_weight": first_order_weight,
         "occlusion_cost": occlusion_cost,
@@ -188,21 +120,73 @@ def match(
         "time_limit": time_limit,
     }
     parameters = {name: value for name, value in given.items() if value not in (None, [])}
-    with _connected(url) as client:
-        first, second = client.upload(source), client.upload(target)
-        console = Console(stderr=True)
-        for path, shape in ((source, first), (target, second)):
-            render.print_warnings([f"{path.name}: {text}" for text in shape.warnings], console)
-        job: Job | None = None
-        try:
-            with _interrupts_deferred():
-                job = client.match(first, second, **cast(MatchParameters, parameters))
-            _finish(job, as_json, output, picture)
-        except KeyboardInterrupt:
-            if job is not None:
-                job.cancel()
-                typer.echo(f"job {job.id} cancelled", err=True)
-            raise
+    with connected(url) as client:
+        first, second = uploaded(client, [source, target])
+        wanted = cast(MatchParameters, parameters)
+        run(lambda: client.match(first, second, **wanted), as_json, output, picture)
+
+
+@app.command()
+def compare(
+    meshes: Meshes,
+    labels: Annotated[
+        str | None,
+        typer.Option(help="Class of each mesh, as in cat,cat,dog: retrieval is scored by them."),
+    ] = None,
+    labels_from_names: Annotated[
+        bool,
+        typer.Option(
+            "--labels-from-names", help="A mesh's class is its file's name up to the first digit."
+        ),
+    ] = False,
+    points: Annotated[int | None, typer.Option(help="Points of each mesh, 3 to 10.")] = None,
+    metric: Annotated[str | None, typer.Option(help="A metric, as in diffusion:time=0.02.")] = None,
+    descriptor: Annotated[str | None, typer.Option(help="A descriptor, likewise.")] = None,
+    first_order_weight: Annotated[
+        float | None, typer.Option(help="Weight of the first-order term.")
+    ] = None,
+    objective: Annotated[
+        str | None, typer.Option(help="l2, or linf: the greatest distortion.")
+    ] = None,
+    eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
+    largest_component: Annotated[
+        bool | None,
+        typer.Option("--largest-component", help="Compare the largest component of a mesh."),
+    ] = None,
+    simplify: Annotated[
+        int | None, typer.Option(help="Vertices to which larger meshes are simplified.")
+    ] = None,
+    as_json: AsJson = False,
+    output: Output = None,
+    picture: Picture = None,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Compare meshes, all with all, and print how dissimilar they are."""
+    given: dict[str, Any] = {
+        "points": points,
+        "metric": metric and structure_choices([metric])[0],
+        "descriptor": descriptor and structure_choices([descriptor])[0],
+        "first_order_weight": first_order_weight,
+        "objective": objective,
+        "eigenpairs": eigenpairs,
+        "largest_component": largest_component,
+        "simplify": simplify,
+    }
+    parameters = {name: value for name, value in given.items() if value is not None}
+    classes = None if labels is None else labels.split(",")
+    if labels_from_names:
+        classes = [class_of(mesh) for mesh in meshes]
+    with connected(url) as client:
+        shapes = uploaded(client, meshes)
+        wanted = cast(DissimilarityParameters, parameters)
+        names = {shape.id: mesh.stem for shape, mesh in zip(shapes, meshes, strict=True)}
+        run(
+            lambda: client.dissimilarities(shapes, classes, **wanted),
+            as_json,
+            output,
+            picture,
+            names,
+        )
 
 
 @app.command()
@@ -214,18 +198,18 @@ def result(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Print the result of a job, waiting for it if need be."""
-    with _connected(url) as client:
-        _finish(client.job(job_id), as_json, output, picture)
+    with connected(url) as client:
+        finish(client.job(job_id), as_json, output, picture)
 
 
 @app.command()
 def upload(
-    meshes: Annotated[list[Path], typer.Argument(exists=True, dir_okay=False)],
+    meshes: Meshes,
     as_json: AsJson = False,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Upload meshes; the same file again costs nothing."""
-    with _connected(url) as client:
+    with connected(url) as client:
         shapes = [client.upload(mesh) for mesh in meshes]
         if as_json:
             _echo_models(shape.model_dump_json() for shape in shapes)
@@ -233,13 +217,13 @@ def upload(
             render.print_shapes(shapes, render.standard_output())
             for shape in shapes:
                 warnings = [f"{shape.name}: {text}" for text in shape.warnings]
-                render.print_warnings(warnings, Console(stderr=True))
+                render.print_warnings(warnings, render.standard_error())
 
 
 @app.command()
 def structures(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
     """List the metrics and descriptors that can be chosen."""
-    with _connected(url) as client:
+    with connected(url) as client:
         found = client.structures()
         if as_json:
             typer.echo(found.model_dump_json())
@@ -250,7 +234,7 @@ def structures(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
 @app.command()
 def shapes(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
     """List the uploaded shapes."""
-    with _connected(url) as client:
+    with connected(url) as client:
         if as_json:
             _echo_models(shape.model_dump_json() for shape in client.shapes())
         else:
@@ -266,7 +250,7 @@ def jobs(
     url: Url = DEFAULT_URL,
 ) -> None:
     """List the jobs."""
-    with _connected(url) as client:
+    with connected(url) as client:
         found = client.jobs(cast(JobState | None, state))
         if as_json:
             _echo_models(job.record.model_dump_json() for job in found)
@@ -277,12 +261,12 @@ def jobs(
 @app.command()
 def cancel(job_id: str, url: Url = DEFAULT_URL) -> None:
     """Cancel a job, whether it is queued or running."""
-    with _connected(url) as client:
+    with connected(url) as client:
         job = client.job(job_id).cancel()
         typer.echo(f"job {job.id} is {job.state}", err=True)
 
 
-def _echo_models(documents: Iterator[str]) -> None:
+def _echo_models(documents: Iterable[str]) -> None:
     typer.echo("[" + ",\n".join(documents) + "]")
 
 

@@ -1,12 +1,12 @@
-"""What is asked when a collection of shapes is to be compared."""
+"""What is asked when a collection of shapes is to be compared, and what is known meanwhile."""
 
 from typing import Annotated
 
-from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from service.orders import JobRequest
 from service.shapes.names import showable
-from worker.contracts import MOST_SHAPES, DissimilarityParameters
+from worker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
 
 ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 Label = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
@@ -64,3 +64,19 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
         """Return only how to compare."""
         values = {name: getattr(self, name) for name in DissimilarityParameters.model_fields}
         return DissimilarityParameters.model_construct(**values)
+
+
+class PartialDissimilarities(BaseModel):
+    """Dissimilarities as far as they are known."""
+
+    model_config = ConfigDict(frozen=True)
+
+    job: str = Field(description="Id of the job that computes them.")
+    state: JobState = Field(description="State of that job.")
+    shapes: tuple[str, ...] = Field(description="Ids of the shapes, K of them.")
+    labels: tuple[str, ...] | None = Field(description="Their labels, if any were given.")
+    pairs: int = Field(description="Pairs of shapes there are.")
+    pairs_done: int = Field(description="Pairs of shapes whose dissimilarity is known.")
+    matrix: tuple[tuple[float | None, ...], ...] = Field(
+        description="Dissimilarities, K rows of K; null where they are not known yet."
+    )

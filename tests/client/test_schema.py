@@ -7,7 +7,18 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
-from isomatch import Match, MatchParameters, Problem, Shape, Structures, Webhook, WebhookEvent
+from isomatch import (
+    Dissimilarities,
+    DissimilarityParameters,
+    Match,
+    MatchParameters,
+    PartialDissimilarities,
+    Problem,
+    Shape,
+    Structures,
+    Webhook,
+    WebhookEvent,
+)
 from isomatch._models import JobRecord, Page
 from isomatch._parameters import StructureChoice
 from pydantic import BaseModel
@@ -43,6 +54,8 @@ def form(schema: Schema, root: Schema) -> Any:
     if "const" in schema:
         return {"kind": {str: "string", int: "integer"}[type(schema["const"])]}
     kind = schema.get("type")
+    if kind == "array" and "prefixItems" in schema:
+        return {"fixed": [form(item, root) for item in schema["prefixItems"]]}
     if kind == "array":
         return {"each": form(schema["items"], root)}
     if kind == "object" and "properties" in schema:
@@ -78,8 +91,15 @@ def answer(method: str, path: str, status: str = "200") -> Schema:
     return dereferenced(schema, OPENAPI)
 
 
-def match_body() -> Schema:
-    body = OPENAPI["paths"]["/v1/matches"]["post"]["requestBody"]
+def result_of(kind: str) -> Schema:
+    """One of the forms a result may have."""
+    options = answer("get", "/v1/jobs/{}/result")["anyOf"]
+    (chosen,) = (option for option in options if option["$ref"].endswith(f"/{kind}"))
+    return dereferenced(chosen, OPENAPI)
+
+
+def body_of(path: str) -> Schema:
+    body = OPENAPI["paths"][path]["post"]["requestBody"]
     return dereferenced(body["content"]["application/json"]["schema"], OPENAPI)
 
 
@@ -93,9 +113,17 @@ ANSWERS: list[tuple[str, type[BaseModel], str, str, str]] = [
     ("job", JobRecord, "get", "/v1/jobs/{}", "200"),
     ("cancelled job", JobRecord, "delete", "/v1/jobs/{}", "200"),
     ("jobs", Page[JobRecord], "get", "/v1/jobs", "200"),
-    ("result", Match, "get", "/v1/jobs/{}/result", "200"),
+    ("queued comparison", JobRecord, "post", "/v1/dissimilarities", "202"),
+    ("partial matrix", PartialDissimilarities, "get", "/v1/dissimilarities/{}", "200"),
     ("problem", Problem, "get", "/v1/shapes/{}", "404"),
 ]
+
+
+def agree(model: type[BaseModel], served: Schema) -> bool:
+    ours = model.model_json_schema(mode="serialization")
+    # What the client cannot do without, the service must always send.
+    needed = {name for name, field in model.model_fields.items() if field.is_required()}
+    return takes(form(ours, ours), form(served, OPENAPI)) and needed <= set(served["required"])
 
 
 @pytest.mark.parametrize(
@@ -105,12 +133,14 @@ ANSWERS: list[tuple[str, type[BaseModel], str, str, str]] = [
 def test_the_models_are_those_of_the_schema(
     model: type[BaseModel], method: str, path: str, status: str
 ) -> None:
-    served = answer(method, path, status)
-    ours = model.model_json_schema(mode="serialization")
-    assert takes(form(ours, ours), form(served, OPENAPI))
-    # What the client cannot do without, the service must always send.
-    needed = {name for name, field in model.model_fields.items() if field.is_required()}
-    assert needed <= set(served["required"])
+    assert agree(model, answer(method, path, status))
+
+
+@pytest.mark.parametrize(
+    ("model", "kind"), [(Match, "MatchResult"), (Dissimilarities, "DissimilarityResult")]
+)
+def test_the_results_are_those_of_the_schema(model: type[BaseModel], kind: str) -> None:
+    assert agree(model, result_of(kind))
 
 
 @pytest.mark.parametrize(
@@ -123,18 +153,27 @@ def test_the_models_are_those_of_the_schema(
     ],
 )
 def test_all_parts_of_a_result_are_always_there(part: str, path: tuple[str]) -> None:
-    result = answer("get", "/v1/jobs/{}/result")
+    result = result_of("MatchResult")
     schema = dereferenced(result["properties"][path[0]], OPENAPI)
     schema = dereferenced(schema.get("items", schema), OPENAPI)
     ours = Match.model_json_schema(mode="serialization")["$defs"][part]
     assert set(ours["required"]) <= set(schema["required"])
 
 
-def test_match_takes_the_parameters_of_the_schema() -> None:
-    body = match_body()
-    assert set(body["required"]) == {"source", "target"}
-    named = {"source", "target", "webhook"}
-    assert set(body["properties"]) == {*named, *MatchParameters.__annotations__}
+PARAMETERS: list[tuple[str, type, set[str]]] = [
+    ("/v1/matches", MatchParameters, {"source", "target", "webhook"}),
+    ("/v1/dissimilarities", DissimilarityParameters, {"shapes", "labels", "webhook"}),
+]
+every_job = pytest.mark.parametrize(("path", "parameters", "others"), PARAMETERS)
+
+
+@every_job
+def test_the_parameters_are_those_of_the_schema(
+    path: str, parameters: type, others: set[str]
+) -> None:
+    body = body_of(path)
+    assert set(body["required"]) == others - {"labels", "webhook"}
+    assert set(body["properties"]) == others | set(parameters.__annotations__)
     webhook = dereferenced(body["properties"]["webhook"]["anyOf"][0], OPENAPI)
     assert set(webhook["required"]) == Webhook.__required_keys__
     assert set(webhook["properties"]) == set(Webhook.__annotations__)
@@ -161,7 +200,10 @@ def kinds(schema: Schema) -> set[str]:
     return {schema["type"]}
 
 
-def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
+@every_job
+def test_the_types_of_the_parameters_are_those_of_the_schema(
+    path: str, parameters: type, others: set[str]
+) -> None:
     python = {
         int: {"integer"},
         float: {"number"},
@@ -170,6 +212,7 @@ def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
         int | None: {"integer", "null"},
         float | None: {"number", "null"},
         str | None: {"string", "null"},
+        StructureChoice: {"string", "object"},
         StructureChoice | list[StructureChoice]: {
             "string",
             "object",
@@ -177,19 +220,22 @@ def test_the_types_of_the_parameters_are_those_of_the_schema() -> None:
             "array of object",
         },
     }
-    served = match_body()["properties"]
-    hints = inspect.get_annotations(MatchParameters, eval_str=True)
+    served = body_of(path)["properties"]
+    hints = inspect.get_annotations(parameters, eval_str=True)
     for name, hint in hints.items():
         assert kinds(served[name]) == python[hint], name
 
 
-def test_the_documented_defaults_are_those_of_the_schema() -> None:
-    text = inspect.getdoc(MatchParameters)
+@every_job
+def test_the_documented_defaults_are_those_of_the_schema(
+    path: str, parameters: type, others: set[str]
+) -> None:
+    text = inspect.getdoc(parameters)
     assert text is not None
     attributes = text.split("Attributes\n----------\n")[1]
     paragraphs = dict(re.findall(r"(?m)^(\w+)\n((?: .*\n?)+)", attributes))
-    served = match_body()["properties"]
-    assert set(paragraphs) == set(MatchParameters.__annotations__)
+    served = body_of(path)["properties"]
+    assert set(paragraphs) == set(parameters.__annotations__)
     for name, paragraph in paragraphs.items():
         found = re.search(r"\[(``)?(.*?)(``)?\]\.?\s*$", " ".join(paragraph.split()))
         assert found is not None, name

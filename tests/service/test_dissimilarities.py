@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from service.dissimilarities.partial import known_matrix, number_of_pairs
+from service.dissimilarities.schemas import PartialDissimilarities
 from tests.service.conftest import Api, Json, problem
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
@@ -17,7 +18,6 @@ from worker.contracts import (
     DissimilarityParameters,
     DissimilarityResult,
     JobState,
-    PartialDissimilarities,
 )
 
 Upload = Callable[..., Json]

@@ -10,7 +10,6 @@ from worker.contracts.dissimilarities import (
     NEIGHBOURS,
     DissimilarityParameters,
     DissimilarityResult,
-    PartialDissimilarities,
 )
 from worker.contracts.jobs import (
     DeliveryPayload,
@@ -69,7 +68,6 @@ __all__ = [
     "MetricName",
     "Once",
     "Order",
-    "PartialDissimilarities",
     "Payload",
     "PicturePayload",
     "Problem",

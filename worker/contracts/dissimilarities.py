@@ -166,19 +166,3 @@ class DissimilarityResult(BaseModel):
     timings: dict[str, FiniteFloat] = Field(
         description='Seconds of all workers by stage, and "total", the seconds from the start.'
     )
-
-
-class PartialDissimilarities(BaseModel):
-    """Dissimilarities as far as they are known."""
-
-    model_config = ConfigDict(frozen=True)
-
-    job: str = Field(description="Id of the job that computes them.")
-    state: str = Field(description="State of that job.")
-    shapes: tuple[str, ...] = Field(description="Ids of the shapes, K of them.")
-    labels: tuple[str, ...] | None = Field(description="Their labels, if any were given.")
-    pairs: int = Field(description="Pairs of shapes there are.")
-    pairs_done: int = Field(description="Pairs of shapes whose dissimilarity is known.")
-    matrix: tuple[tuple[float | None, ...], ...] = Field(
-        description="Dissimilarities, K rows of K; null where they are not known yet."
-    )
