@@ -16,7 +16,7 @@ from solver.descriptors import (
     wave_kernel_signature,
 )
 from solver.errors import MeshError, OptionError
-from solver.geodesics import GeodesicGraph
+from solver.geodesics import DEFAULT_GEODESIC_METHOD, GEODESIC_METHODS, geodesics
 from solver.mesh import TriangleMesh
 from solver.metrics import (
     BiharmonicMetric,
@@ -74,13 +74,15 @@ class Shape:
         the parameters of structures that are lengths, areas or times.
     eigenpairs
         Number of eigenpairs that spectral metrics and descriptors use, the constant included.
+    geodesic_method
+        How geodesic distances are computed, one of `GEODESIC_METHODS`.
 
     Raises
     ------
     MeshError
         The mesh has several components.
     OptionError
-        `eigenpairs` is less than 2.
+        `eigenpairs` is less than 2, or there is no such method.
     """
 
     def __init__(
@@ -90,6 +92,7 @@ class Shape:
         *,
         normalise: bool = True,
         eigenpairs: int = DEFAULT_EIGENPAIRS,
+        geodesic_method: str = DEFAULT_GEODESIC_METHOD,
     ) -> None:
         if mesh.components > 1:
             raise MeshError(
@@ -98,11 +101,15 @@ class Shape:
             )
         if eigenpairs < 2:
             raise OptionError("eigenpairs", "at least 2 are needed")
+        if geodesic_method not in GEODESIC_METHODS:
+            known = ", ".join(GEODESIC_METHODS)
+            raise OptionError("geodesic_method", f"{geodesic_method!r} is none of {known}")
         if spectrum is not None and len(spectrum.mass) != mesh.n_vertices:
             raise ValueError("the spectrum is that of another mesh")
         self.mesh = mesh
         self.normalise = normalise
         self.eigenpairs = eigenpairs
+        self.geodesic_method = geodesic_method
         self._unit_spectrum = spectrum
         self._metrics: dict[MetricChoice, Metric] = {}
         self._fields: dict[DescriptorChoice, FloatArray] = {}
@@ -220,7 +227,7 @@ class Shape:
     def _new_metric(self, chosen: MetricChoice) -> Metric:
         match chosen:
             case Geodesic():
-                return GeodesicMetric(GeodesicGraph(self.surface))
+                return GeodesicMetric(geodesics(self.surface, self.geodesic_method))
             case Diffusion(time=float(time)):
                 return DiffusionMetric(self.spectrum(), time)
             case CommuteTime():

@@ -47,6 +47,7 @@ class Side:
             self.spectrum,
             normalise=parameters.normalise,
             eigenpairs=parameters.eigenpairs,
+            geodesic_method=parameters.geodesic_method,
         )
 
 

@@ -49,6 +49,10 @@ class MatchParameters(TypedDict, total=False):
         every point is matched [None].
     eigenpairs
         Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
+    geodesic_method
+        How geodesic distances are computed: ``"fast_marching"``, ``"graph"`` (faster, errs by
+        2 %), ``"heat"`` (smooth, errs by 1 to 5 %) or ``"exact"`` (twenty times slower)
+        [``"fast_marching"``].
     alternatives
         How many of the best solutions of the coarse level are kept and refined, 1 to 32 [8].
     objective
@@ -85,6 +89,7 @@ class MatchParameters(TypedDict, total=False):
     first_order_weight: float
     occlusion_cost: float | None
     eigenpairs: int
+    geodesic_method: str
     alternatives: int
     objective: str
     refine: str | None

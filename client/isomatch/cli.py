@@ -67,6 +67,9 @@ def match(
         float | None, typer.Option(help="Cost of leaving a point unmatched.")
     ] = None,
     eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
+    geodesic_method: Annotated[
+        str | None, typer.Option(help="fast_marching, graph, heat or exact.")
+    ] = None,
     alternatives: Annotated[
         int | None, typer.Option(help="Best coarse solutions that are kept and refined.")
     ] = None,
@@ -112,6 +115,7 @@ def match(
         "occlusion_cost": occlusion_cost,
         "normalise": normalise,
         "eigenpairs": eigenpairs,
+        "geodesic_method": geodesic_method,
         "alternatives": alternatives,
         "objective": objective,
         "refine": refine,

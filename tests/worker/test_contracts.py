@@ -8,6 +8,7 @@ from pydantic import ValidationError
 
 from solver.dense import EIGENPAIRS
 from solver.errors import OptionError
+from solver.geodesics import DEFAULT_GEODESIC_METHOD, GEODESIC_METHODS
 from solver.mesh import MESH_FORMATS as READ
 from solver.options import GMDS, L2, LINF, MatchOptions
 from solver.structures import (
@@ -19,11 +20,11 @@ from solver.structures import (
     NoDescriptor,
 )
 from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, MetricName
-from worker.contracts.parameters import DENSE_EIGENPAIRS, ObjectiveName, RefinementName
+from worker.contracts.parameters import DENSE_EIGENPAIRS, GeodesicMethod, ObjectiveName, RefinementName
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
-NOT_FOR_THE_SOLVER = {"eigenpairs", "largest_component", "normalise", "simplify"}
+NOT_FOR_THE_SOLVER = {"eigenpairs", "geodesic_method", "largest_component", "normalise", "simplify"}
 """Parameters that say how shapes are made."""
 
 
@@ -32,6 +33,8 @@ def test_names() -> None:
     assert set(get_args(DescriptorName)) == set(DESCRIPTORS)
     assert set(get_args(ObjectiveName)) == {L2, LINF}
     assert set(get_args(RefinementName)) == {GMDS}
+    assert set(get_args(GeodesicMethod)) == set(GEODESIC_METHODS)
+    assert MatchParameters().geodesic_method == DEFAULT_GEODESIC_METHOD
     assert set(MESH_FORMATS) == set(READ)
     options = {field.name for field in fields(MatchOptions)}
     assert set(MatchParameters.model_fields) == options | NOT_FOR_THE_SOLVER

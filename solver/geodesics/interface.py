@@ -1,0 +1,50 @@
+"""What every method of computing geodesic distances offers, and asks of its sources."""
+
+from typing import Protocol
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+
+
+class Geodesics(Protocol):
+    """Geodesic distances on one mesh."""
+
+    @property
+    def n_vertices(self) -> int:
+        """Number V of vertices."""
+        ...
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        """Geodesic distances from some vertices to all.
+
+        Parameters
+        ----------
+        sources
+            (S,) vertex indices.
+
+        Returns
+        -------
+        (S, V) float64, in the mesh's unit of length: 0 at the source, ``inf`` on components
+        other than its own.
+
+        Raises
+        ------
+        IndexError
+            A source is none of the mesh's vertices.
+        """
+        ...
+
+
+def checked_sources(sources: IntArray, n_vertices: int) -> IntArray:
+    """Return sources as int64; compiled loops would not notice a wrong one.
+
+    Raises
+    ------
+    IndexError
+        A source is none of 0..V - 1.
+    """
+    checked = np.atleast_1d(np.asarray(sources, dtype=np.int64))
+    if checked.size and not (checked.min() >= 0 and checked.max() < n_vertices):
+        raise IndexError(f"sources must be vertices 0..{n_vertices - 1}")
+    return checked
