@@ -220,12 +220,14 @@ def _carry(
     if low - margin <= crossing <= high + margin:
         found = start + np.sqrt((along - x) ** 2 + (above + y) ** 2)
         _reach(surface, front, distances, surface.faces[left // 3, left % 3], found)
-        if found < splits[side, 0]:
-            splits[side, 0], splits[side, 1] = found, crossing
-        elif leftwards and rightwards and found > splits[side, 0] * (1.0 + _EPSILON):
-            # The nearer one's lines are shorter on their side of this one's, and at the corner.
-            leftwards = crossing < splits[side, 1]
-            rightwards = not leftwards
+        # A window that merely ends at the corner has nothing to say about what is beyond.
+        if low + margin < crossing < high - margin:
+            if found < splits[side, 0]:
+                splits[side, 0], splits[side, 1] = found, crossing
+            elif found > splits[side, 0] * (1.0 + _EPSILON):
+                # The nearer one's lines are shorter at the corner and all over their side of it.
+                leftwards = crossing < splits[side, 1]
+                rightwards = not leftwards
     if leftwards:
         window = (low, min(high, crossing), x, y, start)
         _cast(surface, front, distances, left, False, origin, along, above, window)

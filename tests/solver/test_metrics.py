@@ -9,7 +9,7 @@ from scipy.special import spence
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
-from solver.geodesics import GeodesicGraph
+from solver.geodesics import FastMarching, GeodesicGraph, Geodesics
 from solver.mesh import TriangleMesh
 from solver.metrics import (
     BiharmonicMetric,
@@ -18,6 +18,7 @@ from solver.metrics import (
     GeodesicMetric,
     Metric,
 )
+from solver.sampling import farthest_point_sampling
 from solver.spectrum import Spectrum, laplace_beltrami_spectrum, laplacian
 from solver.structures import METRICS
 from tests.solver import shapes
@@ -182,3 +183,46 @@ def test_infinite_distances_are_refused(kind: Callable[[Spectrum], Metric]) -> N
 def test_diffusion_times_without_meaning(time: float) -> None:
     with pytest.raises(ValueError, match="positive"):
         DiffusionMetric(laplace_beltrami_spectrum(shapes.cube(2)), time)
+
+
+class Counted:
+    """Geodesic distances, and the sources from which they were asked for."""
+
+    def __init__(self, geodesics: Geodesics) -> None:
+        self.geodesics = geodesics
+        self.sources: list[int] = []
+
+    @property
+    def n_vertices(self) -> int:
+        return self.geodesics.n_vertices
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        self.sources.extend(sources.tolist())
+        return self.geodesics.distances(sources)
+
+
+def test_geodesic_searches_are_not_repeated() -> None:
+    """Neither by longer samplings, nor for the distances between samples."""
+    counted = Counted(FastMarching(shapes.blob()))
+    metric = GeodesicMetric(counted)
+    for count in (5, 10, 20):
+        sampling = farthest_point_sampling(metric, count)
+    between = metric.between(sampling.indices)
+    assert len(counted.sources) == len(set(counted.sources))
+    np.testing.assert_allclose(between, sampling.distances, rtol=0.02)
+    assert (between <= sampling.distances).all()
+    fresh = GeodesicMetric(FastMarching(shapes.blob()))
+    np.testing.assert_array_equal(between, fresh.between(sampling.indices))
+
+
+def test_geodesic_distances_kept_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    mesh = shapes.blob()
+    monkeypatch.setattr("solver.metrics._KEPT_BYTES", 3 * 8 * mesh.n_vertices)
+    counted = Counted(GeodesicGraph(mesh))
+    metric = GeodesicMetric(counted)
+    asked = np.array([0, 1, 2, 0, 3, 0, 1])
+    found = metric.distances(asked)
+    assert counted.sources == [0, 1, 2, 3, 1]  # 1 was the one longest not asked for
+    np.testing.assert_array_equal(found, GeodesicGraph(mesh).distances(asked))
+    found[:] = -1.0
+    assert (metric.distances(asked) >= 0.0).all()

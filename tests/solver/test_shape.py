@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from solver.errors import MeshError, OptionError
+from solver.geodesics import GEODESIC_METHODS, geodesics
 from solver.mesh import largest_component
+from solver.metrics import GeodesicMetric
 from solver.shape import Shape
 from solver.spectrum import laplace_beltrami_spectrum
 from solver.structures import DESCRIPTORS, METRICS, Diffusion, HeatKernelSignature
@@ -105,6 +107,14 @@ def test_no_descriptor_has_no_components() -> None:
     assert shape.descriptor("none", np.array([3, 1])).shape == (2, 0)
 
 
+@pytest.mark.parametrize("method", GEODESIC_METHODS)
+def test_geodesics_by_the_method_chosen(method: str) -> None:
+    mesh, points = shapes.blob(), np.arange(0, 600, 50)
+    shape = Shape(mesh, geodesic_method=method)
+    expected = GeodesicMetric(geodesics(shape.surface, method)).between(points)
+    np.testing.assert_array_equal(shape.metric("geodesic").between(points), expected)
+
+
 def test_unknown_names_and_bad_options() -> None:
     shape = Shape(shapes.cube(2))
     calls: list[tuple[str, Callable[[], object]]] = [
@@ -114,6 +124,7 @@ def test_unknown_names_and_bad_options() -> None:
         ("time", lambda: shape.metric(Diffusion(-1.0))),
         ("points", lambda: shape.sampling("geodesic", 1000)),
         ("eigenpairs", lambda: Shape(shapes.cube(2), eigenpairs=1)),
+        ("geodesic_method", lambda: Shape(shapes.cube(2), geodesic_method="shortest")),
     ]
     for field, call in calls:
         with pytest.raises(OptionError) as caught:
