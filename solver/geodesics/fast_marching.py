@@ -22,8 +22,12 @@ from solver.geodesics.intrinsic import IntrinsicTriangulation, intrinsic_triangu
 from solver.kernel import inlined, kernel
 from solver.mesh import TriangleMesh
 
-_LESS = 1.0 - 1e-6
-"""What lowers a distance by less than this is not worth another turn of all that follows."""
+_LESS, _MUCH_LESS = 1.0 - 1e-12, 1.0 - 1e-6
+"""What lowers a distance by less than rounding errors is not worth another turn."""
+
+_TURNS = 4
+"""Turns a vertex, on average, after which lowering must be worth more. It takes 1.0 to 1.2; where
+thin triangles cannot be flipped, at edges of several sheets, it might take thousands."""
 
 
 class FastMarching:
@@ -113,11 +117,15 @@ def march(
         places[:] = -1
         reached[sources[row]] = 0.0
         size = lift(heap, places, reached, 0, sources[row])
+        turns, less = 0, _LESS
         while size > 0:
             here, size = pop(heap, places, reached, size)
+            turns += 1
+            if turns > _TURNS * n:
+                less = _MUCH_LESS
             for way in range(segment_starts[here], segment_starts[here + 1]):
                 there, found = segment_ends[way], reached[here] + segment_lengths[way]
-                if found < _LESS * reached[there]:
+                if found < less * reached[there]:
                     reached[there] = found
                     size = lift(heap, places, reached, size, there)
             for way in range(wave_starts[here], wave_starts[here + 1]):
@@ -125,7 +133,7 @@ def march(
                 if places[other] >= 0 or reached[other] == np.inf:
                     continue  # it will have its own turn
                 found = _wave(reached[here], reached[other], wave_shapes, way)
-                if found < _LESS * reached[there]:
+                if found < less * reached[there]:
                     reached[there] = found
                     size = lift(heap, places, reached, size, there)
 

@@ -20,7 +20,12 @@ from solver.structures import (
     NoDescriptor,
 )
 from worker.contracts import MESH_FORMATS, DescriptorName, MatchParameters, MetricName
-from worker.contracts.parameters import DENSE_EIGENPAIRS, GeodesicMethod, ObjectiveName, RefinementName
+from worker.contracts.parameters import (
+    DENSE_EIGENPAIRS,
+    GeodesicMethod,
+    ObjectiveName,
+    RefinementName,
+)
 from worker.contracts.shapes import file_type_of
 from worker.matches import options_of
 
