@@ -11,50 +11,17 @@ import time
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from bench.collection import (
-    KnownShape,
     default_folder,
     generated_collection,
     pairs_within_classes,
     read_collection,
 )
-from solver.arrays import FloatArray, IntArray
+from bench.surface_error import better_errors
 from solver.gmds import SurfacePoints
 from solver.matching import match
 from solver.options import MatchOptions
-
-
-class TrueImages:
-    """Distances of points of the target from where some points of the source truly go.
-
-    Parameters
-    ----------
-    source, target
-        Shapes of one class, of known truth.
-    points
-        (n,) vertices of the source. Each goes where the nearest vertex of known truth goes.
-    """
-
-    def __init__(self, source: KnownShape, target: KnownShape, points: IntArray) -> None:
-        assert source.truth is not None
-        places = source.shape.surface.vertices
-        nearest = np.asarray(KDTree(places[source.truth]).query(places[points])[1])
-        known = (target.truth, target.symmetric_truth)
-        metric = target.shape.metric("geodesic")
-        self._distances = [metric.distances(truth[nearest]) for truth in known if truth is not None]
-        self._faces = target.shape.surface.faces
-        self._unit = target.shape.size
-
-    def mean_error(self, points: SurfacePoints) -> float:
-        """Mean distance over √area of n points, direct or mirrored, whichever is less."""
-
-        def mean(distances: FloatArray) -> float:
-            corners = np.take_along_axis(distances, self._faces[points.faces], axis=1)
-            return float((corners * points.barycentric).sum(axis=1).mean()) / self._unit
-
-        return min(map(mean, self._distances))
 
 
 def main() -> None:
@@ -78,9 +45,13 @@ def main() -> None:
         seconds = time.perf_counter() - started
         refined = found.refinement
         assert refined is not None
-        truth = TrueImages(source, target, found.best.source)
-        matched = SurfacePoints.at_vertices(target.shape.surface, found.best.target)
-        before, after = truth.mean_error(matched), truth.mean_error(refined.points)
+        here = source.shape.mesh.vertices_of(found.best.source)
+        there = target.shape.mesh.vertices_of(found.best.target)
+        matched = SurfacePoints.at_vertices(target.shape.surface, there)
+        before, after = (
+            float(better_errors(source, target, here, points).mean())
+            for points in (matched, refined.points)
+        )
         refining = found.timings["refinement between vertices"]
         rows.append((before, after, seconds - refining, refining))
         print(

@@ -2,11 +2,21 @@
 
 ``surface`` has points in barycentric coordinates and triangles laid flat, ``movement`` straight
 lines over edges, ``interpolation`` distances between any two points, ``stress`` (7) and its
-descent by one point, ``descent`` the minimisation: :func:`gmds`.
+descent by one point, ``descent`` the minimisation, :func:`gmds`; ``embedding`` begins it where
+section 6.2 does.
 """
 
 from solver.gmds.descent import GmdsSolution, Status, gmds
+from solver.gmds.embedding import Embedding, embed
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
 
-__all__ = ["GmdsSolution", "InterpolatedMetric", "Status", "SurfacePoints", "gmds"]
+__all__ = [
+    "Embedding",
+    "GmdsSolution",
+    "InterpolatedMetric",
+    "Status",
+    "SurfacePoints",
+    "embed",
+    "gmds",
+]

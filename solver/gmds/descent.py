@@ -10,7 +10,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.stress import costs_of_vertices, descent_step, share
-from solver.gmds.surface import SurfacePoints, charts_of
+from solver.gmds.surface import SurfacePoints
 
 _LONGEST_STEP = 0.1
 """Of √area."""
@@ -142,7 +142,7 @@ class _Descent:
         self.weights = np.ones((count, count)) if weights is None else weights.copy()
         np.fill_diagonal(self.weights, 0.0)
         self.target = target
-        self.charts = charts_of(target.surface)
+        self.charts = target.charts
         self.faces, self.barycentric = initial.faces.copy(), initial.barycentric.copy()
         self.longest = _LONGEST_STEP * float(np.sqrt(target.surface.area))
         self.fields = np.empty((count, target.surface.n_vertices))

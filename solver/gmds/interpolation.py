@@ -1,11 +1,12 @@
 """Distances between any two points of a surface, interpolated from those between its vertices."""
 
 from collections import OrderedDict
+from functools import cached_property
 
 import numpy as np
 
 from solver.arrays import FloatArray
-from solver.gmds.surface import SurfacePoints
+from solver.gmds.surface import Charts, SurfacePoints, charts_of
 from solver.mesh import TriangleMesh
 from solver.metrics import EmbeddedMetric, Metric
 
@@ -46,6 +47,11 @@ class InterpolatedMetric:
         self._metric = metric
         self._most_rows = max(int(_MEMORY / (8 * surface.n_vertices)), 16)
         self._rows: OrderedDict[int, FloatArray] = OrderedDict()
+
+    @cached_property
+    def charts(self) -> Charts:
+        """The surface's triangles laid flat."""
+        return charts_of(self.surface)
 
     def squares_from(self, face: int, u: FloatArray) -> FloatArray:
         """Squared distances from a point to all vertices.

@@ -1,0 +1,164 @@
+"""Figure 3, GMDS beside ours: ``python -m bench.figure3``.
+
+Eight points are matched by geodesic distances alone, by both methods, on every pair of shapes of a
+class; and a third time by ours with its default structures. Drawn are the pair on which GMDS ends
+farthest behind ours with the same distances, and the one on which both are best.
+"""
+
+import argparse
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from bench.collection import (
+    KnownShape,
+    default_folder,
+    generated_collection,
+    pairs_within_classes,
+    read_collection,
+)
+from bench.drawing import Matched, draw_pair
+from bench.surface_error import better_errors
+from solver.arrays import FloatArray, IntArray
+from solver.gmds import SurfacePoints, embed
+from solver.matching import match
+from solver.options import MatchOptions
+
+PICTURE = Path("bench-output/figure3.png")
+POINTS = 8
+GEODESIC = MatchOptions(points=POINTS, metric=("geodesic",), descriptor=("none",))
+DEFAULT = MatchOptions(points=POINTS)
+
+WRONG = 0.25
+"""Error over √area from which a point is on another part of the shape."""
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What one method makes of a pair.
+
+    Attributes
+    ----------
+    here, there
+        (K,) vertex indices; the nearest ones, of points between vertices.
+    errors
+        (K,) over √area, against the direct or the mirrored truth.
+    distortion
+        Root mean square distortion of a distance, over √area.
+    """
+
+    here: IntArray
+    there: IntArray
+    errors: FloatArray
+    distortion: float
+
+    @property
+    def error(self) -> float:
+        """Mean error."""
+        return float(self.errors.mean())
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A pair of shapes and the answers."""
+
+    source: KnownShape
+    target: KnownShape
+    gmds: Answer
+    ours: Answer
+    default: Answer
+
+    @property
+    def name(self) -> str:
+        """Compared shapes' names."""
+        return f"{self.source.name} {self.target.name}"
+
+    @property
+    def answers(self) -> tuple[Answer, Answer, Answer]:
+        """In the order of the table."""
+        return self.gmds, self.ours, self.default
+
+
+def compare(source: KnownShape, target: KnownShape) -> Compared:
+    """Match a pair by both methods."""
+    ours, default = (_matched(source, target, options) for options in (GEODESIC, DEFAULT))
+    return Compared(source, target, _embedded(source, target), ours, default)
+
+
+def _embedded(source: KnownShape, target: KnownShape) -> Answer:
+    embedding = embed(source.shape, target.shape, POINTS)
+    points = embedding.solution.points
+    return Answer(
+        embedding.vertices,
+        points.nearest_vertices(target.shape.surface),
+        better_errors(source, target, embedding.vertices, points),
+        embedding.distortion,
+    )
+
+
+def _matched(source: KnownShape, target: KnownShape, options: MatchOptions) -> Answer:
+    found = match(source.shape, target.shape, options).best
+    here = source.shape.mesh.vertices_of(found.source)
+    there = target.shape.mesh.vertices_of(found.target)
+    at_vertices = SurfacePoints.at_vertices(target.shape.surface, there)
+    spread = found.distortion.second_order / (POINTS * (POINTS - 1))
+    errors = better_errors(source, target, here, at_vertices)
+    return Answer(here, there, errors, float(np.sqrt(spread)))
+
+
+def draw(cases: dict[str, Compared], path: Path) -> None:
+    """Draw the cases, one in a row, GMDS on the left."""
+    figure = Figure(figsize=(9.0, 3.6 * len(cases)), dpi=72, facecolor="white")
+    grid = figure.subplots(len(cases), 2, squeeze=False)
+    for row, (title, pair) in zip(grid, cases.items(), strict=True):
+        for axes, method, answer in zip(row, ("GMDS", "ours"), (pair.gmds, pair.ours), strict=True):
+            right = answer.errors < WRONG
+            meshes = pair.source.shape.surface, pair.target.shape.surface
+            draw_pair(axes, Matched(*meshes, answer.here, answer.there, right))
+            axes.set_title(
+                f"{title}: {method}\n{int(right.sum())} of {POINTS} right, "
+                f"mean error {answer.error:.2f}, distortion {answer.distortion:.3f}",
+                fontsize=10,
+            )
+    figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    FigureCanvasAgg(figure).print_figure(str(path), format="png")
+
+
+def main() -> None:
+    """Match all pairs by both methods, print a table, draw two of them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    shapes = read_collection(arguments.data) if arguments.data else generated_collection(3000, 6)
+    found: list[Compared] = []
+    methods = "GMDS", "ours, geodesic", "ours, default"
+    print(f"{'':34}" + "".join(f"{method:^20}" for method in methods))
+    print(f"{'pair':34}" + 3 * f"{'error':>9}{'distortion':>11}")
+    for source, target in pairs_within_classes([s for s in shapes if s.truth is not None]):
+        pair = compare(source, target)
+        found.append(pair)
+        cells = (f"{one.error:9.3f}{one.distortion:11.3f}" for one in pair.answers)
+        print(f"{pair.name:34}" + "".join(cells), flush=True)
+    wrong = max(found, key=lambda pair: pair.gmds.error - pair.ours.error)
+    alike = min(found, key=lambda pair: max(pair.gmds.error, pair.ours.error))
+    draw({"GMDS goes wrong": wrong, "both agree": alike}, PICTURE)
+    figures: dict[str, float] = {"pairs": len(found)}
+    for which, method in enumerate(("gmds", "ours_geodesic", "ours_default")):
+        answers = [pair.answers[which] for pair in found]
+        figures[f"mean_error_{method}"] = float(np.mean([one.error for one in answers]))
+        figures[f"wrong_pairs_{method}"] = sum(bool((one.errors >= WRONG).any()) for one in answers)
+    print(f"\nGMDS goes wrong: {wrong.name}; both agree: {alike.name}; {PICTURE}")
+    print("   ".join(f"{name} {value:.3g}" for name, value in figures.items()))
+    if arguments.json:
+        cases = {"gmds_wrong": wrong.name, "agree": alike.name}
+        print(json.dumps(figures | cases))
+
+
+if __name__ == "__main__":
+    main()

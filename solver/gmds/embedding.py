@@ -1,0 +1,129 @@
+"""GMDS as a method of its own, section 6.2: samples of one shape embedded into another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.branch_and_bound import m_best_solutions
+from solver.control import Control
+from solver.errors import OptionError
+from solver.gmds.descent import GmdsSolution, gmds
+from solver.gmds.interpolation import InterpolatedMetric
+from solver.gmds.surface import SurfacePoints
+from solver.labelling import LabellingProblem
+from solver.shape import Shape
+
+_SAMPLES = 48
+"""Points of the target at which the embedding may begin."""
+
+_CHOICES = 6
+"""How many of them each point of the source is tried at: those with the most similar histogram."""
+
+
+@dataclass(frozen=True, eq=False)
+class Embedding:
+    """Samples of a shape X, and points of Y with distances like theirs.
+
+    Parameters
+    ----------
+    vertices
+        (N,) vertices of X, farthest first.
+    initial
+        (N,) vertices of Y at which the descent began.
+    solution
+        What it found.
+    """
+
+    vertices: IntArray
+    initial: IntArray
+    solution: GmdsSolution
+
+    @property
+    def distortion(self) -> float:
+        """Root mean square distortion of a distance, in Y's unit of length."""
+        count = len(self.vertices)
+        return float(np.sqrt(2.0 * self.solution.stress / max(count * (count - 1), 1)))
+
+
+def embed(
+    source: Shape,
+    target: Shape,
+    count: int,
+    *,
+    metric: InterpolatedMetric | None = None,
+    control: Control | None = None,
+) -> Embedding:
+    """Embed samples of one shape into another with the least stress (7) of geodesic distances.
+
+    As in the report's comparison, the descent begins where branch and bound finds the stress to be
+    least among samples of Y whose local histograms of geodesic distances are like those of X's
+    samples (Raviv, Bronstein, Bronstein and Kimmel, NORDIA 2007).
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y, in the same unit of length.
+    count
+        Number N of samples of X.
+    metric
+        Geodesic metric on Y's surface, to be shared by several embeddings into Y.
+    control
+        Cancels, and ends at its deadline.
+
+    Returns
+    -------
+    Embedding
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    OptionError
+        A shape has fewer vertices than samples are asked for.
+    """
+    if target.n_vertices < count:
+        raise OptionError(
+            "points", f"the shape has only {target.n_vertices} vertices; {count} were asked for"
+        )
+    sampling = source.sampling("geodesic", count)
+    initial = _initial(source, target, sampling.indices, sampling.distances, control)
+    solution = gmds(
+        sampling.distances,
+        metric or InterpolatedMetric(target.metric("geodesic"), target.surface),
+        SurfacePoints.at_vertices(target.surface, initial),
+        control=control,
+    )
+    return Embedding(sampling.indices, initial, solution)
+
+
+def _initial(
+    source: Shape,
+    target: Shape,
+    vertices: IntArray,
+    distances: FloatArray,
+    control: Control | None,
+) -> IntArray:
+    """(N,) vertices of Y: the best choice among samples with similar histograms."""
+    samples = target.sampling("geodesic", min(_SAMPLES, target.n_vertices))
+    here = source.descriptor("geodesic_histogram", vertices)
+    there = target.descriptor("geodesic_histogram", samples.indices)
+    unlike = np.linalg.norm(here[:, None] - there, axis=2)
+    # Points that compete for too few places look further; all places always suffice.
+    for choices in (_CHOICES, 2 * _CHOICES, len(samples)):
+        candidates = _most_alike(unlike, choices)
+        problem = LabellingProblem(
+            candidates, np.zeros(len(candidates)), distances, samples.distances
+        )
+        found = m_best_solutions(problem, control=control)
+        if len(found.partners):
+            break
+    chosen: IntArray = samples.indices[found.partners[0]]
+    return chosen
+
+
+def _most_alike(unlike: FloatArray, choices: int) -> IntArray:
+    """(V, 2) the places that are most alike to each point."""
+    nearest = np.sort(np.argsort(unlike, axis=1, kind="stable")[:, :choices], axis=1)
+    rows = np.repeat(np.arange(len(unlike)), nearest.shape[1])
+    return np.stack([rows, nearest.ravel()], axis=1).astype(np.int64)
