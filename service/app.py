@@ -27,7 +27,7 @@ from service.shapes import endpoints as shapes
 from service.state import Service, State
 from service.structures import endpoints as structures
 from worker.queue import JobQueue
-from worker.recovery import INTERVAL, recover
+from worker.recovery import recover
 from worker.retention import Sweep
 from worker.store import Store
 from worker.telemetry import logger
@@ -89,7 +89,7 @@ def _lifespan(
         service = Service(settings, store, JobQueue(store, settings), closing, registry)
         registry.register(StoreCollector(service.queue))
         tasks = [
-            asyncio.create_task(_regularly(INTERVAL, _recovery(service))),
+            asyncio.create_task(_regularly(settings.heartbeat, _recovery(service))),
             asyncio.create_task(_regularly(WEBHOOK_INTERVAL, _webhooks(service))),
         ]
         try:

@@ -22,7 +22,6 @@ from worker.telemetry import configure_logging, logger
 from worker.warmup import warm_up
 
 WORKER_TTL: Final = 30
-MONITORING_INTERVAL: Final = 5
 MAINTENANCE_INTERVAL: Final = 10
 
 log = logger("isomatch.worker")
@@ -53,12 +52,22 @@ def main() -> int:
     store = Store.open(settings, settings.redis_patience)
     # RQ says several lines about each job, and what matters of them is said here as well.
     chatty = settings.log_level == "DEBUG"
-    new_worker(store).work(burst=options.burst, logging_level="DEBUG" if chatty else "WARNING")
+    new_worker(store, settings.heartbeat).work(
+        burst=options.burst, logging_level="DEBUG" if chatty else "WARNING"
+    )
     return 0
 
 
-def new_worker(store: Store) -> Worker:
-    """Return a worker that serves all queues and leaves no job without an end."""
+def new_worker(store: Store, heartbeat: int) -> Worker:
+    """Return a worker that serves all queues and leaves no job without an end.
+
+    Parameters
+    ----------
+    store
+        Where the jobs are.
+    heartbeat
+        Seconds between two signs of life while a job runs.
+    """
     client = store.client
 
     def killed(job: Job, pid: int, status: int, usage: object) -> None:
@@ -76,7 +85,7 @@ def new_worker(store: Store) -> Worker:
         exception_handlers=[raised],
         work_horse_killed_handler=killed,
         worker_ttl=WORKER_TTL,
-        job_monitoring_interval=MONITORING_INTERVAL,
+        job_monitoring_interval=heartbeat,
         maintenance_interval=MAINTENANCE_INTERVAL,
         log_job_description=False,
     )

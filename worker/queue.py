@@ -71,6 +71,13 @@ class QueueSettings(BaseSettings):
     interactive_timeout: int = Field(
         default=300, ge=1, description="Seconds a validation or a picture may take."
     )
+    heartbeat: int = Field(
+        default=5,
+        ge=1,
+        le=10,
+        description="Seconds between two heartbeats of a worker that is busy; after four without"
+        " one its job is given to another. API and workers need the same.",
+    )
     max_queued_jobs: int = Field(
         default=1000, ge=0, description="Jobs a caller may have queued at a time; 0 for any number."
     )

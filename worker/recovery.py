@@ -9,7 +9,7 @@ queue and saying so) is queued again.
 import time
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from typing import Final
+from typing import Final, Self
 from uuid import uuid4
 
 from redis.exceptions import RedisError
@@ -35,16 +35,13 @@ from worker.store import Store, keys, scripts
 from worker.store.replies import text
 from worker.telemetry import logger
 
-INTERVAL: Final = 5.0
-"""Seconds between two rounds of :func:`recover`."""
-
 LOSSES_AFTER_KILL: Final = 1
 """How often a job is begun again whose own process was killed: most likely it was to blame."""
 
 LOSSES_WITH_WORKER: Final = 3
 """How often a job is begun again whose worker is gone: most likely the machine was to blame."""
 
-_LOCK_MS: Final = 30_000
+_LOCK_MS: Final = 15_000
 
 log = logger("isomatch.recovery")
 
@@ -85,21 +82,31 @@ class Patience:
     Parameters
     ----------
     silence
-        A worker without a heartbeat for so long counts as dead; one is due every 5 s.
+        A worker without a heartbeat for so long counts as dead.
     unseen
         A job that RQ knows nothing of for so long counts as lost.
     leaving
         A cancelled job that has not left by itself after so long is killed.
     """
 
-    silence: timedelta = timedelta(seconds=20)
-    unseen: timedelta = timedelta(seconds=10)
+    silence: timedelta
+    unseen: timedelta
     leaving: timedelta = timedelta(seconds=10)
+
+    @classmethod
+    def of(cls, heartbeat: float) -> Self:
+        """Return what is usual where a heartbeat is due every so many seconds."""
+        return cls(
+            silence=4 * timedelta(seconds=heartbeat), unseen=2 * timedelta(seconds=heartbeat)
+        )
 
 
 def recover(store: Store, queue: JobQueue, patience: Patience | None = None) -> None:
-    """Look once for jobs that are lost and for cancelled ones that do not leave."""
-    patience = patience or Patience()
+    """Look once for jobs that are lost and for cancelled ones that do not leave.
+
+    To be done again and again, about as often as heartbeats are due.
+    """
+    patience = patience or Patience.of(queue.settings.heartbeat)
     token = uuid4().hex
     if not store.client.set(keys.RECOVERY, token, nx=True, px=_LOCK_MS):
         return

@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
 
@@ -122,7 +123,7 @@ def test_a_cancelled_job_that_does_not_leave_is_killed(queue: JobQueue) -> None:
         queue.store.jobs.cancel(job)
         recover(queue.store, queue)
         assert queue.store.jobs.state(job) is JobState.RUNNING
-        recover(queue.store, queue, Patience(leaving=timedelta(0)))
+        recover(queue.store, queue, replace(Patience.of(5), leaving=timedelta(0)))
         assert ended(queue, job).state is JobState.CANCELLED
         # The worker goes on with other work.
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED

@@ -1,0 +1,185 @@
+"""Processes are killed while they work: every job that was accepted ends once, within a minute."""
+
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import httpx2
+import pytest
+
+from tests.e2e.cluster import Cluster, end, running_cluster
+from tests.worker.figures import blob_file
+from worker.contracts import MatchResult
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+
+RECOVERY = 60.0
+"""Seconds within which what was lost has to go on."""
+
+LONG: dict[str, Any] = {"points": 96, "alternatives": 16}
+QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30}
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    with running_cluster(tmp_path_factory.mktemp("cluster")) as cluster:
+        yield cluster
+
+
+@pytest.fixture(scope="module")
+def shape(cluster: Cluster) -> str:
+    return cluster.upload(blob_file(4))
+
+
+def succeeded(cluster: Cluster, job: str) -> None:
+    """Assert that a job ends well, with a result, and was begun once more at the most."""
+    record = cluster.job(job, wait=60)
+    assert record["state"] == "succeeded", record
+    result = MatchResult.model_validate_json(cluster.http.get(record["links"]["result"]).content)
+    assert len(result.correspondences) == result.parameters.points
+
+
+def goes_on(cluster: Cluster, job: str, since: float) -> None:
+    """Assert that a job that was lost is worked on again in time, and ends well."""
+    cluster.until(lambda: cluster.job(job)["state"] == "queued", RECOVERY)
+    cluster.until(lambda: cluster.job(job)["state"] != "queued", RECOVERY)
+    assert time.monotonic() - since < RECOVERY
+    succeeded(cluster, job)
+
+
+def test_the_process_of_a_job_is_killed(cluster: Cluster, shape: str) -> None:
+    job = cluster.ask(shape, **LONG)
+    cluster.until_begun(job)
+    _, horse = cluster.worker_of(job)
+    os.kill(horse, signal.SIGKILL)
+    start = time.monotonic()
+    succeeded(cluster, job)
+    assert time.monotonic() - start < RECOVERY
+
+
+def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
+    job, waiting = cluster.ask(shape, **LONG), cluster.ask(shape, **QUICK)
+    cluster.until_begun(job)
+    worker, _ = cluster.worker_of(job)
+    worker.kill()
+    worker.wait()
+    goes_on(cluster, job, time.monotonic())
+    succeeded(cluster, waiting)
+    cluster.workers.remove(worker)
+    cluster.workers.append(cluster.start_worker())
+
+
+def test_the_api_is_killed(cluster: Cluster, shape: str) -> None:
+    job = cluster.ask(shape, **LONG)
+    cluster.until_begun(job)
+    path = f"/v1/jobs/{job}"
+    broken: list[Exception] = []
+
+    def poll() -> None:
+        try:
+            cluster.http.get(path, params={"wait": 60})
+        except httpx2.TransportError as error:
+            broken.append(error)
+
+    thread = Thread(target=poll)
+    thread.start()
+    cluster.kill_api()
+    thread.join()
+    assert broken
+    cluster.api = cluster.start_api()
+    # The worker did not even notice.
+    assert cluster.job(job)["state"] in ("running", "succeeded")
+    succeeded(cluster, job)
+
+
+def test_the_api_is_killed_while_jobs_come_in(cluster: Cluster, shape: str) -> None:
+    keys = [f"killed-{number}" for number in range(16)]
+    before = jobs(cluster)
+
+    def ask(key: str) -> str | None:
+        try:
+            return cluster.ask(shape, key, **QUICK)
+        except httpx2.TransportError:
+            return None
+
+    with ThreadPoolExecutor(8) as threads:
+        asked = [threads.submit(ask, key) for key in keys]
+        cluster.until(lambda: sum(future.done() for future in asked) >= 4, 60)
+        cluster.kill_api()
+        answers = [future.result() for future in asked]
+    assert None in answers
+    cluster.api = cluster.start_api()
+    # Who got no answer asks again, and so does who got one: there is one job of each key.
+    again = [cluster.ask(shape, key, **QUICK) for key in keys]
+    assert all(first in (None, second) for first, second in zip(answers, again, strict=True))
+    assert jobs(cluster) - before == set(again)
+    assert len(set(again)) == len(keys)
+    for job in again:
+        succeeded(cluster, job)
+
+
+def jobs(cluster: Cluster) -> set[str]:
+    page = cluster.http.get("/v1/jobs", params={"limit": 200}).json()
+    assert page["next_cursor"] is None
+    return {job["id"] for job in page["items"]}
+
+
+def test_the_store_is_killed(cluster: Cluster, shape: str) -> None:
+    running, waiting = cluster.ask(shape, **LONG), cluster.ask(shape, **LONG)
+    others = [cluster.ask(shape, **QUICK) for _ in range(5)]
+    cluster.until_begun(running)
+    start = time.monotonic()
+    cluster.restart_store()
+    cluster.until(lambda: cluster.http.get("/health/live").status_code == 200, 10)
+    for job in (running, waiting, *others):
+        cluster.until(lambda job=job: cluster.job(job)["state"] != "queued", RECOVERY)
+        succeeded(cluster, job)
+    assert time.monotonic() - start < RECOVERY + 30
+    assert cluster.http.get(f"/v1/shapes/{shape}").status_code == 200
+
+
+def failed(cluster: Cluster, job: str, slug: str) -> None:
+    record = cluster.job(job, wait=60)
+    assert record["state"] == "failed", record
+    assert record["error"]["type"] == f"urn:isomatch:problem:{slug}"
+
+
+def asked_of_the_impatient(cluster: Cluster, shape: str) -> str:
+    """Ask for a match that lasts through an API that gives it a second."""
+    api = cluster.start_api("0", ISOMATCH_JOB_TIMEOUT="1")
+    body = {"source": shape, "target": shape, "points": 256, "alternatives": 32}
+    answer = httpx2.post(f"{cluster.listens}/v1/matches", json=body)
+    end(api)
+    job: str = answer.json()["id"]
+    return job
+
+
+def test_a_poisonous_input_fails_its_own_job_only(cluster: Cluster, shape: str) -> None:
+    workers = [worker.pid for worker in cluster.workers]
+    # More than the memory one job may take, and more than the time.
+    bomb = cluster.ask(cluster.upload(blob_file(6)), eigenpairs=300)
+    endless = asked_of_the_impatient(cluster, shape)
+    others = [cluster.ask(shape, **QUICK) for _ in range(3)]
+    failed(cluster, bomb, "out-of-memory")
+    for job in others:
+        succeeded(cluster, job)
+    failed(cluster, endless, "timed-out")
+    assert [worker.pid for worker in cluster.workers if worker.poll() is None] == workers
+    succeeded(cluster, cluster.ask(shape, **QUICK))
+
+
+def test_what_crashes_its_process_is_given_up(cluster: Cluster, shape: str) -> None:
+    job = cluster.ask(shape, **LONG)
+    for _ in range(2):
+        cluster.until_begun(job)
+        _, horse = cluster.worker_of(job)
+        os.kill(horse, signal.SIGSEGV)
+        cluster.until(lambda horse=horse: not Path(f"/proc/{horse}").exists(), 10)
+    failed(cluster, job, "worker-lost")
+    succeeded(cluster, cluster.ask(shape, **QUICK))
