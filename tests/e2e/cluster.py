@@ -70,11 +70,15 @@ class Cluster:
 
     def worker_of(self, job: str) -> tuple[subprocess.Popen[str], int]:
         """Return the worker that runs a job, and the process it forked for it."""
-        with Redis.from_url(self.store.url) as client:
-            busy = {worker.get_current_job_id(): worker.pid for worker in Worker.all(client)}
-        (worker,) = (worker for worker in self.workers if worker.pid == busy[job])
+        (worker,) = self.workers_of(job)
         (horse,) = Path(f"/proc/{worker.pid}/task/{worker.pid}/children").read_text().split()
         return worker, int(horse)
+
+    def workers_of(self, job: str) -> list[subprocess.Popen[str]]:
+        """Return the workers alive that say that they run a job."""
+        with Redis.from_url(self.store.url) as client:
+            busy = {it.pid for it in Worker.all(client) if it.get_current_job_id() == job}
+        return [worker for worker in self.workers if worker.pid in busy and worker.poll() is None]
 
     def kill_api(self) -> None:
         """Kill the API."""
