@@ -22,6 +22,9 @@ from solver.kernel import inlined, kernel
 MAX_POINTS = 10
 """Most points that a bijection is searched of: no search visits more than ten million nodes."""
 
+_COMPLETED = 3
+"""Open points that are matched in all ways there are."""
+
 _ASSIGNED_FROM = 5
 """Open points from which the assignment is solved: with fewer its bound is not worth its time."""
 
@@ -66,6 +69,7 @@ class _Search(NamedTuple):
     cursor: IntArray  # (N+1, 2) next choice, and number of choices
     chosen: IntArray  # (N,) partner of each source point
     closed: BoolArray  # (3, N) source points decided, target points taken, columns scanned
+    last: IntArray  # (2, 3) the last open points and their possible partners
     best: IntArray  # (N,) the best bijection
 
 
@@ -138,6 +142,7 @@ def _new_search(n: int) -> _Search:
         cursor=np.zeros((n + 1, 2), dtype=np.int64),
         chosen=np.zeros(n, dtype=np.int64),
         closed=np.zeros((3, n), dtype=np.bool_),
+        last=np.zeros((2, 3), dtype=np.int64),
         best=np.zeros(n, dtype=np.int64),
     )
 
@@ -259,18 +264,15 @@ def _sort(distances: FloatArray, order: IntArray) -> None:
 @kernel
 def _solve(s: _Search, weight: float, minimax: bool, limit: float) -> tuple[float, int]:
     """Search for a bijection that costs less than a limit; the least cost, and nodes visited."""
-    n = len(s.source)
+    last = len(s.source) - _COMPLETED
     least, depth, nodes, entering = limit, 0, 0, True
     while True:
         if entering:
             nodes += 1
             entering = False
             s.cursor[depth, 0] = s.cursor[depth, 1] = 0
-            if depth == n:
-                if s.decided[depth] < least:
-                    least = s.decided[depth]
-                    for x in range(n):
-                        s.best[x] = s.chosen[x]
+            if depth == last:
+                least = _complete(s, depth, weight, minimax, least)
             else:
                 # Sums are rounded, maxima are not.
                 slack = 0.0 if minimax or least == np.inf else 1e-12 * least
@@ -288,6 +290,39 @@ def _solve(s: _Search, weight: float, minimax: bool, limit: float) -> tuple[floa
         _descend(s, depth, weight, minimax)
         depth += 1
         entering = True
+
+
+@kernel
+def _complete(s: _Search, depth: int, weight: float, minimax: bool, least: float) -> float:
+    """Try all six ways to match the last three points; the least cost, of these or known before."""
+    n, places, costs = len(s.source), s.last, s.costs[depth]
+    for side in range(2):
+        count = 0
+        for point in range(n):
+            if not s.closed[side, point]:
+                places[side, count] = point
+                count += 1
+    for turn in range(6):
+        # Three cyclic shifts, each also with the last two exchanged.
+        shift, step = turn % 3, 1 if turn < 3 else 2
+        cost = s.decided[depth]
+        for i in range(3):
+            x, y = places[0, i], places[1, (shift + step * i) % 3]
+            cost = max(cost, costs[x, y]) if minimax else cost + costs[x, y]
+            for j in range(i):
+                other, partner = places[0, j], places[1, (shift + step * j) % 3]
+                difference = s.source[x, other] - s.target[y, partner]
+                if minimax:
+                    cost = max(cost, abs(difference))
+                else:
+                    cost += weight * difference * difference
+        if cost < least:
+            least = cost
+            for x in range(n):
+                s.best[x] = s.chosen[x]
+            for i in range(3):
+                s.best[places[0, i]] = places[1, (shift + step * i) % 3]
+    return least
 
 
 @kernel
