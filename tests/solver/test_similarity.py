@@ -65,8 +65,10 @@ def test_it_is_a_dissimilarity(options: SimilarityOptions) -> None:
 def test_it_does_not_change_when_shapes_are_moved_scaled_or_renumbered(
     options: SimilarityOptions,
 ) -> None:
-    shapes = [blob(2), cube(5)]
-    same = [moved(permuted(blob(2), 3)[0], 1, scale=7.0), moved(cube(5), 2, scale=0.01)]
+    # A cube has equal vertices to choose from, a box has not.
+    box = triangle_mesh(cube(5).vertices * [1.0, 1.5, 2.2], cube(5).faces)
+    shapes = [blob(2), box]
+    same = [moved(permuted(blob(2), 3)[0], 1, scale=7.0), moved(box, 2, scale=0.01)]
     found = values([shapes[0], same[0], shapes[1], same[1]], options)
     assert found[0, 1] < 1e-7
     assert found[0, 2] == pytest.approx(found[1, 2], rel=1e-6)
