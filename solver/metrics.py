@@ -130,6 +130,17 @@ class EmbeddedMetric:
         found: FloatArray = np.sqrt(np.maximum(squares, 0.0))
         return found
 
+    def squares_from(self, image: FloatArray) -> FloatArray:
+        """(V,) squared distances from any point of the embedding space to all vertices.
+
+        Parameters
+        ----------
+        image
+            (m,) the point. Rounding can leave a square just below zero.
+        """
+        squares: FloatArray = self._squared_norms + image @ image - 2.0 * (self.embedding @ image)
+        return squares
+
     def between(self, points: IntArray) -> FloatArray:
         """(A, A) distances among (A,) vertices, exactly symmetric, by differences."""
         images = self.embedding[points]

@@ -15,7 +15,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.dense import dense_map
-from solver.gmds import InterpolatedMetric, Status, SurfacePoints, gmds
+from solver.gmds import InterpolatedMetric, Status, SurfacePoints, Term, gmds
 from solver.metrics import EmbeddedMetric
 from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
@@ -97,14 +97,13 @@ def refine_by_gmds(
     # The target's unit of length serves both: without normalisation, scales may differ.
     scale = np.sqrt(target.mesh.area / source.mesh.area) * source.unit / target.unit
     distances = source.metric("geodesic").between(moving) * scale
-    solution = gmds(
+    term = Term(
         distances,
         InterpolatedMetric(target.metric("geodesic"), target.surface),
-        SurfacePoints.at_vertices(target.surface, dense.images(moving)),
-        weights=_weights(distances, _NEAR * np.sqrt(target.mesh.area) / target.unit),
-        iterations=_SWEEPS,
-        control=control,
+        _weights(distances, _NEAR * np.sqrt(target.mesh.area) / target.unit),
     )
+    start = SurfacePoints.at_vertices(target.surface, dense.images(moving))
+    solution = gmds([term], start, iterations=_SWEEPS, control=control)
     area = target.mesh.area / target.unit**2
     return Refinement(
         matched,

@@ -6,7 +6,7 @@ descent by one point, ``descent`` the minimisation, :func:`gmds`; ``embedding`` 
 section 6.2 does.
 """
 
-from solver.gmds.descent import GmdsSolution, Status, gmds
+from solver.gmds.descent import GmdsSolution, Status, Term, gmds
 from solver.gmds.embedding import Embedding, embed
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
@@ -17,6 +17,7 @@ __all__ = [
     "InterpolatedMetric",
     "Status",
     "SurfacePoints",
+    "Term",
     "embed",
     "gmds",
 ]

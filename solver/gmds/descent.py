@@ -1,6 +1,6 @@
 """Generalized multidimensional scaling: minimise the stress (7), point by point."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -9,13 +9,13 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.gmds.interpolation import InterpolatedMetric
-from solver.gmds.stress import costs_of_vertices, descent_step, share
+from solver.gmds.stress import Fields, costs_of_vertices, descent_step, share
 from solver.gmds.surface import SurfacePoints
 
 _LONGEST_STEP = 0.1
 """Of √area."""
 
-_MOST_PLACES = 5000
+_MOST_PLACES = 2500
 """Vertices to which a point may leap; on larger meshes, every n-th."""
 
 
@@ -57,12 +57,29 @@ class GmdsSolution:
         return len(self.history)
 
 
+@dataclass(frozen=True, eq=False)
+class Term:
+    """The stress (7) in one metric.
+
+    Parameters
+    ----------
+    source
+        (N, N) d_X, symmetric.
+    target
+        d_Y.
+    weights
+        (N, N) w of (7), symmetric, not negative; ``None`` for 1 everywhere.
+    """
+
+    source: FloatArray
+    target: InterpolatedMetric
+    weights: FloatArray | None = None
+
+
 def gmds(
-    source_distances: FloatArray,
-    target: InterpolatedMetric,
+    terms: Sequence[Term],
     initial: SurfacePoints,
     *,
-    weights: FloatArray | None = None,
     leaps: int = 0,
     iterations: int = 100,
     tolerance: float = 1e-4,
@@ -76,14 +93,10 @@ def gmds(
 
     Parameters
     ----------
-    source_distances
-        (N, N) d_X, symmetric.
-    target
-        d_Y.
+    terms
+        The stress, or several in different metrics on the same surface, which add up.
     initial
         N points of Y to begin with.
-    weights
-        (N, N) w of (7), symmetric, not negative; all 1 by default.
     leaps
         How many times, before the descent, every point may leap to whichever vertex of Y lowers
         the stress most.
@@ -103,7 +116,7 @@ def gmds(
     Cancelled
         Through `control`.
     """
-    run = _Descent(source_distances, target, initial, weights)
+    run = _Descent(terms, initial)
     control = control or Control()
     before = run.stress()
     for _ in range(leaps):
@@ -126,38 +139,35 @@ def gmds(
 
 
 class _Descent:
-    """Points on their way, with the squared distances from each to all vertices: 8 NV bytes."""
+    """Points on their way, with the squared distances from each to all vertices: 8 TNV bytes."""
 
-    def __init__(
-        self,
-        source_distances: FloatArray,
-        target: InterpolatedMetric,
-        initial: SurfacePoints,
-        weights: FloatArray | None,
-    ) -> None:
+    def __init__(self, terms: Sequence[Term], initial: SurfacePoints) -> None:
         count = len(initial)
-        if source_distances.shape != (count, count):
+        if any(term.source.shape != (count, count) for term in terms):
             raise ValueError(f"{count} points need ({count}, {count}) distances")
-        self.source = np.ascontiguousarray(source_distances)
-        self.weights = np.ones((count, count)) if weights is None else weights.copy()
-        np.fill_diagonal(self.weights, 0.0)
-        self.target = target
-        self.charts = target.charts
+        self.targets = [term.target for term in terms]
+        surface = self.targets[0].surface
+        weights = np.stack(
+            [np.ones((count, count)) if term.weights is None else term.weights for term in terms]
+        )
+        weights[:, np.arange(count), np.arange(count)] = 0.0
         self.faces, self.barycentric = initial.faces.copy(), initial.barycentric.copy()
-        self.longest = _LONGEST_STEP * float(np.sqrt(target.surface.area))
-        self.fields = np.empty((count, target.surface.n_vertices))
+        self.fields = Fields(
+            self.targets[0].charts,
+            np.stack([target.edges for target in self.targets]),
+            np.empty((len(terms), count, surface.n_vertices)),
+            np.stack([term.source for term in terms]),
+            weights,
+        )
         for i in range(count):
-            self.fields[i] = target.squares_from(int(self.faces[i]), self.barycentric[i])
-        stride = -(-target.surface.n_vertices // _MOST_PLACES)
-        self.places: IntArray = np.arange(0, target.surface.n_vertices, stride)
+            self.fields.squares[:, i] = self._squares(int(self.faces[i]), self.barycentric[i])
+        self.longest = _LONGEST_STEP * float(np.sqrt(surface.area))
+        stride = -(-surface.n_vertices // _MOST_PLACES)
+        self.places: IntArray = np.arange(0, surface.n_vertices, stride)
 
     def stress(self) -> float:
         """(7) of the points where they are."""
-        shares = [
-            self._share(i, self.fields[i], int(self.faces[i]), self.barycentric[i])
-            for i in range(len(self.faces))
-        ]
-        return 0.5 * float(sum(shares))
+        return 0.5 * float(sum(self._share_here(i) for i in range(len(self.faces))))
 
     def sweep(self, move: Callable[[int], None], control: Control) -> bool:
         """Move every point once; return whether there was time for all of them."""
@@ -170,47 +180,34 @@ class _Descent:
 
     def step(self, i: int) -> None:
         """Move a point downhill."""
-        face, u = int(self.faces[i]), self.barycentric[i]
-        _, new_face, new_u = descent_step(
-            self.fields,
-            self.charts,
-            self.target.edges,
-            i,
-            face,
-            u,
-            self.source[i],
-            self.weights[i],
-            self.longest,
-        )
-        self._take(i, int(new_face), new_u)
+        here = int(self.faces[i]), self.barycentric[i]
+        face, u = descent_step(self.fields, i, *here, self.longest)
+        self._take(i, int(face), u)
 
     def leap(self, i: int) -> None:
         """Move a point to the vertex at which the stress is least, if it is less than here."""
-        costs = costs_of_vertices(self.fields, self.places, i, self.source[i], self.weights[i])
+        costs = costs_of_vertices(self.fields, self.places, i)
         vertex = int(self.places[np.argmin(costs)])
-        face = int(self.charts.incident[self.charts.first[vertex]])
-        self._take(i, face, (self.charts.faces[face] == vertex).astype(np.float64))
+        charts = self.fields.charts
+        face = int(charts.incident[charts.first[vertex]])
+        self._take(i, face, (charts.faces[face] == vertex).astype(np.float64))
 
     def _take(self, i: int, face: int, u: FloatArray) -> None:
         """Move a point to a place, unless the stress, by both directions' distances, rises."""
         if face == self.faces[i] and (u == self.barycentric[i]).all():
             return
-        here = self._share(i, self.fields[i], int(self.faces[i]), self.barycentric[i])
-        field = self.target.squares_from(face, u)
-        if self._share(i, field, face, u) < here:
-            self.faces[i], self.barycentric[i], self.fields[i] = face, u, field
+        squares = self._squares(face, u)
+        if self._share(i, squares, face, u) < self._share_here(i):
+            self.faces[i], self.barycentric[i] = face, u
+            self.fields.squares[:, i] = squares
 
-    def _share(self, i: int, field: FloatArray, face: int, u: FloatArray) -> float:
-        return share(
-            self.fields,
-            field,
-            self.charts,
-            self.target.edges,
-            self.faces,
-            self.barycentric,
-            i,
-            face,
-            u,
-            self.source[i],
-            self.weights[i],
-        )
+    def _squares(self, face: int, u: FloatArray) -> FloatArray:
+        """(T, V) squared distances from a place to all vertices."""
+        return np.stack([target.squares_from(face, u) for target in self.targets])
+
+    def _share_here(self, i: int) -> float:
+        here = int(self.faces[i]), self.barycentric[i]
+        return self._share(i, np.ascontiguousarray(self.fields.squares[:, i]), *here)
+
+    def _share(self, i: int, squares: FloatArray, face: int, u: FloatArray) -> float:
+        return share(self.fields, self.faces, self.barycentric, i, squares, face, u)

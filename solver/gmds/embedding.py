@@ -8,7 +8,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.errors import OptionError
-from solver.gmds.descent import GmdsSolution, gmds
+from solver.gmds.descent import GmdsSolution, Term, gmds
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
 from solver.labelling import LabellingProblem
@@ -88,12 +88,9 @@ def embed(
         )
     sampling = source.sampling("geodesic", count)
     initial = _initial(source, target, sampling.indices, sampling.distances, control)
-    solution = gmds(
-        sampling.distances,
-        metric or InterpolatedMetric(target.metric("geodesic"), target.surface),
-        SurfacePoints.at_vertices(target.surface, initial),
-        control=control,
-    )
+    metric = metric or InterpolatedMetric(target.metric("geodesic"), target.surface)
+    start = SurfacePoints.at_vertices(target.surface, initial)
+    solution = gmds([Term(sampling.distances, metric)], start, control=control)
     return Embedding(sampling.indices, initial, solution)
 
 

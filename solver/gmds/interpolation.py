@@ -66,12 +66,15 @@ class InterpolatedMetric:
         (V,) float64
         """
         corners = self.surface.faces[face]
-        a, b, c = u
-        squares = np.full(self.surface.n_vertices, -(b * c * self.edges[face, 0]))
-        squares -= c * a * self.edges[face, 1] + a * b * self.edges[face, 2]
-        for vertex, weight in zip(corners, u, strict=True):
-            if weight > 0.0:
-                squares += weight * self._row(int(vertex))
+        if isinstance(self._metric, EmbeddedMetric):
+            squares = self._metric.squares_from(u @ self._metric.embedding[corners])
+        else:
+            a, b, c = u
+            inner = b * c * self.edges[face, 0] + c * a * self.edges[face, 1]
+            squares = np.full(self.surface.n_vertices, -inner - a * b * self.edges[face, 2])
+            for vertex, weight in zip(corners, u, strict=True):
+                if weight > 0.0:
+                    squares += weight * self._row(int(vertex))
         np.maximum(squares, 0.0, out=squares)
         return squares
 

@@ -1,5 +1,7 @@
 """The stress (7): how far the distances among points of Y are from those among points of X."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
@@ -28,6 +30,28 @@ def stress(source: FloatArray, target: FloatArray, weights: FloatArray) -> float
     return 0.5 * float((weights * (source - target) ** 2).sum())
 
 
+class Fields(NamedTuple):
+    """What the points' distances are made of, in each of T metrics.
+
+    Parameters
+    ----------
+    charts
+        Of the surface.
+    edges
+        (T, F, 3) squared lengths of the triangles' edges.
+    squares
+        (T, N, V) squared distances from every point to all vertices.
+    source, weights
+        (T, N, N) d_X and w of (7), the latter zero on the diagonal.
+    """
+
+    charts: Charts
+    edges: FloatArray
+    squares: FloatArray
+    source: FloatArray
+    weights: FloatArray
+
+
 @kernel
 def interpolated(field: FloatArray, corners: IntArray, edges: FloatArray, u: FloatArray) -> float:
     """Squared distance to a point from (V,) those to vertices; see ``InterpolatedMetric``."""
@@ -39,58 +63,46 @@ def interpolated(field: FloatArray, corners: IntArray, edges: FloatArray, u: Flo
 
 @kernel
 def share(
-    fields: FloatArray,
-    field: FloatArray,
-    charts: Charts,
-    edges: FloatArray,
+    fields: Fields,
     faces: IntArray,
     barycentric: FloatArray,
     i: int,
+    own: FloatArray,
     face: int,
     u: FloatArray,
-    source: FloatArray,
-    weights: FloatArray,
 ) -> float:
     """Stress of the distances of one point from all others, if it lay at a given place.
 
     Parameters
     ----------
     fields
-        (N, V) squared distances from every point to all vertices.
-    field
-        (V,) the same from the place.
-    charts, edges
-        Of the surface; edges squared in the metric.
+        Of all points where they are.
     faces, barycentric
-        (N,), (N, 3) where the points are.
+        (N,), (N, 3) where that is.
     i
         The point.
+    own
+        (T, V) squared distances from the place to all vertices.
     face, u
         The place.
-    source, weights
-        (N,) distances d_X of point i, and their weights.
     """
     total = 0.0
-    for j in range(len(faces)):
-        if j == i or weights[j] == 0.0:
-            continue
-        other = faces[j]
-        there = interpolated(field, charts.faces[other], edges[other], barycentric[j])
-        here = interpolated(fields[j], charts.faces[face], edges[face], u)
-        total += weights[j] * (np.sqrt(0.5 * (here + there)) - source[j]) ** 2
+    corners = fields.charts.faces
+    for t in range(len(own)):
+        edges, squares = fields.edges[t], fields.squares[t]
+        source, weights = fields.source[t, i], fields.weights[t, i]
+        for j in range(len(faces)):
+            if weights[j] > 0.0:
+                other = faces[j]
+                there = interpolated(own[t], corners[other], edges[other], barycentric[j])
+                here = interpolated(squares[j], corners[face], edges[face], u)
+                total += weights[j] * (np.sqrt(0.5 * (here + there)) - source[j]) ** 2
     return total
 
 
 @kernel
 def descent_model(
-    fields: FloatArray,
-    charts: Charts,
-    edges: FloatArray,
-    i: int,
-    face: int,
-    u: FloatArray,
-    source: FloatArray,
-    weights: FloatArray,
+    fields: Fields, i: int, face: int, u: FloatArray
 ) -> tuple[float, float, float, float, float, float]:
     """One-sided share of the stress at a place, its gradient, and its Gauss-Newton matrix.
 
@@ -98,43 +110,38 @@ def descent_model(
     interpolated at the place only, from the other points' fields: with a symmetric metric, this
     is the share itself.
     """
-    base, along, height = charts.corners[face]
-    e = edges[face]
-    a, b, c = charts.faces[face]
+    base, along, height = fields.charts.corners[face]
+    corners = fields.charts.faces[face]
+    a, b, c = corners
     value = gx = gy = hxx = hxy = hyy = 0.0
-    for j in range(len(fields)):
-        if j == i or weights[j] == 0.0:
-            continue
-        field = fields[j]
-        distance = np.sqrt(interpolated(field, charts.faces[face], e, u))
-        residual = distance - source[j]
-        value += weights[j] * residual * residual
-        scale = 0.5 / max(distance, _LEAST_DISTANCE)
-        # Derivatives of d² by the barycentric coordinates, and from them along the plane's axes.
-        to_a = field[a] - u[1] * e[2] - u[2] * e[1]
-        x = scale * (field[b] - u[0] * e[2] - u[2] * e[0] - to_a) / base
-        y = scale * (field[c] - u[0] * e[1] - u[1] * e[0] - to_a)
-        y = (y - x * along) / height
-        gx += weights[j] * residual * x
-        gy += weights[j] * residual * y
-        hxx += weights[j] * x * x
-        hxy += weights[j] * x * y
-        hyy += weights[j] * y * y
+    for t in range(len(fields.squares)):
+        e = fields.edges[t, face]
+        source, weights = fields.source[t, i], fields.weights[t, i]
+        for j in range(len(source)):
+            if not weights[j] > 0.0:
+                continue
+            field = fields.squares[t, j]
+            distance = np.sqrt(interpolated(field, corners, e, u))
+            residual = distance - source[j]
+            value += weights[j] * residual * residual
+            scale = 0.5 / max(distance, _LEAST_DISTANCE)
+            # Derivatives of d² by the barycentric coordinates, then along the plane's axes.
+            to_a = field[a] - u[1] * e[2] - u[2] * e[1]
+            x = scale * (field[b] - u[0] * e[2] - u[2] * e[0] - to_a) / base
+            y = scale * (field[c] - u[0] * e[1] - u[1] * e[0] - to_a)
+            y = (y - x * along) / height
+            gx += weights[j] * residual * x
+            gy += weights[j] * residual * y
+            hxx += weights[j] * x * x
+            hxy += weights[j] * x * y
+            hyy += weights[j] * y * y
     return value, 2.0 * gx, 2.0 * gy, 2.0 * hxx, 2.0 * hxy, 2.0 * hyy
 
 
 @kernel
 def descent_step(
-    fields: FloatArray,
-    charts: Charts,
-    edges: FloatArray,
-    i: int,
-    face: int,
-    u: FloatArray,
-    source: FloatArray,
-    weights: FloatArray,
-    longest: float,
-) -> tuple[float, int, FloatArray]:
+    fields: Fields, i: int, face: int, u: FloatArray, longest: float
+) -> tuple[int, FloatArray]:
     """Move one point straight downhill, all others fixed.
 
     The step is that of Gauss and Newton, damped, at most `longest`, and halved until the stress
@@ -142,10 +149,11 @@ def descent_step(
 
     Returns
     -------
-    value, face, u
-        One-sided share of the stress and place after the step; where it began if no step helps.
+    face, u
+        Where it ends; where it began if no step helps.
     """
-    best = descent_model(fields, charts, edges, i, face, u, source, weights)[0]
+    charts = fields.charts
+    best = descent_model(fields, i, face, u)[0]
     best_face, best_u = face, u
     pivot = charts.faces[face, np.argmax(u)]
     for at in range(charts.first[pivot], charts.first[pivot + 1]):
@@ -153,26 +161,32 @@ def descent_step(
         place, present = _seen_from(charts, face, u, start)
         if not present:
             continue
-        _, gx, gy, hxx, hxy, hyy = descent_model(
-            fields, charts, edges, i, start, place, source, weights
-        )
-        damping = _DAMPING * (hxx + hyy)
-        hxx, hyy = hxx + damping, hyy + damping
-        determinant = hxx * hyy - hxy * hxy
-        if not determinant > 0.0:
-            continue
-        x = -(hyy * gx - hxy * gy) / determinant
-        y = -(hxx * gy - hxy * gx) / determinant
-        length = np.hypot(x, y)
-        pace = 1.0 if length <= longest else longest / length
+        x, y = _newton_step(descent_model(fields, i, start, place), longest)
         for _ in range(_HALVINGS):
-            end, end_u = walk(charts, start, place, pace * x, pace * y)
-            reached = descent_model(fields, charts, edges, i, end, end_u, source, weights)[0]
+            end, end_u = walk(charts, start, place, x, y)
+            reached = descent_model(fields, i, end, end_u)[0]
             if reached < best:
                 best, best_face, best_u = reached, end, end_u
                 break
-            pace *= 0.5
-    return best, best_face, best_u
+            x, y = 0.5 * x, 0.5 * y
+    return best_face, best_u
+
+
+@kernel
+def _newton_step(
+    model: tuple[float, float, float, float, float, float], longest: float
+) -> tuple[float, float]:
+    """Damped Gauss-Newton step in the plane, at most `longest`; zero if there is none."""
+    _, gx, gy, hxx, hxy, hyy = model
+    damping = _DAMPING * (hxx + hyy)
+    hxx, hyy = hxx + damping, hyy + damping
+    determinant = hxx * hyy - hxy * hxy
+    if not determinant > 0.0:
+        return 0.0, 0.0
+    x = -(hyy * gx - hxy * gy) / determinant
+    y = -(hxx * gy - hxy * gx) / determinant
+    shorter = min(1.0, longest / max(np.hypot(x, y), _LEAST_DISTANCE * longest))
+    return x * shorter, y * shorter
 
 
 @kernel
@@ -189,14 +203,14 @@ def _seen_from(charts: Charts, face: int, u: FloatArray, other: int) -> tuple[Fl
 
 
 @kernel
-def costs_of_vertices(
-    fields: FloatArray, places: IntArray, i: int, source: FloatArray, weights: FloatArray
-) -> FloatArray:
-    """(P,) one-sided share of the stress of point i at each of (P,) vertices; i may be no point."""
+def costs_of_vertices(fields: Fields, places: IntArray, i: int) -> FloatArray:
+    """(P,) one-sided share of the stress of point i at each of (P,) vertices."""
     costs = np.zeros(len(places))
-    for j in range(len(fields)):
-        if j == i or weights[j] == 0.0:
-            continue
-        for p in range(len(places)):
-            costs[p] += weights[j] * (np.sqrt(fields[j, places[p]]) - source[j]) ** 2
+    for t in range(len(fields.squares)):
+        source, weights = fields.source[t, i], fields.weights[t, i]
+        for j in range(len(source)):
+            if weights[j] > 0.0:
+                field = fields.squares[t, j]
+                for p in range(len(places)):
+                    costs[p] += weights[j] * (np.sqrt(field[places[p]]) - source[j]) ** 2
     return costs

@@ -10,6 +10,26 @@ from solver.mesh import TriangleMesh, triangle_mesh
 from tests.solver import shapes
 
 
+class StraightMetric:
+    """Distances through space between the vertices of a mesh, as an unknown kind of metric."""
+
+    def __init__(self, mesh: TriangleMesh) -> None:
+        self.vertices = mesh.vertices
+
+    @property
+    def n_vertices(self) -> int:
+        return len(self.vertices)
+
+    def distances(self, sources: IntArray) -> FloatArray:
+        """(S, V) distances from (S,) vertices."""
+        apart: FloatArray = np.linalg.norm(self.vertices[sources][:, None] - self.vertices, axis=2)
+        return apart
+
+    def between(self, points: IntArray) -> FloatArray:
+        """(A, A) distances among (A,) vertices."""
+        return self.distances(points)[:, points]
+
+
 def plane_points(seed: int, count: int) -> FloatArray:
     """(N, 3) points of the rectangle that ``shapes.plane_grid`` triangulates, off its border."""
     random = np.random.default_rng(seed)

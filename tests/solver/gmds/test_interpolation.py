@@ -6,17 +6,18 @@ import pytest
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import InterpolatedMetric, SurfacePoints
 from solver.gmds import interpolation as module
+from solver.mesh import TriangleMesh
 from solver.metrics import EmbeddedMetric
 from solver.shape import Shape
 from tests.solver import shapes
-from tests.solver.gmds.surfaces import random_points
+from tests.solver.gmds.surfaces import StraightMetric, random_points
 
 
-class CountedMetric(EmbeddedMetric):
+class CountedMetric(StraightMetric):
     """A metric that says which vertices it was asked for."""
 
-    def __init__(self, embedding: FloatArray) -> None:
-        super().__init__(embedding)
+    def __init__(self, mesh: TriangleMesh) -> None:
+        super().__init__(mesh)
         self.asked: list[int] = []
 
     def distances(self, sources: IntArray) -> FloatArray:
@@ -24,14 +25,16 @@ class CountedMetric(EmbeddedMetric):
         return super().distances(sources)
 
 
-def test_a_plane_is_exact_near_and_far() -> None:
+@pytest.mark.parametrize("embedded", [True, False])
+def test_a_plane_is_exact_near_and_far(embedded: bool) -> None:
     mesh = shapes.plane_grid()
+    metric = EmbeddedMetric(mesh.vertices) if embedded else StraightMetric(mesh)
     points = random_points(mesh, 0, 80)
     near = SurfacePoints(points.faces, np.roll(points.barycentric, 1, axis=1))  # same triangles
     points = points.joined(near)
     places = points.positions(mesh.vertices, mesh.faces)
     exact = np.linalg.norm(places[:, None] - places, axis=2)
-    found = InterpolatedMetric(EmbeddedMetric(mesh.vertices), mesh).between(points)
+    found = InterpolatedMetric(metric, mesh).between(points)
     np.testing.assert_allclose(found, exact, atol=2e-8)
 
 
@@ -54,13 +57,13 @@ def test_great_circles() -> None:
     places /= np.linalg.norm(places, axis=1)[:, None]
     exact = np.arccos(np.clip(places @ places.T, -1.0, 1.0))
 
-    class Sphere(EmbeddedMetric):
+    class Arcs(StraightMetric):
         def distances(self, sources: IntArray) -> FloatArray:
-            cosines = self.embedding[sources] @ self.embedding.T
+            cosines = self.vertices[sources] @ self.vertices.T
             arcs: FloatArray = np.arccos(np.clip(cosines, -1.0, 1.0))
             return arcs
 
-    found = InterpolatedMetric(Sphere(mesh.vertices), mesh).between(points)
+    found = InterpolatedMetric(Arcs(mesh), mesh).between(points)
     ends = mesh.vertices[mesh.edges]
     edge = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).max()
     # Circles of radius r are curved like cot r and not like 1/r; near the antipodes that matters.
@@ -71,7 +74,7 @@ def test_rows_are_asked_for_when_needed_and_kept_as_far_as_there_is_room(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     mesh = shapes.plane_grid()
-    metric = CountedMetric(mesh.vertices)
+    metric = CountedMetric(mesh)
     interpolated = InterpolatedMetric(metric, mesh)
     inside, edge = np.full(3, 1.0 / 3.0), np.array([0.5, 0.0, 0.5])
     first = interpolated.squares_from(3, edge)
