@@ -1,6 +1,5 @@
 """Distances between any two points of a surface, interpolated from those between its vertices."""
 
-from collections import OrderedDict
 from functools import cached_property
 
 import numpy as np
@@ -9,9 +8,6 @@ from solver.arrays import FloatArray
 from solver.gmds.surface import Charts, SurfacePoints, charts_of
 from solver.mesh import TriangleMesh
 from solver.metrics import EmbeddedMetric, Metric
-
-_MEMORY = 64e6
-"""Bytes of the distances from vertices that are kept."""
 
 
 class InterpolatedMetric:
@@ -28,8 +24,8 @@ class InterpolatedMetric:
     embedded vertices, equal to the embedding's linear interpolation. Used for both of two points,
     it is a polynomial of their coordinates.
 
-    Distances from vertices are computed when a point comes to need them. Those used last are
-    kept, 64 MB of them (1,600 vertices of a mesh of 5,000, 160 of one of 50,000).
+    Distances from vertices are asked for when a point comes to need them, from the corners of its
+    triangle only; none are kept here.
 
     Parameters
     ----------
@@ -45,8 +41,6 @@ class InterpolatedMetric:
         self.surface = surface
         self.edges = _squared_edges(metric, surface)
         self._metric = metric
-        self._most_rows = max(int(_MEMORY / (8 * surface.n_vertices)), 16)
-        self._rows: OrderedDict[int, FloatArray] = OrderedDict()
 
     @cached_property
     def charts(self) -> Charts:
@@ -70,11 +64,10 @@ class InterpolatedMetric:
             squares = self._metric.squares_from(u @ self._metric.embedding[corners])
         else:
             a, b, c = u
-            inner = b * c * self.edges[face, 0] + c * a * self.edges[face, 1]
-            squares = np.full(self.surface.n_vertices, -inner - a * b * self.edges[face, 2])
-            for vertex, weight in zip(corners, u, strict=True):
-                if weight > 0.0:
-                    squares += weight * self._row(int(vertex))
+            needed = u > 0.0
+            squares = u[needed] @ self._metric.distances(corners[needed]) ** 2
+            edges = self.edges[face]
+            squares -= b * c * edges[0] + c * a * edges[1] + a * b * edges[2]
         np.maximum(squares, 0.0, out=squares)
         return squares
 
@@ -88,8 +81,8 @@ class InterpolatedMetric:
 
         Returns
         -------
-        (N, N) float64, exactly symmetric, zero on the diagonal: the root of the mean of both
-        directions' squares, should the metric between vertices not be symmetric.
+        (N, N) float64, exactly symmetric, zero on the diagonal: of both directions, should they
+        differ, the shorter, as between vertices.
         """
         squares = np.empty((len(points), len(points)))
         corners = self.surface.faces[points.faces]
@@ -99,25 +92,13 @@ class InterpolatedMetric:
             row[:] = (field[corners] * points.barycentric).sum(axis=1) - inner
         np.maximum(squares, 0.0, out=squares)
         np.fill_diagonal(squares, 0.0)
-        return np.sqrt(0.5 * (squares + squares.T))
+        return np.sqrt(np.minimum(squares, squares.T))
 
     def _within(self, points: SurfacePoints) -> FloatArray:
         a, b, c = points.barycentric.T
         edges = self.edges[points.faces]
         inner: FloatArray = b * c * edges[:, 0] + c * a * edges[:, 1] + a * b * edges[:, 2]
         return inner
-
-    def _row(self, vertex: int) -> FloatArray:
-        """(V,) squared distances from a vertex."""
-        known = self._rows.get(vertex)
-        if known is None:
-            known = self._metric.distances(np.array([vertex], dtype=np.int64))[0] ** 2
-            self._rows[vertex] = known
-            if len(self._rows) > self._most_rows:
-                self._rows.popitem(last=False)
-        else:
-            self._rows.move_to_end(vertex)
-        return known
 
 
 def _squared_edges(metric: Metric, surface: TriangleMesh) -> FloatArray:

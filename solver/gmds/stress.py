@@ -96,7 +96,7 @@ def share(
                 other = faces[j]
                 there = interpolated(own[t], corners[other], edges[other], barycentric[j])
                 here = interpolated(squares[j], corners[face], edges[face], u)
-                total += weights[j] * (np.sqrt(0.5 * (here + there)) - source[j]) ** 2
+                total += weights[j] * (np.sqrt(min(here, there)) - source[j]) ** 2
     return total
 
 

@@ -5,7 +5,6 @@ import pytest
 
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import InterpolatedMetric, SurfacePoints
-from solver.gmds import interpolation as module
 from solver.mesh import TriangleMesh
 from solver.metrics import EmbeddedMetric
 from solver.shape import Shape
@@ -70,21 +69,10 @@ def test_great_circles() -> None:
     assert np.abs(found - exact)[exact < 2.0].max() < edge**2 / 3.0
 
 
-def test_rows_are_asked_for_when_needed_and_kept_as_far_as_there_is_room(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_only_corners_that_count_are_asked_for() -> None:
     mesh = shapes.plane_grid()
     metric = CountedMetric(mesh)
     interpolated = InterpolatedMetric(metric, mesh)
-    inside, edge = np.full(3, 1.0 / 3.0), np.array([0.5, 0.0, 0.5])
-    first = interpolated.squares_from(3, edge)
-    assert sorted(metric.asked) == sorted(mesh.faces[3, [0, 2]].tolist())
-    interpolated.squares_from(3, inside)
-    assert sorted(metric.asked) == sorted(mesh.faces[3].tolist())
-    monkeypatch.setattr(module, "_MEMORY", 1.0)
-    metric.asked.clear()
-    forgetful = InterpolatedMetric(metric, mesh)
-    for face in range(mesh.n_faces):
-        forgetful.squares_from(face, inside)
-    np.testing.assert_array_equal(forgetful.squares_from(3, edge), first)
-    assert len(metric.asked) > mesh.n_vertices  # some again, having been forgotten
+    assert not metric.asked
+    interpolated.squares_from(3, np.array([0.5, 0.0, 0.5]))
+    assert metric.asked == mesh.faces[3, [0, 2]].tolist()
