@@ -1,0 +1,117 @@
+"""What each method of computing geodesic distances costs and errs: ``python -m bench.geodesics``.
+
+On generated bodies, or a mesh: seconds of processor time to prepare it, for the first source, and
+for a hundred, one after another, in one process on one thread; the mean and the greatest error of
+distances relative to exact ones, and the time for a hundred sources relative to that of the graph.
+"""
+
+import argparse
+import json
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from solver.arrays import FloatArray, IntArray
+from solver.geodesics import GEODESIC_METHODS, GeodesicMethod, geodesics
+from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
+from solver.synthetic import human
+
+SIZES = 5_000, 28_000
+SOURCES = 100
+CHECKED = 10
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method on one mesh."""
+
+    vertices: int
+    method: GeodesicMethod
+    seconds_preparation: float
+    seconds_one: float
+    seconds_hundred: float
+    ratio_to_graph: float
+    mean_error: float
+    greatest_error: float
+
+
+def measure(mesh: TriangleMesh) -> list[Row]:
+    """Measure all methods on one mesh, in turn."""
+    sources = np.random.default_rng(0).permutation(mesh.n_vertices)[:SOURCES].astype(np.int64)
+    exact = geodesics(mesh, "exact").distances(sources[:CHECKED])
+    rows: list[Row] = []
+    for method in GEODESIC_METHODS:
+        started = time.process_time()
+        measured = geodesics(mesh, method)
+        prepared = time.process_time()
+        measured.distances(sources[:1])
+        first = time.process_time()
+        found = measured.distances(sources)
+        hundred = time.process_time() - first
+        mean, greatest = errors(found[:CHECKED], exact, sources)
+        rows.append(
+            Row(
+                mesh.n_vertices,
+                method,
+                prepared - started,
+                first - prepared,
+                hundred,
+                hundred / rows[0].seconds_hundred if rows else 1.0,
+                mean,
+                greatest,
+            )
+        )
+    return rows
+
+
+def errors(found: FloatArray, exact: FloatArray, sources: IntArray) -> tuple[float, float]:
+    """Mean and greatest relative error, sources themselves left out."""
+    apart = np.ones(exact.shape, dtype=np.bool_)
+    apart[np.arange(len(exact)), sources[: len(exact)]] = False
+    relative = np.abs(found[apart] / exact[apart] - 1.0)
+    return float(relative.mean()), float(relative.max())
+
+
+def bodies(most: int) -> list[TriangleMesh]:
+    """Generated bodies."""
+    figures = [human(resolution=size) for size in SIZES if size <= most]
+    return [triangle_mesh(figure.vertices, figure.faces) for figure in figures]
+
+
+def main() -> None:
+    """Measure, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
+    parser.add_argument("--most", type=int, default=SIZES[-1], help="vertices, at most")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    if arguments.mesh:
+        meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
+    else:
+        meshes = bodies(arguments.most)
+    small = human(resolution=500)
+    measure(triangle_mesh(small.vertices, small.faces))  # compiles
+    print(
+        f"{'vertices':>9} {'method':14}{'prepare s':>10}{'one s':>9}{'hundred s':>11}"
+        f"{'of graph':>10}{'mean error':>12}{'greatest':>10}"
+    )
+    rows: list[Row] = []
+    with threadpool_limits(1):
+        for mesh in meshes:
+            for row in measure(mesh):
+                rows.append(row)
+                print(
+                    f"{row.vertices:9} {row.method:14}{row.seconds_preparation:10.3f}"
+                    f"{row.seconds_one:9.4f}{row.seconds_hundred:11.2f}{row.ratio_to_graph:10.1f}"
+                    f"{row.mean_error:12.3%}{row.greatest_error:10.2%}",
+                    flush=True,
+                )
+    if arguments.json:
+        print(json.dumps([asdict(row) for row in rows]))
+
+
+if __name__ == "__main__":
+    main()
