@@ -49,6 +49,7 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (
 	$(BIN)/python -m bench.geodesics --most 5000
 	$(BIN)/python -m bench.refinement --every 4
 	$(BIN)/python -m bench.invariance
+	$(BIN)/python -m bench.service
 
 openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
 	$(BIN)/python -m service.openapi openapi/openapi.json

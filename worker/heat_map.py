@@ -55,13 +55,13 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     matrix = np.array(result.matrix)[np.ix_(order, order)]
     blocks = _blocks(result.labels, order)
     figure = Figure(figsize=_INCHES, dpi=_DOTS_PER_INCH, facecolor="white")
-    axes = figure.add_axes((0.16, 0.135, 0.72, 0.76))
+    axes = figure.add_axes((0.16, 0.17, 0.72, 0.73))
     others = matrix[~np.eye(len(matrix), dtype=np.bool_)]
     # Energies are squares: their roots tell the small ones apart, which matter.
     gamma = 0.5 if result.parameters.objective == "l2" else 1.0
     norm = PowerNorm(gamma, 0.0, float(np.quantile(others, 0.98)) or 1.0, clip=True)
     image = axes.imshow(matrix, norm=norm, cmap="magma", interpolation="nearest", aspect="equal")
-    bar = figure.colorbar(image, cax=figure.add_axes((0.905, 0.135, 0.022, 0.76)))
+    bar = figure.colorbar(image, cax=figure.add_axes((0.905, 0.17, 0.022, 0.73)))
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8, colors=_FAINT, length=2)
     _label_axes(axes, [names[k] for k in order], blocks)
