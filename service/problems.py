@@ -30,13 +30,14 @@
     └── NotReady                    503  stopping, nowhere to store anything, or no worker
 """
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from redis.exceptions import RedisError
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from service.requests import MOST_FIELDS, field_problems, no_json, unreadable
 from worker.contracts import FieldProblem, Problem
@@ -44,6 +45,8 @@ from worker.store import KeyReused, TooManyQueued
 from worker.telemetry import logger
 
 MEDIA_TYPE = "application/problem+json"
+
+_METHODS: Final = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
 
 log = logger("isomatch.api")
 
@@ -320,12 +323,23 @@ def _http(request: Request, error: Exception) -> Response:
         404: NotFound(f"There is nothing at {path}; /docs says what there is."),
         405: MethodNotAllowed(f"{request.method} cannot be done at {path}."),
     }
+    if error.status_code == MethodNotAllowed.status:
+        # The router names the methods of the first route only that has this path.
+        headers["Allow"] = ", ".join(_methods_at(request))
     known = kinds.get(error.status_code)
     if known is not None:
         return response(known.problem(path), headers)
     detail = str(error.detail)
     stated = Problem.of("http-error", detail, error.status_code, detail, instance=path)
     return response(stated, headers)
+
+
+def _methods_at(request: Request) -> list[str]:
+    def answered(method: str) -> bool:
+        scope = {**request.scope, "method": method}
+        return any(route.matches(scope)[0] is Match.FULL for route in request.app.routes)
+
+    return [method for method in _METHODS if answered(method)]
 
 
 def _store_away(request: Request, error: Exception) -> Response:

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
-from service.jobs.events import event_id, events, present_job
+from service.jobs.events import EVENT, RETRY_MS, event_id, events, present_job
 from service.jobs.lookup import JobId, missing
 from service.jobs.schemas import Job, JobPage
 from service.paging import Cursor, Limit, page_of
@@ -31,8 +31,26 @@ Wait = Annotated[
 ]
 _EVENTS: Final = {
     "text/event-stream": {
-        "schema": {"type": "string"},
-        "example": 'event: job\ndata: {"id": "5f0c…", "state": "succeeded", …}\nid: 9d1f…\n\n',
+        # One event; what it carries as text is a job.
+        "schema": {
+            "type": "object",
+            "properties": {
+                "event": {"const": EVENT},
+                "data": {
+                    "type": "string",
+                    "contentMediaType": "application/json",
+                    "contentSchema": {"$ref": "#/components/schemas/Job"},
+                },
+                "id": {"type": "string"},
+                "retry": {"type": "integer"},
+            },
+        },
+        "example": {
+            "event": EVENT,
+            "data": '{"id":"5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f","state":"succeeded"}',
+            "id": "9d1f0c8a7b6e5d4c",
+            "retry": RETRY_MS,
+        },
     }
 }
 

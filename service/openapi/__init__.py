@@ -6,6 +6,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
+from service.openapi.examples import illustrate
 from service.problems import Unauthorized, responses
 from service.security import PROTECTED
 from worker.contracts import Problem
@@ -47,6 +48,7 @@ def document(app: FastAPI) -> dict[str, Any]:
             call["responses"].pop("422", None)
     _mark_files(components)
     _say_who_may_call(schema)
+    illustrate(schema)
     schema["components"]["schemas"] = dict(sorted(components.items()))
     return schema
 

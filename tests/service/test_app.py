@@ -10,13 +10,14 @@ from pathlib import Path
 
 import httpx2
 import pytest
+from openapi_schema_validator import OAS31Validator, oas31_format_checker
 from openapi_spec_validator import validate
 
 from service.app import create_app
 from service.embedded import EmbeddedServer
 from service.openapi import text
 from service.settings import Settings
-from tests.service.conftest import Api, problem, running_api
+from tests.service.conftest import Api, Json, problem, running_api
 from worker.store import keys
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -28,7 +29,10 @@ def test_addresses_and_methods_of_nothing(http: httpx2.Client) -> None:
     problem(http.get("/v1/shapes/"), 404, "not-found")
     answer = http.put("/v1/shapes")
     problem(answer, 405, "method-not-allowed")
-    assert answer.headers["allow"]
+    assert answer.headers["allow"] == "GET, POST"
+    answer = http.options("/v1/jobs/x")
+    problem(answer, 405, "method-not-allowed")
+    assert answer.headers["allow"] == "DELETE, GET"
 
 
 def test_request_ids(http: httpx2.Client) -> None:
@@ -148,6 +152,59 @@ def test_every_call_says_how_it_fails() -> None:
                 assert content["schema"]["$ref"].endswith("/Problem")
                 for example in content["examples"].values():
                     assert str(example["value"]["status"]) == status
+
+
+def test_every_call_has_examples() -> None:
+    document = json.loads(OPENAPI.read_text(encoding="utf-8"))
+    components = document["components"]
+
+    def check(schema: Json, value: object) -> None:
+        whole = {**schema, "components": components}
+        OAS31Validator(whole, format_checker=oas31_format_checker).validate(value)
+
+    def examples(content: Json) -> list[object]:
+        if "example" in content:
+            return [content["example"]]
+        if "examples" in content:
+            return [example["value"] for example in content["examples"].values()]
+        name = content["schema"]["$ref"].rpartition("/")[2]
+        return list(components["schemas"][name]["examples"])
+
+    for path in document["paths"].values():
+        for call in path.values():
+            for parameter in call.get("parameters", ()):
+                check(parameter["schema"], parameter["example"])
+            answers = call["responses"].items()
+            bodies = [call["requestBody"]] if "requestBody" in call else []
+            bodies += [answer for status, answer in answers if status < "400"]
+            for body in bodies:
+                for kind, content in body.get("content", {}).items():
+                    if content["schema"].get("format") == "binary":
+                        assert kind in (
+                            "application/octet-stream",
+                            "application/x-npz",
+                            "image/png",
+                        )
+                        continue
+                    shown = examples(content)
+                    assert shown, call["operationId"]
+                    for value in shown:
+                        check(content["schema"], value)
+
+
+def test_links_lead_to_what_there_is() -> None:
+    paths = json.loads(OPENAPI.read_text(encoding="utf-8"))["paths"]
+    calls = {call["operationId"]: call for path in paths.values() for call in path.values()}
+    links = [
+        link
+        for call in calls.values()
+        for answer in call["responses"].values()
+        for link in answer.get("links", {}).values()
+    ]
+    assert len(links) >= 15
+    for link in links:
+        names = {entry["name"] for entry in calls[link["operationId"]]["parameters"]}
+        assert set(link["parameters"]) <= names
 
 
 def started(module: str, **settings: str) -> subprocess.CompletedProcess[str]:

@@ -1,0 +1,65 @@
+"""Examples for every call, and the links by which one call's answer leads to the next."""
+
+import json
+from pathlib import Path
+from typing import Any, Final
+
+EXAMPLES: Final[dict[str, Any]] = json.loads(
+    Path(__file__).with_name("examples.json").read_text(encoding="utf-8")
+)
+"""Values of parameters by name, bodies by call, answers by call and status, each with a name."""
+
+_ID: Final = "$response.body#/id"
+_OF_A_SHAPE: Final = {
+    "get_shape": {"shape": _ID},
+    "get_mesh": {"shape": _ID},
+    "delete_shape": {"shape": _ID},
+}
+_OF_A_JOB: Final = {
+    name: {"job_id": _ID}
+    for name in ("get_job", "follow_job", "cancel_job", "get_result", "get_picture")
+}
+LINKS: Final[dict[tuple[str, str], dict[str, dict[str, str]]]] = {
+    ("upload_shape", "200"): _OF_A_SHAPE,
+    ("upload_shape", "201"): _OF_A_SHAPE,
+    ("create_match", "202"): _OF_A_JOB,
+    ("create_dissimilarities", "202"): _OF_A_JOB
+    | {name: {"job_id": _ID} for name in ("get_dissimilarities", "get_arrays")},
+}
+"""Which parameters of which call are in the answer of another, by that call and its status."""
+
+
+def illustrate(schema: dict[str, Any]) -> None:
+    """Put the examples and the links into an OpenAPI document."""
+    for calls in schema["paths"].values():
+        for call in calls.values():
+            _show_parameters(call)
+            _show_body(call)
+            for status, answer in call["responses"].items():
+                _show_answer(call["operationId"], status, answer)
+
+
+def _show_parameters(call: dict[str, Any]) -> None:
+    for parameter in call.get("parameters", ()):
+        if parameter["name"] in EXAMPLES["parameters"]:
+            parameter["example"] = EXAMPLES["parameters"][parameter["name"]]
+
+
+def _show_body(call: dict[str, Any]) -> None:
+    example = EXAMPLES["requests"].get(call["operationId"])
+    if example is not None:
+        for content in call["requestBody"]["content"].values():
+            content["example"] = example
+
+
+def _show_answer(operation: str, status: str, answer: dict[str, Any]) -> None:
+    examples = EXAMPLES["answers"].get(operation, {}).get(status, {})
+    if examples:
+        (content,) = answer["content"].values()
+        content["examples"] = {name: {"value": value} for name, value in examples.items()}
+    links = LINKS.get((operation, status), {})
+    if links:
+        answer["links"] = {
+            name: {"operationId": name, "parameters": parameters}
+            for name, parameters in links.items()
+        }
