@@ -7,7 +7,6 @@ from scipy.spatial import KDTree
 
 from solver.arrays import IntArray
 from solver.repair.edges import Edges
-from solver.repair.proximity import vertices_beside
 from solver.repair.soup import TriangleSoup, counted
 
 _SUSPICIOUS = 0.1
@@ -30,7 +29,9 @@ def with_findings(soup: TriangleSoup) -> TriangleSoup:
             f"{counted(pinched, 'vertex', 'vertices')} at which the surface only touches itself:"
             " distances lead through"
         )
-    cracks = _cracks(soup, edges)
+    if soup.border.tangled:
+        notes.append("the border lies over itself too often to be searched for cracks")
+    cracks = _cracks(soup)
     if cracks:
         notes.append(
             f"{counted(cracks, 'border vertex', 'border vertices')} nearly on another border: if"
@@ -68,20 +69,18 @@ def pinched_vertices(faces: IntArray, edges: Edges) -> IntArray:
     return found
 
 
-def _cracks(soup: TriangleSoup, edges: Edges) -> int:
+def _cracks(soup: TriangleSoup) -> int:
     """Border vertices much nearer to another one, or to a border edge, than the edges are long."""
-    face, side = edges.border_sides
-    if not len(face):
+    places, border = soup.places, soup.border
+    if not len(border.face):
         return 0
-    places = soup.places
-    start, end = soup.faces[face, side], soup.faces[face, (side + 1) % 3]
-    reach = _SUSPICIOUS * np.linalg.norm(places[end] - places[start], axis=1)
+    reach = _SUSPICIOUS * border.length
     beside = np.zeros(len(places), dtype=np.bool_)
-    beside[vertices_beside(places, start, end, reach)[1]] = True
+    beside[border.beside(reach)[1]] = True
     shortest = np.full(len(places), np.inf)
-    np.minimum.at(shortest, start, reach)
-    np.minimum.at(shortest, end, reach)
-    mine = np.unique(start)
+    np.minimum.at(shortest, border.start, reach)
+    np.minimum.at(shortest, border.end, reach)
+    mine = np.unique(border.start)
     nearest = np.asarray(KDTree(places[mine]).query(places[mine], k=2)[0])[:, 1]
     beside[mine[nearest < shortest[mine]]] = True
     return int(beside.sum())

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.repair.proximity import vertices_beside
 from solver.repair.soup import TriangleSoup, counted
 from solver.repair.triangulation import MOST_CORNERS, triangulated
 
@@ -56,27 +55,23 @@ def without_junctions(soup: TriangleSoup) -> TriangleSoup:
 
 
 def _junctions(soup: TriangleSoup) -> _Junctions | None:
-    edges = soup.edges
-    face, side = edges.border_sides
-    start, end = soup.faces[face, side], soup.faces[face, (side + 1) % 3]
-    places = soup.places
-    length = np.linalg.norm(places[end] - places[start], axis=1)
-    slack = np.minimum(_OFF_THE_EDGE, _OF_THE_EDGE * length)
-    number, vertex = vertices_beside(places, start, end, slack)
+    border = soup.border
+    slack = np.minimum(_OFF_THE_EDGE, _OF_THE_EDGE * border.length)
+    number, vertex = border.beside(slack)
     # The points of a side in order: its start, what lies on it, its end.
     sides = np.unique(number)
     where = np.concatenate([sides, number, sides])
     order = np.argsort(where, kind="stable")
     where = where[order]
-    point = np.concatenate([start[sides], vertex, end[sides]])[order]
+    point = np.concatenate([border.start[sides], vertex, border.end[sides]])[order]
     base = len(soup.vertices)
     parts = np.minimum(point[1:], point[:-1]) * base + np.maximum(point[1:], point[:-1])
-    shared = (where[1:] == where[:-1]) & np.isin(parts, edges.border @ np.array([base, 1]))
+    shared = (where[1:] == where[:-1]) & np.isin(parts, soup.edges.border @ np.array([base, 1]))
     genuine = np.isin(number, where[1:][shared])
-    if not genuine.any() or np.bincount(face[number]).max() > MOST_CORNERS - 3:
+    if not genuine.any() or np.bincount(border.face[number]).max() > MOST_CORNERS - 3:
         return None
     number, vertex = number[genuine], vertex[genuine]
-    return _Junctions(face[number], side[number], vertex)
+    return _Junctions(border.face[number], border.side[number], vertex)
 
 
 def _polygons(faces: IntArray, junctions: _Junctions) -> tuple[IntArray, IntArray]:

@@ -1,55 +1,112 @@
-"""Which vertices of a surface's border lie beside its other border edges."""
+"""The border of a surface, and which of its vertices lie beside its other edges."""
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.repair.edges import Edges
 
 _MOST_CANDIDATES = 64
 """Border vertices in the sphere over a border edge, on average; where there are more, the border is
 a tangle, and nothing can be said of it in reasonable time."""
 
 
-def vertices_beside(
-    places: FloatArray, start: IntArray, end: IntArray, slack: FloatArray
-) -> tuple[IntArray, IntArray]:
-    """Border vertices beside the inner part of border sides.
+@dataclass(frozen=True, eq=False)
+class Border:
+    """The sides of faces along the border, and the border vertices in the spheres over them.
+
+    Parameters
+    ----------
+    face, side
+        (S,) the face of each side of the border, and which of its sides: from corner 0 to 1, 1 to
+        2, 2 to 0.
+    start, end
+        (S,) vertices of the side.
+    length
+        (S,) of the side.
+    tangled
+        Whether there are too many vertices in the spheres; then none are given.
+    number, vertex
+        (n,) a side (0..S-1), and a vertex in the sphere whose diameter it is.
+    along, away
+        (n,) where the vertex lies: from the side's start along it, and from its line.
+    """
+
+    face: IntArray
+    side: IntArray
+    start: IntArray
+    end: IntArray
+    length: FloatArray
+    tangled: bool
+    number: IntArray
+    vertex: IntArray
+    along: FloatArray
+    away: FloatArray
+
+    def beside(self, slack: FloatArray) -> tuple[IntArray, IntArray]:
+        """Border vertices beside the inner part of border sides.
+
+        Parameters
+        ----------
+        slack
+            (S,) how far from a side a vertex may lie, and how far from its ends it must.
+
+        Returns
+        -------
+        number, vertex : (n,), by side and from its start to its end; of vertices that lie beside
+            the same point of a side, one.
+        """
+        reach = slack[self.number]
+        beside: BoolArray = (self.away <= reach) & (self.along > reach)
+        beside &= self.along < self.length[self.number] - reach
+        number, vertex = self.number[beside], self.vertex[beside]
+        along, reach = self.along[beside], reach[beside]
+        order = np.lexsort((along, number))
+        number, vertex, along = number[order], vertex[order], along[order]
+        apart = np.ones(len(number), dtype=np.bool_)
+        apart[1:] = (number[1:] != number[:-1]) | (np.diff(along) > reach[order][1:])
+        return number[apart], vertex[apart]
+
+
+def border_of(places: FloatArray, faces: IntArray, edges: Edges) -> Border:
+    """Find the border, and what lies near it.
 
     Parameters
     ----------
     places
         (V, 3).
-    start, end
-        (S,) vertices of the sides, which are all of the border.
-    slack
-        (S,) how far from a side a vertex may lie, and how far from its ends it must.
-
-    Returns
-    -------
-    side, vertex : (n,), by side and from its start to its end; of vertices that lie beside the
-        same point of a side, one.
+    faces
+        (F, 3).
+    edges
+        Of these faces.
     """
-    nothing = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    mine = np.unique(start)
-    if not len(mine):
-        return nothing
-    origin, way = places[start], places[end] - places[start]
+    face, side = edges.border_sides
+    start, end = faces[face, side], faces[face, (side + 1) % 3]
+    way = places[end] - places[start]
     length = np.linalg.norm(way, axis=1)
-    sphere = origin + 0.5 * way, 0.5 * length
-    tree = KDTree(places[mine])
-    near = np.asarray(tree.query_ball_point(*sphere, return_length=True))
-    if near.sum() > _MOST_CANDIDATES * len(start):
-        return nothing
-    side = np.repeat(np.arange(len(start), dtype=np.int64), near)
-    found = [np.array(some, dtype=np.int64) for some in tree.query_ball_point(*sphere)]
-    vertex = mine[np.concatenate(found)]
-    arm, length, slack = places[vertex] - origin[side], length[side], slack[side]
-    along = np.einsum("ij,ij->i", arm, way[side]) / length
-    away = np.linalg.norm(arm - (along / length)[:, None] * way[side], axis=1)
-    beside: BoolArray = (away <= slack) & (along > slack) & (along < length - slack)
-    side, vertex, along, slack = side[beside], vertex[beside], along[beside], slack[beside]
-    order = np.lexsort((along, side))
-    side, vertex, along, slack = side[order], vertex[order], along[order], slack[order]
-    apart = np.ones(len(side), dtype=np.bool_)
-    apart[1:] = (side[1:] != side[:-1]) | (np.diff(along) > slack[1:])
-    return side[apart], vertex[apart]
+    nothing = np.zeros(0, dtype=np.int64)
+    number, vertex, tangled = nothing, nothing, False
+    if len(face):
+        mine = np.unique(start)
+        # A little smaller: the ends, and what lies across them, are of no interest.
+        radius = (0.5 - 1e-6) * length
+        near = _in_spheres(KDTree(places[mine]), places[start] + 0.5 * way, radius)
+        tangled = near is None
+        if near is not None:
+            number = np.repeat(np.arange(len(face), dtype=np.int64), [len(some) for some in near])
+            vertex = mine[np.concatenate(near)]
+    arm = places[vertex] - places[start[number]]
+    along = np.einsum("ij,ij->i", arm, way[number]) / length[number]
+    away = np.linalg.norm(arm - (along / length[number])[:, None] * way[number], axis=1)
+    return Border(face, side, start, end, length, tangled, number, vertex, along, away)
+
+
+def _in_spheres(tree: KDTree, centre: FloatArray, radius: FloatArray) -> list[IntArray] | None:
+    """Points in spheres; none if there are too many, of which a few spheres tell."""
+    some = slice(None, None, max(len(centre) // 1000, 1))
+    counts = tree.query_ball_point(centre[some], radius[some], return_length=True)
+    if np.mean(counts) > _MOST_CANDIDATES:
+        return None
+    return [np.array(found, dtype=np.int64) for found in tree.query_ball_point(centre, radius)]

@@ -8,6 +8,7 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
 from solver.repair.edges import Edges, edges_of
+from solver.repair.proximity import Border, border_of
 
 _LARGEST = 1e64
 """Extent beyond which, or below whose inverse, the fourth power of a length has no number."""
@@ -91,6 +92,11 @@ class TriangleSoup:
     def edges(self) -> Edges:
         """Edges of the faces, which must have three different corners each."""
         return edges_of(self.faces)
+
+    @cached_property
+    def border(self) -> Border:
+        """The border, in places, with what lies near it."""
+        return border_of(self.places, self.faces, self.edges)
 
     @cached_property
     def places(self) -> FloatArray:
