@@ -9,6 +9,7 @@ from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, largest_component
 from solver.simplification import simplified
 from worker.contracts import SpectrumKey
+from worker.store import Spectra
 
 
 def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
@@ -51,8 +52,8 @@ def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:
     return numbers.astype(np.int32) if numbers.max(initial=0) < 2**31 else numbers
 
 
-def mesh_of(key: SpectrumKey, whole: TriangleMesh) -> TriangleMesh:
-    """Return the mesh whose spectrum a key names.
+def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> TriangleMesh:
+    """Return the mesh whose spectrum a key names; a simplified one is made once and kept.
 
     Parameters
     ----------
@@ -60,6 +61,14 @@ def mesh_of(key: SpectrumKey, whole: TriangleMesh) -> TriangleMesh:
         What of the shape is compared.
     whole
         The shape's mesh.
+    spectra
+        The cache.
     """
-    mesh = largest_component(whole) if key.largest_component else whole
-    return mesh if key.simplify is None else simplified(mesh, key.simplify)
+    if key.simplify is None:
+        return largest_component(whole) if key.largest_component else whole
+    kept = spectra.get(key.mesh_name)
+    if kept is not None:
+        return mesh_from_bytes(kept)
+    mesh = simplified(largest_component(whole) if key.largest_component else whole, key.simplify)
+    spectra.put(key.mesh_name, mesh_to_bytes(mesh))
+    return mesh

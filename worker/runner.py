@@ -151,7 +151,7 @@ class Runner:
             # Somebody who computes it already needs no second one to wait for him.
             if not spectra.has(payload.key) and not spectra.locked(payload.key):
                 control.report("spectrum", 0.0)
-                mesh = mesh_of(payload.key, self._mesh(payload.shape))
+                mesh = mesh_of(payload.key, self._mesh(payload.shape), spectra)
                 spectrum_of(payload.key, mesh, spectra, self.name, control)
         finally:
             self.store.spectra.settle(payload.key)
@@ -178,7 +178,7 @@ class Runner:
         fewer = simplify is not None and whole.n_vertices > simplify
         largest = several and parameters.largest_component
         key = SpectrumKey(shape, parameters.spectrum_size, largest, simplify if fewer else None)
-        mesh = mesh_of(key, whole)
+        mesh = mesh_of(key, whole, self.store.spectra)
         if not parameters.needs_spectrum or mesh.components > 1:
             return Side(mesh, None)
         return Side(mesh, spectrum_of(key, mesh, self.store.spectra, self.name, control))

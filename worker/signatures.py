@@ -88,7 +88,7 @@ def compute_signature(
     try:
         if whole.components > 1 and not key.largest_component:
             raise MeshError(f"it has {whole.components} components; ask for `largest_component`")
-        mesh = mesh_of(key, whole)
+        mesh = mesh_of(key, whole, store.spectra)
         spectrum = spectrum_of(key, mesh, store.spectra, holder, control)
         solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)
         found = signature(solid, options_of(parameters)).to_bytes()

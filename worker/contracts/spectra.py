@@ -28,7 +28,16 @@ class SpectrumKey:
     largest_component: bool = False
     simplify: int | None = None
 
-    def __str__(self) -> str:
+    @property
+    def mesh_name(self) -> str:
+        """Name of the simplified mesh."""
+        return f"{self._part}:mesh:v{SPECTRUM_VERSION}"
+
+    @property
+    def _part(self) -> str:
         part = "largest" if self.largest_component else "whole"
         detail = "full" if self.simplify is None else str(self.simplify)
-        return f"{self.shape}:{part}:{detail}:{self.eigenpairs}:v{SPECTRUM_VERSION}"
+        return f"{self.shape}:{part}:{detail}"
+
+    def __str__(self) -> str:
+        return f"{self._part}:{self.eigenpairs}:v{SPECTRUM_VERSION}"

@@ -1,6 +1,7 @@
 """The spectrum cache in Redis: bounded in bytes, and who computes which spectrum.
 
-Signatures, which are made of spectra, are kept with them, under names of their own.
+Signatures, which are made of spectra, and the simplified meshes that spectra are of, are kept with
+them, under names of their own.
 """
 
 import time
@@ -52,8 +53,8 @@ class Spectra:
         """Whether a spectrum is cached."""
         return bool(self.cache.exists(keys.cached_spectrum(key)))
 
-    def get(self, key: SpectrumKey) -> bytes | None:
-        """Return a cached spectrum, npz, and note that it was used."""
+    def get(self, key: SpectrumKey | str) -> bytes | None:
+        """Return a cached spectrum, npz, or what is cached by a name; note that it was used."""
         spectrum = blob(self.cache.get(keys.cached_spectrum(key)))
         if spectrum is not None:
             self.cache.zadd(keys.CACHED_SPECTRA, {str(key): time.time()}, xx=True)
@@ -71,7 +72,7 @@ class Spectra:
         return found
 
     def put(self, key: SpectrumKey | str, spectrum: bytes) -> bool:
-        """Cache a spectrum, or a signature by its name; False if it alone is too large."""
+        """Cache a spectrum, or something else by its name; False if it alone is too large."""
         if len(spectrum) > _LARGEST:
             return False
         now = time.time()
