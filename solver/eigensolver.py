@@ -143,12 +143,15 @@ def _block_lanczos(
     """
     n = len(null_vector)
     capacity = min(5 * k + 25 * width, n // width * width)
-    basis = np.empty((capacity + 1, n))  # one vector a row; the first is the null vector
+    # One vector a row, the first of them the null vector; these rows are seldom too few.
+    basis = np.empty((5 * k // 2 + 2 * width + 1, n))
     basis[0] = null_vector
     projected = np.zeros((capacity, capacity))
     block, _ = _orthonormal(np.random.default_rng(_SEED).standard_normal((width, n)), basis[:1])
     size, check = 0, 2 * k + 2 * width
     while size + width <= capacity:
+        if size + 1 + width > len(basis):
+            basis = np.concatenate([basis, np.empty((k + width, n))])
         basis[size + 1 : size + 1 + width] = block
         size += width
         image = factor.solve(block)

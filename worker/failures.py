@@ -35,6 +35,24 @@ class UnusableShape(Exception):  # noqa: N818 - said of the shape
         self.field = FieldProblem(field=f"body.shapes.{place}", message=reason)
 
 
+class TooLarge(Exception):  # noqa: N818 - said of the shape
+    """A shape needs more memory than a job may take, which is known before it is begun.
+
+    Parameters
+    ----------
+    vertices
+        Of the shape.
+    needed, left
+        Bytes.
+    """
+
+    def __init__(self, vertices: int, needed: float, left: float) -> None:
+        super().__init__(
+            f"The spectrum of {vertices} vertices takes {needed / 2**30:.2g} GiB of memory, and a"
+            f" job has {left / 2**30:.2g} GiB left; give `simplify`, for fewer vertices."
+        )
+
+
 class ResultGone(Exception):  # noqa: N818 - said of the result
     """The result to be drawn has expired or its shapes were deleted."""
 
@@ -71,8 +89,10 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             )
         case SolverError():
             return Problem.of("no-solution", "No answer", 422, str(error))
+        case TooLarge():
+            return Problem.of("out-of-memory", "Out of memory", 422, str(error))
         case MemoryError():
-            detail = "This needs more memory than a job may take; try a mesh of fewer vertices."
+            detail = "This needs more memory than a job may take; simplify the mesh."
             return Problem.of("out-of-memory", "Out of memory", 422, detail)
         case JobTimeoutException():
             detail = "This takes longer than a job may take; try fewer points or a time_limit."

@@ -1,6 +1,7 @@
 """Limits of the process that runs one job: its memory, and that it does not outlive its worker."""
 
 import ctypes
+import math
 import os
 import signal
 import sys
@@ -28,13 +29,27 @@ def limit_memory(megabytes: int) -> None:
         return
     import resource
 
-    pages = int(Path("/proc/self/statm").read_text().split()[0])
-    mapped = pages * resource.getpagesize()
     _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    limit = mapped + megabytes * 1024**2
+    limit = _mapped() + megabytes * 1024**2
     if hard != resource.RLIM_INFINITY:
         limit = min(limit, hard)
     resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+def memory_left() -> float:
+    """Bytes that this process may map beyond what it has mapped; infinite where nobody says."""
+    if sys.platform != "linux":
+        return math.inf
+    import resource
+
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return math.inf if limit == resource.RLIM_INFINITY else float(limit - _mapped())
+
+
+def _mapped() -> int:
+    """Bytes that this process has mapped."""
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def die_with_parent(parent: int) -> None:

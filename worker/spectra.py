@@ -9,8 +9,10 @@ from typing import Final
 from solver.control import Control
 from solver.mesh import TriangleMesh
 from solver.shape import Shape
-from solver.spectrum import Spectrum
+from solver.spectrum import Spectrum, spectrum_memory
 from worker.contracts import SpectrumKey
+from worker.failures import TooLarge
+from worker.limits import memory_left
 from worker.store import Spectra
 from worker.telemetry import logger
 
@@ -45,6 +47,8 @@ def spectrum_of(
     ------
     MeshError
         The spectrum cannot be computed.
+    TooLarge
+        It takes more memory than there is.
     Cancelled
         The caller of the computation asked to stop.
     """
@@ -80,6 +84,9 @@ def _cached(key: SpectrumKey, spectra: Spectra) -> Spectrum | None:
 
 def _compute(key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra) -> Spectrum:
     start = time.perf_counter()
+    needed, left = spectrum_memory(mesh.n_vertices, key.eigenpairs), memory_left()
+    if needed > left:
+        raise TooLarge(mesh.n_vertices, needed, left)
     spectrum = Shape(mesh, eigenpairs=key.eigenpairs).spectrum()
     spectra.put(key, spectrum.to_bytes())
     spectra.count_computed()

@@ -1,5 +1,6 @@
 """What one job may take, of memory and of time; and what is left of the worker afterwards."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -86,6 +87,43 @@ os.kill(parent, signal.SIGKILL)
 
 
 @linux
+def test_memory_that_a_spectrum_takes() -> None:
+    """What is foretold is about what is mapped."""
+    program = """
+from pathlib import Path
+from solver.spectrum import laplace_beltrami_spectrum, spectrum_memory
+from tests.solver import shapes
+from worker.limits import limit_memory, memory_left
+
+def peak():
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return {line.split(":")[0]: line.split()[1] for line in lines if line.startswith("Vm")}
+
+assert memory_left() == float("inf")
+laplace_beltrami_spectrum(shapes.icosphere(4))  # loads what is loaded once
+mesh = shapes.icosphere(5)
+mesh.components
+limit_memory(1000)
+print(memory_left() / 2**20)
+before = int(peak()["VmSize"])
+laplace_beltrami_spectrum(mesh)
+print(1024 * (int(peak()["VmPeak"]) - before) / spectrum_memory(mesh.n_vertices, 100))
+"""
+    one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    said = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        env={**os.environ, **one_thread},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    left, ratio = map(float, said.stdout.split())
+    assert 990.0 < left <= 1000.0
+    assert 0.7 < ratio < 2.0
+
+
+@linux
 def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
     large = blob_file(5)
     with worker(queue, ISOMATCH_JOB_MEMORY_MB="40"):
@@ -94,7 +132,11 @@ def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
         # The eigenfunctions alone are 25 MB, and are not all that is needed.
         parameters = MatchParameters(eigenpairs=300)
         payload = MatchPayload(source=shape, target=shape, parameters=parameters)
-        failed(ended(queue, queue.submit_match(payload).id), "out-of-memory")
+        refused = ended(queue, queue.submit_match(payload).id)
+        failed(refused, "out-of-memory")
+        assert refused.error is not None
+        assert "10242 vertices" in refused.error.detail
+        assert "`simplify`" in refused.error.detail
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
 
 
