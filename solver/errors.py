@@ -5,6 +5,7 @@
     SolverError
     ├── MeshError       a mesh cannot be read, or no sound answer can be computed on it
     ├── OptionError     an option's value has no meaning, alone or with this shape
+    ├── PrototypeError  an archive is no prototype, or examples make none
     └── Cancelled       the caller asked to stop and there is no answer yet
 """
 
@@ -35,6 +36,10 @@ class OptionError(SolverError):
 
     def __str__(self) -> str:
         return f"{self.field}: {self.message}"
+
+
+class PrototypeError(SolverError):
+    """An archive is no prototype, or examples make none."""
 
 
 class Cancelled(SolverError):  # noqa: N818 - a request, not a fault

@@ -145,14 +145,29 @@ def level_sizes(source: Shape, target: Shape, options: MatchOptions) -> list[tup
     -------
     List of (N, M) with N <= M, N growing by at most the level factor up to the points asked for.
     """
-    most = min(source.n_vertices, target.n_vertices)
+    return sizes_between(source.n_vertices, target.n_vertices, options)
+
+
+def sizes_between(
+    most_sources: int, most_targets: int, options: MatchOptions
+) -> list[tuple[int, int]]:
+    """Numbers of source and target samples of each level, given how many there can be.
+
+    Parameters
+    ----------
+    most_sources, most_targets
+        Bounds on them.
+    options
+        Of the match.
+    """
+    most = min(most_sources, most_targets)
     only = options.objective == LINF
     points = min(options.points if only else options.coarse_points, options.points, most)
     wide = int(np.ceil(_COARSE_OVERSAMPLING * points))
-    sizes = [(points, min(wide, target.n_vertices))]
+    sizes = [(points, min(wide, most_targets))]
     while points < min(options.points, most):
         points = min(points * options.level_factor, options.points, most)
-        sizes.append((points, min(points * options.oversampling, target.n_vertices)))
+        sizes.append((points, min(points * options.oversampling, most_targets)))
     return sizes
 
 
@@ -205,12 +220,27 @@ def _sample(shape: Shape, count: int, index: int, options: MatchOptions) -> Samp
     vertices = sampling.indices
     same = metric == first
     distances = sampling.distances if same else shape.metric(metric).between(vertices)
-    _check_distances(metric, distances, f"metric.{options.place('metric', index)}")
+    check_distances(metric, distances, f"metric.{options.place('metric', index)}")
     return SampledStructure(vertices, distances, None)
 
 
-def _check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> None:
-    """Refuse distances without meaning: a time so long that no heat is left where it was."""
+def check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> None:
+    """Refuse distances without meaning: a time so long that no heat is left where it was.
+
+    Parameters
+    ----------
+    metric
+        What they are.
+    distances
+        (M, M) among samples.
+    field
+        Name of the option that chose the metric.
+
+    Raises
+    ------
+    OptionError
+        They all vanish or exceed all bounds.
+    """
     if _LEAST < float(distances.max()) < _MOST:
         return
     names = list(metric.parameters())

@@ -1,0 +1,226 @@
+"""Prototypes as bytes: a NumPy archive that holds numbers and a description in JSON."""
+
+import io
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.errors import OptionError, PrototypeError
+from solver.geodesics import GEODESIC_METHODS
+from solver.options import MAX_POINTS, MIN_POINTS
+from solver.prototype.mixture import GaussianMixtures
+from solver.prototype.options import MAX_COMPONENTS
+from solver.prototype.prototype import LearntDescriptors, LearntDistances, Prototype
+from solver.structures import (
+    DESCRIPTORS,
+    METRICS,
+    DescriptorChoice,
+    MetricChoice,
+    NoDescriptor,
+    Structure,
+)
+
+FORMAT = "isomatch-prototype"
+VERSION = 1
+"""Of the format; archives of another version are refused."""
+
+_MOST_BYTES = 256 * 1024**2
+_MOST_LEVELS = 8
+_MOST_DIMENSIONS = 1024
+
+
+def prototype_to_bytes(prototype: Prototype) -> bytes:
+    """Return a prototype as the bytes of an ``.npz`` file, exact to the last bit.
+
+    Parameters
+    ----------
+    prototype
+        The prototype. Equal ones give equal bytes.
+    """
+    about = {
+        "format": FORMAT,
+        "version": VERSION,
+        "components": prototype.components,
+        "examples": prototype.examples,
+        "normalise": prototype.normalise,
+        "eigenpairs": prototype.eigenpairs,
+        "geodesic_method": prototype.geodesic_method,
+        "warnings": list(prototype.warnings),
+        "metrics": [_described(one.metric) for one in prototype.distances],
+        "descriptors": [
+            _described(NoDescriptor() if one is None else one.descriptor)
+            for one in prototype.descriptors
+        ],
+        "distance_backgrounds": [one.log_background for one in prototype.distances],
+        "descriptor_backgrounds": [
+            0.0 if one is None else one.log_background for one in prototype.descriptors
+        ],
+    }
+    arrays: dict[str, NDArray[Any]] = {
+        "about": np.frombuffer(json.dumps(about, sort_keys=True).encode(), dtype=np.uint8),
+        "positions": prototype.positions,
+        "vertices": prototype.vertices,
+    }
+    for level, distances in enumerate(prototype.distances):
+        arrays |= _mixture_arrays(f"distances{level}", distances.mixtures)
+    for level, descriptors in enumerate(prototype.descriptors):
+        if descriptors is not None:
+            name = f"descriptors{level}"
+            arrays |= _mixture_arrays(name, descriptors.mixtures)
+            arrays |= {f"{name}_centre": descriptors.centre, f"{name}_axes": descriptors.axes}
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def prototype_from_bytes(data: bytes) -> Prototype:
+    """Read what :func:`prototype_to_bytes` wrote. Nothing in it is ever executed.
+
+    Raises
+    ------
+    PrototypeError
+        The bytes are something else, or not a sound prototype.
+    """
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            size = sum(entry.file_size for entry in archive.zip.infolist())
+            if size > _MOST_BYTES:
+                raise PrototypeError("not a prototype: the archive is too large")
+            arrays = {name: archive[name] for name in archive.files}
+        about = json.loads(arrays["about"].tobytes().decode())
+        return _prototype(about, arrays)
+    except PrototypeError:
+        raise
+    except Exception as error:  # whatever a damaged archive makes its readers raise
+        raise PrototypeError(f"not a prototype: {error or type(error).__name__}") from error
+
+
+def _described(choice: Structure) -> dict[str, Any]:
+    return {"name": choice.name} | {name: getattr(choice, name) for name in choice.parameters()}
+
+
+def _mixture_arrays(name: str, mixtures: GaussianMixtures) -> dict[str, NDArray[Any]]:
+    return {
+        f"{name}_weights": mixtures.weights,
+        f"{name}_means": mixtures.means,
+        f"{name}_covariances": mixtures.covariances,
+    }
+
+
+def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Prototype:
+    if about["format"] != FORMAT:
+        raise PrototypeError("not a prototype: the archive holds something else")
+    if about["version"] != VERSION:
+        raise PrototypeError(
+            f"the prototype is of format version {about['version']}, and only {VERSION} is read"
+        )
+    positions = _numbers(arrays, "positions", 2)
+    vertices = arrays["vertices"]
+    points = len(vertices)
+    _require(MIN_POINTS <= points <= MAX_POINTS, "number of points")
+    _require(positions.shape == (points, 3), "positions")
+    whole = np.issubdtype(vertices.dtype, np.integer) and vertices.shape == (points,)
+    _require(whole and bool((vertices >= 0).all()), "vertices")
+    components = _whole(about, "components", 1, MAX_COMPONENTS)
+    _require(about["geodesic_method"] in GEODESIC_METHODS, "geodesic_method")
+    _require(isinstance(about["normalise"], bool), "normalise")
+    warnings = about["warnings"]
+    _require(all(isinstance(one, str) for one in warnings), "warnings")
+    for kind in ("metrics", "descriptors"):
+        _require(1 <= len(about[kind]) <= _MOST_LEVELS, kind)
+    return Prototype(
+        distances=tuple(
+            _distances(about, arrays, level, points) for level in range(len(about["metrics"]))
+        ),
+        descriptors=tuple(
+            _descriptors(about, arrays, level, points) for level in range(len(about["descriptors"]))
+        ),
+        positions=positions,
+        vertices=vertices.astype(np.int64),
+        components=components,
+        examples=_whole(about, "examples", 1, 10**9),
+        normalise=about["normalise"],
+        eigenpairs=_whole(about, "eigenpairs", 2, 10**6),
+        geodesic_method=about["geodesic_method"],
+        warnings=tuple(warnings),
+    )
+
+
+def _distances(
+    about: dict[str, Any], arrays: dict[str, NDArray[Any]], level: int, points: int
+) -> LearntDistances:
+    metric = _choice(about["metrics"][level], METRICS)
+    assert isinstance(metric, MetricChoice)
+    mixtures = _mixtures(arrays, f"distances{level}", points * (points - 1) // 2)
+    _require(mixtures.dimension == 1, "dimension of distances")
+    return LearntDistances(metric, mixtures, _finite(about["distance_backgrounds"][level]))
+
+
+def _descriptors(
+    about: dict[str, Any], arrays: dict[str, NDArray[Any]], level: int, points: int
+) -> LearntDescriptors | None:
+    descriptor = _choice(about["descriptors"][level], DESCRIPTORS)
+    assert isinstance(descriptor, DescriptorChoice)
+    if isinstance(descriptor, NoDescriptor):
+        return None
+    name = f"descriptors{level}"
+    centre, axes = _numbers(arrays, f"{name}_centre", 1), _numbers(arrays, f"{name}_axes", 2)
+    mixtures = _mixtures(arrays, name, points)
+    _require(len(centre) <= _MOST_DIMENSIONS, "dimension of descriptors")
+    _require(axes.shape == (len(centre), mixtures.dimension), "axes of descriptors")
+    background = _finite(about["descriptor_backgrounds"][level])
+    return LearntDescriptors(descriptor, centre, axes, mixtures, background)
+
+
+def _choice(
+    given: dict[str, Any],
+    known: "dict[str, type[MetricChoice]] | dict[str, type[DescriptorChoice]]",
+) -> Structure:
+    parameters = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in given.items()
+        if name != "name"
+    }
+    try:
+        choice: Structure = known[given["name"]](**parameters)
+    except OptionError as error:
+        raise PrototypeError(f"not a sound prototype: {error}") from error
+    _require(choice == choice.settled(), "parameters of structures")
+    return choice
+
+
+def _mixtures(arrays: dict[str, NDArray[Any]], name: str, count: int) -> GaussianMixtures:
+    weights = _numbers(arrays, f"{name}_weights", 2)
+    means = _numbers(arrays, f"{name}_means", 3)
+    covariances = _numbers(arrays, f"{name}_covariances", 4)
+    _require(len(weights) == count and 1 <= weights.shape[1] <= MAX_COMPONENTS, f"{name}_weights")
+    _require(1 <= means.shape[2] <= _MOST_DIMENSIONS, f"{name}_means")
+    try:
+        return GaussianMixtures(weights, means, covariances)
+    except ValueError as error:
+        raise PrototypeError(f"not a sound prototype: {name}: {error}") from error
+
+
+def _numbers(arrays: dict[str, NDArray[Any]], name: str, dimensions: int) -> NDArray[np.float64]:
+    array = arrays[name]
+    _require(array.dtype == np.float64 and array.ndim == dimensions, name)
+    _require(bool(np.isfinite(array).all()), name)
+    return array
+
+
+def _whole(about: dict[str, Any], name: str, least: int, most: int) -> int:
+    value = about[name]
+    _require(type(value) is int and least <= value <= most, name)
+    return int(value)
+
+
+def _finite(value: Any) -> float:
+    _require(isinstance(value, float) and bool(np.isfinite(value)), "background")
+    return float(value)
+
+
+def _require(condition: bool, what: str) -> None:
+    if not condition:
+        raise PrototypeError(f"not a sound prototype: wrong {what}")

@@ -1,0 +1,206 @@
+"""Prototypes learnt from examples in correspondence: section 5."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.errors import OptionError, PrototypeError
+from solver.prototype.expectation_maximisation import fit_mixtures
+from solver.prototype.options import PrototypeOptions
+from solver.prototype.prototype import (
+    LearntDescriptors,
+    LearntDistances,
+    Prototype,
+    all_pairs,
+)
+from solver.shape import WITHOUT_COLORS, Shape
+from solver.structures import (
+    DescriptorChoice,
+    Eigenfunctions,
+    MetricChoice,
+    NoDescriptor,
+    Structure,
+)
+
+_DISTANCE_FLOOR = 0.03
+"""Least standard deviation of a distance, relative to the root mean square of all distances."""
+_DESCRIPTOR_FLOOR = 0.1
+"""Least standard deviation of a descriptor, relative to that over all points and examples."""
+_AXES = 6
+"""Principal axes of a descriptor that are modelled."""
+_BACKGROUND = 1e-2
+"""Share of distances and descriptors that are taken to be nobody's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Example:
+    """A shape of the class, and where the prototype's points are on it.
+
+    Parameters
+    ----------
+    shape
+        The shape.
+    vertices
+        (N,) vertices of its mesh that correspond to the prototype's points, in their order.
+    """
+
+    shape: Shape
+    vertices: IntArray
+
+
+def learn_prototype(
+    examples: Sequence[Example], options: PrototypeOptions, control: Control | None = None
+) -> Prototype:
+    """Learn the distributions of distances and descriptors.
+
+    Parameters
+    ----------
+    examples
+        M >= 1 shapes in correspondence, their points farthest first. The first one is the
+        reference that pictures show. All of them normalised, or none, and with structures computed
+        in the same way.
+    options
+        Of the prototype. More than N points cannot be learnt from examples with N points; of more,
+        the first ones are taken.
+    control
+        Reports progress and cancels.
+
+    Returns
+    -------
+    Prototype
+        The same for any order of the examples but the first, up to rounding.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    OptionError
+        A structure cannot be computed on these shapes.
+    PrototypeError
+        There are no examples, or they do not correspond.
+    """
+    control = control or Control()
+    examples = _consistent(examples, options.points)
+    length = float(np.exp(np.mean([np.log(one.shape.size) for one in examples])))
+    metrics = [one.settled(length) for one in options.metrics]
+    descriptors = [one.settled(length) for one in options.descriptors]
+    samples = _samples(examples, (*metrics, *descriptors), control)
+    control.report("mixtures of distances", 0.8)
+    distances = {
+        one: _learn_distances(one, samples[one], options) for one in dict.fromkeys(metrics)
+    }
+    control.report("mixtures of descriptors", 0.95)
+    fields = {
+        one: _learn_descriptors(one, samples[one], options) for one in dict.fromkeys(descriptors)
+    }
+    first = examples[0]
+    return Prototype(
+        distances=tuple(distances[one] for one in metrics),
+        descriptors=tuple(fields[one] for one in descriptors),
+        positions=first.shape.mesh.vertices[first.vertices],
+        vertices=first.shape.mesh.vertex_ids[first.vertices],
+        components=options.components,
+        examples=len(examples),
+        normalise=first.shape.normalise,
+        eigenpairs=first.shape.eigenpairs,
+        geodesic_method=first.shape.geodesic_method,
+    )
+
+
+def _consistent(examples: Sequence[Example], points: int) -> list[Example]:
+    if not examples:
+        raise PrototypeError("a prototype needs at least one example")
+    first = examples[0]
+    count = len(first.vertices)
+    for number, example in enumerate(examples):
+        if len(example.vertices) != count:
+            raise PrototypeError(
+                f"example {number} has {len(example.vertices)} points and the first {count}"
+            )
+        if not (example.vertices.min() >= 0 and example.vertices.max() < example.shape.n_vertices):
+            raise PrototypeError(f"example {number} has points that are no vertices of its shape")
+        ways = [
+            (one.shape.normalise, one.shape.eigenpairs, one.shape.geodesic_method)
+            for one in (first, example)
+        ]
+        if ways[0] != ways[1]:
+            raise PrototypeError(f"the structures of example {number} are computed in another way")
+    if count < 2:
+        raise PrototypeError("a prototype needs at least two points")
+    return [Example(one.shape, one.vertices[:points]) for one in examples]
+
+
+def _samples(
+    examples: list[Example], choices: Sequence[Structure], control: Control
+) -> dict[Structure, FloatArray]:
+    """(P, M, 1) distances or (N, M, m) descriptors of all examples, by structure."""
+    distinct = list(dict.fromkeys(choices))
+    samples = {}
+    for place, choice in enumerate(distinct):
+        collected = []
+        for number, example in enumerate(examples):
+            done = (place + number / len(examples)) / len(distinct)
+            control.report("structures of the examples", 0.8 * done)
+            collected.append(_structure(example, choice))
+        samples[choice] = np.stack(collected, axis=1)
+    return samples
+
+
+def _structure(example: Example, choice: Structure) -> FloatArray:
+    """(P, 1) distances among an example's points, or (N, m) descriptors at them."""
+    if isinstance(choice, MetricChoice):
+        distances = example.shape.metric(choice).between(example.vertices)
+        return distances[all_pairs(len(example.vertices))][:, None]
+    if isinstance(choice, Eigenfunctions):
+        raise OptionError("descriptor", "eigenfunctions of two shapes have no common signs")
+    if choice.colored and example.shape.mesh.colors is None:
+        raise OptionError("descriptor", WITHOUT_COLORS)
+    assert isinstance(choice, DescriptorChoice)
+    return example.shape.descriptor(choice, example.vertices)
+
+
+def _learn_distances(
+    metric: MetricChoice, samples: FloatArray, options: PrototypeOptions
+) -> LearntDistances:
+    size = float(np.sqrt((samples**2).mean())) or 1.0
+    floor = np.array([(_DISTANCE_FLOOR * size) ** 2])
+    fit = fit_mixtures(
+        samples,
+        options.components,
+        floor,
+        select=options.select_components,
+        seed=options.seed,
+    )
+    widest = float(samples.max()) or 1.0
+    return LearntDistances(metric, fit.mixtures, float(np.log(_BACKGROUND / (2.0 * widest))))
+
+
+def _learn_descriptors(
+    descriptor: DescriptorChoice, samples: FloatArray, options: PrototypeOptions
+) -> LearntDescriptors | None:
+    if isinstance(descriptor, NoDescriptor) or samples.shape[2] == 0:
+        return None
+    everything = samples.reshape(-1, samples.shape[2])
+    centre = everything.mean(axis=0)
+    covariance = (everything - centre).T @ (everything - centre) / len(everything)
+    values, vectors = np.linalg.eigh(covariance)
+    values, vectors = values[::-1][:_AXES], vectors[:, ::-1][:, :_AXES]
+    kept = values > 1e-12 * max(float(values[0]), 1e-300)
+    if not kept.any():
+        return None
+    axes = vectors[:, kept] / np.sqrt(values[kept])
+    r = axes.shape[1]
+    floor = np.full(r, _DESCRIPTOR_FLOOR**2)
+    fit = fit_mixtures(
+        (samples - centre) @ axes,
+        options.components,
+        floor,
+        diagonal=True,
+        select=options.select_components,
+        seed=options.seed,
+    )
+    background = float(np.log(_BACKGROUND) - 0.5 * r * np.log(2.0 * np.pi * 4.0))
+    return LearntDescriptors(descriptor, centre, axes, fit.mixtures, background)

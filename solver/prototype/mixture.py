@@ -1,0 +1,152 @@
+"""Gaussian mixtures, many of one kind at once: the densities of section 5."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.special import logsumexp
+
+from solver.arrays import FloatArray
+
+_SHIFTS = 100
+"""Steps of mean shift to a mode; each of them only rises."""
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianMixtures:
+    """B mixtures of K Gaussians in m dimensions each.
+
+    Parameters
+    ----------
+    weights
+        (B, K) π_k >= 0, summing to 1 in each mixture; 0 for components that are not used.
+    means
+        (B, K, m) μ_k.
+    covariances
+        (B, K, m, m) Σ_k, symmetric and positive definite, also of components not used.
+
+    Raises
+    ------
+    ValueError
+        The arrays are no such mixtures.
+    """
+
+    weights: FloatArray
+    means: FloatArray
+    covariances: FloatArray
+
+    def __post_init__(self) -> None:
+        count, components = self.weights.shape
+        m = self.means.shape[-1]
+        if self.means.shape != (count, components, m):
+            raise ValueError("means must be (B, K, m)")
+        if self.covariances.shape != (count, components, m, m):
+            raise ValueError("covariances must be (B, K, m, m)")
+        if not all(np.isfinite(a).all() for a in (self.weights, self.means, self.covariances)):
+            raise ValueError("parameters of mixtures must be finite")
+        sums = self.weights.sum(axis=1)
+        if (self.weights < 0.0).any() or not np.allclose(sums, 1.0, rtol=0.0, atol=1e-9):
+            raise ValueError("weights must be at least 0 and sum to 1")
+        if not np.allclose(self.covariances, np.swapaxes(self.covariances, -1, -2)):
+            raise ValueError("covariances must be symmetric")
+        if not np.isfinite(self.roots).all() or not np.isfinite(self._log_scales).all():
+            raise ValueError("covariances must be positive definite")
+
+    def __len__(self) -> int:
+        return len(self.weights)
+
+    @property
+    def dimension(self) -> int:
+        """Number m of dimensions."""
+        return int(self.means.shape[-1])
+
+    @cached_property
+    def log_weights(self) -> FloatArray:
+        """(B, K) log π_k, −∞ of components that are not used."""
+        with np.errstate(divide="ignore"):
+            result: FloatArray = np.log(self.weights)
+        return result
+
+    @cached_property
+    def roots(self) -> FloatArray:
+        """(B, K, m, m) W_k with W_kᵀ W_k = Σ_k⁻¹, lower triangular."""
+        try:
+            factors = np.linalg.cholesky(self.covariances)
+        except np.linalg.LinAlgError as error:
+            raise ValueError("covariances must be positive definite") from error
+        unit = np.broadcast_to(np.eye(self.dimension), factors.shape)
+        result: FloatArray = np.linalg.solve(factors, unit)
+        return result
+
+    @cached_property
+    def _log_scales(self) -> FloatArray:
+        """(B, K) log of each component's density at its mean."""
+        diagonal = np.diagonal(self.roots, axis1=-2, axis2=-1)
+        constant = 0.5 * self.dimension * np.log(2.0 * np.pi)
+        scales: FloatArray = np.log(diagonal).sum(axis=-1) - constant
+        return scales
+
+    def log_joint(self, points: FloatArray) -> FloatArray:
+        """Log of each component's share of the density.
+
+        Parameters
+        ----------
+        points
+            (B, S, m) where each mixture is evaluated.
+
+        Returns
+        -------
+        (B, S, K) float64, −∞ of components that are not used.
+        """
+        apart = points[:, :, None, :] - self.means[:, None, :, :]
+        white = np.einsum("bkij,bskj->bski", self.roots, apart, optimize=True)
+        exponents = -0.5 * (white**2).sum(axis=-1)
+        joint: FloatArray = exponents + (self._log_scales + self.log_weights)[:, None, :]
+        return joint
+
+    def log_density(self, points: FloatArray) -> FloatArray:
+        """Log density of each mixture: log p_x(f), or log p_xx'(d).
+
+        Parameters
+        ----------
+        points
+            (B, S, m) where each mixture is evaluated.
+
+        Returns
+        -------
+        (B, S) float64, natural logarithms.
+        """
+        result: FloatArray = logsumexp(self.log_joint(points), axis=2)
+        return result
+
+    @cached_property
+    def log_peaks(self) -> FloatArray:
+        """(B,) log density at the highest mode that mean shift from the means finds."""
+        precisions = np.swapaxes(self.roots, -1, -2) @ self.roots
+        places = self.means.copy()
+        for _ in range(_SHIFTS):
+            joint = self.log_joint(places)
+            shares = np.exp(joint - logsumexp(joint, axis=2, keepdims=True))
+            weighed = np.einsum("bsk,bkij->bsij", shares, precisions, optimize=True)
+            pulls = np.einsum("bsk,bkij,bkj->bsi", shares, precisions, self.means, optimize=True)
+            moved = np.linalg.solve(weighed, pulls[..., None])[..., 0]
+            still = np.abs(moved - places).max(initial=0.0) <= 1e-12 * np.abs(places).max(initial=0)
+            places = moved
+            if still:
+                break
+        heights: FloatArray = self.log_density(places).max(axis=1)
+        return heights
+
+    def widened(self, covariance: FloatArray) -> "GaussianMixtures":
+        """Return the densities of the variables plus independent Gaussian noise.
+
+        Parameters
+        ----------
+        covariance
+            (m, m) of the noise, positive semidefinite.
+        """
+        return GaussianMixtures(self.weights, self.means, self.covariances + covariance)
+
+    def first(self, count: int) -> "GaussianMixtures":
+        """Return the first mixtures."""
+        return GaussianMixtures(self.weights[:count], self.means[:count], self.covariances[:count])

@@ -1,0 +1,71 @@
+"""What a caller may choose when a prototype is learnt."""
+
+from dataclasses import dataclass
+
+from solver.errors import OptionError
+from solver.options import MAX_POINTS, MIN_POINTS
+from solver.structures import DescriptorChoice, MetricChoice, descriptor_choice, metric_choice
+
+MAX_COMPONENTS = 16
+
+
+@dataclass(frozen=True)
+class PrototypeOptions:
+    """Choices of a prototype; the paper's symbols in parentheses.
+
+    Parameters
+    ----------
+    points
+        Points N of the prototype.
+    components
+        Gaussians K of each mixture; no more than half the number of examples are used.
+    select_components
+        Whether each mixture has the number of components, up to K, of least Bayesian information
+        criterion.
+    metric
+        Metric d of each level of a match, from the coarsest on; the last serves all finer ones.
+        Each is a choice, or a name, which is the choice with default parameters.
+    descriptor
+        Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
+    seed
+        Of the random starts of expectation maximisation.
+
+    Raises
+    ------
+    OptionError
+        A value is out of range.
+    """
+
+    points: int = 32
+    components: int = 5
+    select_components: bool = False
+    metric: tuple[MetricChoice | str, ...] = ("commute_time",)
+    descriptor: tuple[DescriptorChoice | str, ...] = ("si_hks",)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not MIN_POINTS <= self.points <= MAX_POINTS:
+            raise OptionError("points", f"it must be from {MIN_POINTS} to {MAX_POINTS}")
+        if not 1 <= self.components <= MAX_COMPONENTS:
+            raise OptionError("components", f"it must be from 1 to {MAX_COMPONENTS}")
+        if self.seed < 0:
+            raise OptionError("seed", "it must be at least 0")
+        for field, given in (("metric", self.metric), ("descriptor", self.descriptor)):
+            if not given:
+                raise OptionError(field, "at least one is needed")
+        metrics = tuple(metric_choice(one, f"metric.{i}") for i, one in enumerate(self.metric))
+        object.__setattr__(self, "metric", metrics)
+        descriptors = tuple(
+            descriptor_choice(one, f"descriptor.{i}") for i, one in enumerate(self.descriptor)
+        )
+        object.__setattr__(self, "descriptor", descriptors)
+
+    @property
+    def metrics(self) -> tuple[MetricChoice, ...]:
+        """The metrics of the levels, the coarsest first."""
+        return tuple(map(metric_choice, self.metric))
+
+    @property
+    def descriptors(self) -> tuple[DescriptorChoice, ...]:
+        """The descriptors of the levels, likewise."""
+        return tuple(map(descriptor_choice, self.descriptor))

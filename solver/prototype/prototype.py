@@ -1,0 +1,122 @@
+"""The shape prototype of section 5: distributions of distances and descriptors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.prototype.mixture import GaussianMixtures
+from solver.structures import DescriptorChoice, MetricChoice
+
+
+@dataclass(frozen=True, eq=False)
+class LearntDistances:
+    """Distributions 𝒟 of the distances between all points, in one metric.
+
+    Parameters
+    ----------
+    metric
+        The metric, with a value for every parameter.
+    mixtures
+        N(N − 1)/2 mixtures in one dimension: of the pairs (0, 1), (0, 2), (1, 2), (0, 3), ..., so
+        that those of the first n points come first.
+    log_background
+        Logarithm of the density, everywhere, of a distance that is nobody's: it bounds what a
+        single distance can cost.
+    """
+
+    metric: MetricChoice
+    mixtures: GaussianMixtures
+    log_background: float
+
+
+@dataclass(frozen=True, eq=False)
+class LearntDescriptors:
+    """Distributions ℱ of one descriptor at all points.
+
+    Parameters
+    ----------
+    descriptor
+        The descriptor, with a value for every parameter.
+    centre, axes
+        (m,) and (m, r): a descriptor f is modelled by its coordinates (f − centre) · axes.
+    mixtures
+        N mixtures in r dimensions.
+    log_background
+        As of distances.
+    """
+
+    descriptor: DescriptorChoice
+    centre: FloatArray
+    axes: FloatArray
+    mixtures: GaussianMixtures
+    log_background: float
+
+    def coordinates(self, descriptors: FloatArray) -> FloatArray:
+        """(S, r) coordinates of (S, m) descriptors."""
+        result: FloatArray = (descriptors - self.centre) @ self.axes
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Prototype:
+    """A class of shapes, learnt from examples.
+
+    Parameters
+    ----------
+    distances
+        Of each level's metric, the coarsest first; the last serves all finer levels.
+    descriptors
+        Of each level's descriptor, likewise; none of those levels where it is "none".
+    positions
+        (N, 3) where the points are on the reference shape, farthest first, for pictures.
+    vertices
+        (N,) their vertices there, as the user numbers them.
+    components
+        Number K of components that were asked for.
+    examples
+        Number M of examples.
+    normalise, eigenpairs, geodesic_method
+        How the examples' structures were computed; a target's must be alike.
+    warnings
+        What the user should know.
+    """
+
+    distances: tuple[LearntDistances, ...]
+    descriptors: tuple[LearntDescriptors | None, ...]
+    positions: FloatArray
+    vertices: IntArray
+    components: int
+    examples: int
+    normalise: bool
+    eigenpairs: int
+    geodesic_method: str
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def points(self) -> int:
+        """Number N of points."""
+        return len(self.vertices)
+
+
+def pair_places(first: IntArray, second: IntArray) -> IntArray:
+    """Places among all pairs of points of some of them.
+
+    Parameters
+    ----------
+    first, second
+        Points, different from one another in each pair.
+
+    Returns
+    -------
+    int64 of the same shape: the place of (i, j), i < j, is j(j − 1)/2 + i.
+    """
+    low, high = np.minimum(first, second), np.maximum(first, second)
+    places: IntArray = high * (high - 1) // 2 + low
+    return places
+
+
+def all_pairs(count: int) -> tuple[IntArray, IntArray]:
+    """(P,) first and (P,) second points i < j of all pairs, in the order of their places."""
+    second, first = np.tril_indices(count, -1)
+    return first.astype(np.int64), second.astype(np.int64)
