@@ -4,19 +4,21 @@ The report proposes to begin GMDS (7) where discrete matching ended. Two things 
 as it stands the stress is no smaller at the truth than beside it: bodies are isometric only nearly,
 and what bending does to the distance of two far points moves both. So near distances count most,
 and only those of neighbours at all; and further points between the matched ones tie these to one
-another. All of them begin where a dense map of the correspondence's hypotheses carries them.
+another. All of them begin where a dense map of the correspondence's hypotheses carries them. Where
+near distances leave them, diffusion distances at a short time, between all, join in, each kind of
+stress in units of what is left of it: the errors of the two have little to do with one another.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.dense import dense_map
+from solver.dense import EIGENPAIRS, dense_map
 from solver.gmds import InterpolatedMetric, Status, SurfacePoints, Term, gmds
-from solver.metrics import EmbeddedMetric
+from solver.metrics import DiffusionMetric, EmbeddedMetric
 from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
 
@@ -26,6 +28,13 @@ _POINTS = 320
 _NEIGHBOURS = 20
 _NEAR = 0.02
 """Distances below count alike, in units of √area."""
+
+_DIFFUSION_TIME = 0.002
+"""On unit area. The shorter, the more sharply are points told apart, and the more false minima
+there are."""
+
+_LEAST_STRESS = 1e-12
+"""What is left of the stress between equal shapes."""
 
 _SWEEPS = 8
 _HYPOTHESES = 4
@@ -44,8 +53,8 @@ class Refinement:
     hypothesis
         Which of the given correspondences they came from.
     stress, initial_stress
-        (7), weighted, after and before GMDS, among these and the points between them, in units of
-        Y's area.
+        (7) of near geodesic distances, weighted, after and before GMDS, among these and the points
+        between them, in units of Y's area.
     status
         Why GMDS ended.
     """
@@ -94,25 +103,55 @@ def refine_by_gmds(
     between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices
     moving = np.concatenate([matched, between[~np.isin(between, matched)]])
     moving = moving[: max(_POINTS, len(matched))]
-    # The target's unit of length serves both: without normalisation, scales may differ.
-    scale = np.sqrt(target.mesh.area / source.mesh.area) * source.unit / target.unit
-    distances = source.metric("geodesic").between(moving) * scale
-    term = Term(
-        distances,
-        InterpolatedMetric(target.metric("geodesic"), target.surface),
-        _weights(distances, _NEAR * np.sqrt(target.mesh.area) / target.unit),
-    )
+    near = _near(source, target, moving)
     start = SurfacePoints.at_vertices(target.surface, dense.images(moving))
-    solution = gmds([term], start, iterations=_SWEEPS, control=control)
-    area = target.mesh.area / target.unit**2
+    before = near.stress(start)
+    first = gmds([near], start, iterations=_SWEEPS, control=control)
+    both = [_levelled(term, first.points) for term in (near, _diffuse(source, target, moving))]
+    solution = gmds(both, first.points, iterations=_SWEEPS, control=control)
+    # Rounding alone may raise a stress of nothing, between equal shapes.
+    ends = [(points, near.stress(points)) for points in (solution.points, first.points, start)]
+    points, after = next(end for end in ends if end[1] <= before)
+    area = target.size**2
     return Refinement(
         matched,
-        solution.points.first(len(matched)),
+        points.first(len(matched)),
         dense.hypothesis,
-        solution.stress / area,
-        solution.initial_stress / area,
+        after / area,
+        before / area,
         solution.status,
     )
+
+
+def _near(source: Shape, target: Shape, points: IntArray) -> Term:
+    """Stress of geodesic distances between neighbours."""
+    # The target's unit of length serves both: without normalisation, scales may differ.
+    distances = source.metric("geodesic").between(points) * (target.size / source.size)
+    return Term(
+        distances,
+        InterpolatedMetric(target.metric("geodesic"), target.surface),
+        _weights(distances, _NEAR * target.size),
+    )
+
+
+def _diffuse(source: Shape, target: Shape, points: IntArray) -> Term:
+    """Stress of diffusion distances, far ones by and by counting less."""
+    here, there = (
+        DiffusionMetric(shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size), _DIFFUSION_TIME)
+        for shape in (source, target)
+    )
+    distances = here.between(points)
+    unit = float(np.sqrt((distances**2).mean()))
+    return Term(
+        distances,
+        InterpolatedMetric(there, target.surface),
+        (1.0 + distances / unit) ** -2.0,
+    )
+
+
+def _levelled(term: Term, points: SurfacePoints) -> Term:
+    """Return the stress in units of what it is at some points."""
+    return replace(term, weights=term.weights / max(term.stress(points), _LEAST_STRESS))
 
 
 def _weights(distances: FloatArray, near: float) -> FloatArray:

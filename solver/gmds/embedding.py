@@ -90,7 +90,8 @@ def embed(
     initial = _initial(source, target, sampling.indices, sampling.distances, control)
     metric = metric or InterpolatedMetric(target.metric("geodesic"), target.surface)
     start = SurfacePoints.at_vertices(target.surface, initial)
-    solution = gmds([Term(sampling.distances, metric)], start, control=control)
+    term = Term(sampling.distances, metric, np.ones_like(sampling.distances))
+    solution = gmds([term], start, control=control)
     return Embedding(sampling.indices, initial, solution)
 
 

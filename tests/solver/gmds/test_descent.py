@@ -25,6 +25,11 @@ def distances_among(places: FloatArray) -> FloatArray:
     return apart
 
 
+def even(places: FloatArray, target: InterpolatedMetric) -> Term:
+    """All distances of some places, with equal weights."""
+    return Term(distances_among(places), target, np.ones((len(places), len(places))))
+
+
 def plane_metric() -> InterpolatedMetric:
     mesh = shapes.plane_grid()
     return InterpolatedMetric(EmbeddedMetric(mesh.vertices), mesh)
@@ -38,7 +43,7 @@ def test_points_of_a_plane_are_found_between_its_vertices(seed: int, leaps: int)
     noise = np.random.default_rng(seed).normal(scale=0.05, size=truth.shape)
     start = nearest_vertices(target.surface, truth + noise)
     start_points = SurfacePoints.at_vertices(target.surface, start)
-    found = gmds([Term(distances_among(truth), target)], start_points, leaps=leaps, tolerance=1e-12)
+    found = gmds([even(truth, target)], start_points, leaps=leaps, tolerance=1e-12)
     assert found.status is Status.CONVERGED
     assert found.stress < 1e-12
     assert found.initial_stress > 0.1
@@ -105,7 +110,7 @@ def test_another_triangulation_of_a_surface_is_matched_between_its_vertices() ->
     start = nearest_vertices(second, truth + random.normal(scale=0.1, size=truth.shape))
     metric = InterpolatedMetric(target.metric("geodesic"), target.surface)
     found = gmds(
-        [Term(source.metric("geodesic").between(sampled), metric)],
+        [Term(source.metric("geodesic").between(sampled), metric, np.ones((20, 20)))],
         SurfacePoints.at_vertices(second, start),
     )
 
@@ -127,16 +132,14 @@ def test_terms_add_up() -> None:
     random = np.random.default_rng(5)
     sources = [distances_among(random.uniform(size=(10, 3))) for _ in targets]
     weights = np.where(np.eye(10), 0.0, 3.0)
-    terms = [Term(sources[0], targets[0]), Term(sources[1], targets[1], weights)]
+    terms = [
+        Term(sources[0], targets[0], np.ones((10, 10))),
+        Term(sources[1], targets[1], weights),
+    ]
     found = gmds(terms, start, leaps=1)
     assert found.stress < found.initial_stress
     for points, value in (start, found.initial_stress), (found.points, found.stress):
-        expected = sum(
-            stress(source, target.between(points), weight)
-            for source, target, weight in zip(
-                sources, targets, (np.ones((10, 10)), weights), strict=True
-            )
-        )
+        expected = sum(term.stress(points) for term in terms)
         assert value == pytest.approx(expected)
 
 
@@ -146,7 +149,8 @@ def test_kernels_agree_with_numpy() -> None:
     mesh, charts = shape.surface, target.charts
     points = random_points(mesh, 4, 12)
     squares = np.array(
-        [target.squares_from(f, u) for f, u in zip(points.faces, points.barycentric, strict=True)]
+        [target.squares_from(f, u) for f, u in zip(points.faces, points.barycentric, strict=True)],
+        dtype=np.float32,
     )
     random = np.random.default_rng(4)
     source = distances_among(random.uniform(size=(12, 3)))
@@ -204,7 +208,7 @@ def test_cancellation_and_deadline() -> None:
     target = plane_metric()
     truth = plane_points(0, 8)
     start = SurfacePoints.at_vertices(target.surface, np.arange(8))
-    term = Term(distances_among(truth), target)
+    term = even(truth, target)
     with pytest.raises(Cancelled):
         gmds([term], start, control=Control(is_cancelled=lambda: True))
     found = gmds([term], start, control=Control().within(0.0))
@@ -219,6 +223,6 @@ def test_wrong_shapes_are_refused() -> None:
     target = plane_metric()
     start = SurfacePoints.at_vertices(target.surface, np.arange(8))
     with pytest.raises(ValueError, match="8 points need"):
-        gmds([Term(np.zeros((7, 7)), target)], start)
+        gmds([Term(np.zeros((7, 7)), target, np.ones((7, 7)))], start)
     with pytest.raises(ValueError, match="another mesh"):
         InterpolatedMetric(EmbeddedMetric(np.zeros((5, 3))), target.surface)
