@@ -32,7 +32,7 @@ def stress(source: FloatArray, target: FloatArray, weights: FloatArray) -> float
 
 
 SingleArray: TypeAlias = npt.NDArray[np.float32]
-"""float32 array: squared distances, whose relative precision of 6e-8 is enough, in half the room."""
+"""float32 array of squared distances: a relative precision of 6e-8 is enough for them."""
 
 
 class Fields(NamedTuple):
