@@ -8,6 +8,8 @@
 
 from importlib.metadata import version as _version
 
+from isomatch._async_client import AsyncClient
+from isomatch._async_job import AsyncJob
 from isomatch._client import Client
 from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._errors import (
@@ -60,6 +62,8 @@ __version__ = _version("isomatch")
 
 __all__ = [
     "Alternative",
+    "AsyncClient",
+    "AsyncJob",
     "BadRequest",
     "Client",
     "Conflict",

@@ -1,13 +1,14 @@
 """The client: the way in."""
 
-import os
 from collections.abc import Iterable, Iterator
+from functools import partial
 from types import TracebackType
-from typing import Final, Unpack
+from typing import Unpack
 
 import httpx2
 
 from isomatch import _operations as operations
+from isomatch._address import address, key
 from isomatch._dissimilarities import Dissimilarities
 from isomatch._job import Job
 from isomatch._match import Match
@@ -16,10 +17,6 @@ from isomatch._models import JobState, Shape, Structures
 from isomatch._parameters import DissimilarityParameters, MatchParameters
 from isomatch._transport import BlockingTransport
 from isomatch._webhooks import Webhook
-
-DEFAULT_URL: Final = "http://127.0.0.1:8000"
-URL_VARIABLE: Final = "ISOMATCH_URL"
-KEY_VARIABLE: Final = "ISOMATCH_API_KEY"
 
 
 class Client:
@@ -39,6 +36,10 @@ class Client:
         ``ISOMATCH_API_KEY``.
     timeout
         Seconds without any progress after which a request fails; None for no limit.
+    retries
+        How often a request is repeated when the connection fails, where that does no harm, or the
+        service says that it is busy (429, 503): after as long as it asks for, up to 30 s, or else
+        after pauses that grow. Jobs are asked for with a key that keeps them from being made twice.
     transport
         An ``httpx2`` transport to carry the requests instead of the network.
 
@@ -61,17 +62,13 @@ class Client:
         *,
         api_key: str | None = None,
         timeout: float | None = 60.0,
+        retries: int = 3,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self.base_url = base_url or os.environ.get(URL_VARIABLE) or DEFAULT_URL
-        if not self.base_url.startswith(("http://", "https://")):
-            raise ValueError(
-                f"the service's address must begin with http:// or https://, not {self.base_url!r}"
-            )
-        key = api_key or os.environ.get(KEY_VARIABLE) or None
-        if key is not None and not (key.isascii() and key.isprintable()):
-            raise ValueError("the API key must be printable ASCII")
-        self._transport = BlockingTransport(self.base_url, timeout, transport, key)
+        self.base_url = address(base_url)
+        self._transport = BlockingTransport(
+            self.base_url, timeout, retries, transport, key(api_key)
+        )
 
     def __enter__(self) -> "Client":
         return self
@@ -142,12 +139,17 @@ class Client:
 
     def shapes(self) -> Iterator[Shape]:
         """Go through all shapes, newest first, asking for page after page."""
-        cursor: str | None = None
-        while True:
-            page = self._transport.run(operations.list_shapes(cursor))
-            yield from page.items
-            if (cursor := page.next_cursor) is None:
-                return
+        return self._transport.pages(operations.list_shapes)
+
+    def mesh(self, shape: Shape | str) -> bytes:
+        """Return the mesh file of a shape, given itself or its id, as it was uploaded.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return self._transport.run(operations.get_mesh(shape))
 
     def delete_shape(self, shape: Shape | str) -> None:
         """Delete a shape, given itself or its id.
@@ -157,7 +159,7 @@ class Client:
         NotFound
             There is none with this id.
         """
-        self._transport.run(operations.delete_shape(_id(shape)))
+        self._transport.run(operations.delete_shape(shape))
 
     def structures(self) -> Structures:
         """Return the metrics and descriptors that can be chosen, and their parameters."""
@@ -200,9 +202,7 @@ class Client:
         TypeError
             There is no such parameter.
         """
-        start = operations.start_match(
-            _id(source), _id(target), parameters, webhook, idempotency_key
-        )
+        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(
@@ -243,9 +243,9 @@ class Client:
         TypeError
             There is no such parameter.
         """
-        ids = [_id(shape) for shape in shapes]
-        given = None if labels is None else list(labels)
-        start = operations.start_dissimilarities(ids, given, parameters, webhook, idempotency_key)
+        start = operations.start_dissimilarities(
+            shapes, labels, parameters, webhook, idempotency_key
+        )
         return Job(self._transport, self._transport.run(start))
 
     def job(self, job_id: str) -> Job:
@@ -260,13 +260,5 @@ class Client:
 
     def jobs(self, state: JobState | None = None) -> Iterator[Job]:
         """Go through all jobs, or those in one state, newest first."""
-        cursor: str | None = None
-        while True:
-            page = self._transport.run(operations.list_jobs(state, cursor))
-            yield from (Job(self._transport, record) for record in page.items)
-            if (cursor := page.next_cursor) is None:
-                return
-
-
-def _id(shape: Shape | str) -> str:
-    return shape if isinstance(shape, str) else shape.id
+        records = self._transport.pages(partial(operations.list_jobs, state=state))
+        return (Job(self._transport, record) for record in records)

@@ -51,11 +51,14 @@ class ProblemError(IsomatchError):
     ----------
     problem
         The problem document (RFC 9457) the service answered with.
+    retry_after
+        Seconds after which it says to ask again; None if it does not say.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, retry_after: float | None = None) -> None:
         super().__init__(problem.summary)
         self.problem = problem
+        self.retry_after = retry_after
 
     @property
     def status(self) -> int:
@@ -197,7 +200,7 @@ _BY_TYPE: dict[str, type[ProblemError]] = {
 """Where one status means several things."""
 
 
-def problem_error(problem: Problem) -> ProblemError:
+def problem_error(problem: Problem, retry_after: float | None = None) -> ProblemError:
     """Return the exception of a problem document, by its type and status.
 
     What has no class of its own gives the base class, so that a service newer than this client is
@@ -205,4 +208,4 @@ def problem_error(problem: Problem) -> ProblemError:
     """
     general = ServiceError if problem.status >= 500 else ProblemError
     kind = _BY_TYPE.get(problem.type) or _BY_STATUS.get(problem.status, general)
-    return kind(problem)
+    return kind(problem, retry_after)

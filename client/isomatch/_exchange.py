@@ -1,13 +1,17 @@
 """Requests and answers without any I/O, so that one body serves a sync and an async client.
 
 An :data:`Operation` is a generator: it yields what it wants done, a :class:`Call` or a
-:class:`Pause`, and is sent the response; connection errors are thrown into it. Whoever runs it
-(:mod:`isomatch._transport`) does the waiting, in whatever way it waits.
+:class:`Pause`, and is sent the response; connection errors are thrown into it. A :data:`Stream` is
+one that also hands out what comes in. Whoever runs them (:mod:`isomatch._transport`,
+:mod:`isomatch._async_transport`) does the waiting, in whatever way it waits.
 """
 
+import random
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
-from typing import Final, TypeAlias, TypeVar
+from datetime import UTC, datetime
+from email.utils import parsedate_to_datetime
+from typing import Final, Generic, TypeAlias, TypeVar
 
 import httpx2
 from pydantic import BaseModel, TypeAdapter, ValidationError
@@ -19,6 +23,7 @@ from isomatch._problem import Problem
 Json: TypeAlias = str | int | float | bool | list[str] | Mapping[str, object] | None
 
 ResultT = TypeVar("ResultT")
+HeardT = TypeVar("HeardT")
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
@@ -62,16 +67,45 @@ class Pause:
     seconds: float
 
 
-Operation: TypeAlias = Generator[Call | Pause, httpx2.Response | None, ResultT]
+@dataclass(frozen=True)
+class Listen:
+    """A call whose answer is a stream of lines; it is answered before they come."""
 
-RETRY_PAUSES: Final = (0.1, 0.3, 0.9)
-"""Seconds before the second and later attempts; long enough for a service that is restarted."""
+    call: Call
+
+
+@dataclass(frozen=True)
+class NextLine:
+    """Wants the next line of what is listened to; None at its end."""
+
+
+@dataclass(frozen=True)
+class Heard(Generic[HeardT]):
+    """Something for whoever asked, before the operation goes on."""
+
+    what: HeardT
+
+
+Operation: TypeAlias = Generator[Call | Pause, httpx2.Response | None, ResultT]
+"""Asks, pauses, and returns."""
+
+Stream: TypeAlias = Generator[
+    Listen | NextLine | Pause | Heard[HeardT], httpx2.Response | str | None, None
+]
+"""Listens, pauses, and tells of what it has heard."""
+
+FIRST_PAUSE: Final = 0.1
+"""Seconds before the second attempt; each later pause is three times as long as the one before."""
+
+LONGEST_PAUSE: Final = 30.0
+"""A service that asks for more patience than this is believed: it cannot serve now."""
 
 _NEVER_SENT: Final = (httpx2.ConnectError, httpx2.ConnectTimeout, httpx2.PoolTimeout)
+_BUSY: Final = (429, 503)
 
 
 def send(call: Call) -> Operation[httpx2.Response]:
-    """Send a call, again if the connection fails and that does no harm, and check the answer.
+    """Send a call and return its successful answer.
 
     Raises
     ------
@@ -82,18 +116,82 @@ def send(call: Call) -> Operation[httpx2.Response]:
     UnexpectedResponse
         The answer is none of the isomatch API's.
     """
-    for pause in (*RETRY_PAUSES, None):
+    response = yield call
+    assert response is not None
+    return checked(response)
+
+
+def persistently(operation: Operation[ResultT], retries: int) -> Operation[ResultT]:
+    """Run an operation so that each of its calls is made again where that helps and does no harm.
+
+    That is when the connection fails, and when the service says that it is busy (429, 503), after
+    as long as it says (``Retry-After``), or else after pauses that grow.
+
+    Parameters
+    ----------
+    operation
+        Who calls. :class:`ConnectionFailed` is thrown into it if no answer comes.
+    retries
+        How often a call is repeated at most.
+    """
+    try:
+        step = next(operation)
+        while True:
+            if isinstance(step, Pause):
+                yield step
+                step = operation.send(None)
+                continue
+            try:
+                response = yield from _attempts(step, retries)
+            except ConnectionFailed as error:
+                step = operation.throw(error)
+            else:
+                step = operation.send(response)
+    except StopIteration as end:
+        result: ResultT = end.value
+        return result
+    finally:
+        operation.close()
+
+
+def _attempts(call: Call, retries: int) -> Operation[httpx2.Response]:
+    for attempt in range(retries + 1):
+        last = attempt == retries
         try:
             response = yield call
         except httpx2.TransportError as error:
-            may_repeat = call.repeatable or isinstance(error, _NEVER_SENT)
-            if pause is None or not may_repeat:
+            if last or not (call.repeatable or isinstance(error, _NEVER_SENT)):
                 raise ConnectionFailed(describe(error, call)) from error
-            yield Pause(pause)
+            yield Pause(back_off(attempt))
         else:
             assert response is not None
-            return checked(response)
+            asked = retry_after(response) or 0.0
+            if last or response.status_code not in _BUSY or asked > LONGEST_PAUSE:
+                return response
+            yield Pause(max(asked, back_off(attempt)))
     raise AssertionError("the last attempt returns or raises")
+
+
+def back_off(attempt: int) -> float:
+    """Return the seconds to wait after a failed attempt, the first being 0.
+
+    They vary a little, so that clients that failed together do not come back together.
+    """
+    return min(FIRST_PAUSE * 3.0**attempt, LONGEST_PAUSE) * random.uniform(0.8, 1.2)
+
+
+def retry_after(response: httpx2.Response) -> float | None:
+    """Return the seconds after which an answer says to ask again; None if it does not say."""
+    stated = response.headers.get("retry-after", "").strip()
+    if stated.isdecimal():
+        return float(stated)
+    try:
+        when = parsedate_to_datetime(stated)
+    except ValueError:
+        return None
+    if when.tzinfo is None:
+        return None
+    return max((when - datetime.now(UTC)).total_seconds(), 0.0)
 
 
 def describe(error: httpx2.TransportError, call: Call) -> str:
@@ -125,7 +223,7 @@ def checked(response: httpx2.Response) -> httpx2.Response:
             problem = Problem.model_validate_json(response.content)
         except ValidationError as error:
             raise UnexpectedResponse(_not_ours(response, "a broken problem document")) from error
-        raise problem_error(problem)
+        raise problem_error(problem, retry_after(response))
     raise UnexpectedResponse(_not_ours(response, f"{response.status_code} without a reason"))
 
 

@@ -1,21 +1,50 @@
 """One operation for each thing a client can ask; see :mod:`isomatch._exchange`."""
 
+import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Final
 from urllib.parse import quote
 from uuid import uuid4
 
+import httpx2
 import numpy as np
 from pydantic import ValidationError
 
 from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
-from isomatch._errors import JobCancelled, JobFailed, UnexpectedResponse, WaitTimeout
-from isomatch._exchange import Call, Json, Operation, Pause, parsed, send, unexpected
+from isomatch._errors import (
+    ConnectionFailed,
+    JobCancelled,
+    JobFailed,
+    ServiceUnavailable,
+    TooManyRequests,
+    UnexpectedResponse,
+    WaitTimeout,
+)
+from isomatch._events import EventReader
+from isomatch._exchange import (
+    LONGEST_PAUSE,
+    Call,
+    Heard,
+    Json,
+    Listen,
+    NextLine,
+    Operation,
+    Pause,
+    Stream,
+    back_off,
+    checked,
+    describe,
+    parsed,
+    send,
+    unexpected,
+)
 from isomatch._match import Match
 from isomatch._meshes import MeshSource, mesh_file
 from isomatch._models import JobRecord, JobState, Page, Shape, Structures
 from isomatch._parameters import DissimilarityParameters, MatchParameters, check_names
+from isomatch._progress import ProgressBar
 from isomatch._result import Result
 from isomatch._webhooks import Webhook
 
@@ -64,9 +93,15 @@ def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
     return parsed(Page[Shape], (yield from send(call)))
 
 
-def delete_shape(shape_id: str) -> Operation[None]:
+def delete_shape(shape: Shape | str) -> Operation[None]:
     """Delete a shape."""
-    yield from send(Call("DELETE", _path("shapes", shape_id)))
+    yield from send(Call("DELETE", _path("shapes", id_of(shape))))
+
+
+def get_mesh(shape: Shape | str) -> Operation[bytes]:
+    """Ask for the file of a shape."""
+    response = yield from send(Call("GET", _path("shapes", id_of(shape), "mesh")))
+    return response.content
 
 
 def list_structures() -> Operation[Structures]:
@@ -75,30 +110,30 @@ def list_structures() -> Operation[Structures]:
 
 
 def start_match(
-    source: str,
-    target: str,
+    source: Shape | str,
+    target: Shape | str,
     parameters: MatchParameters,
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue a match; `key` makes it the same request when it is sent again."""
     check_names(parameters, MatchParameters.__annotations__)
-    body: dict[str, Json] = {"source": source, "target": target}
+    body: dict[str, Json] = {"source": id_of(source), "target": id_of(target)}
     for parameter, value in parameters.items():
         body[parameter] = _plain(value)
     return (yield from start_job("/v1/matches", body, webhook, key))
 
 
 def start_dissimilarities(
-    shapes: Sequence[str],
-    labels: Sequence[str] | None,
+    shapes: Iterable[Shape | str],
+    labels: Iterable[str] | None,
     parameters: DissimilarityParameters,
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue the comparison of a collection; `key` makes it the same request when sent again."""
     check_names(parameters, DissimilarityParameters.__annotations__, "dissimilarities")
-    body: dict[str, Json] = {"shapes": list(shapes)}
+    body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
     if labels is not None:
         body["labels"] = [str(label) for label in labels]
     for parameter, value in parameters.items():
@@ -142,13 +177,44 @@ def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
     return parsed(JobRecord, (yield from send(call)))
 
 
-def follow_job(job_id: str, last: str | None) -> Call:
-    """Return the call whose answer is the stream of a job's events, after the one seen last."""
-    headers = {} if last is None else {"last-event-id": last}
-    return Call("GET", _path("jobs", job_id, "events"), headers=headers)
+def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
+    """Hear of a job as it changes until it has ended; what breaks is taken up where it broke.
+
+    Parameters
+    ----------
+    job_id
+        The job.
+    retries
+        How often in a row the stream may fail before that is an error.
+    """
+    last, failures = None, 0
+    while True:
+        headers: dict[str, str] = {} if last is None else {"last-event-id": last}
+        call, reader = Call("GET", _path("jobs", job_id, "events"), headers=headers), EventReader()
+        asked = 0.0
+        try:
+            response = yield Listen(call)
+            assert isinstance(response, httpx2.Response)
+            checked(response)
+            while isinstance(line := (yield NextLine()), str):
+                if (event := reader.feed(line)) is not None:
+                    last, failures = event.id, 0
+                    record = _record_of(event.data, call)
+                    yield Heard(record)
+                    if record.finished:
+                        return
+        except (httpx2.TransportError, TooManyRequests, ServiceUnavailable) as error:
+            failures += 1
+            if failures > retries:
+                if isinstance(error, httpx2.TransportError):
+                    raise ConnectionFailed(describe(error, call)) from error
+                raise
+            if not isinstance(error, httpx2.TransportError):
+                asked = min(error.retry_after or 0.0, LONGEST_PAUSE)
+        yield Pause(max(asked, back_off(max(failures - 1, 0))))
 
 
-def record_of(document: str, call: Call) -> JobRecord:
+def _record_of(document: str, call: Call) -> JobRecord:
     """Read what a stream of events says of a job.
 
     Raises
@@ -165,8 +231,8 @@ def record_of(document: str, call: Call) -> JobRecord:
         ) from error
 
 
-def list_jobs(state: JobState | None, cursor: str | None) -> Operation[Page[JobRecord]]:
-    """Ask for one page of the jobs."""
+def list_jobs(cursor: str | None, state: JobState | None) -> Operation[Page[JobRecord]]:
+    """Ask for one page of the jobs, of all or of those in one state."""
     call = Call("GET", "/v1/jobs", query={"state": state, "cursor": cursor})
     return parsed(Page[JobRecord], (yield from send(call)))
 
@@ -177,9 +243,23 @@ def cancel_job(job_id: str) -> Operation[JobRecord]:
 
 
 def wait_for_job(
-    job_id: str, timeout: float | None, on_update: Callable[[JobRecord], None] | None = None
-) -> Operation[JobRecord]:
+    job_id: str,
+    timeout: float | None,
+    told: Callable[[JobRecord], None],
+    watched: bool = False,
+) -> Operation[None]:
     """Wait until a job has ended.
+
+    Parameters
+    ----------
+    job_id
+        The job.
+    timeout
+        Seconds to wait; None for as long as it takes.
+    told
+        Is told what the service says of the job, every time it says something.
+    watched
+        Whether somebody looks at the progress.
 
     Raises
     ------
@@ -187,16 +267,28 @@ def wait_for_job(
         It did not end within `timeout` seconds.
     """
     start = time.monotonic()
-    poll = LONG_POLL if on_update is None else WATCHED_POLL
+    poll = WATCHED_POLL if watched else LONG_POLL
     while True:
         left = poll if timeout is None else timeout - (time.monotonic() - start)
         record = yield from get_job(job_id, wait=round(min(max(left, 0.0), poll), 3))
-        if on_update is not None:
-            on_update(record)
+        told(record)
         if record.finished:
-            return record
+            return
         if timeout is not None and time.monotonic() - start >= timeout:
             raise WaitTimeout(f"job {job_id}", timeout)
+
+
+def watch_job(
+    job_id: str, timeout: float | None, told: Callable[[JobRecord], None]
+) -> Operation[None]:
+    """Wait until a job has ended, with a progress bar; as :func:`wait_for_job` otherwise."""
+    with ProgressBar() as bar:
+
+        def shown(record: JobRecord) -> None:
+            told(record)
+            bar.update(record)
+
+        yield from wait_for_job(job_id, timeout, shown, watched=True)
 
 
 _RESULTS: Final[Mapping[str, type[Result]]] = {
@@ -230,10 +322,20 @@ def get_picture(job_id: str) -> Operation[bytes]:
     return response.content
 
 
-def get_arrays(job_id: str) -> Operation[bytes]:
-    """Ask for a job's result as arrays."""
+def save_picture(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
+    """Ask for the picture of a job's result, and write it to a file."""
+    Path(path).write_bytes((yield from get_picture(job_id)))
+
+
+def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
+    """Ask for a job's result as arrays, and write them to a file."""
     response = yield from send(Call("GET", _path("jobs", job_id, "result.npz")))
-    return response.content
+    Path(path).write_bytes(response.content)
+
+
+def id_of(shape: Shape | str) -> str:
+    """Return the id of a shape that is given itself or as its id."""
+    return shape if isinstance(shape, str) else shape.id
 
 
 def _path(*parts: str) -> str:

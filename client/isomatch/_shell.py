@@ -11,7 +11,8 @@ from typing import Annotated
 import typer
 
 from isomatch import _render as render
-from isomatch._client import URL_VARIABLE, Client
+from isomatch._address import URL_VARIABLE
+from isomatch._client import Client
 from isomatch._dissimilarities import Dissimilarities
 from isomatch._errors import ConnectionFailed, IsomatchError
 from isomatch._job import Job

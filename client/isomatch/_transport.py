@@ -1,23 +1,52 @@
-"""Runs operations over blocking I/O; the only module that knows how this client waits."""
+"""Runs operations over blocking I/O; the only module that knows how the sync client waits."""
 
 import json
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Iterator
+from contextlib import ExitStack, closing
 from importlib.metadata import version
-from typing import TypeVar
+from typing import Any, TypedDict, TypeVar
 
 import httpx2
 
-from isomatch._exchange import Call, Operation, Pause, checked
+from isomatch._exchange import (
+    Call,
+    Heard,
+    Listen,
+    NextLine,
+    Operation,
+    Pause,
+    Stream,
+    persistently,
+)
+from isomatch._models import Page
 
 ResultT = TypeVar("ResultT")
 
 LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
 
 
-def request_arguments(call: Call, timeout: float | None) -> dict[str, object]:
+class ClientArguments(TypedDict):
+    """Keyword arguments of httpx2's clients, sync and async alike."""
+
+    base_url: str
+    headers: dict[str, str]
+    trust_env: bool
+
+
+def client_arguments(base_url: str, api_key: str | None) -> ClientArguments:
+    """Return the arguments of a client of one service."""
+    headers = {"user-agent": f"isomatch/{version('isomatch')}"}
+    if api_key is not None:
+        headers["authorization"] = f"Bearer {api_key}"
+    # A proxy from the environment cannot reach this machine's own services.
+    trust_env = httpx2.URL(base_url).host not in LOOPBACK
+    return {"base_url": base_url, "headers": headers, "trust_env": trust_env}
+
+
+def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
     """Return a call as the keyword arguments of ``build_request``, sync and async alike."""
-    arguments: dict[str, object] = {
+    arguments: dict[str, Any] = {
         "method": call.method,
         "url": call.path,
         "params": {key: value for key, value in call.query.items() if value is not None},
@@ -33,6 +62,13 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, object]:
     return arguments
 
 
+def advance(operation: Generator[Any, Any, Any], outcome: object) -> Any:
+    """Tell an operation what came of its last step, and return its next one."""
+    if isinstance(outcome, Exception):
+        return operation.throw(outcome)
+    return operation.send(outcome)
+
+
 class BlockingTransport:
     """Runs operations against one service, in the calling thread.
 
@@ -42,6 +78,8 @@ class BlockingTransport:
         Address of the service, with any path prefix.
     timeout
         Seconds without any progress after which a request fails; None for no limit.
+    retries
+        How often a request is repeated at most.
     transport
         Carries the requests instead of the network.
     api_key
@@ -52,72 +90,80 @@ class BlockingTransport:
         self,
         base_url: str,
         timeout: float | None,
+        retries: int,
         transport: httpx2.BaseTransport | None,
-        api_key: str | None = None,
+        api_key: str | None,
     ) -> None:
         self._timeout = timeout
-        self._http = httpx2.Client(
-            base_url=base_url,
-            transport=transport,
-            headers=_headers(api_key),
-            # A proxy from the environment cannot reach this machine's own services.
-            trust_env=httpx2.URL(base_url).host not in LOOPBACK,
-        )
+        self.retries = retries
+        self._http = httpx2.Client(transport=transport, **client_arguments(base_url, api_key))
 
     def run(self, operation: Operation[ResultT]) -> ResultT:
         """Do what the operation asks until it returns."""
+        persistent, outcome = persistently(operation, self.retries), None
         try:
-            step = next(operation)
             while True:
-                if isinstance(step, Pause):
-                    time.sleep(step.seconds)
-                    step = operation.send(None)
-                    continue
-                try:
-                    response = self._send(step)
-                except httpx2.TransportError as error:
-                    step = operation.throw(error)
-                else:
-                    step = operation.send(response)
+                outcome = self._outcome(advance(persistent, outcome))
         except StopIteration as end:
             result: ResultT = end.value
             return result
         finally:
-            operation.close()
+            persistent.close()
 
-    def lines(self, call: Call) -> Generator[str]:
-        """Go through the lines of an answer as they come in.
+    def stream(self, operation: Stream[ResultT]) -> Generator[ResultT]:
+        """Do what the operation asks, and go through what it hears."""
+        lines: Iterator[str] = iter(())
+        outcome: object = None
+        with closing(operation), ExitStack() as listening:
+            while True:
+                try:
+                    step = advance(operation, outcome)
+                except StopIteration:
+                    return
+                if isinstance(step, Heard):
+                    yield step.what
+                    outcome = None
+                elif isinstance(step, Listen):
+                    listening.close()
+                    outcome = self._outcome(step.call, stream=True)
+                    if isinstance(outcome, httpx2.Response):
+                        listening.enter_context(closing(outcome))
+                        lines = outcome.iter_lines()
+                elif isinstance(step, NextLine):
+                    outcome = _line(lines)
+                else:
+                    outcome = self._outcome(step)
 
-        Raises
-        ------
-        ProblemError, UnexpectedResponse
-            As by :func:`isomatch._exchange.checked`.
-        httpx2.TransportError
-            The connection failed.
-        """
-        response = self._send(call, stream=True)
-        try:
-            if not response.is_success:
-                response.read()
-            checked(response)
-            yield from response.iter_lines()
-        finally:
-            response.close()
+    def pages(self, ask: Callable[[str | None], Operation[Page[ResultT]]]) -> Iterator[ResultT]:
+        """Go through all items of a listing, asking for page after page."""
+        page = self.run(ask(None))
+        yield from page.items
+        while page.next_cursor is not None:
+            page = self.run(ask(page.next_cursor))
+            yield from page.items
 
     def close(self) -> None:
         """Close the connections."""
         self._http.close()
 
-    def _send(self, call: Call, stream: bool = False) -> httpx2.Response:
-        arguments = request_arguments(call, self._timeout)
-        return self._http.send(
-            self._http.build_request(**arguments),  # type: ignore[arg-type]
-            stream=stream,
-        )
+    def _outcome(
+        self, step: Call | Pause, stream: bool = False
+    ) -> httpx2.Response | httpx2.TransportError | None:
+        if isinstance(step, Pause):
+            time.sleep(step.seconds)
+            return None
+        request = self._http.build_request(**request_arguments(step, self._timeout))
+        try:
+            response = self._http.send(request, stream=stream)
+            if stream and not response.is_success:
+                response.read()
+        except httpx2.TransportError as error:
+            return error
+        return response
 
 
-def _headers(api_key: str | None) -> dict[str, str]:
-    headers = {"user-agent": f"isomatch/{version('isomatch')}"}
-    if api_key is not None:
-        headers["authorization"] = f"Bearer {api_key}"
-    return headers
+def _line(lines: Iterator[str]) -> str | httpx2.TransportError | None:
+    try:
+        return next(lines, None)
+    except httpx2.TransportError as error:
+        return error

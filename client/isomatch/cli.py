@@ -6,7 +6,7 @@ from typing import Annotated, Any, cast
 import typer
 
 from isomatch import _render as render
-from isomatch._client import DEFAULT_URL
+from isomatch._address import DEFAULT_URL
 from isomatch._models import JobState
 from isomatch._parameters import DissimilarityParameters, MatchParameters
 from isomatch._shell import (

@@ -2,7 +2,11 @@
 
 import json
 import socket
+import time
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from email.utils import format_datetime
+from pathlib import Path
 
 import httpx2
 import isomatch
@@ -29,7 +33,7 @@ Answer = Callable[[httpx2.Request], httpx2.Response]
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(_exchange, "RETRY_PAUSES", (0.01, 0.02, 0.03))
+    monkeypatch.setattr(_exchange, "FIRST_PAUSE", 0.01)
 
 
 def client_of(answer: Answer) -> isomatch.Client:
@@ -100,6 +104,80 @@ def test_it_is_not_repeated_for_ever() -> None:
     with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed, match="broke"):
         client.shape("0" * 32)
     assert len(service.requests) == 4
+
+
+def test_an_open_file_is_sent_from_its_beginning_each_time(tmp_path: Path) -> None:
+    service = Broken(2, httpx2.WriteError, SHAPE)
+    (tmp_path / "a.off").write_bytes(b"OFF\n" * 50_000)
+    with client_of(service) as client, (tmp_path / "a.off").open("rb") as file:
+        file.seek(3)
+        client.upload(file)
+        assert not file.closed
+    assert [request.read().count(b"OFF\n") for request in service.requests] == [50_000] * 3
+
+
+def busy(
+    monkeypatch: pytest.MonkeyPatch, *answers: tuple[int, str | None]
+) -> tuple[isomatch.Client, list[float]]:
+    """A client whose service is busy at first, and the seconds it pauses."""
+    pauses: list[float] = []
+    monkeypatch.setattr(time, "sleep", pauses.append)
+    left = list(answers)
+
+    def answer(request: httpx2.Request) -> httpx2.Response:
+        if not left:
+            return httpx2.Response(200, json=SHAPE)
+        status, after = left.pop(0)
+        problem = {"type": "urn:isomatch:problem:busy", "title": "Busy", "status": status}
+        headers = {"content-type": "application/problem+json"}
+        if after is not None:
+            headers["retry-after"] = after
+        return httpx2.Response(status, content=json.dumps(problem), headers=headers)
+
+    return client_of(answer), pauses
+
+
+def test_a_busy_service_is_given_the_time_it_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    later = format_datetime(datetime.now(UTC) + timedelta(seconds=20), usegmt=True)
+    client, pauses = busy(monkeypatch, (503, "7"), (429, later), (503, None))
+    with client:
+        assert client.shape("1").name == "cat"
+    assert pauses[0] == 7.0
+    assert 15.0 < pauses[1] <= 20.0
+    assert 0.05 < pauses[2] < 0.15  # 0.01, thrice as long each time
+
+
+@pytest.mark.parametrize(
+    ("answers", "kind", "paused"),
+    [
+        ([(503, "1")] * 4, isomatch.ServiceUnavailable, [1.0] * 3),
+        ([(429, "3600")], isomatch.TooManyRequests, []),
+        ([(500, "1")], isomatch.ServiceError, []),
+    ],
+)
+def test_patience_has_an_end(
+    monkeypatch: pytest.MonkeyPatch,
+    answers: list[tuple[int, str | None]],
+    kind: type[isomatch.ProblemError],
+    paused: list[float],
+) -> None:
+    client, pauses = busy(monkeypatch, *answers)
+    with client, pytest.raises(kind, match="Busy") as refusal:
+        client.shape("1")
+    assert pauses == paused
+    assert refusal.value.retry_after == float(answers[-1][1] or 0)
+    assert refusal.value.problem.type == "urn:isomatch:problem:busy"
+
+
+def test_repeating_can_be_switched_off() -> None:
+    service = Broken(1, httpx2.ConnectError, SHAPE)
+    transport = httpx2.MockTransport(service)
+    with (
+        isomatch.Client("http://service.test", retries=0, transport=transport) as client,
+        pytest.raises(isomatch.ConnectionFailed),
+    ):
+        client.shape("1")
+    assert len(service.requests) == 1
 
 
 def test_a_match_that_may_have_been_queued_is_asked_for_with_the_same_key() -> None:

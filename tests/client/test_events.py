@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import httpx2
 import isomatch
 import pytest
-from isomatch import _exchange, _job
+from isomatch import _exchange
 from isomatch._events import EventReader
 
 JOB = {
@@ -26,8 +26,7 @@ JOB = {
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (_exchange, _job):
-        monkeypatch.setattr(module, "RETRY_PAUSES", (0.01, 0.01, 0.01))
+    monkeypatch.setattr(_exchange, "FIRST_PAUSE", 0.01)
 
 
 def event(name: str, **changes: object) -> bytes:
@@ -68,7 +67,7 @@ class Service:
 def followed(service: Service) -> list[str]:
     transport = httpx2.MockTransport(service)
     with isomatch.Client("http://service.test", transport=transport) as client:
-        return [job.state for job in client.job("1").follow()]
+        return [job.state for job in client.job("1").events()]
 
 
 def test_a_stream_that_ends_is_taken_up_where_it_ended() -> None:
@@ -117,13 +116,13 @@ def test_a_match_is_followed(
     client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
 ) -> None:
     job = client.match(*pair, points=24)
-    told = [(step.state, step.progress.fraction) for step in job.follow()]
+    told = [(step.state, step.progress.fraction) for step in job.events()]
     assert told[-1] == ("succeeded", 1.0)
     assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
     assert len(job.result().pairs) == 24
-    assert [step.state for step in client.job(job.id).follow()] == ["succeeded"]
+    assert [step.state for step in client.job(job.id).events()] == ["succeeded"]
     with pytest.raises(isomatch.NotFound):
-        next(isomatch.Job(client._transport, job.record.model_copy(update={"id": "x"})).follow())
+        next(isomatch.Job(client._transport, job.record.model_copy(update={"id": "x"})).events())
 
 
 def test_the_same_key_is_the_same_job(

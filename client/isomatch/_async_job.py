@@ -1,0 +1,77 @@
+"""A job on the service, and what can be done with it without blocking."""
+
+import os
+from collections.abc import AsyncGenerator
+from contextlib import aclosing
+from typing import Any, Generic, Self, cast
+
+from typing_extensions import TypeVar
+
+from isomatch import _operations as operations
+from isomatch._async_transport import AsyncTransport
+from isomatch._dissimilarities import PartialDissimilarities
+from isomatch._job import Job
+from isomatch._job_record import RecordedJob
+from isomatch._models import JobRecord
+from isomatch._result import Result
+from isomatch._twins import documented_as
+
+ResultT = TypeVar("ResultT", bound=Result, default=Any)
+
+
+class AsyncJob(RecordedJob, Generic[ResultT]):
+    """A job on the service, as :class:`isomatch.Job`, whose methods are to be awaited.
+
+    A task that is cancelled while it waits leaves the job as it is: :meth:`cancel` cancels it.
+    """
+
+    def __init__(self, transport: AsyncTransport, record: JobRecord) -> None:
+        super().__init__(record)
+        self._transport = transport
+
+    @documented_as(Job.refresh)
+    async def refresh(self) -> Self:
+        self._remember(await self._transport.run(operations.get_job(self.id)))
+        return self
+
+    @documented_as(Job.wait)
+    async def wait(self, timeout: float | None = None) -> Self:
+        if not self.finished:
+            await self._transport.run(operations.wait_for_job(self.id, timeout, self._remember))
+        return self
+
+    @documented_as(Job.events)
+    async def events(self) -> AsyncGenerator[JobRecord]:
+        following = operations.follow_job(self.id, self._transport.retries)
+        async with aclosing(self._transport.stream(following)) as records:
+            async for record in records:
+                self._remember(record)
+                yield record
+
+    @documented_as(Job.result)
+    async def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
+        if not self.finished:
+            wait = operations.watch_job if progress else operations.wait_for_job
+            await self._transport.run(wait(self.id, timeout, self._remember))
+        return cast(ResultT, await self._transport.run(operations.get_result(self._record)))
+
+    @documented_as(Job.cancel)
+    async def cancel(self) -> Self:
+        self._remember(await self._transport.run(operations.cancel_job(self.id)))
+        return self
+
+    @documented_as(Job.picture)
+    async def picture(self) -> bytes:
+        return await self._transport.run(operations.get_picture(self.id))
+
+    @documented_as(Job.save_picture)
+    async def save_picture(self, path: str | os.PathLike[str]) -> None:
+        await self._transport.run(operations.save_picture(self.id, path))
+
+    @documented_as(Job.save_arrays)
+    async def save_arrays(self, path: str | os.PathLike[str]) -> None:
+        await self._transport.run(operations.save_arrays(self.id, path))
+
+    @documented_as(Job.partial)
+    async def partial(self) -> PartialDissimilarities:
+        return await self._transport.run(operations.get_partial(self.id))
