@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import signal
 import sys
 from types import TracebackType
 from typing import Final
@@ -48,6 +49,8 @@ def main() -> int:
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
+    # The first process of a container ignores what it has no handler for; RQ's come later.
+    signal.signal(signal.SIGTERM, _leave)
     warm_up()
     store = Store.open(settings, settings.redis_patience)
     # RQ says several lines about each job, and what matters of them is said here as well.
@@ -89,6 +92,10 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
         maintenance_interval=MAINTENANCE_INTERVAL,
         log_job_description=False,
     )
+
+
+def _leave(number: int, frame: object) -> None:
+    sys.exit(0)
 
 
 def _how(status: int | None) -> str:

@@ -6,7 +6,7 @@ from typing import Self
 from redis import Redis
 
 from worker.store import keys
-from worker.store.connections import StoreSettings, connect
+from worker.store.connections import CACHE_PATIENCE, StoreSettings, connect
 from worker.store.jobs import Jobs
 from worker.store.listings import InvalidCursor, Page
 from worker.store.orders import KeyReused, Orders, TooManyQueued
@@ -86,7 +86,8 @@ class Store:
         """Return the store over a connection that there is already; otherwise as :meth:`open`."""
         cache = client
         if settings.cache_url is not None:
-            cache = connect(settings.cache_url, patience, pause)
+            # Nothing is lost with it: rather compute again than wait.
+            cache = connect(settings.cache_url, min(patience, CACHE_PATIENCE), pause)
         return cls(
             client,
             Shapes(client, settings),

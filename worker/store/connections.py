@@ -16,6 +16,9 @@ DAY: Final = 86400
 SOCKET_TIMEOUT: Final = 30.0
 """Seconds; more than RQ's workers wait for a job in one command."""
 
+CACHE_PATIENCE: Final = 1.0
+"""Seconds for which a command is repeated while a cache with a Redis of its own is away."""
+
 
 class StoreSettings(BaseSettings):
     """Where the store is and how long it keeps what; from ``ISOMATCH_*``."""

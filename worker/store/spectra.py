@@ -5,16 +5,21 @@ them, under names of their own.
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Final
 
 from redis import Redis
+from redis.exceptions import RedisError
 
 from worker.contracts import SpectrumKey
 from worker.store import keys, scripts
 from worker.store.connections import StoreSettings
-from worker.store.replies import blob
+from worker.store.replies import blob, text
+from worker.telemetry import logger
+
+log = logger("isomatch.store")
 
 _LARGEST: Final = 500 * 1024**2
 """Bytes of one value; Redis hangs up on whoever sends more than 512 MiB."""
@@ -33,7 +38,8 @@ class Spectra:
     """The cached spectra, as bytes.
 
     The cache may live in a Redis of its own, with its own policy of eviction; locks and counters
-    stay with the queue, where nothing is evicted.
+    stay with the queue, where nothing is evicted. One of its own may be away, or lose what it has:
+    what is not found there is computed again.
 
     Parameters
     ----------
@@ -49,59 +55,89 @@ class Spectra:
     client: Redis
     settings: StoreSettings
 
+    @property
+    def apart(self) -> bool:
+        """Whether the cache has a Redis of its own."""
+        return self.cache is not self.client
+
     def has(self, key: SpectrumKey) -> bool:
         """Whether a spectrum is cached."""
-        return bool(self.cache.exists(keys.cached_spectrum(key)))
+        with self._spared():
+            return bool(self.cache.exists(keys.cached_spectrum(key)))
+        return False
 
     def get(self, key: SpectrumKey | str) -> bytes | None:
         """Return a cached spectrum, npz, or what is cached by a name; note that it was used."""
-        spectrum = blob(self.cache.get(keys.cached_spectrum(key)))
-        if spectrum is not None:
-            self.cache.zadd(keys.CACHED_SPECTRA, {str(key): time.time()}, xx=True)
-        return spectrum
+        (found,) = self.signatures([str(key)])
+        return found
 
     def signatures(self, names: Sequence[str]) -> list[bytes | None]:
         """Return the cached signatures of these names, None for others, and note their use."""
-        if not names:
-            return []
-        found = [blob(reply) for reply in self.cache.mget([*map(keys.cached_spectrum, names)])]
-        now = time.time()
-        used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
-        if used:
-            self.cache.zadd(keys.CACHED_SPECTRA, used, xx=True)
+        found: list[bytes | None] = [None] * len(names)
+        with self._spared():
+            if names:
+                replies = self.cache.mget([*map(keys.cached_spectrum, names)])
+                found = [blob(reply) for reply in replies]
+            now = time.time()
+            used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
+            if used:
+                self.cache.zadd(keys.CACHED_SPECTRA, used, xx=True)
         return found
 
     def put(self, key: SpectrumKey | str, spectrum: bytes) -> bool:
-        """Cache a spectrum, or something else by its name; False if it alone is too large."""
+        """Cache a spectrum, or something else by its name; False if it cannot be."""
         if len(spectrum) > _LARGEST:
             return False
         now = time.time()
-        stored = self.cache.eval(
-            scripts.CACHE_PUT,
-            3,
-            keys.CACHED_SPECTRA,
-            keys.CACHED_SIZES,
-            keys.cached_spectrum(key),
-            str(key),
-            keys.cached_spectrum(""),
-            now,
-            now - self.settings.cache_ttl,
-            self.settings.cache_bytes,
-            spectrum,
-        )
-        return bool(stored)
+        with self._spared():
+            stored = self.cache.eval(
+                scripts.CACHE_PUT,
+                3,
+                keys.CACHED_SPECTRA,
+                keys.CACHED_SIZES,
+                keys.cached_spectrum(key),
+                str(key),
+                keys.cached_spectrum(""),
+                now,
+                now - self.settings.cache_ttl,
+                self.settings.cache_bytes,
+                spectrum,
+            )
+            return bool(stored)
+        return False
 
     def forget(self, shape_id: str) -> None:
         """Take all spectra of a shape out of the cache."""
-        for name, _ in self.cache.zscan_iter(keys.CACHED_SPECTRA, match=f"{shape_id}:*"):
-            self.cache.eval(
-                scripts.CACHE_DROP,
-                2,
-                keys.CACHED_SPECTRA,
-                keys.CACHED_SIZES,
-                name,
-                keys.cached_spectrum(""),
-            )
+        with self._spared():
+            for name in self._names(shape_id):
+                self.cache.eval(
+                    scripts.CACHE_DROP,
+                    2,
+                    keys.CACHED_SPECTRA,
+                    keys.CACHED_SIZES,
+                    name,
+                    keys.cached_spectrum(""),
+                )
+
+    def _names(self, shape_id: str) -> Iterator[str]:
+        if not self.apart:
+            for name, _ in self.cache.zscan_iter(keys.CACHED_SPECTRA, match=f"{shape_id}:*"):
+                yield text(name)
+            return
+        # The list of what is cached may itself have been evicted; what is listed has its key.
+        prefix = keys.cached_spectrum("")
+        for key in self.cache.scan_iter(f"{prefix}{shape_id}:*", count=1000):
+            yield text(key).removeprefix(prefix)
+
+    @contextmanager
+    def _spared(self) -> Iterator[None]:
+        """Do without a cache of its own that is away, or that is full and evicts nothing."""
+        try:
+            yield
+        except RedisError as error:
+            if not self.apart:
+                raise
+            log.warning("the cache cannot be used", error=str(error))
 
     def lock(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
         """Become the one who computes a spectrum, for some seconds; False if somebody else is."""
@@ -140,8 +176,10 @@ class Spectra:
         self.client.hincrby(keys.SPECTRUM_COUNTERS, "hits", 1)
 
     def cached_bytes(self) -> int:
-        """Return the size of all cached spectra."""
-        return int(self.cache.hget(keys.CACHED_SIZES, "total") or 0)
+        """Return the size of all cached spectra, as far as it is known."""
+        with self._spared():
+            return int(self.cache.hget(keys.CACHED_SIZES, "total") or 0)
+        return 0
 
     def counts(self) -> SpectrumCounts:
         """Return the counters."""
