@@ -24,6 +24,7 @@ from service.openapi import document
 from service.security import Authentication
 from service.settings import Settings
 from service.shapes import endpoints as shapes
+from service.shapes import files
 from service.state import Service, State
 from service.structures import endpoints as structures
 from worker.queue import JobQueue
@@ -69,7 +70,17 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     app.add_middleware(RequestContext)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
     app.webhooks.include_router(webhooks.router)
-    for part in (shapes, structures, matches, dissimilarities, jobs, results, health, metrics):
+    for part in (
+        shapes,
+        files,
+        structures,
+        matches,
+        dissimilarities,
+        jobs,
+        results,
+        health,
+        metrics,
+    ):
         app.include_router(part.router)
 
     def openapi() -> dict[str, Any]:

@@ -18,6 +18,7 @@
     ├── ResultExpired               410  the result is no longer kept
     ├── ShapeExpired                410  the shape was not used for long
     ├── JobExpired                  410  the job ended long ago
+    ├── GeometryNotKept             410  the shape was stored before its geometry was
     ├── ShapeDeleted                410  a shape was deleted meanwhile
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
@@ -163,6 +164,12 @@ class ShapeExpired(ApiProblem):
     """The shape was not used for long, and is no longer kept."""
 
     status, slug, title = 410, "shape-expired", "Shape expired"
+
+
+class GeometryNotKept(ApiProblem):
+    """The shape was stored by a version that kept no geometry."""
+
+    status, slug, title = 410, "geometry-not-kept", "Geometry not kept"
 
 
 class JobExpired(ApiProblem):

@@ -25,6 +25,7 @@ from worker.contracts import (
 )
 from worker.delivery import deliver
 from worker.failures import ResultGone, ShapeGone, problem_of
+from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
 from worker.matches import Side, match_shapes, result_from_blob
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
@@ -143,7 +144,7 @@ class Runner:
             warnings=mesh.warnings,
             created=job.created,
         )
-        self.store.shapes.accept(record, mesh_to_bytes(mesh), job.id)
+        self.store.shapes.accept(record, mesh_to_bytes(mesh), packed_geometry(mesh), job.id)
 
     def _compute_spectrum(self, payload: SpectrumPayload, control: Control) -> None:
         try:

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 from fastapi import APIRouter, Response
 
+from service.answers import AcceptEncoding
 from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
-from service.jobs.lookup import AcceptEncoding, JobId, job_with_result, json_answer, packed_result
+from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
 from service.jobs.schemas import Job
 from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
 from service.problems import (

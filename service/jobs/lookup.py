@@ -1,10 +1,10 @@
 """Jobs as requests name them: found, or missed, and what is kept of their results."""
 
-import gzip
 from typing import Annotated
 
-from fastapi import Header, Path, Response
+from fastapi import Path, Response
 
+from service.answers import unpacked_if_need_be
 from service.problems import (
     ApiProblem,
     JobExpired,
@@ -17,7 +17,6 @@ from service.state import Service
 from worker.contracts import JobRecord, JobState
 
 JobId = Annotated[str, Path(description="Id of the job.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
-AcceptEncoding = Annotated[str, Header(include_in_schema=False)]
 
 
 def missing(service: Service, job_id: str) -> ApiProblem:
@@ -74,8 +73,4 @@ def result_expired() -> ResultExpired:
 
 def json_answer(packed: bytes, accept_encoding: str) -> Response:
     """Return the answer that is JSON in gzip, unpacked for those who do not take that."""
-    headers = {"Vary": "Accept-Encoding"}
-    if "gzip" in accept_encoding.lower():
-        headers["Content-Encoding"] = "gzip"
-        return Response(packed, media_type="application/json", headers=headers)
-    return Response(gzip.decompress(packed), media_type="application/json", headers=headers)
+    return unpacked_if_need_be(packed, "application/json", accept_encoding)

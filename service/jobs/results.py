@@ -5,8 +5,8 @@ from typing import Any, Final
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
+from service.answers import AcceptEncoding
 from service.jobs.lookup import (
-    AcceptEncoding,
     JobId,
     job_with_result,
     json_answer,

@@ -13,6 +13,7 @@ _ID: Final = "$response.body#/id"
 _OF_A_SHAPE: Final = {
     "get_shape": {"shape": _ID},
     "get_mesh": {"shape": _ID},
+    "get_geometry": {"shape": _ID},
     "delete_shape": {"shape": _ID},
 }
 _OF_A_JOB: Final = {

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, File, Form, Path, Request, Response, UploadFile
+from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
@@ -10,7 +10,6 @@ from service.jobs.schemas import Job
 from service.orders import IdempotencyKey
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
-    ApiProblem,
     BadRequest,
     BodyStalled,
     IdempotencyKeyReused,
@@ -25,6 +24,7 @@ from service.problems import (
     UploadTooLarge,
     responses,
 )
+from service.shapes.lookup import ShapeId, missing_shape
 from service.shapes.names import LONGEST, base_name, showable
 from service.shapes.schemas import Shape, ShapePage
 from service.state import Caller, RequestId, Service, ServiceOf
@@ -43,8 +43,6 @@ from worker.contracts import (
 PATH: Final = "/v1/shapes"
 
 router = APIRouter(prefix=PATH, tags=["shapes"])
-
-ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 
 
 _LOCATION: Final = {"Location": {"description": "The shape.", "schema": {"type": "string"}}}
@@ -184,7 +182,7 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
         return _still_validating(service, job)
     if job is not None and job.error is not None:
         raise Reported(job.error)
-    raise _missing(service, shape)
+    raise missing_shape(service, shape)
 
 
 @router.delete(
@@ -198,38 +196,6 @@ def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
     if not service.store.shapes.delete(shape):
         raise ShapeNotFound(f"There is no shape {shape}.")
     service.store.spectra.forget(shape)
-
-
-@router.get(
-    "/{shape}/mesh",
-    response_class=Response,
-    responses={
-        200: {
-            "description": "The file",
-            "content": {
-                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
-            },
-        },
-        **responses(ShapeNotFound, ShapeExpired, InvalidRequest),
-    },
-    operation_id="get_mesh",
-)
-def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
-    """Return the mesh file as it was uploaded."""
-    record = service.store.shapes.get(shape)
-    data = service.store.shapes.upload(shape)
-    if record is None or data is None:
-        raise _missing(service, shape)
-    headers = {"Content-Disposition": f'attachment; filename="{shape}.{record.file_type}"'}
-    return Response(data, media_type="application/octet-stream", headers=headers)
-
-
-def _missing(service: Service, shape: str) -> ApiProblem:
-    if service.store.shapes.expired(shape):
-        return ShapeExpired(
-            "The shape was not used for long and is no longer kept; upload it again."
-        )
-    return ShapeNotFound(f"There is no shape {shape}.")
 
 
 def _shape(record: ShapeRecord, status: int) -> Response:

@@ -19,7 +19,9 @@ from worker.store import Store, keys, listings
 
 TTL, TRACE = 1000, 5000
 SHAPE = "a" * 32
-PARTS = (keys.shape(SHAPE), keys.shape_upload(SHAPE), keys.shape_mesh(SHAPE))
+PARTS = tuple(
+    key(SHAPE) for key in (keys.shape, keys.shape_upload, keys.shape_mesh, keys.shape_geometry)
+)
 
 
 @pytest.fixture
@@ -48,7 +50,7 @@ def put_shape(store: Store, name: str = SHAPE) -> None:
         warnings=(),
         created=datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=len(name)),
     )
-    store.shapes.accept(record, b"mesh", job)
+    store.shapes.accept(record, b"mesh", b"geometry", job)
 
 
 def left(store: Store) -> list[int]:

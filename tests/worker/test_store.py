@@ -205,7 +205,7 @@ def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
     with store.client.pipeline() as pipe:
         store.shapes.add_candidate(record.id, "off", b"data", "job", pipe)
         pipe.execute()
-    store.shapes.accept(record, b"mesh", "job")
+    store.shapes.accept(record, b"mesh", b"geometry", "job")
     return record
 
 

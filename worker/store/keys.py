@@ -53,6 +53,11 @@ def shape_mesh(shape_id: str) -> str:
     return f"{PREFIX}shape:{shape_id}:mesh"
 
 
+def shape_geometry(shape_id: str) -> str:
+    """The mesh of a shape as it is looked at, in gzip."""
+    return f"{PREFIX}shape:{shape_id}:geometry"
+
+
 def shape_trace(shape_id: str) -> str:
     """Says that there is or was a shape; outlives it, unless it was deleted."""
     return f"{PREFIX}shape:{shape_id}:trace"

@@ -51,6 +51,10 @@ class Shapes:
         """Return the mesh of a shape as it was read, npz, and keep the shape for longer."""
         return self._used(shape_id, keys.shape_mesh(shape_id))
 
+    def geometry(self, shape_id: str) -> bytes | None:
+        """Return the mesh of a shape as it is looked at, in gzip, and keep the shape for longer."""
+        return self._used(shape_id, keys.shape_geometry(shape_id))
+
     def expired(self, shape_id: str) -> bool:
         """Whether a shape that is not there was there, and nobody deleted it."""
         return bool(self.client.exists(keys.shape_trace(shape_id)))
@@ -71,6 +75,7 @@ class Shapes:
         with self.client.pipeline() as pipe:
             pipe.delete(keys.shape(shape_id))
             pipe.delete(keys.shape_upload(shape_id), keys.shape_mesh(shape_id))
+            pipe.delete(keys.shape_geometry(shape_id))
             pipe.delete(keys.shape_trace(shape_id))
             pipe.zrem(keys.SHAPES, shape_id)
             return bool(pipe.execute()[0])
@@ -93,12 +98,13 @@ class Shapes:
         """Return the uploaded bytes that a job is to validate."""
         return blob(self.client.get(keys.candidate(shape_id, file_type, job_id)))
 
-    def accept(self, record: ShapeRecord, mesh: bytes, job_id: str) -> None:
+    def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> None:
         """Make a shape of a job's candidate, all at once."""
         candidate = keys.candidate(record.id, record.file_type, job_id)
         with self.client.pipeline() as pipe:
             pipe.rename(candidate, keys.shape_upload(record.id))
             pipe.set(keys.shape_mesh(record.id), mesh)
+            pipe.set(keys.shape_geometry(record.id), geometry)
             pipe.set(keys.shape(record.id), record.model_dump_json())
             pipe.set(keys.shape_trace(record.id), b"")
             self._keep(record.id, pipe)
@@ -130,7 +136,7 @@ class Shapes:
 
     def _keep(self, shape_id: str, pipe: Pipeline) -> None:
         ttl = self.settings.shape_ttl
-        for key in (keys.shape, keys.shape_upload, keys.shape_mesh):
+        for key in (keys.shape, keys.shape_upload, keys.shape_mesh, keys.shape_geometry):
             pipe.expire(key(shape_id), ttl)
         pipe.expire(keys.shape_trace(shape_id), ttl + self.settings.trace_ttl)
 
