@@ -108,7 +108,7 @@ class Client:
         name
             A name to find it by; by default that of the file.
         file_type
-            Format (off, obj, ply, stl, glb, gltf), where no file name tells it.
+            Format (off, obj, ply, stl, glb, gltf, zip), where no file name tells it.
         timeout
             Seconds the service may take to read the file once it has it; None for no limit.
 

@@ -7,6 +7,7 @@ that is cut off or contradicts itself raises `MeshError`, it never yields part o
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from solver.mesh_formats.archive import read_zip
 from solver.mesh_formats.gltf import read_glb, read_gltf
 from solver.mesh_formats.obj import read_obj
 from solver.mesh_formats.off import read_off
@@ -22,6 +23,7 @@ READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
         "stl": read_stl,
         "glb": read_glb,
         "gltf": read_gltf,
+        "zip": read_zip,
     }
 )
 """Reader of each format by file extension, lower case, without the dot."""

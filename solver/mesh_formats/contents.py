@@ -108,7 +108,7 @@ def merge_coincident(contents: TriangleSoup, reason: str) -> TriangleSoup:
         merged,
         vertices=contents.vertices[kept],
         faces=number[merged.faces].astype(np.int64),
-        colors=None if contents.colors is None else contents.colors[kept],
+        colors=None if merged.colors is None else merged.colors[kept],
         vertex_ids=contents.vertex_ids[kept],
     ).noting(f"{reason}: {before} vertices were merged into {after}")
 

@@ -1,44 +1,47 @@
-"""glTF 2.0, as one binary file (GLB) or as JSON with its buffers inside.
+"""glTF 2.0, as one binary file (GLB) or as JSON with its buffers inside or beside it.
 
 The scene's meshes are joined into one, each placed by its node. A vertex of glTF carries its
 normal and texture coordinates, so files repeat vertices along every seam and crease; vertices of
 equal position are merged again, or the surface would fall apart along its texture's seams.
+
+The standard multiplies texture, colour of the vertex and factor of the material in linear light,
+and so is done here. But numbers of COLOR_0, which the standard means linearly, are taken for
+display values, as those of a texture are: so do most programs that write them, and so a shape has
+the same colours in every format.
 """
 
-import io
 import json
 import struct
-from collections.abc import Iterator
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
-from solver.mesh_formats.contents import (
-    check_indices,
-    colors_in_unit_range,
-    merge_coincident,
-)
+from solver.mesh_formats.companions import Companions
+from solver.mesh_formats.contents import check_indices, merge_coincident
+from solver.mesh_formats.gltf_data import GltfData
+from solver.mesh_formats.gltf_materials import GltfMaterial, GltfMaterials
+from solver.mesh_formats.gltf_scene import MODES, check_tree, placed_nodes
 from solver.repair.soup import TriangleSoup
+from solver.textures import Paint, Texture, linear_light, painted_colors
+from solver.textures.light import tinted
 
 _SEAMS = "glTF repeats vertices along texture seams and creases"
-_TRIANGLES, _TRIANGLE_STRIP = 4, 5
-_FLOAT = 5126
-_MOST_SHARED = 16
-"""Values per byte of the file: several meshes may share the same data, but within reason."""
-_DEEPEST = 256
-"""Levels of nodes; the bones of a figure are some dozens deep."""
-_ITEMS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_JSON, _BINARY = b"JSON", b"BIN\0"
 
 
-def read_glb(data: bytes) -> TriangleSoup:
+def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     """Read a binary glTF file.
 
     Parameters
     ----------
     data
         Bytes of the file.
+    companions
+        The files that came with it, if any.
 
     Returns
     -------
@@ -52,24 +55,26 @@ def read_glb(data: bytes) -> TriangleSoup:
     """
     if len(data) < 20 or data[:4] != b"glTF":
         raise MeshError("not a GLB file: it does not begin with glTF")
-    length, json_length = struct.unpack_from("<8xII", data)
+    length, json_length, kind = struct.unpack_from("<8xII4s", data)
     if max(length, 20 + json_length) > len(data):
         promised = max(length, 20 + json_length)
         raise MeshError(
             f"the GLB file promises {promised} bytes and has {len(data)}; it is cut off"
         )
-    if length < 20 + json_length:
-        raise MeshError("the GLB file is longer than it says; it is damaged")
-    return _read(data, "glb", data[20 : 20 + json_length])
+    if length < 20 + json_length or kind != _JSON:
+        raise MeshError("the GLB file is longer than it says, or in another order; it is damaged")
+    return _read(data[20 : 20 + json_length], _binary(data, 20 + json_length), companions, "GLB")
 
 
-def read_gltf(data: bytes) -> TriangleSoup:
-    """Read a glTF file in JSON with its buffers embedded as data URIs.
+def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup:
+    """Read a glTF file in JSON with its buffers and images in data URIs, or beside it.
 
     Parameters
     ----------
     data
         Bytes of the file.
+    companions
+        The files that came with it, if any.
 
     Returns
     -------
@@ -79,143 +84,162 @@ def read_gltf(data: bytes) -> TriangleSoup:
     Raises
     ------
     MeshError
-        The bytes are not glTF, or use what is not supported, such as buffers in other files.
+        The bytes are not glTF, or use what is not supported, such as buffers that did not come.
     """
-    return _read(data, "gltf", data)
+    return _read(data, None, companions, "GLTF")
 
 
-def _read(data: bytes, file_type: str, tree: bytes) -> TriangleSoup:
+def _binary(data: bytes, start: int) -> bytes | None:
+    """Return the chunk of a GLB file that follows its JSON."""
+    if len(data) < start + 8:
+        return None
+    length, kind = struct.unpack_from("<I4s", data, start)
+    if kind != _BINARY:
+        return None
+    if start + 8 + length > len(data):
+        raise MeshError("the GLB file promises more bytes than it has; it is cut off")
+    return data[start + 8 : start + 8 + length]
+
+
+def _read(
+    text: bytes, binary: bytes | None, companions: Companions | None, kind: str
+) -> TriangleSoup:
     try:
-        _check_tree(json.loads(tree.decode("utf-8")), len(data))
-        parts = list(_parts(data, file_type))
-    except MeshError:
+        tree = json.loads(text.decode("utf-8"))
+        size = len(text) + len(binary or b"")
+        if companions is not None and isinstance(tree, dict):
+            uris = {buffer.get("uri", "data:") for buffer in tree.get("buffers", [])}
+            files = [companions.find(uri) for uri in uris if not uri.startswith("data:")]
+            size += sum(len(file or b"") for file in files)
+        check_tree(tree, size)
+        data = GltfData(tree, binary, companions)
+        materials = GltfMaterials(data)
+        parts = _parts(data, materials)
+        if not parts:
+            raise MeshError("the glTF scene shows no triangles")
+        return _joined(parts).noting(*materials.notes)
+    except (MeshError, MemoryError):
         raise
-    except Exception as error:  # trimesh lets any exception through for a malformed file
+    except Exception as error:  # a tree may have anything anywhere
         reason = f"{type(error).__name__}: {error}".rstrip(": ")[:200]
         raise MeshError(
-            f"the {file_type.upper()} file cannot be read; it is damaged or cut off ({reason})"
+            f"the {kind} file cannot be read; it is damaged or cut off ({reason})"
         ) from error
-    if not parts:
-        raise MeshError("the glTF scene shows no triangles")
-    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
-    with_colors = all(part.colors is not None for part in parts)
-    notes = (f"{len(parts)} meshes of the scene were joined",) if len(parts) > 1 else ()
-    joined = TriangleSoup(
-        np.concatenate([part.vertices for part in parts]),
-        np.concatenate([part.faces + start for part, start in zip(parts, offsets, strict=False)]),
-        np.concatenate([part.colors for part in parts if part.colors is not None])
-        if with_colors
-        else None,
-        np.arange(offsets[-1], dtype=np.int64),
-        notes,
-    )
-    return merge_coincident(joined, _SEAMS)
 
 
-def _parts(data: bytes, file_type: str) -> Iterator[TriangleSoup]:
-    # Imported here: it is slow to import, and no other format needs it.
-    import trimesh
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The triangles of one primitive, where one node places them.
 
-    scene = trimesh.load_scene(
-        io.BytesIO(data), file_type=file_type, process=False, skip_materials=True
-    )
-    place = {name: number for number, name in enumerate(scene.geometry)}
-    for node in sorted(scene.graph.nodes_geometry, key=lambda node: place[scene.graph[node][1]]):
-        matrix, name = scene.graph[node]
-        geometry = scene.geometry[name]
-        if not isinstance(geometry, trimesh.Trimesh):
-            continue
-        corners = np.asarray(geometry.faces, dtype=np.int64)
-        local = np.asarray(geometry.vertices, dtype=np.float64)
-        check_indices(corners.reshape(-1), len(local))
-        if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirror turns faces inside out
-            corners = corners[:, ::-1]
-        yield TriangleSoup(
-            local @ matrix[:3, :3].T + matrix[:3, 3],
-            corners,
-            _colors(geometry.visual),
-            np.arange(len(local), dtype=np.int64),
-        )
+    Attributes
+    ----------
+    vertices, faces
+        (V, 3) and (F, 3).
+    colors
+        (V, 3) in 0..1, of COLOR_0; ``None`` without.
+    coordinates
+        (V, 2) texture coordinates as its material places them; ``None`` without.
+    material
+        What is on it.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    colors: FloatArray | None
+    coordinates: FloatArray | None
+    material: GltfMaterial
 
 
-def _colors(visual: object) -> FloatArray | None:
-    if getattr(visual, "kind", None) != "vertex":
-        return None
-    return colors_in_unit_range(
-        np.asarray(getattr(visual, "vertex_colors", ()), dtype=np.float64)[:, :3] / 255.0
-    )
+def _parts(data: GltfData, materials: GltfMaterials) -> list[_Part]:
+    parts: list[_Part] = []
+    meshes = data.tree.get("meshes", [])
+    for mesh, matrices in placed_nodes(data.tree):
+        for primitive in meshes[mesh]["primitives"]:
+            if primitive.get("mode", 4) in MODES:
+                part = _part(data, materials, primitive)
+                parts.extend(_placed(part, matrix) for matrix in matrices)
+    return parts
 
 
-def _check_tree(tree: Any, size: int) -> None:
-    """Refuse what trimesh would read as something else, or allocate memory for unseen."""
-    if not isinstance(tree, dict):
-        raise MeshError("not a glTF file: its JSON is not an object")
-    required = tree.get("extensionsRequired", [])
-    unsupported = [
-        name
-        for name in required
-        if name.startswith(("KHR_draco", "EXT_meshopt", "KHR_mesh_quantization"))
-    ]
-    if unsupported:
-        raise MeshError(f"glTF compressed with {', '.join(unsupported)}: save it uncompressed")
-    for buffer in tree.get("buffers", []):
-        if not buffer.get("uri", "data:").startswith("data:"):
-            raise MeshError("the glTF file keeps its data in other files; save it as GLB")
-    accessors = tree.get("accessors", [])
-    if any(type(accessor["count"]) is not int or accessor["count"] < 1 for accessor in accessors):
-        raise MeshError("the glTF file has an accessor of no values; it is damaged")
-    values = sum(accessor["count"] * _ITEMS[accessor["type"]] for accessor in accessors)
-    if values > _MOST_SHARED * size:
-        raise MeshError("the glTF file promises far more values than it has bytes; it is damaged")
-    drawn = [
-        sum(_check_primitive(primitive, accessors) for primitive in mesh["primitives"])
-        for mesh in tree.get("meshes", [])
-    ]
-    nodes = tree.get("nodes", [])
-    _check_nodes(nodes)
-    placed = sum(_entry(drawn, node["mesh"], "mesh") for node in nodes if "mesh" in node)
-    if placed > _MOST_SHARED * size:
-        raise MeshError(
-            "the glTF scene shows the same mesh far too often; save only what is to be matched"
-        )
-
-
-def _check_nodes(nodes: Any) -> None:
-    """Refuse nodes that are not trees, or so deep that finding their places takes minutes."""
-    children = [child for node in nodes for child in node.get("children", [])]
-    for child in children:
-        _entry(nodes, child, "node")
-    if len(set(children)) < len(children):
-        raise MeshError("a node of the glTF scene has two parents; the file is damaged")
-    level = set(range(len(nodes))) - set(children)
-    reached = len(level)
-    for _ in range(_DEEPEST):
-        level = {child for node in level for child in nodes[node].get("children", [])}
-        reached += len(level)
-    if level or reached < len(nodes):
-        raise MeshError(
-            f"the nodes of the glTF scene form a ring, or more than {_DEEPEST} levels; save it flat"
-        )
-
-
-def _entry(entries: Any, index: Any, what: str) -> Any:
-    if type(index) is not int or not 0 <= index < len(entries):
-        raise MeshError(
-            f"the glTF file refers to {what} {str(index)[:20]}, which is not there; it is damaged"
-        )
-    return entries[index]
-
-
-def _check_primitive(primitive: Any, accessors: Any) -> int:
-    """Return the number of values that are read for it."""
-    if primitive.get("mode", _TRIANGLES) not in (_TRIANGLES, _TRIANGLE_STRIP):
-        return 0
-    position = _entry(accessors, primitive["attributes"]["POSITION"], "accessor")
-    used = [position]
+def _part(data: GltfData, materials: GltfMaterials, primitive: Any) -> _Part:
+    attributes = primitive["attributes"]
+    vertices = data.values(attributes["POSITION"]).astype(np.float64)
     if "indices" in primitive:
-        used.append(_entry(accessors, primitive["indices"], "accessor"))
-    if any("bufferView" not in accessor or "sparse" in accessor for accessor in used):
-        raise MeshError("sparse or compressed glTF data is not supported; save it uncompressed")
-    if position["componentType"] != _FLOAT or position["type"] != "VEC3":
-        raise MeshError("quantised glTF positions are not supported; save them as floats")
-    return sum(accessor["count"] * _ITEMS[accessor["type"]] for accessor in used)
+        walk = data.values(primitive["indices"]).reshape(-1).astype(np.int64)
+    else:
+        walk = np.arange(len(vertices))
+    check_indices(walk, len(vertices))
+    colors = coordinates = None
+    if "COLOR_0" in attributes:
+        colors = data.normalised(attributes["COLOR_0"])[:, :3]
+        if colors.shape != vertices.shape or not np.isfinite(colors).all():
+            raise MeshError("COLOR_0 of the glTF file is not a colour for every vertex")
+        colors = colors.clip(0.0, 1.0)
+    material = materials.material(primitive.get("material"))
+    name = f"TEXCOORD_{material.coordinates}"
+    if material.texture is not None and name in attributes:
+        written = data.normalised(attributes[name])
+        if written.shape != (len(vertices), 2):
+            raise MeshError(f"{name} of the glTF file is not a pair for every vertex")
+        coordinates = written @ material.matrix[:, :2].T + material.matrix[:, 2]
+    faces = MODES[primitive.get("mode", 4)](walk)
+    return _Part(vertices, faces, colors, coordinates, material)
+
+
+def _placed(part: _Part, matrix: FloatArray) -> _Part:
+    # A mirror turns faces inside out.
+    faces = part.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else part.faces
+    return replace(part, vertices=part.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces=faces)
+
+
+def _joined(parts: Sequence[_Part]) -> TriangleSoup:
+    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
+    notes = (f"{len(parts)} meshes of the scene were joined",) if len(parts) > 1 else ()
+    colors = None
+    if any(part.colors is not None for part in parts):
+        colors = np.concatenate(
+            [np.ones_like(p.vertices) if p.colors is None else p.colors for p in parts]
+        )
+    merged = merge_coincident(
+        TriangleSoup(
+            np.concatenate([part.vertices for part in parts]),
+            np.concatenate([p.faces + start for p, start in zip(parts, offsets, strict=False)]),
+            colors,
+            np.arange(offsets[-1], dtype=np.int64),
+            notes,
+        ),
+        _SEAMS,
+    )
+    lights = np.array([part.material.light for part in parts])
+    textured = any(part.coordinates is not None for part in parts)
+    # One colour all over says nothing of a point.
+    plain = (lights == 1.0 if colors is not None else lights == lights[:1]).all()
+    if plain and not textured:
+        return merged
+    painted = painted_colors(merged.vertices, merged.faces, _paint(parts))
+    if merged.colors is not None:
+        painted = tinted(painted, linear_light(merged.colors))
+    return replace(merged, colors=painted)
+
+
+def _paint(parts: Sequence[_Part]) -> Paint:
+    """The materials on all triangles, part after part."""
+    textures: list[Texture] = []
+    coordinates, colors, numbers = [], [], []
+    for part in parts:
+        number, texture = -1, part.material.texture
+        placed = np.zeros((len(part.faces), 3, 2))
+        if texture is not None and part.coordinates is not None:
+            if texture not in textures:
+                textures.append(texture)
+            number = textures.index(texture)
+            placed = part.coordinates[part.faces]
+        coordinates.append(placed)
+        colors.append(np.broadcast_to(part.material.color, (len(part.faces), 3)))
+        numbers.append(np.full(len(part.faces), number, dtype=np.int64))
+    return Paint(
+        np.concatenate(coordinates),
+        np.concatenate(colors),
+        np.concatenate(numbers),
+        tuple(textures),
+    )

@@ -59,7 +59,8 @@ class TriangleSoup:
         Parameters
         ----------
         into
-            (V,) vertex indices, with ``into[into] == into``.
+            (V,) vertex indices, with ``into[into] == into``. Its colour becomes the mean of theirs,
+            as far as faces use them.
         """
         gone = np.flatnonzero(into != np.arange(len(into)))
         pairs = np.stack([self.vertex_ids[gone], self.vertex_ids[into[gone]]], axis=1)
@@ -70,8 +71,20 @@ class TriangleSoup:
         return replace(
             self,
             faces=into[self.faces],
+            colors=None if self.colors is None else self._colors_merged(self.colors, into),
             merged=np.concatenate([earlier, pairs]),
         )
+
+    def _colors_merged(self, colors: FloatArray, into: IntArray) -> FloatArray:
+        used = np.zeros(len(into), dtype=np.bool_)
+        used[self.faces] = True
+        members = np.bincount(into[used], minlength=len(into))
+        several = members > 1
+        mean = colors.copy()
+        for channel in range(3):
+            sums = np.bincount(into[used], colors[used, channel], len(into))
+            mean[several, channel] = sums[several] / members[several]
+        return mean
 
     def compacted(self) -> "TriangleSoup":
         """Drop the vertices that no face uses."""

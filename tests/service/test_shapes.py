@@ -225,7 +225,7 @@ def test_other_formats_that_lie(http: httpx2.Client) -> None:
 
 
 @pytest.mark.parametrize(
-    "filename", ["mesh", "mesh.txt", "mesh.off.zip", ".off", "a\\.off", "mesh.", "a" * 300]
+    "filename", ["mesh", "mesh.txt", "mesh.off.gz", ".off", "a\\.off", "mesh.", "a" * 300]
 )
 def test_unknown_formats(http: httpx2.Client, filename: str) -> None:
     document = problem(post(http, WHOLE, filename), 415, "unsupported-format")

@@ -7,8 +7,8 @@ from typing import Final
 
 from pydantic import BaseModel, ConfigDict, Field
 
-MESH_FORMATS: Final = ("glb", "gltf", "obj", "off", "ply", "stl")
-"""The mesh formats that can be uploaded, which are those the solver reads."""
+MESH_FORMATS: Final = ("glb", "gltf", "obj", "off", "ply", "stl", "zip")
+"""The mesh formats that can be uploaded, which are those the solver reads; zip holds another."""
 
 
 def shape_id(data: bytes) -> str:

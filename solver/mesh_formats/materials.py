@@ -1,0 +1,148 @@
+"""Material libraries of Wavefront OBJ (MTL): the colours and images of materials."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solver.arrays import FloatArray
+from solver.errors import MeshError
+from solver.mesh_formats.companions import Companions
+from solver.mesh_formats.text import decode
+from solver.textures import ImageBudget, Texture, Wrap
+
+_SWITCHES = frozenset({"-blendu", "-blendv", "-cc", "-clamp"})
+_ONE_WORD = frozenset({"-boost", "-texres", "-bm", "-imfchan", "-type", "-colorspace"})
+_VECTORS = frozenset({"-o", "-s", "-t"})
+
+
+@dataclass(frozen=True, eq=False)
+class ObjMaterial:
+    """A material, as far as it has to do with colour.
+
+    Parameters
+    ----------
+    color
+        (3,) diffuse colour in 0..1, taken for display values.
+    image
+        File of the diffuse colour on the surface, which stands for `color` then; "" for none.
+    clamped
+        Whether the image ends at its border; it is repeated otherwise.
+    scale, offset
+        (2,) Texture coordinates are multiplied by the one, and the other is added.
+    """
+
+    color: FloatArray = field(default_factory=lambda: np.ones(3))
+    image: str = ""
+    clamped: bool = False
+    scale: FloatArray = field(default_factory=lambda: np.ones(2))
+    offset: FloatArray = field(default_factory=lambda: np.zeros(2))
+
+    def texture(self, companions: Companions, budget: ImageBudget) -> Texture | None:
+        """Decode the image.
+
+        Raises
+        ------
+        MeshError
+            It did not come, or cannot be decoded.
+        """
+        if not self.image:
+            return None
+        data = companions.find(self.image)
+        if data is None:
+            raise MeshError(
+                f"a material refers to the image {self.image[:100]!r}, which is not in the archive"
+            )
+        wrap = Wrap.CLAMP if self.clamped else Wrap.REPEAT
+        return Texture(budget.decode(data, self.image[:100]), (wrap, wrap))
+
+
+def read_materials(data: bytes) -> dict[str, ObjMaterial]:
+    """Read a material library.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    The materials by name.
+
+    Raises
+    ------
+    MeshError
+        A diffuse colour or the options of an image cannot be read.
+    """
+    materials: dict[str, ObjMaterial] = {}
+    name = None
+    for line in decode(data).splitlines():
+        keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
+        rest = rest.strip()
+        if keyword == "newmtl":
+            name = rest
+            materials[name] = ObjMaterial()
+        elif name is not None and keyword.lower() == "kd":
+            materials[name] = replace(materials[name], color=_color(rest))
+        elif name is not None and keyword.lower() == "map_kd":
+            materials[name] = _with_image(materials[name], rest)
+    return materials
+
+
+def _color(rest: str) -> FloatArray:
+    words = rest.partition("#")[0].split()
+    if words[:1] in (["spectral"], ["xyz"]):
+        return np.ones(3)
+    values = _numbers(words, "Kd")
+    if len(values) not in (1, 3):
+        raise MeshError(f"a colour of the material file cannot be read: Kd {rest[:80]!r}")
+    found: FloatArray = np.broadcast_to(values, (3,)).clip(0.0, 1.0)
+    return found
+
+
+def _with_image(material: ObjMaterial, rest: str) -> ObjMaterial:
+    """Read options and the file's name, which is what follows them and may have spaces."""
+    words = rest.split()
+    place = 0
+    while place < len(words) and words[place].startswith("-"):
+        option = words[place].lower()
+        place += 1
+        if option in _SWITCHES or option in _ONE_WORD:
+            value = words[place] if place < len(words) else ""
+            if option == "-clamp":
+                material = replace(material, clamped=value.lower() == "on")
+            place += 1
+        elif option == "-mm":
+            place += 2
+        elif option in _VECTORS:
+            values = [word for word in words[place : place + 3] if _is_number(word)]
+            place += len(values)
+            pair = _numbers(values, option)[:2]
+            if option == "-o":
+                material = replace(material, offset=np.pad(pair, (0, 2 - len(pair))))
+            elif option == "-s":
+                ones = np.pad(pair, (0, 2 - len(pair)), constant_values=1.0)
+                material = replace(material, scale=ones)
+        else:
+            place -= 1
+            break
+    return replace(material, image=" ".join(words[place:]))
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(words: list[str], what: str) -> FloatArray:
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError as error:
+        raise MeshError(
+            f"a number of {what} in the material file cannot be read: {error}"
+        ) from None
+    if not np.isfinite(values).all():
+        raise MeshError(f"{what} in the material file has a number that is not finite")
+    return values

@@ -1,0 +1,128 @@
+"""An image as a function of texture coordinates: bilinear, and coarser where texels are small."""
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from solver.arrays import FloatArray, IntArray
+from solver.textures.images import Pixels
+from solver.textures.light import tinted
+
+DeepPixels = npt.NDArray[np.uint16]
+
+
+class Wrap(Enum):
+    """How an image goes on beyond its border along an axis."""
+
+    REPEAT = "repeat"
+    MIRROR = "mirror"
+    CLAMP = "clamp"
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """An image on the unit square.
+
+    Parameters
+    ----------
+    pixels
+        (height, width, 3) uint8, display values. Texel (row i, column j) has its centre at
+        u = (j + 1/2) / width, v = (i + 1/2) / height: v runs downwards, from the first row on.
+    wrap
+        Along u and along v.
+    """
+
+    pixels: Pixels
+    wrap: tuple[Wrap, Wrap] = (Wrap.REPEAT, Wrap.REPEAT)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in texels."""
+        return self.pixels.shape[1], self.pixels.shape[0]
+
+    @cached_property
+    def levels(self) -> tuple[Pixels | DeepPixels, ...]:
+        """The image, and it with both sides halved again and again: means of 2 x 2 texels.
+
+        The means have 16 bits, or rounding would make every one a little brighter.
+        """
+        levels: list[Pixels | DeepPixels] = [self.pixels]
+        while max(levels[-1].shape[:2]) > 1:
+            levels.append(_halved(levels[-1]))
+        return tuple(levels)
+
+    def tinted(self, light: FloatArray) -> "Texture":
+        """Return the texture under a coloured light.
+
+        Parameters
+        ----------
+        light
+            (3,) factors in 0..1.
+        """
+        if (light == 1.0).all():
+            return self
+        table = tinted(np.repeat(np.arange(256.0)[:, None] / 255.0, 3, axis=1), light)
+        codes = np.rint(255.0 * table).astype(np.uint8)
+        changed = np.stack([codes[self.pixels[..., c], c] for c in range(3)], axis=2)
+        return replace(self, pixels=changed)
+
+    def sample(self, coordinates: FloatArray, level: int = 0) -> FloatArray:
+        """Interpolate bilinearly between the centres of texels.
+
+        Parameters
+        ----------
+        coordinates
+            (n, 2) finite u, v.
+        level
+            Of the image: sides of texels are ``2**level`` times longer. Those beyond the last
+            are the last.
+
+        Returns
+        -------
+        (n, 3) in 0..1.
+        """
+        level = min(level, len(self.levels) - 1)
+        pixels = self.levels[level]
+        columns, across = self._neighbours(coordinates[:, 0], 0, level)
+        rows, down = self._neighbours(coordinates[:, 1], 1, level)
+        found = np.zeros((len(coordinates), 3))
+        for row, of_row in zip(rows, (1.0 - down, down), strict=True):
+            for column, of_column in zip(columns, (1.0 - across, across), strict=True):
+                found += (of_row * of_column)[:, None] * pixels[row, column]
+        return found / np.iinfo(pixels.dtype).max
+
+    def _neighbours(
+        self, coordinate: FloatArray, axis: int, level: int
+    ) -> tuple[tuple[IntArray, IntArray], FloatArray]:
+        """Texels on both sides, and how far from the first to the second a point is."""
+        wrap, size = self.wrap[axis], self.size[axis]
+        count = self.levels[level].shape[1 - axis]
+        if wrap is Wrap.CLAMP:
+            inside = np.clip(coordinate, 0.0, 1.0)
+        elif wrap is Wrap.REPEAT:
+            inside = coordinate % 1.0
+        else:
+            inside = 1.0 - np.abs(coordinate % 2.0 - 1.0)
+        place = inside * size / 2.0**level - 0.5
+        low = np.floor(place).astype(np.int64)
+        share: FloatArray = place - low
+        if wrap is Wrap.REPEAT:
+            return (low % count, (low + 1) % count), share
+        return (low.clip(0, count - 1), (low + 1).clip(0, count - 1)), share
+
+
+def _halved(pixels: Pixels | DeepPixels) -> DeepPixels:
+    """Means of 2 x 2 texels; an odd last row or column stands for itself."""
+    height, width = pixels.shape[:2]
+    padded = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    sums = np.zeros((padded.shape[0] // 2, padded.shape[1] // 2, 3), dtype=np.uint32)
+    for row in (0, 1):
+        for column in (0, 1):
+            sums += padded[row::2, column::2]
+    if pixels.dtype == np.uint8:
+        sums *= 257  # 255 is 65535 then
+    halved: DeepPixels = ((sums + 2) // 4).astype(np.uint16)
+    return halved
