@@ -24,6 +24,7 @@ from solver.functional_map import (
     spectral_upsampling,
 )
 from solver.metrics import EmbeddedMetric
+from solver.nearest import nearest_points, nearly_nearest_points
 from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
 from solver.spectrum import Spectrum
@@ -45,6 +46,9 @@ _COMMUTATIVITY = 1e-2
 _START, _STEP = 20, 12
 _RESTART, _SMALL_STEP = 30, 5
 _MOST_POINTS = 10_000
+_EXHAUSTIVE = 1_000_000_000
+"""Pairs of vertices that are compared when a map is made one of vertices: some ten seconds."""
+
 _NEIGHBOURS = 8
 _FINALISTS = 3
 _COMPARED = 64
@@ -74,9 +78,16 @@ class DenseMap:
     hypothesis: int
 
     def images(self, vertices: IntArray) -> IntArray:
-        """(S,) target vertices that (S,) source vertices go to."""
-        x, y = _unit_spectrum(self.source), _unit_spectrum(self.target)
-        return self.functional_map.nearest(x.eigenfunctions[vertices], y.eigenfunctions)
+        """(S,) target vertices that (S,) source vertices go to.
+
+        Where a search among all would take long, only those around are searched.
+        """
+        x = _unit_spectrum(self.source).eigenfunctions[vertices]
+        y = _unit_spectrum(self.target).eigenfunctions[:, : self.functional_map.size]
+        images = self.functional_map.images(x)
+        if len(images) * len(y) <= _EXHAUSTIVE:
+            return nearest_points(images, y)
+        return nearly_nearest_points(images, y, 2 * int(np.sqrt(len(y))))
 
 
 def dense_map(

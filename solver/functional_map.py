@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.nearest import nearest_points
 
 _RIDGE = 1e-9
 """Keeps the least squares regular where functions span too little."""
@@ -64,14 +65,7 @@ class FunctionalMap:
         -------
         (S,) int64 rows of `target`. O(S M k) time, memory bounded.
         """
-        points = target[:, : self.size]
-        norms = 0.5 * np.einsum("ij,ij->i", points, points)
-        found = np.empty(len(source), dtype=np.int64)
-        rows = max(int(4e6 // max(len(points), 1)), 1)
-        for start in range(0, len(source), rows):
-            images = self.images(source[start : start + rows])
-            found[start : start + rows] = np.argmin(norms - images @ points.T, axis=1)
-        return found
+        return nearest_points(self.images(source), target[:, : self.size])
 
 
 def fit_functional_map(

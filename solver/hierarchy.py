@@ -54,11 +54,13 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
     source = fine.source.distances[:, matched]
     target = fine.target.distances[:, partners[matched]]
     disagreement = _disagreement(source, target)
-    near = _neighbourhoods(source, target, rho)
+    allowed = fine.allowed()
+    near = _neighbourhoods(source, target, rho) & allowed
+    # However far the coarser levels have taken it, a landmark's partner is near.
+    near[: fine.landmarks] = allowed[: fine.landmarks]
     per_point = max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // len(near)), 1)
-    everywhere = np.ones_like(near)
     # Where points compete for too few candidates, they look further; all pairs always suffice.
-    for where, count in (near, per_point), (near, 2 * per_point), (everywhere, near.shape[1]):
+    for where, count in (near, per_point), (near, 2 * per_point), (allowed, near.shape[1]):
         candidates = _closest(disagreement, where, count)
         problem = fine.problem(candidates)
         try:

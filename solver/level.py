@@ -1,10 +1,10 @@
 """One level of hierarchical matching: two samplings, their structures, and problem (5) on them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.descriptors import aligned_eigenfunctions
 from solver.distortion import Distortion, measure_distortion
 from solver.errors import OptionError
@@ -15,6 +15,9 @@ from solver.structures import DescriptorChoice, Eigenfunctions, MetricChoice, No
 
 _LEAST, _MOST = 1e-150, 1e150
 """Squares of smaller values vanish, and those of greater ones are infinite."""
+
+NO_LANDMARKS = np.empty((0, 2), dtype=np.int64)
+"""No points are known to correspond."""
 
 _COARSE_OVERSAMPLING = 1.5
 """Target samples per source sample at the coarsest level: one in three may be nobody's image."""
@@ -53,6 +56,8 @@ class Level:
         Sampled structures of X and Y.
     beta, first_order_weight, occlusion_cost
         The options of the match; see ``MatchOptions``.
+    landmarks
+        How many of the first samples are known to correspond, in their order.
     """
 
     index: int
@@ -63,6 +68,7 @@ class Level:
     beta: float
     first_order_weight: float
     occlusion_cost: float
+    landmarks: int = field(default=0, kw_only=True)
 
     def problem(self, candidates: IntArray) -> LabellingProblem:
         """Problem (5) on given candidates.
@@ -89,10 +95,16 @@ class Level:
             self.occlusion_cost,
         )
 
+    def allowed(self) -> BoolArray:
+        """(N, M) which pairs the landmarks leave: a landmark has its own partner and no other."""
+        allowed = np.ones((len(self.source.vertices), len(self.target.vertices)), dtype=np.bool_)
+        allowed[: self.landmarks] = allowed[:, : self.landmarks] = False
+        np.fill_diagonal(allowed[: self.landmarks, : self.landmarks], True)
+        return allowed
+
     def all_candidates(self) -> IntArray:
-        """(N·M, 2) all pairs: the full graph of the coarsest level."""
-        n, m = len(self.source.vertices), len(self.target.vertices)
-        return np.stack(np.divmod(np.arange(n * m), m), axis=1).astype(np.int64)
+        """(V, 2) all pairs, N·M without landmarks: the full graph of the coarsest level."""
+        return np.argwhere(self.allowed()).astype(np.int64)
 
     def distortion(self, partners: IntArray) -> Distortion:
         """Distortion of a correspondence at this level, in the structures' own units.
@@ -162,7 +174,8 @@ def sizes_between(
     """
     most = min(most_sources, most_targets)
     only = options.objective == LINF
-    points = min(options.points if only else options.coarse_points, options.points, most)
+    coarse = options.points if only else max(options.coarse_points, len(options.landmarks))
+    points = min(coarse, options.points, most)
     wide = int(np.ceil(_COARSE_OVERSAMPLING * points))
     sizes = [(points, min(wide, most_targets))]
     while points < min(options.points, most):
@@ -172,7 +185,12 @@ def sizes_between(
 
 
 def build_level(
-    source: Shape, target: Shape, index: int, size: tuple[int, int], options: MatchOptions
+    source: Shape,
+    target: Shape,
+    index: int,
+    size: tuple[int, int],
+    options: MatchOptions,
+    landmarks: IntArray = NO_LANDMARKS,
 ) -> Level:
     """Sample both shapes and compute their structures at one level.
 
@@ -186,6 +204,8 @@ def build_level(
         Numbers (N, M) of source and target samples.
     options
         Of the match.
+    landmarks
+        (L, 2) vertices of X and of Y that are known to correspond.
 
     Raises
     ------
@@ -195,8 +215,8 @@ def build_level(
     gamma = np.inf if options.occlusion_cost is None else options.occlusion_cost
     descriptor = options.descriptor_at(index)
     ours, theirs = (
-        _sample(source, size[0], index, options),
-        _sample(target, size[1], index, options),
+        _sample(source, size[0], index, options, landmarks[:, 0]),
+        _sample(target, size[1], index, options, landmarks[:, 1]),
     )
     if not (isinstance(descriptor, NoDescriptor) or options.first_order_weight == 0.0):
         field = f"descriptor.{options.place('descriptor', index)}"
@@ -211,12 +231,15 @@ def build_level(
         options.beta,
         options.first_order_weight,
         gamma,
+        landmarks=len(landmarks),
     )
 
 
-def _sample(shape: Shape, count: int, index: int, options: MatchOptions) -> SampledStructure:
+def _sample(
+    shape: Shape, count: int, index: int, options: MatchOptions, landmarks: IntArray
+) -> SampledStructure:
     first, metric = options.metric_at(0), options.metric_at(index)
-    sampling = shape.sampling(first, count)
+    sampling = shape.sampling(first, count, tuple(landmarks.tolist()))
     vertices = sampling.indices
     same = metric == first
     distances = sampling.distances if same else shape.metric(metric).between(vertices)

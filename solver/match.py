@@ -88,6 +88,25 @@ class LevelReport:
 
 
 @dataclass(frozen=True, eq=False)
+class DenseCorrespondence:
+    """A map of all vertices.
+
+    Parameters
+    ----------
+    source
+        (K,) the user's numbers of all vertices of the source's surface, ascending.
+    target
+        (K,) the user's number of the target vertex that each goes to; several may go to one.
+    hypothesis
+        What was extended: 0 for the match's best, or one more than a place among its alternatives.
+    """
+
+    source: IntArray
+    target: IntArray
+    hypothesis: int
+
+
+@dataclass(frozen=True, eq=False)
 class Match:
     """A minimum-distortion correspondence with its certificate.
 
@@ -108,6 +127,8 @@ class Match:
         Where the points of `best` lie between the target's vertices, if that was asked for. Its
         hypothesis is 0 for `best`, or one more than a place among `alternatives`; its vertices and
         faces are those of the shapes' meshes, not of the user's files.
+    dense
+        Where all vertices go, if that was asked for; of the same hypothesis.
     """
 
     best: Correspondence
@@ -116,6 +137,7 @@ class Match:
     warnings: tuple[str, ...]
     timings: Mapping[str, float]
     refinement: Refinement | None = None
+    dense: DenseCorrespondence | None = None
 
     @property
     def lower_bound(self) -> float:

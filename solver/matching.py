@@ -1,13 +1,14 @@
 """The front door: match two shapes."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.errors import OptionError
+from solver.extension import dense_correspondence, extended_map
 from solver.gromov_hausdorff import minimax_correspondence, within_distortion
 from solver.hypotheses import (
     HierarchicalRun,
@@ -17,14 +18,14 @@ from solver.hypotheses import (
     level_reports,
 )
 from solver.labelling import UNMATCHED
+from solver.landmarks import landmark_vertices
 from solver.level import Level, build_level, level_sizes
-from solver.match import Match
+from solver.match import DenseCorrespondence, Match
 from solver.options import GMDS, LINF, MatchOptions
 from solver.refinement import Refinement, refine_by_gmds
 from solver.shape import Shape
 from solver.solution import Method, Solution
 
-_LEAST_REFINED = 3
 _LARGEST = 1e12
 """√area of shapes that are not normalised, and its inverse; fourth powers of it are computed."""
 
@@ -104,6 +105,8 @@ class _Run(HierarchicalRun):
                 shape.spectrum()
         self.timings["spectra"] = time.perf_counter() - started
         started = time.perf_counter()
+        meshes = self.source.mesh, self.target.mesh
+        landmarks = landmark_vertices(self.options.landmarks, *meshes)
         sizes = level_sizes(self.source, self.target, self.options)
         if sizes[-1][0] < self.options.points:
             self.warnings.append(
@@ -112,7 +115,9 @@ class _Run(HierarchicalRun):
         levels = []
         for index, size in enumerate(sizes):
             self.control.report("structures", 0.1 + 0.3 * index / len(sizes))
-            levels.append(build_level(self.source, self.target, index, size, self.options))
+            levels.append(
+                build_level(self.source, self.target, index, size, self.options, landmarks)
+            )
         self.timings["structures"] = time.perf_counter() - started
         return levels
 
@@ -155,7 +160,7 @@ class _Run(HierarchicalRun):
             for name, shape in (("source", self.source), ("target", self.target))
             for warning in shape.mesh.warnings
         ]
-        refinement = self._refined(found, finest)
+        dense, refinement = self._extended(found, finest)
         self.timings["total"] = time.perf_counter() - self.started
         return Match(
             best,
@@ -164,24 +169,33 @@ class _Run(HierarchicalRun):
             (*warnings, *self.warnings),
             self.timings,
             refinement,
+            dense,
         )
 
-    def _refined(self, hypotheses: list[Hypothesis], finest: Level) -> Refinement | None:
-        """Refine the answer between vertices, if that was asked for and can be done."""
-        if self.options.refine != GMDS:
-            return None
-        points, places = [], []
-        for place, hypothesis in enumerate(hypotheses):
+    def _extended(
+        self, hypotheses: list[Hypothesis], finest: Level
+    ) -> tuple[DenseCorrespondence | None, Refinement | None]:
+        """Map all vertices, and refine the answer between vertices, as far as asked for."""
+        refine = self.options.refine == GMDS
+        if not (self.options.dense or refine):
+            return None, None
+        self.control.report("dense map", 0.85)
+        started = time.perf_counter()
+        points = []
+        for hypothesis in hypotheses:
             matched = hypothesis.partners != UNMATCHED
-            if np.count_nonzero(matched) >= _LEAST_REFINED:
-                partners = hypothesis.partners[matched]
-                points.append((finest.source.vertices[matched], finest.target.vertices[partners]))
-                places.append(place)
-        if 0 not in places:
-            self.warnings.append("too few points were matched for a refinement")
-            return None
+            partners = hypothesis.partners[matched]
+            points.append((finest.source.vertices[matched], finest.target.vertices[partners]))
+        extended = extended_map(self.source, self.target, points, self.control)
+        if extended is None:
+            self.warnings.append("too few points were matched for a dense map or a refinement")
+            return None, None
+        dense = dense_correspondence(extended) if self.options.dense else None
+        self.spend("dense map", started)
+        if not refine:
+            return dense, None
         self.control.report("refinement between vertices", 0.9)
         started = time.perf_counter()
-        found = refine_by_gmds(self.source, self.target, points, self.control)
+        found = refine_by_gmds(extended, points[0][0], self.control)
         self.spend("refinement between vertices", started)
-        return replace(found, hypothesis=places[found.hypothesis])
+        return dense, found

@@ -104,14 +104,14 @@ class TriangleMesh:
         (K,) int64, vertex indices of this mesh: for a number that was merged into another, that
         other's; -1 for a number that is not part of the mesh.
         """
-        known, stands_for = self._numbering
+        known, stands_for = self.numbering
         place = np.searchsorted(known, ids).clip(max=len(known) - 1)
         found: IntArray = np.where(known[place] == ids, stands_for[place], -1)
         return found
 
     @cached_property
-    def _numbering(self) -> tuple[IntArray, IntArray]:
-        """Sorted user's numbers, and the vertex that each one stands for, -1 for none."""
+    def numbering(self) -> tuple[IntArray, IntArray]:
+        """(K,) user's numbers that are part of the mesh, ascending, and (K,) the vertex of each."""
         order = np.argsort(self.vertex_ids, kind="stable")
         place = np.searchsorted(self.vertex_ids[order], self.merged[:, 1])
         heirs = order[place.clip(max=len(order) - 1)]
@@ -119,6 +119,7 @@ class TriangleMesh:
         ids = np.concatenate([self.vertex_ids, self.merged[:, 0]])
         vertices = np.concatenate([np.arange(self.n_vertices), heirs])
         by_id = np.argsort(ids, kind="stable")
+        by_id = by_id[vertices[by_id] >= 0]
         return ids[by_id], vertices[by_id].astype(np.int64)
 
     def scaled(self, factor: float) -> "TriangleMesh":

@@ -26,6 +26,7 @@ GMDS = "gmds"
 MIN_POINTS = 3
 MAX_POINTS = 256
 MAX_COARSE_POINTS = 10
+MAX_LANDMARKS = 32
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,12 @@ class MatchOptions:
     refine
         ``"gmds"`` to find, after the match, the points of the target's surface that correspond to
         the matched points, between its vertices: see :mod:`solver.refinement`. ``None`` not to.
+    dense
+        Whether to extend the match to all vertices: see :mod:`solver.dense`.
+    landmarks
+        Pairs of vertices known to correspond, in the numbers of the user's own files. They are
+        sampled first, before the farthest points, at every level, and matched with one another.
+        At most 32, and no more than points; not for objective ``"linf"``.
     time_limit
         Seconds after which the best answer so far is returned; ``None`` for no limit.
 
@@ -92,6 +99,8 @@ class MatchOptions:
     alternatives: int = 8
     objective: str = L2
     refine: str | None = None
+    dense: bool = False
+    landmarks: tuple[tuple[int, int], ...] = ()
     time_limit: float | None = None
 
     def __post_init__(self) -> None:
@@ -106,6 +115,7 @@ class MatchOptions:
         self._choose("metric", metric_choice)
         self._choose("descriptor", descriptor_choice)
         self._suits_the_objective()
+        self._check_landmarks()
         if self.refine not in (None, GMDS):
             raise OptionError("refine", f"{self.refine!r} is not {GMDS}; or leave it out")
         for field in ("occlusion_cost", "time_limit"):
@@ -120,6 +130,20 @@ class MatchOptions:
             raise OptionError("points", f"objective {LINF} takes at most {MAX_COARSE_POINTS}")
         if self.objective == LINF and self.occlusion_cost is not None:
             raise OptionError("occlusion_cost", f"objective {LINF} matches every point")
+
+    def _check_landmarks(self) -> None:
+        count = len(self.landmarks)
+        if count > min(MAX_LANDMARKS, self.points):
+            most = f"{MAX_LANDMARKS} are possible, and no more than points"
+            raise OptionError("landmarks", f"{count} are too many: {most}")
+        if count and self.objective == LINF:
+            raise OptionError("landmarks", f"objective {LINF} takes none")
+        for side in range(2):
+            seen: set[int] = set()
+            for place, pair in enumerate(self.landmarks):
+                if pair[side] in seen:
+                    raise OptionError(f"landmarks.{place}.{side}", "it is in an earlier pair")
+                seen.add(pair[side])
 
     def _within(self, field: str, least: float, most: float) -> None:
         if not least <= getattr(self, field) <= most:
@@ -173,4 +197,5 @@ class MatchOptions:
     def needs_spectrum(self) -> bool:
         """Whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
-        return self.refine == GMDS or described or any(d.spectral for d in self.metrics)
+        extended = self.dense or self.refine == GMDS
+        return extended or described or any(d.spectral for d in self.metrics)

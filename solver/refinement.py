@@ -9,14 +9,13 @@ near distances leave them, diffusion distances at a short time, between all, joi
 stress in units of what is left of it: the errors of the two have little to do with one another.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.dense import EIGENPAIRS, dense_map
+from solver.dense import EIGENPAIRS, DenseMap
 from solver.gmds import InterpolatedMetric, Status, SurfacePoints, Term, gmds
 from solver.metrics import DiffusionMetric, EmbeddedMetric
 from solver.sampling import farthest_point_sampling
@@ -37,7 +36,6 @@ _LEAST_STRESS = 1e-12
 """What is left of the stress between equal shapes."""
 
 _SWEEPS = 8
-_HYPOTHESES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,37 +66,25 @@ class Refinement:
 
 
 def refine_by_gmds(
-    source: Shape,
-    target: Shape,
-    hypotheses: Sequence[tuple[IntArray, IntArray]],
-    control: Control | None = None,
+    dense: DenseMap, matched: IntArray, control: Control | None = None
 ) -> Refinement:
     """Find the points of Y that correspond to matched points of X, between vertices.
 
     Parameters
     ----------
-    source, target
-        The shapes X and Y.
-    hypotheses
-        (n,) vertices of X and (n,) vertices of Y that correspond, farthest first; the answer to be
-        refined and what else it could be. At most four are looked at.
+    dense
+        What carries points of X over to Y, to begin with.
+    matched
+        (n,) vertices of X, farthest first.
     control
         Cancels, and ends at its deadline.
-
-    Returns
-    -------
-    Refinement
-        Of the points of the first hypothesis.
 
     Raises
     ------
     Cancelled
         Through `control`.
-    ValueError
-        There is no hypothesis, or one of less than three points.
     """
-    dense = dense_map(source, target, hypotheses[:_HYPOTHESES], control)
-    matched = hypotheses[0][0]
+    source, target = dense.source, dense.target
     in_space = EmbeddedMetric(source.surface.vertices)
     between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices
     moving = np.concatenate([matched, between[~np.isin(between, matched)]])

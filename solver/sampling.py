@@ -1,5 +1,6 @@
 """Farthest point sampling, section 4.1: progressive samples that cover a shape evenly."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +50,7 @@ class FarthestPointSampling:
 
 
 def farthest_point_sampling(
-    metric: Metric, count: int, start: int | None = None
+    metric: Metric, count: int, first: Sequence[int] = ()
 ) -> FarthestPointSampling:
     """Sample vertices, each time the one farthest from all samples before.
 
@@ -59,9 +60,10 @@ def farthest_point_sampling(
         Of the shape.
     count
         Number n of samples.
-    start
-        First sample; by default :func:`extremity`, so that the ends of the shape come first and
-        samples of similar shapes resemble one another.
+    first
+        Different vertices that are the first samples, in this order; by default
+        :func:`extremity`, so that the ends of the shape come first and samples of similar shapes
+        resemble one another.
 
     Returns
     -------
@@ -85,15 +87,16 @@ def farthest_point_sampling(
     radii = np.empty(count)
     distances = np.zeros((count, count))
     nearest = np.full(metric.n_vertices, np.inf)
-    chosen = extremity(metric) if start is None else start
+    chosen = extremity(metric) if not first else first[0]
     for i in range(count):
         row = _row(metric, chosen)
         indices[i] = chosen
         distances[i, :i] = distances[:i, i] = row[indices[:i]]
         np.minimum(nearest, row, out=nearest)
         nearest[chosen] = -1.0  # never again, not even among coinciding vertices
-        chosen = int(np.argmax(nearest))
-        radii[i] = max(nearest[chosen], 0.0)
+        farthest = int(np.argmax(nearest))
+        radii[i] = max(nearest[farthest], 0.0)
+        chosen = first[i + 1] if i + 1 < len(first) else farthest
     return FarthestPointSampling(indices, radii, distances)
 
 

@@ -113,7 +113,7 @@ class Shape:
         self._unit_spectrum = spectrum
         self._metrics: dict[MetricChoice, Metric] = {}
         self._fields: dict[DescriptorChoice, FloatArray] = {}
-        self._samplings: dict[MetricChoice, FarthestPointSampling] = {}
+        self._samplings: dict[tuple[MetricChoice, tuple[int, ...]], FarthestPointSampling] = {}
 
     @property
     def n_vertices(self) -> int:
@@ -202,7 +202,9 @@ class Shape:
         everywhere = np.arange(self.n_vertices) if vertices is None else vertices
         return self._describe(chosen, everywhere)
 
-    def sampling(self, choice: MetricChoice | str, count: int) -> FarthestPointSampling:
+    def sampling(
+        self, choice: MetricChoice | str, count: int, first: tuple[int, ...] = ()
+    ) -> FarthestPointSampling:
         """Farthest point sampling in a metric.
 
         Parameters
@@ -211,6 +213,8 @@ class Shape:
             As for :meth:`metric`.
         count
             Number of samples. The longest sampling so far is kept; shorter ones are its beginning.
+        first
+            Vertices that are sampled first.
 
         Raises
         ------
@@ -218,10 +222,10 @@ class Shape:
             The metric is unknown, or the shape has fewer vertices.
         """
         chosen = metric_choice(choice).settled(self.size)
-        known = self._samplings.get(chosen)
+        known = self._samplings.get((chosen, first))
         if known is None or len(known) < count:
-            known = farthest_point_sampling(self.metric(chosen), count)
-            self._samplings[chosen] = known
+            known = farthest_point_sampling(self.metric(chosen), count, first)
+            self._samplings[chosen, first] = known
         return known.first(count)
 
     def _new_metric(self, chosen: MetricChoice) -> Metric:

@@ -7,7 +7,10 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.dense import dense_map
 from solver.errors import Cancelled
+from solver.matching import match
 from solver.mesh import triangle_mesh
+from solver.nearest import nearest_points, nearly_nearest_points
+from solver.options import MatchOptions
 from solver.shape import Shape
 from solver.synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
@@ -100,3 +103,53 @@ def test_it_can_be_cancelled(pair: tuple[Shape, Shape], truth: IntArray) -> None
 def test_nothing_to_extend_is_refused(pair: tuple[Shape, Shape]) -> None:
     with pytest.raises(ValueError, match="three points"):
         dense_map(*pair, [])
+
+
+def test_a_match_is_extended_to_all_vertices(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+    found = match(*pair, MatchOptions(points=24, dense=True))
+    assert found.dense is not None
+    np.testing.assert_array_equal(found.dense.source, np.arange(pair[0].n_vertices))
+    assert mean_error(pair, found.dense.target, truth) < 1.5 / np.sqrt(pair[1].n_vertices)
+    assert 0 <= found.dense.hypothesis <= len(found.alternatives)
+
+
+def test_a_dense_map_names_the_users_vertices() -> None:
+    """Those that repair has merged too, and none that belong to no face."""
+    mesh = shapes.blob(2)
+    other, where = shapes.permuted(mesh, seed=8)
+    seam, lonely = mesh.n_vertices, mesh.n_vertices + 1
+    vertices = np.concatenate([mesh.vertices, mesh.vertices[:1], [[9.0, 9.0, 9.0]]])
+    faces = mesh.faces.copy()
+    row, corner = np.argwhere(faces == 0)[0]
+    faces[row, corner] = seam
+    seamed = Shape(triangle_mesh(vertices, faces))
+    found = match(seamed, Shape(other), MatchOptions(points=16, dense=True)).dense
+    assert found is not None
+    assert found.source.tolist() == list(range(lonely))
+    np.testing.assert_array_equal(found.target, [*where, where[0]])
+
+
+def test_too_few_points_for_a_dense_map() -> None:
+    shape = Shape(shapes.blob(2))
+    found = match(
+        shape,
+        Shape(shapes.icosphere(2)),
+        MatchOptions(
+            points=3, coarse_points=3, occlusion_cost=1e-9, dense=True, metric=("geodesic",)
+        ),
+    )
+    assert len(found.best.source) < 3
+    assert found.dense is None
+    assert any("too few points" in warning for warning in found.warnings)
+
+
+def test_the_search_among_near_cells_finds_nearly_the_nearest() -> None:
+    """Of a surface embedded in many dimensions, by its first eigenfunctions."""
+    functions = Shape(shapes.blob(4)).spectrum(40).eigenfunctions
+    images, points = functions[::2], functions[1::2]
+    exact, quick = nearest_points(images, points), nearly_nearest_points(images, points, 60)
+    off = [np.linalg.norm(images - points[found], axis=1) for found in (exact, quick)]
+    assert (off[0] <= off[1]).all()
+    assert np.mean(exact == quick) > 0.9
+    assert off[1].mean() < 1.05 * off[0].mean()
+    np.testing.assert_array_equal(nearly_nearest_points(points, points, 60), np.arange(len(points)))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
+from solver.dense import dense_map
 from solver.errors import OptionError
 from solver.match import Match
 from solver.matching import match
@@ -64,7 +65,7 @@ def test_gmds_does_not_raise_the_stress(answer: Match) -> None:
 def test_a_shape_is_refined_to_itself() -> None:
     shape = Shape(shapes.blob())
     points = shape.sampling("geodesic", 20).indices
-    refined = refine_by_gmds(shape, shape, [(points, points)])
+    refined = refine_by_gmds(dense_map(shape, shape, [(points, points)]), points)
     places = refined.points.positions(shape.surface.vertices, shape.surface.faces)
     np.testing.assert_allclose(places, shape.surface.vertices[points], atol=1e-9)
     assert refined.stress == pytest.approx(0.0, abs=1e-12)
@@ -80,7 +81,7 @@ def test_scale_changes_nothing(figures: Pair) -> None:
         one = Shape(triangle_mesh(source.vertices, source.faces), normalise=normalise)
         vertices = factor * target.vertices
         other = Shape(triangle_mesh(vertices, target.faces), normalise=normalise)
-        results.append(refine_by_gmds(one, other, [(points, partners)]))
+        results.append(refine_by_gmds(dense_map(one, other, [(points, partners)]), points))
     first, second = results
     assert second.stress == pytest.approx(first.stress, rel=1e-3)
     np.testing.assert_allclose(

@@ -100,7 +100,7 @@ def test_an_extremity_is_an_end_of_a_diameter(name: str) -> None:
 
 
 def test_a_given_start() -> None:
-    sampling = farthest_point_sampling(geodesic(shapes.plane_grid()), 3, start=5)
+    sampling = farthest_point_sampling(geodesic(shapes.plane_grid()), 3, first=[5])
     assert sampling.indices[0] == 5
 
 

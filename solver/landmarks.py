@@ -1,0 +1,52 @@
+"""Points known to correspond: of the symmetric solutions they leave one."""
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.errors import OptionError
+from solver.mesh import TriangleMesh
+
+
+def landmark_vertices(
+    landmarks: tuple[tuple[int, int], ...], source: TriangleMesh, target: TriangleMesh
+) -> IntArray:
+    """Find landmarks on two meshes.
+
+    Parameters
+    ----------
+    landmarks
+        L pairs of the user's own vertex numbers.
+    source, target
+        The meshes X and Y.
+
+    Returns
+    -------
+    (L, 2) int64 vertex indices.
+
+    Raises
+    ------
+    OptionError
+        A number is not part of its mesh, or two of them are of vertices that repair has merged;
+        it names the pair and the side.
+    """
+    ids = np.array(landmarks, dtype=np.int64).reshape(-1, 2)
+    found = np.empty_like(ids)
+    for side, (name, mesh) in enumerate((("source", source), ("target", target))):
+        found[:, side] = mesh.vertices_of(ids[:, side])
+        seen: set[int] = set()
+        for place, vertex in enumerate(found[:, side].tolist()):
+            field = f"landmarks.{place}.{side}"
+            if vertex < 0:
+                raise OptionError(
+                    field,
+                    f"vertex {ids[place, side]} is not part of the {name}'s surface, or of that of"
+                    " its component that is matched; give one that is",
+                )
+            if vertex in seen:
+                raise OptionError(
+                    field,
+                    f"vertex {ids[place, side]} lies in the same place as that of an earlier pair,"
+                    " and both were merged; leave one of the pairs out",
+                )
+            seen.add(vertex)
+    return found
