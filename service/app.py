@@ -21,6 +21,8 @@ from service.metrics.collector import StoreCollector
 from service.metrics.requests import MeasureRequests, RequestTimes
 from service.middleware import BodyLimit, RequestContext
 from service.openapi import document
+from service.prototypes import archives
+from service.prototypes import endpoints as prototypes
 from service.security import Authentication
 from service.settings import Settings
 from service.shapes import endpoints as shapes
@@ -64,7 +66,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         BodyLimit,
         limit=BODY_LIMIT,
         upload_limit=settings.max_upload_bytes,
-        upload_path=shapes.PATH,
+        upload_paths=(shapes.PATH, archives.PATH),
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
@@ -76,6 +78,8 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         structures,
         matches,
         dissimilarities,
+        archives,
+        prototypes,
         jobs,
         results,
         health,

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import re
 import time
+from collections.abc import Collection
 from typing import Final
 from uuid import uuid4
 
@@ -89,7 +90,7 @@ class BodyLimit:
         Bytes a body may have.
     upload_limit
         Bytes an upload may have, which comes in a form: the body may be a little longer.
-    upload_path
+    upload_paths
         Where uploads are sent.
     patience
         Seconds between two pieces of a body.
@@ -100,12 +101,17 @@ class BodyLimit:
     DRAIN_SECONDS: Final = 30.0
 
     def __init__(
-        self, app: ASGIApp, limit: int, upload_limit: int, upload_path: str, patience: float
+        self,
+        app: ASGIApp,
+        limit: int,
+        upload_limit: int,
+        upload_paths: Collection[str],
+        patience: float,
     ) -> None:
         self._app = app
         self._limit = limit
         self._upload_limit = upload_limit
-        self._upload_path = upload_path
+        self._upload_paths = upload_paths
         self._patience = patience
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -113,7 +119,7 @@ class BodyLimit:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        uploads = scope["path"] == self._upload_path
+        uploads = scope["path"] in self._upload_paths
         limit = self._upload_limit + self.FORM_OVERHEAD if uploads else self._limit
         told = self._upload_limit if uploads else self._limit
         headers = Headers(scope=scope)

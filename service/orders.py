@@ -9,10 +9,18 @@ from fastapi import Depends, Header, Request, Response
 from pydantic import AfterValidator, BaseModel, Field
 
 from service.jobs.schemas import Job
-from service.problems import InvalidRequest, UnknownShape
+from service.problems import InvalidRequest, UnknownPrototype, UnknownShape
 from service.state import Caller, RequestId, Service, ServiceOf
 from worker.addresses import literal_address, permitted
-from worker.contracts import FieldProblem, JobRecord, Once, Order, ShapeRecord, Webhook
+from worker.contracts import (
+    FieldProblem,
+    JobRecord,
+    Once,
+    Order,
+    PrototypeRecord,
+    ShapeRecord,
+    Webhook,
+)
 
 LONGEST_KEY: Final = 255
 
@@ -129,3 +137,33 @@ def use_shapes(service: Service, named: Mapping[str, str]) -> dict[str, ShapeRec
     if unknown:
         raise UnknownShape("Upload the shapes first; `errors` says which is unknown.", unknown)
     return {field: record for field, record in found.items() if record is not None}
+
+
+def use_prototype(service: Service, field: str, prototype: str) -> PrototypeRecord:
+    """Keep the prototype that a request names for longer, as :func:`use_shapes`.
+
+    Parameters
+    ----------
+    service
+        Where it is.
+    field
+        What names it, such as ``body.source``.
+    prototype
+        Its id.
+
+    Raises
+    ------
+    UnknownPrototype
+        There is no such prototype, or no longer.
+    """
+    record = service.store.prototypes.use(prototype)
+    if record is not None:
+        return record
+    message = f"there is no prototype {prototype}"
+    if service.store.prototypes.expired(prototype):
+        message = (
+            f"prototype {prototype} was not used for long and is no longer kept; learn it or"
+            " upload it again"
+        )
+    fields = (FieldProblem(field=field, message=message),)
+    raise UnknownPrototype("Learn or upload the prototype first.", fields)

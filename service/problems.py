@@ -8,6 +8,7 @@
     ├── Unauthorized                401  no API key came with the request, or none of ours
     ├── NotFound                    404  there is nothing at this address
     │   ├── ShapeNotFound
+    │   ├── PrototypeNotFound
     │   └── JobNotFound
     ├── MethodNotAllowed            405  not what can be done at this address
     ├── BodyStalled                 408  the body of the request does not come in
@@ -17,13 +18,17 @@
     ├── IdempotencyKeyReused        409  the key came with another request before
     ├── ResultExpired               410  the result is no longer kept
     ├── ShapeExpired                410  the shape was not used for long
+    ├── PrototypeExpired            410  the prototype was not used for long
     ├── JobExpired                  410  the job ended long ago
     ├── GeometryNotKept             410  the shape was stored before its geometry was
     ├── ShapeDeleted                410  a shape was deleted meanwhile
+    ├── PrototypeDeleted            410  a prototype was deleted meanwhile
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
     ├── UnknownShape                422  a match names a shape that does not exist
+    ├── UnknownPrototype            422  a match names a prototype that does not exist
     ├── UnusableMesh                422  the file is not a usable mesh
+    ├── UnusablePrototype           422  the file is not the archive of a prototype
     ├── TooManyJobs                 429  the caller has as many jobs queued as it may have
     ├── InternalError               500  our fault
     ├── StoreAway                   503  Redis cannot be reached
@@ -112,6 +117,12 @@ class ShapeNotFound(NotFound):
     slug, title = "shape-not-found", "No such shape"
 
 
+class PrototypeNotFound(NotFound):
+    """There is no prototype with this id."""
+
+    slug, title = "prototype-not-found", "No such prototype"
+
+
 class JobNotFound(NotFound):
     """There is no job with this id."""
 
@@ -172,6 +183,12 @@ class GeometryNotKept(ApiProblem):
     status, slug, title = 410, "geometry-not-kept", "Geometry not kept"
 
 
+class PrototypeExpired(ApiProblem):
+    """The prototype was not used for long, and is no longer kept."""
+
+    status, slug, title = 410, "prototype-expired", "Prototype expired"
+
+
 class JobExpired(ApiProblem):
     """The job ended long ago, and is no longer kept."""
 
@@ -182,6 +199,12 @@ class ShapeDeleted(ApiProblem):
     """A shape was deleted meanwhile."""
 
     status, slug, title = 410, "shape-deleted", "Shape deleted"
+
+
+class PrototypeDeleted(ApiProblem):
+    """A prototype was deleted meanwhile."""
+
+    status, slug, title = 410, "prototype-deleted", "Prototype deleted"
 
 
 class UploadTooLarge(ApiProblem):
@@ -202,10 +225,22 @@ class UnknownShape(ApiProblem):
     status, slug, title = 422, "unknown-shape", "Unknown shape"
 
 
+class UnknownPrototype(ApiProblem):
+    """A match names a prototype that does not exist."""
+
+    status, slug, title = 422, "unknown-prototype", "Unknown prototype"
+
+
 class UnusableMesh(ApiProblem):
     """The file is not a usable mesh."""
 
     status, slug, title = 422, "unusable-mesh", "Not a usable mesh"
+
+
+class UnusablePrototype(ApiProblem):
+    """The file is not the archive of a prototype."""
+
+    status, slug, title = 422, "unusable-prototype", "Not a usable prototype"
 
 
 class TooManyJobs(ApiProblem):

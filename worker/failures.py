@@ -1,12 +1,21 @@
 """Why a job failed, in the words of a problem document."""
 
+from typing import ClassVar
+
 from rq.timeouts import JobTimeoutException
 
-from solver.errors import MeshError, OptionError, SolverError
+from solver.errors import MeshError, OptionError, PrototypeError, SolverError
 from worker.contracts import FieldProblem, JobKind, JobRecord, Problem
 
 
-class ShapeGone(Exception):  # noqa: N818 - said of the shape
+class Gone(Exception):  # noqa: N818 - said of what is needed
+    """What a job needs was there when it was asked for, and is no longer."""
+
+    slug: ClassVar[str]
+    title: ClassVar[str]
+
+
+class ShapeGone(Gone):
     """A shape was deleted, or expired, before the job that needs it could run.
 
     Parameters
@@ -15,8 +24,32 @@ class ShapeGone(Exception):  # noqa: N818 - said of the shape
         Id of the shape.
     """
 
+    slug, title = "shape-deleted", "Shape deleted"
+
     def __init__(self, shape: str) -> None:
         super().__init__(f"shape {shape} was deleted, or expired, before this job could run")
+
+
+class PrototypeGone(Gone):
+    """A prototype was deleted, or expired, before the job that needs it could run.
+
+    Parameters
+    ----------
+    prototype
+        Id of the prototype.
+    """
+
+    slug, title = "prototype-deleted", "Prototype deleted"
+
+    def __init__(self, prototype: str) -> None:
+        gone = f"prototype {prototype} was deleted, or expired,"
+        super().__init__(f"{gone} before this job could run")
+
+
+class ResultGone(Gone):
+    """The result to be drawn has expired or its shapes were deleted."""
+
+    slug, title = "result-expired", "Result expired"
 
 
 class UnusableShape(Exception):  # noqa: N818 - said of the shape
@@ -53,10 +86,6 @@ class TooLarge(Exception):  # noqa: N818 - said of the shape
         )
 
 
-class ResultGone(Exception):  # noqa: N818 - said of the result
-    """The result to be drawn has expired or its shapes were deleted."""
-
-
 class NotDelivered(Exception):  # noqa: N818 - said of the webhook
     """The receiver of a webhook did not take it."""
 
@@ -81,12 +110,11 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
                 f"{field}: {error.message}",
                 errors=(FieldProblem(field=f"body.{field}", message=error.message),),
             )
-        case MeshError():
-            return Problem.of("unusable-mesh", "Not a usable mesh", 422, str(error))
-        case UnusableShape():
-            return Problem.of(
-                "unusable-mesh", "Not a usable mesh", 422, str(error), errors=(error.field,)
-            )
+        case MeshError() | UnusableShape():
+            errors = (error.field,) if isinstance(error, UnusableShape) else ()
+            return Problem.of("unusable-mesh", "Not a usable mesh", 422, str(error), errors)
+        case PrototypeError():
+            return Problem.of("unusable-prototype", "Not a usable prototype", 422, str(error))
         case SolverError():
             return Problem.of("no-solution", "No answer", 422, str(error))
         case TooLarge():
@@ -99,13 +127,18 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             return Problem.of("timed-out", "Took too long", 422, detail)
         case NotDelivered():
             return Problem.of("webhook-not-delivered", "Webhook not delivered", 424, str(error))
-        case ShapeGone():
-            return Problem.of("shape-deleted", "Shape deleted", 410, str(error))
-        case ResultGone():
-            return Problem.of("result-expired", "Result expired", 410, str(error))
+        case Gone():
+            return Problem.of(error.slug, error.title, 410, str(error))
+    return _unforeseen(record)
+
+
+def _unforeseen(record: JobRecord) -> Problem:
     if record.kind is JobKind.VALIDATION:
         detail = "The file cannot be read as a mesh."
         return Problem.of("unusable-mesh", "Not a usable mesh", 422, detail)
+    if record.kind is JobKind.PROTOTYPE_VALIDATION:
+        detail = "The file cannot be read as the archive of a prototype."
+        return Problem.of("unusable-prototype", "Not a usable prototype", 422, detail)
     detail = f"Something went wrong on our side; the logs of job {record.id} say what."
     return Problem.of("internal-error", "Internal error", 500, detail)
 
@@ -114,6 +147,6 @@ def _asked(field: str, record: JobRecord) -> str:
     """Address of an option in the request: a structure for all levels is no list there."""
     name, place, *rest = field.split(".", 2) if "." in field else (field, "")
     parameters = getattr(record.payload, "parameters", None)
-    if place.isdigit() and not isinstance(getattr(parameters, name, None), tuple):
+    if place.isdigit() and not isinstance(getattr(parameters, name, ()), tuple):
         return ".".join([name, *rest])
     return field

@@ -1,7 +1,7 @@
 """A match: two meshes and their spectra in, the result document out."""
 
 import gzip
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,13 @@ from solver.match import Correspondence, Match
 from solver.matching import match
 from solver.mesh import TriangleMesh
 from solver.options import MatchOptions
+from solver.prototype import Prototype
+from solver.prototype import match_prototype as match_with_prototype
 from solver.refinement import Refinement
 from solver.shape import Shape
 from solver.spectrum import Spectrum
 from worker import contracts
-from worker.contracts import MatchParameters, MatchPayload, MatchResult
+from worker.contracts import MatchParameters, MatchPayload, MatchResult, is_prototype
 from worker.structures import descriptor_of, metric_of
 
 
@@ -84,7 +86,30 @@ def match_shapes(
         options_of(parameters),
         control,
     )
-    return _document(found, payload, source.mesh, target.mesh)
+    refined = None
+    if found.refinement is not None:
+        refined = _refinement(found.refinement, source.mesh, target.mesh)
+    return _document(found, payload, refined)
+
+
+def match_prototype(
+    prototype: Prototype, target: Side, payload: MatchPayload, control: Control
+) -> MatchResult:
+    """Match a prototype with a shape and return the result document.
+
+    Raises
+    ------
+    MeshError, OptionError
+        The shape cannot be matched, or not so.
+    Cancelled
+        Through `control`.
+    """
+    parameters = payload.parameters
+    # Metric and descriptor are the prototype's, which has them itself.
+    usual = MatchOptions()
+    options = replace(options_of(parameters), metric=usual.metric, descriptor=usual.descriptor)
+    found = match_with_prototype(prototype, target.shape(parameters), options, control)
+    return _document(found, payload)
 
 
 def result_from_blob(packed: bytes) -> MatchResult:
@@ -93,11 +118,12 @@ def result_from_blob(packed: bytes) -> MatchResult:
 
 
 def _document(
-    found: Match, payload: MatchPayload, source: TriangleMesh, target: TriangleMesh
+    found: Match, payload: MatchPayload, refinement: contracts.Refinement | None = None
 ) -> MatchResult:
     best = found.best
     return MatchResult(
         source=payload.source,
+        source_kind="prototype" if is_prototype(payload.source) else "shape",
         target=payload.target,
         parameters=payload.parameters,
         correspondences=_pairs(best),
@@ -132,9 +158,7 @@ def _document(
             for level in found.levels
         ),
         unmatched=tuple(best.unmatched.tolist()),
-        refinement=None
-        if found.refinement is None
-        else _refinement(found.refinement, source, target),
+        refinement=refinement,
         warnings=found.warnings,
         timings=dict(found.timings),
     )

@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import hsv_to_rgb
 from matplotlib.figure import Figure
+from scipy.sparse.csgraph import minimum_spanning_tree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
@@ -55,18 +56,66 @@ def draw_match(
     PNG, the same for the same match.
     """
     left, right = _scenes(source, target, result)
+    labels = [
+        f"{_short(name)}\n{mesh.n_vertices:,} vertices"
+        for name, mesh in zip(names, (source, target), strict=True)
+    ]
+    return _drawn(left, right, result, labels)
+
+
+def draw_prototype_match(
+    positions: FloatArray,
+    target: TriangleMesh,
+    result: MatchResult,
+    names: tuple[str, str] = ("prototype", "target"),
+) -> bytes:
+    """Draw a match whose source is a prototype: its points where they are on its reference shape.
+
+    Parameters
+    ----------
+    positions
+        (N, 3) the prototype's points there.
+    target
+        The mesh Y, as uploaded.
+    result
+        The match.
+    names
+        What the two are called.
+
+    Returns
+    -------
+    PNG, the same for the same match.
+    """
+    second = _unit(target)
+    matched = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
+    there = _target_points(target, second, result)
+    # The reference's size is not known: the points are drawn as large as those of the target.
+    spread = np.linalg.norm(positions - positions.mean(axis=0)) / np.sqrt(len(positions))
+    size = np.linalg.norm(there - there.mean(axis=0)) / np.sqrt(max(len(there), 1))
+    first = (positions - positions.mean(axis=0)) * (size / spread if size * spread > 0.0 else 1.0)
+    left, right = _beside(
+        (first, np.zeros((0, 3), dtype=np.int64), first[matched]), (second, target.faces, there)
+    )
+    labels = [f"{_short(names[0])}\n{len(positions):,} points"]
+    labels.append(f"{_short(names[1])}\n{target.n_vertices:,} vertices")
+    return _drawn(left, right, result, labels)
+
+
+def _drawn(left: _Scene, right: _Scene, result: MatchResult, labels: list[str]) -> bytes:
     figure = Figure(figsize=_INCHES, dpi=_DOTS_PER_INCH, facecolor="white")
     axes = figure.add_axes((0.02, 0.06, 0.96, 0.82))
     axes.set_axis_off()
     axes.set_aspect("equal")
     for scene in (left, right):
-        _draw_surface(axes, scene)
+        if len(scene.faces):
+            _draw_surface(axes, scene)
+        else:
+            _draw_skeleton(axes, scene)
     _draw_points(axes, left, right)
-    for scene, name, mesh in ((left, names[0], source), (right, names[1], target)):
+    for scene, label in zip((left, right), labels, strict=True):
         x, y = _middle(scene), float(scene.vertices[:, 1].min())
-        label = f"{_short(name)}\n{mesh.n_vertices:,} vertices".lstrip()
         axes.annotate(
-            label, (x, y), (0, -10), textcoords="offset points", ha="center", va="top",
+            label.lstrip(), (x, y), (0, -10), textcoords="offset points", ha="center", va="top",
             fontsize=10, color=_FAINT, linespacing=1.5, parse_math=False,
         )  # fmt: skip
     axes.autoscale_view()
@@ -101,6 +150,15 @@ def _scenes(
     numbers = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
     here = first[_vertices(source, numbers)]
     there = _target_points(target, second, result)
+    return _beside((first, source.faces, here), (second, target.faces, there))
+
+
+def _beside(
+    source: tuple[FloatArray, IntArray, FloatArray],
+    target: tuple[FloatArray, IntArray, FloatArray],
+) -> tuple[_Scene, _Scene]:
+    """Vertices, faces and points of both, turned alike and put side by side."""
+    (first, first_faces, here), (second, second_faces, there) = source, target
     view = source_view(first)
     left = view.of(first)
     other = target_view(view, here, there) if len(here) >= 3 else view
@@ -108,8 +166,8 @@ def _scenes(
     to_left = np.array([left[:, 0].max() + _GAP, left[:, 1].min(), 0.0])
     to_right = np.array([right[:, 0].min() - _GAP, right[:, 1].min(), 0.0])
     return (
-        _Scene(left - to_left, source.faces, view.of(here) - to_left),
-        _Scene(right - to_right, target.faces, other.of(there) - to_right),
+        _Scene(left - to_left, first_faces, view.of(here) - to_left),
+        _Scene(right - to_right, second_faces, other.of(there) - to_right),
     )
 
 
@@ -146,6 +204,16 @@ def _draw_surface(axes: Axes, scene: _Scene) -> None:
             list(corners[order][:, :, :2]), facecolors=colors, edgecolors=colors, linewidths=0.3
         )
     )
+
+
+def _draw_skeleton(axes: Axes, scene: _Scene) -> None:
+    """Points without a surface, and the shortest lines that join all of them."""
+    apart = np.linalg.norm(scene.vertices[:, None] - scene.vertices, axis=2)
+    tree = minimum_spanning_tree(apart).tocoo()
+    ends = scene.vertices[np.stack([tree.row, tree.col], axis=1)][:, :, :2]
+    axes.add_collection(LineCollection(list(ends), colors=_FAINT, linewidths=1.2, alpha=0.5))
+    x, y = scene.vertices[:, 0], scene.vertices[:, 1]
+    axes.scatter(x, y, s=14.0, c=_FAINT, linewidths=0.0, zorder=2)
 
 
 def _shades(scene: _Scene) -> FloatArray:

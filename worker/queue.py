@@ -27,14 +27,18 @@ from worker.contracts import (
     Once,
     Order,
     Payload,
+    PrototypePayload,
     SpectrumKey,
     SpectrumPayload,
     TurnPayload,
+    UploadPayload,
     ValidationPayload,
 )
 from worker.environment import FROM_ENVIRONMENT
+from worker.prefetch import wanted_spectra
 from worker.store import Store, keys
 from worker.store.jobs import LISTED_KINDS
+from worker.store.uploads import Uploads
 from worker.telemetry import logger
 from worker.workforce import depths, worker_states
 
@@ -45,11 +49,13 @@ QUEUES: Final = (INTERACTIVE, STRUCTURES, MATCHES)
 
 _QUEUE_OF: Final = {
     JobKind.VALIDATION: INTERACTIVE,
+    JobKind.PROTOTYPE_VALIDATION: INTERACTIVE,
     JobKind.PICTURE: INTERACTIVE,
     JobKind.WEBHOOK: INTERACTIVE,
     JobKind.SPECTRUM: STRUCTURES,
     JobKind.MATCH: MATCHES,
     JobKind.DISSIMILARITIES: MATCHES,
+    JobKind.PROTOTYPE: MATCHES,
     JobKind.TURN: MATCHES,
 }
 _ENTRY_POINT: Final = "worker.jobs.run"
@@ -180,9 +186,7 @@ class JobQueue:
         job_id = None if order.once is None else self.store.orders.job_of(order.once)
         return None if job_id is None else self.store.jobs.get(job_id)
 
-    def submit_validation(
-        self, payload: ValidationPayload, data: bytes, order: Order = UNASKED
-    ) -> str:
+    def submit_validation(self, payload: UploadPayload, data: bytes, order: Order = UNASKED) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
         Parameters
@@ -200,17 +204,17 @@ class JobQueue:
             The job that validates it.
         """
         record = new_job(payload, order)
-        shapes = self.store.shapes
+        uploads = self.uploads(payload)
         with self.store.client.pipeline() as pipe:
             while True:
-                holder = shapes.validated_by(payload.shape, payload.file_type, pipe)
+                holder = uploads.validated_by(payload.upload, payload.file_type, pipe)
                 state = None if holder is None else self.store.jobs.state(holder)
                 if holder is not None and state is not None and not state.ended:
                     return holder
                 try:
                     self.enqueue(record, pipe)
                     self.store.jobs.create(record, pipe)
-                    shapes.add_candidate(payload.shape, payload.file_type, data, record.id, pipe)
+                    uploads.add_candidate(payload.upload, payload.file_type, data, record.id, pipe)
                     pipe.execute()
                 except WatchError:
                     # An equal upload came in between.
@@ -226,12 +230,17 @@ class JobQueue:
         KeyReused, TooManyQueued
             As by :meth:`submit`.
         """
-        record = self._agreed(new_job(payload, order), order.once)
-        self._admit(record)
-        if payload.parameters.needs_spectrum:
-            for shape in dict.fromkeys((payload.source, payload.target)):
-                self._submit_spectrum(shape, payload, order)
-        return self.submit(record, order.once)
+        return self._submit_after_spectra(payload, order)
+
+    def submit_prototype(self, payload: PrototypePayload, order: Order = UNASKED) -> JobRecord:
+        """Queue the learning of a prototype, and before it the spectra it needs, likewise.
+
+        Raises
+        ------
+        KeyReused, TooManyQueued
+            As by :meth:`submit`.
+        """
+        return self._submit_after_spectra(payload, order)
 
     def enqueue(self, record: JobRecord, pipe: Pipeline | None = None) -> None:
         """Hand a job that has a record to RQ, as part of a transaction if one is given."""
@@ -291,6 +300,11 @@ class JobQueue:
         states = self.store.parts.turns(job_id).values() if queued else ()
         return queued > sum(state is JobState.QUEUED for state in states)
 
+    def uploads(self, payload: UploadPayload) -> Uploads:
+        """Return where an upload waits for its validation."""
+        shape = isinstance(payload, ValidationPayload)
+        return self.store.shapes if shape else self.store.prototypes
+
     def queue(self, kind: JobKind) -> Queue:
         """Return the queue of a kind of jobs."""
         return self._named(_QUEUE_OF[kind])
@@ -332,16 +346,16 @@ class JobQueue:
             return record
         return record.model_copy(update={"id": self.store.orders.reserve(once, record.id)})
 
-    def _submit_spectrum(self, shape: str, match: MatchPayload, order: Order) -> None:
-        record = self.store.shapes.get(shape)
-        if record is None:
-            return
-        several = record.components > 1
-        if several and not match.parameters.largest_component:
-            return
-        simplify, size = match.parameters.simplify, match.parameters.spectrum_size
-        fewer = simplify is not None and record.vertices > simplify
-        key = SpectrumKey(shape, size, several, simplify if fewer else None)
+    def _submit_after_spectra(
+        self, payload: MatchPayload | PrototypePayload, order: Order
+    ) -> JobRecord:
+        record = self._agreed(new_job(payload, order), order.once)
+        self._admit(record)
+        for key in wanted_spectra(payload, self.store.shapes):
+            self._submit_spectrum(key, order)
+        return self.submit(record, order.once)
+
+    def _submit_spectrum(self, key: SpectrumKey, order: Order) -> None:
         spectra = self.store.spectra
         job = new_job(
             SpectrumPayload(

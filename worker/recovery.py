@@ -27,6 +27,7 @@ from worker.contracts import (
     JobRecord,
     JobState,
     Problem,
+    PrototypeValidationPayload,
     TurnPayload,
     ValidationPayload,
 )
@@ -51,6 +52,9 @@ def lost_process(record: JobRecord | None, how: str) -> Problem:
     detail = f"The process that computed this was killed, again and again ({how})."
     if record is not None and record.kind is JobKind.VALIDATION:
         return Problem.of("unusable-mesh", "Not a usable mesh", 422, f"{detail} Is it too large?")
+    if record is not None and record.kind is JobKind.PROTOTYPE_VALIDATION:
+        title = "Not a usable prototype"
+        return Problem.of("unusable-prototype", title, 422, f"{detail} Is it too large?")
     return Problem.of("worker-lost", "The computation was killed", 500, detail)
 
 
@@ -203,7 +207,9 @@ def _clean_up(store: Store, record: JobRecord | None, state: JobState | None, ho
         return
     match record.payload:
         case ValidationPayload() as payload:
-            store.shapes.reject(payload.shape, payload.file_type, record.id)
+            store.shapes.reject(payload.upload, payload.file_type, record.id)
+        case PrototypeValidationPayload() as payload:
+            store.prototypes.reject(payload.upload, payload.file_type, record.id)
         case TurnPayload(job=job) if state is JobState.FAILED:
             # What it was at has cost every process that tried.
             store.jobs.fail(job, job, lost_process(store.jobs.get(job), how))

@@ -1,5 +1,6 @@
 """What is kept no longer goes by itself, for its keys expire; here the listings follow."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from worker.contracts import JobState
@@ -23,7 +24,8 @@ class Sweep:
     def step(self) -> None:
         """Sweep the next part of each listing."""
         jobs = [keys.JOBS, *(keys.jobs_in(state) for state in JobState)]
-        records = dict.fromkeys(jobs, keys.job) | {keys.SHAPES: keys.shape}
+        records: dict[str, Callable[[str], str]] = dict.fromkeys(jobs, keys.job)
+        records |= {keys.SHAPES: keys.shape, keys.PROTOTYPES: keys.prototype}
         for key, record in records.items():
             listing = Listing(self.store.client, key)
             self._cursors[key] = listing.sweep(self._cursors.get(key, 0), record)

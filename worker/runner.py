@@ -16,20 +16,25 @@ from worker.contracts import (
     JobKind,
     JobRecord,
     MatchPayload,
+    MatchResult,
     PicturePayload,
+    PrototypePayload,
+    PrototypeValidationPayload,
     ShapeRecord,
-    SpectrumKey,
     SpectrumPayload,
     TurnPayload,
+    UploadPayload,
     ValidationPayload,
+    is_prototype,
 )
 from worker.delivery import deliver
 from worker.failures import ResultGone, ShapeGone, problem_of
 from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
-from worker.matches import Side, match_shapes, result_from_blob
+from worker.matches import Side, match_prototype, match_shapes, result_from_blob
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
-from worker.picture import draw_match
+from worker.picture import draw_match, draw_prototype_match
+from worker.prototypes import learn, stored_prototype, validate
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
 from worker.spectra import spectrum_of
@@ -116,6 +121,11 @@ class Runner:
                 deliver(self.store, payload, self.webhooks)
             case MatchPayload() as payload:
                 return self._match(payload, reporter)
+            case PrototypePayload() as payload:
+                learned = learn(payload, record, self.store, self.name, reporter)
+                return learned.model_dump_json().encode()
+            case PrototypeValidationPayload() as payload:
+                validate(payload, record, self.store)
             case TurnPayload():
                 Turn(self.queue, record, self.name).run()
         return None
@@ -159,13 +169,20 @@ class Runner:
 
     def _match(self, payload: MatchPayload, reporter: Reporter) -> bytes:
         start = time.perf_counter()
-        control = reporter.control(0.0, SPECTRA_SHARE)
-        control.report("spectrum of the source", 0.0)
-        source = self._side(payload.source, payload, control)
-        control.report("spectrum of the target", 0.5)
-        target = self._side(payload.target, payload, control)
-        waited = time.perf_counter() - start
-        result = match_shapes(source, target, payload, reporter.control(SPECTRA_SHARE, 1.0))
+        control, matching = reporter.control(0.0, SPECTRA_SHARE), reporter.control(SPECTRA_SHARE)
+        if is_prototype(payload.source):
+            prototype = stored_prototype(self.store, payload.source)
+            control.report("spectrum of the target", 0.0)
+            target = self._side(payload.target, payload, control)
+            waited = time.perf_counter() - start
+            result = match_prototype(prototype, target, payload, matching)
+        else:
+            control.report("spectrum of the source", 0.0)
+            source = self._side(payload.source, payload, control)
+            control.report("spectrum of the target", 0.5)
+            target = self._side(payload.target, payload, control)
+            waited = time.perf_counter() - start
+            result = match_shapes(source, target, payload, matching)
         timings = dict(result.timings)
         # What the solver need not compute any more is still part of the wait.
         timings["spectra"] = timings.get("spectra", 0.0) + waited
@@ -175,10 +192,7 @@ class Runner:
     def _side(self, shape: str, payload: MatchPayload, control: Control) -> Side:
         whole = self._mesh(shape)
         parameters = payload.parameters
-        simplify, several = parameters.simplify, whole.components > 1
-        fewer = simplify is not None and whole.n_vertices > simplify
-        largest = several and parameters.largest_component
-        key = SpectrumKey(shape, parameters.spectrum_size, largest, simplify if fewer else None)
+        key = parameters.spectrum_key(shape, whole.n_vertices, whole.components)
         mesh = mesh_of(key, whole, self.store.spectra)
         if not parameters.needs_spectrum or mesh.components > 1:
             return Side(mesh, None)
@@ -197,9 +211,19 @@ class Runner:
 
     def _drawn_match(self, packed: bytes) -> bytes:
         result = result_from_blob(packed)
+        if result.source_kind == "prototype":
+            return self._drawn_prototype_match(result)
         source, target = self._names((result.source, result.target))
         meshes = self._mesh(result.source), self._mesh(result.target)
         return draw_match(*meshes, result, (source, target))
+
+    def _drawn_prototype_match(self, result: MatchResult) -> bytes:
+        prototype = stored_prototype(self.store, result.source)
+        record = self.store.prototypes.get(result.source)
+        name = "" if record is None else f"{record.name}, version {record.version}"
+        (target,) = self._names((result.target,))
+        mesh = self._mesh(result.target)
+        return draw_prototype_match(prototype.positions, mesh, result, (name, target))
 
     def _drawn_matrix(self, packed: bytes) -> bytes:
         result = DissimilarityResult.model_validate_json(gzip.decompress(packed))
@@ -216,5 +240,7 @@ class Runner:
         return mesh_from_bytes(stored)
 
     def _clean_up(self, record: JobRecord) -> None:
-        if isinstance(record.payload, ValidationPayload):
-            self.store.shapes.reject(record.payload.shape, record.payload.file_type, record.id)
+        payload = record.payload
+        if isinstance(payload, UploadPayload):
+            uploads = self.queue.uploads(payload)
+            uploads.reject(payload.upload, payload.file_type, record.id)

@@ -30,8 +30,10 @@ from isomatch._errors import (
     TooManyRequests,
     Unauthorized,
     UnexpectedResponse,
+    UnknownPrototype,
     UnknownShape,
     Unprocessable,
+    UnprocessablePrototype,
     UnprocessableShape,
     UnsupportedFormat,
     WaitTimeout,
@@ -53,8 +55,9 @@ from isomatch._models import (
     StructureParameter,
     Structures,
 )
-from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._parameters import DissimilarityParameters, MatchParameters, PrototypeParameters
 from isomatch._problem import FieldProblem, Problem
+from isomatch._prototypes import Example, LearnedPrototype, Prototype
 from isomatch._refinement import RefinedPoint, Refinement
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
 
@@ -73,6 +76,7 @@ __all__ = [
     "DissimilarityParameters",
     "Distortion",
     "EndedJob",
+    "Example",
     "FieldProblem",
     "Gone",
     "InvalidRequest",
@@ -84,6 +88,7 @@ __all__ = [
     "JobFailed",
     "JobRecord",
     "JobWebhook",
+    "LearnedPrototype",
     "Level",
     "Match",
     "MatchParameters",
@@ -93,6 +98,8 @@ __all__ = [
     "Problem",
     "ProblemError",
     "Progress",
+    "Prototype",
+    "PrototypeParameters",
     "RefinedPoint",
     "Refinement",
     "ServiceError",
@@ -105,8 +112,10 @@ __all__ = [
     "TooManyRequests",
     "Unauthorized",
     "UnexpectedResponse",
+    "UnknownPrototype",
     "UnknownShape",
     "Unprocessable",
+    "UnprocessablePrototype",
     "UnprocessableShape",
     "UnsupportedFormat",
     "WaitTimeout",

@@ -10,6 +10,7 @@ import httpx2
 from isomatch import _operations as operations
 from isomatch._address import address, key
 from isomatch._async_job import AsyncJob
+from isomatch._async_prototype_client import AsyncPrototypeClient
 from isomatch._async_transport import AsyncTransport
 from isomatch._client import Client
 from isomatch._dissimilarities import Dissimilarities
@@ -17,11 +18,12 @@ from isomatch._match import Match
 from isomatch._meshes import MeshSource
 from isomatch._models import JobState, Shape, Structures
 from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._prototypes import Prototype
 from isomatch._twins import documented_as
 from isomatch._webhooks import Webhook
 
 
-class AsyncClient:
+class AsyncClient(AsyncPrototypeClient):
     """A connection to an isomatch service, as :class:`isomatch.Client`, for asynchronous programs.
 
     What blocks there is awaited here, and what is gone through with ``for`` with ``async for``;
@@ -100,7 +102,7 @@ class AsyncClient:
     @documented_as(Client.match)
     async def match(
         self,
-        source: Shape | str,
+        source: Shape | Prototype | str,
         target: Shape | str,
         *,
         webhook: Webhook | None = None,

@@ -15,11 +15,13 @@ from isomatch._match import Match
 from isomatch._meshes import MeshSource
 from isomatch._models import JobState, Shape, Structures
 from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._prototype_client import PrototypeClient
+from isomatch._prototypes import Prototype
 from isomatch._transport import BlockingTransport
 from isomatch._webhooks import Webhook
 
 
-class Client:
+class Client(PrototypeClient):
     """A connection to an isomatch service; safe to share between threads.
 
     Use it as a context manager, or call :meth:`close`. Every method raises
@@ -167,7 +169,7 @@ class Client:
 
     def match(
         self,
-        source: Shape | str,
+        source: Shape | Prototype | str,
         target: Shape | str,
         *,
         webhook: Webhook | None = None,
@@ -179,7 +181,8 @@ class Client:
         Parameters
         ----------
         source, target
-            The shapes or their ids.
+            The shapes or their ids. The source may be a :class:`~isomatch.Prototype` or its id:
+            then its points are matched by likelihood, with the structures it was learned with.
         webhook
             Whom the service is to tell when the job has ended: ``{"url": ..., "secret": ...}``.
         idempotency_key
@@ -195,8 +198,8 @@ class Client:
 
         Raises
         ------
-        UnknownShape
-            There is no such shape; the message says which.
+        UnknownShape, UnknownPrototype
+            There is no such shape, or prototype; the message says which.
         InvalidRequest
             A parameter has a value without meaning; the message says which.
         TypeError

@@ -16,7 +16,9 @@
     │   ├── Unprocessable           422  understood, but impossible
     │   │   ├── InvalidRequest           a parameter has no meaning; `errors` says which
     │   │   ├── UnknownShape             a match names a shape that is not there
-    │   │   └── UnprocessableShape       the file is not a usable mesh; `detail` says why
+    │   │   ├── UnknownPrototype         a match names a prototype that is not there
+    │   │   ├── UnprocessableShape       the file is not a usable mesh; `detail` says why
+    │   │   └── UnprocessablePrototype   the file is not a prototype; `detail` says why
     │   ├── TooManyRequests         429  over a limit; try again later
     │   └── ServiceError            5xx  the service failed
     │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
@@ -126,8 +128,16 @@ class UnknownShape(Unprocessable):
     """422: a match names a shape that is not there, or no longer; `errors` says which."""
 
 
+class UnknownPrototype(Unprocessable):
+    """422: a match names a prototype that is not there, or no longer."""
+
+
 class UnprocessableShape(Unprocessable):
     """422: the file is not a usable mesh; `detail` says why and what to do."""
+
+
+class UnprocessablePrototype(Unprocessable):
+    """422: the file is not the archive of a prototype; `detail` says why."""
 
 
 class TooManyRequests(ProblemError):  # noqa: N818 - named as HTTP names it
@@ -195,7 +205,9 @@ _BY_STATUS: dict[int, type[ProblemError]] = {
 _BY_TYPE: dict[str, type[ProblemError]] = {
     "urn:isomatch:problem:invalid-request": InvalidRequest,
     "urn:isomatch:problem:unknown-shape": UnknownShape,
+    "urn:isomatch:problem:unknown-prototype": UnknownPrototype,
     "urn:isomatch:problem:unusable-mesh": UnprocessableShape,
+    "urn:isomatch:problem:unusable-prototype": UnprocessablePrototype,
 }
 """Where one status means several things."""
 

@@ -7,7 +7,7 @@ one that also hands out what comes in. Whoever runs them (:mod:`isomatch._transp
 """
 
 import random
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from email.utils import parsedate_to_datetime
@@ -20,7 +20,7 @@ from isomatch._errors import ConnectionFailed, UnexpectedResponse, problem_error
 from isomatch._meshes import MeshFile
 from isomatch._problem import Problem
 
-Json: TypeAlias = str | int | float | bool | list[str] | Mapping[str, object] | None
+Json: TypeAlias = str | int | float | bool | Sequence[object] | Mapping[str, object] | None
 
 ResultT = TypeVar("ResultT")
 HeardT = TypeVar("HeardT")

@@ -20,7 +20,10 @@ class Match(Result, Correspondences):
     version
         Version of the result format.
     source, target
-        Ids of the shapes.
+        Ids of the shapes, or of the prototype and the shape.
+    source_kind
+        What the source is, ``"shape"`` or ``"prototype"``. Of a prototype, points are named by
+        their numbers from 0 where vertices of a shape are.
     parameters
         The parameters in force, defaults filled in.
     correspondences
@@ -42,7 +45,7 @@ class Match(Result, Correspondences):
     levels
         The coarse-to-fine levels, coarsest first.
     unmatched
-        Source vertices that are cheaper to leave unmatched.
+        Source vertices (or points) that are cheaper to leave unmatched.
     refinement
         Where the matched points lie between the target's vertices; None if that was not asked
         for (``refine="gmds"``), or fewer than three points were matched.
@@ -54,6 +57,7 @@ class Match(Result, Correspondences):
 
     version: int = 1
     source: str
+    source_kind: str = "shape"
     target: str
     parameters: MatchParameters
     gromov_hausdorff: FiniteFloat

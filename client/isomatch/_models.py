@@ -228,7 +228,7 @@ class Correspondence(Answer):
     Attributes
     ----------
     source, target
-        0-based vertex indices in the uploaded files.
+        0-based vertex indices in the uploaded files; of a prototype, numbers of its points.
     cost
         What the pair contributes to the energy.
     """

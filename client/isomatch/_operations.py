@@ -45,6 +45,7 @@ from isomatch._meshes import MeshSource, mesh_file
 from isomatch._models import JobRecord, JobState, Page, Shape, Structures
 from isomatch._parameters import DissimilarityParameters, MatchParameters, check_names
 from isomatch._progress import ProgressBar
+from isomatch._prototypes import LearnedPrototype, Prototype
 from isomatch._result import Result
 from isomatch._webhooks import Webhook
 
@@ -70,21 +71,43 @@ def upload(
     with mesh_file(source, file_type) as file:
         form = {} if name is None else {"name": name}
         response = yield from send(Call("POST", "/v1/shapes", file=file, form=form))
-        sent = time.monotonic()
+    return parsed(Shape, (yield from until_read(response, name or file.name, timeout)))
+
+
+def until_read(
+    response: httpx2.Response, what: str, timeout: float | None
+) -> Operation[httpx2.Response]:
+    """Wait until the service has read an upload.
+
+    Parameters
+    ----------
+    response
+        What it answered at first.
+    what
+        What was uploaded.
+    timeout
+        Seconds it may take; None for no limit.
+
+    Raises
+    ------
+    WaitTimeout
+        It took longer.
+    """
+    sent = time.monotonic()
     while response.status_code == 202:
         if timeout is not None and time.monotonic() - sent >= timeout:
-            raise WaitTimeout(f"reading {name or file.name}", timeout)
+            raise WaitTimeout(f"reading {what}", timeout)
         yield Pause(VALIDATION_PAUSE)
         location = response.headers.get("location")
         if location is None:
             raise UnexpectedResponse("the service accepted the upload and does not say as what")
         response = yield from send(Call("GET", location))
-    return parsed(Shape, response)
+    return response
 
 
 def get_shape(shape_id: str) -> Operation[Shape]:
     """Ask for one shape."""
-    return parsed(Shape, (yield from send(Call("GET", _path("shapes", shape_id)))))
+    return parsed(Shape, (yield from send(Call("GET", path_to("shapes", shape_id)))))
 
 
 def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
@@ -95,12 +118,12 @@ def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
 
 def delete_shape(shape: Shape | str) -> Operation[None]:
     """Delete a shape."""
-    yield from send(Call("DELETE", _path("shapes", id_of(shape))))
+    yield from send(Call("DELETE", path_to("shapes", id_of(shape))))
 
 
 def get_mesh(shape: Shape | str) -> Operation[bytes]:
     """Ask for the file of a shape."""
-    response = yield from send(Call("GET", _path("shapes", id_of(shape), "mesh")))
+    response = yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))
     return response.content
 
 
@@ -110,7 +133,7 @@ def list_structures() -> Operation[Structures]:
 
 
 def start_match(
-    source: Shape | str,
+    source: Shape | Prototype | str,
     target: Shape | str,
     parameters: MatchParameters,
     webhook: Webhook | None,
@@ -120,7 +143,7 @@ def start_match(
     check_names(parameters, MatchParameters.__annotations__)
     body: dict[str, Json] = {"source": id_of(source), "target": id_of(target)}
     for parameter, value in parameters.items():
-        body[parameter] = _plain(value)
+        body[parameter] = plain(value)
     return (yield from start_job("/v1/matches", body, webhook, key))
 
 
@@ -137,14 +160,14 @@ def start_dissimilarities(
     if labels is not None:
         body["labels"] = [str(label) for label in labels]
     for parameter, value in parameters.items():
-        body[parameter] = _plain(value)
+        body[parameter] = plain(value)
     return (yield from start_job("/v1/dissimilarities", body, webhook, key))
 
 
 def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
     """Ask for the dissimilarities that are known so far."""
     return parsed(
-        PartialDissimilarities, (yield from send(Call("GET", _path("dissimilarities", job_id))))
+        PartialDissimilarities, (yield from send(Call("GET", path_to("dissimilarities", job_id))))
     )
 
 
@@ -173,7 +196,7 @@ def start_job(
 
 def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
     """Ask for one job, at once or when it has ended but at most `wait` seconds later."""
-    call = Call("GET", _path("jobs", job_id), query={"wait": wait}, patience=wait or 0.0)
+    call = Call("GET", path_to("jobs", job_id), query={"wait": wait}, patience=wait or 0.0)
     return parsed(JobRecord, (yield from send(call)))
 
 
@@ -190,7 +213,10 @@ def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
     last, failures = None, 0
     while True:
         headers: dict[str, str] = {} if last is None else {"last-event-id": last}
-        call, reader = Call("GET", _path("jobs", job_id, "events"), headers=headers), EventReader()
+        call, reader = (
+            Call("GET", path_to("jobs", job_id, "events"), headers=headers),
+            EventReader(),
+        )
         asked = 0.0
         try:
             response = yield Listen(call)
@@ -239,7 +265,7 @@ def list_jobs(cursor: str | None, state: JobState | None) -> Operation[Page[JobR
 
 def cancel_job(job_id: str) -> Operation[JobRecord]:
     """Cancel a job."""
-    return parsed(JobRecord, (yield from send(Call("DELETE", _path("jobs", job_id)))))
+    return parsed(JobRecord, (yield from send(Call("DELETE", path_to("jobs", job_id)))))
 
 
 def wait_for_job(
@@ -294,6 +320,7 @@ def watch_job(
 _RESULTS: Final[Mapping[str, type[Result]]] = {
     "match": Match,
     "dissimilarities": Dissimilarities,
+    "prototype": LearnedPrototype,
 }
 
 
@@ -309,7 +336,7 @@ def get_result(record: JobRecord) -> Operation[Result]:
         raise JobFailed(record.id, record.error)
     if record.state == "cancelled":
         raise JobCancelled(record.id)
-    response = yield from send(Call("GET", _path("jobs", record.id, "result")))
+    response = yield from send(Call("GET", path_to("jobs", record.id, "result")))
     try:
         return _RESULTS.get(record.kind, Match).from_json(response.content)
     except ValidationError as error:
@@ -318,7 +345,7 @@ def get_result(record: JobRecord) -> Operation[Result]:
 
 def get_picture(job_id: str) -> Operation[bytes]:
     """Ask for the picture of a job's result."""
-    response = yield from send(Call("GET", _path("jobs", job_id, "result.png")))
+    response = yield from send(Call("GET", path_to("jobs", job_id, "result.png")))
     return response.content
 
 
@@ -329,20 +356,22 @@ def save_picture(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
 
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
     """Ask for a job's result as arrays, and write them to a file."""
-    response = yield from send(Call("GET", _path("jobs", job_id, "result.npz")))
+    response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
     Path(path).write_bytes(response.content)
 
 
-def id_of(shape: Shape | str) -> str:
-    """Return the id of a shape that is given itself or as its id."""
-    return shape if isinstance(shape, str) else shape.id
+def id_of(given: Shape | Prototype | str) -> str:
+    """Return the id of a shape or a prototype that is given itself or as its id."""
+    return given if isinstance(given, str) else given.id
 
 
-def _path(*parts: str) -> str:
+def path_to(*parts: str) -> str:
+    """Return the address of a resource."""
     return "/v1/" + "/".join(quote(part, safe="") for part in parts)
 
 
-def _plain(value: object) -> Json:
+def plain(value: object) -> Json:
+    """Return the value of a parameter as it is sent."""
     # Parameters often come out of an array or a linspace.
-    plain: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
-    return plain
+    sent: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
+    return sent

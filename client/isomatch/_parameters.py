@@ -140,6 +140,57 @@ class DissimilarityParameters(TypedDict, total=False):
     simplify: int | None
 
 
+class PrototypeParameters(TypedDict, total=False):
+    """Keyword arguments of :meth:`isomatch.Client.learn_prototype`; all may be left out.
+
+    What is left out takes the service's default (in brackets).
+
+    Attributes
+    ----------
+    points
+        Points of the prototype, 3 to 256. Of those in `correspondences` so many are taken, the
+        farthest from one another; all of them if this is left out [32].
+    components
+        Gaussians of each mixture (K of section 6.4), 1 to 16; no more than half the number of
+        examples are used [5].
+    select_components
+        Choose the number of Gaussians by the Bayesian information criterion, up to `components`
+        [False].
+    correspondence
+        Which points of the shapes correspond: ``"matches"`` has the reference matched to every
+        other shape, ``"shared_connectivity"`` takes the same vertex of every file, which must all
+        have the same faces [``"matches"``].
+    metric
+        Distance of every two points, whose distribution is learned, given as for a match: one for
+        all levels, or a list from the coarsest on [``"commute_time"``].
+    descriptor
+        Local descriptor of every point, likewise; ``"none"`` for distances alone [``"si_hks"``].
+    eigenpairs
+        Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
+    geodesic_method
+        How geodesic distances are computed, as for a match [``"fast_marching"``].
+    normalise
+        Scale all shapes to unit area first; if False, sizes belong to the class [True].
+    simplify
+        Vertices to which larger shapes are simplified first, if they are matched; None for no
+        simplification [None].
+    seed
+        Of what is random in learning [0].
+    """
+
+    points: int
+    components: int
+    select_components: bool
+    correspondence: str
+    metric: StructureChoice | list[StructureChoice]
+    descriptor: StructureChoice | list[StructureChoice]
+    eigenpairs: int
+    geodesic_method: str
+    normalise: bool
+    simplify: int | None
+    seed: int
+
+
 def check_names(
     given: Mapping[str, object], known: Mapping[str, object], method: str = "match"
 ) -> None:

@@ -3,10 +3,12 @@
 import gzip
 import json
 from collections.abc import Mapping
+from typing import Final
 
 from fastapi import APIRouter, Response
 
 from service.answers import AcceptEncoding
+from service.collections import named, refuse, repeated, several_components, too_few_vertices
 from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
@@ -26,18 +28,17 @@ from service.problems import (
     UploadTooLarge,
     responses,
 )
-from service.requests import MOST_FIELDS
 from service.state import Service, ServiceOf
 from service.structures.colors import check_colors
 from worker.contracts import (
     DissimilaritiesPayload,
-    FieldProblem,
     JobRecord,
     JobState,
-    ShapeRecord,
 )
 from worker.contracts.dissimilarities import PAIRS, RESULT
 from worker.queue import new_job
+
+_REFUSED: Final = "These shapes cannot be compared; `errors` says why."
 
 router = APIRouter(prefix="/v1/dissimilarities", tags=["dissimilarities"])
 
@@ -126,48 +127,13 @@ def _size(size: int, stage: str, found: Mapping[int, bytes], count: int) -> int:
 
 
 def _payload(asked: DissimilaritiesRequest, service: Service) -> DissimilaritiesPayload:
-    _refuse(_repeated(asked))
-    named = {f"body.shapes.{place}": shape for place, shape in enumerate(asked.shapes)}
-    shapes = use_shapes(service, named)
+    refuse(repeated(asked.shapes), _REFUSED)
+    shapes = use_shapes(service, named(asked.shapes))
     check_colors(asked, shapes)
-    _refuse(_unusable(asked, shapes))
+    wrong = too_few_vertices(shapes, asked.points)
+    if not asked.largest_component:
+        wrong += several_components(shapes, "ask for `largest_component`, or leave it out")
+    refuse(wrong, _REFUSED)
     return DissimilaritiesPayload(
         shapes=asked.shapes, labels=asked.labels, parameters=asked.parameters()
     )
-
-
-def _repeated(asked: DissimilaritiesRequest) -> list[FieldProblem]:
-    first: dict[str, int] = {}
-    wrong = []
-    for place, shape in enumerate(asked.shapes):
-        if shape in first:
-            message = f"this shape is the same as shapes.{first[shape]}; give each once"
-            wrong.append(FieldProblem(field=f"body.shapes.{place}", message=message))
-        first.setdefault(shape, place)
-    return wrong
-
-
-def _unusable(
-    asked: DissimilaritiesRequest, shapes: Mapping[str, ShapeRecord]
-) -> list[FieldProblem]:
-    wrong = []
-    for field, shape in shapes.items():
-        if shape.vertices < asked.points:
-            message = f"it has {shape.vertices} vertices, and {asked.points} `points` are matched"
-            wrong.append(FieldProblem(field=field, message=message))
-        elif shape.components > 1 and not asked.largest_component:
-            message = (
-                f"it has {shape.components} components, with infinite distances between them;"
-                " ask for `largest_component`, or leave it out"
-            )
-            wrong.append(FieldProblem(field=field, message=message))
-    return wrong
-
-
-def _refuse(wrong: list[FieldProblem]) -> None:
-    if not wrong:
-        return
-    detail = "These shapes cannot be compared; `errors` says why."
-    if len(wrong) > MOST_FIELDS:
-        detail += f" The first {MOST_FIELDS} of {len(wrong)} are named."
-    raise InvalidRequest(detail, tuple(wrong[:MOST_FIELDS]))

@@ -19,6 +19,7 @@ from service.problems import (
     JobNotFound,
     JobWithoutResult,
     PictureNotReady,
+    PrototypeDeleted,
     Reported,
     ResultExpired,
     ResultNotReady,
@@ -26,7 +27,14 @@ from service.problems import (
     responses,
 )
 from service.state import Caller, RequestId, Service, ServiceOf
-from worker.contracts import DissimilarityResult, JobKind, MatchResult, Order, PicturePayload
+from worker.contracts import (
+    DissimilarityResult,
+    JobKind,
+    MatchResult,
+    Order,
+    PicturePayload,
+    PrototypeResult,
+)
 from worker.queue import new_job
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
@@ -43,12 +51,12 @@ def _file(description: str, media_type: str) -> dict[str, Any]:
 
 @router.get(
     "/{job_id}/result",
-    response_model=MatchResult | DissimilarityResult,
+    response_model=MatchResult | DissimilarityResult | PrototypeResult,
     responses=_ERRORS,
     operation_id="get_result",
 )
 def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
-    """Return the result of a job: a match, or the dissimilarities of a collection."""
+    """Return the result of a job: a match, the dissimilarities of a collection, or a prototype."""
     return json_answer(packed_result(service, job_id), accept_encoding)
 
 
@@ -81,7 +89,7 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     responses={
         200: _file("The picture", "image/png"),
         **_ERRORS,
-        **responses(ResultExpired, JobExpired, ShapeDeleted, PictureNotReady),
+        **responses(ResultExpired, JobExpired, ShapeDeleted, PrototypeDeleted, PictureNotReady),
     },
     operation_id="get_picture",
 )
@@ -95,7 +103,7 @@ async def get_picture(
     """
     picture = await run_in_threadpool(service.store.jobs.picture, job_id)
     if picture is None:
-        await run_in_threadpool(packed_result, service, job_id)
+        await run_in_threadpool(_drawable, service, job_id)
         order = Order(request_id, caller)
         drawing = await run_in_threadpool(_submit_picture, service, job_id, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
@@ -105,6 +113,13 @@ async def get_picture(
                 raise Reported(record.error)
             raise PictureNotReady("The picture takes long to draw; ask again.")
     return Response(picture, media_type="image/png")
+
+
+def _drawable(service: Service, job_id: str) -> None:
+    record = job_with_result(service, job_id)
+    if not record.kind.has_picture:
+        raise JobWithoutResult(f"A {record.kind.value} has no picture; ask for its result.")
+    packed_result(service, job_id)
 
 
 def _submit_picture(service: Service, drawn: str, order: Order) -> str:

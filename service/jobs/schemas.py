@@ -115,7 +115,7 @@ class Job(BaseModel):
                 self=path,
                 events=f"{path}/events",
                 result=f"{path}/result" if has_result else None,
-                picture=f"{path}/result.png" if has_result else None,
+                picture=f"{path}/result.png" if record.kind.has_picture else None,
                 arrays=f"{path}/result.npz" if in_parts else None,
                 partial=f"/v1/dissimilarities/{record.id}" if in_parts else None,
             ),

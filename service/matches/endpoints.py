@@ -3,6 +3,7 @@
 from fastapi import APIRouter, Response
 
 from service.jobs.schemas import Job
+from service.matches.prototypes import prototype_match
 from service.matches.schemas import MatchRequest
 from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
 from service.problems import (
@@ -11,13 +12,14 @@ from service.problems import (
     IdempotencyKeyReused,
     InvalidRequest,
     TooManyJobs,
+    UnknownPrototype,
     UnknownShape,
     UploadTooLarge,
     responses,
 )
 from service.state import Service, ServiceOf
 from service.structures.colors import check_colors
-from worker.contracts import MatchPayload
+from worker.contracts import MatchPayload, is_prototype
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
 
@@ -30,6 +32,7 @@ router = APIRouter(prefix="/v1/matches", tags=["matches"])
         **responses(
             InvalidRequest,
             UnknownShape,
+            UnknownPrototype,
             BadRequest,
             UploadTooLarge,
             BodyStalled,
@@ -42,7 +45,12 @@ router = APIRouter(prefix="/v1/matches", tags=["matches"])
 def create_match(
     asked: MatchRequest, service: ServiceOf, order: JobOrder, response: Response
 ) -> Job:
-    """Match two shapes: find the correspondence of least distortion between samples of them."""
+    """Match two shapes: find the correspondence of least distortion between samples of them.
+
+    Or a prototype and a shape: find the most likely one of the prototype's points. Then `metric`,
+    `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are the prototype's, and `refine`
+    and the objective "linf" have no meaning.
+    """
     record = service.queue.asked_before(order)
     if record is None:
         order = told_to(service, asked, order)
@@ -51,6 +59,8 @@ def create_match(
 
 
 def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
+    if is_prototype(asked.source):
+        return prototype_match(asked, service)
     shapes = use_shapes(service, {"body.source": asked.source, "body.target": asked.target})
     check_colors(asked, shapes)
     return MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())

@@ -9,7 +9,7 @@ _SHAPE_ID = r"^[0-9a-zA-Z_-]{1,64}$"
 
 
 class MatchRequest(MatchParameters, JobRequest):
-    """Two shapes, and how to match them."""
+    """Two shapes, or a prototype and a shape, and how to match them."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -37,11 +37,18 @@ class MatchRequest(MatchParameters, JobRequest):
                     "points": 64,
                     "refine": "gmds",
                 },
+                {
+                    "source": "p-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                },
             ]
         }
     )
 
-    source: str = Field(pattern=_SHAPE_ID, description="Id of the source shape.")
+    source: str = Field(
+        pattern=_SHAPE_ID,
+        description="Id of the source: a shape, or a prototype, whose ids begin with `p-`.",
+    )
     target: str = Field(pattern=_SHAPE_ID, description="Id of the target shape.")
 
     def parameters(self) -> MatchParameters:

@@ -72,12 +72,15 @@ def _present(queue: JobQueue) -> Iterator[Metric]:
     shapes = GaugeMetricFamily(
         "isomatch_shapes", "Shapes that are kept.", value=client.zcard(keys.SHAPES)
     )
+    prototypes = GaugeMetricFamily(
+        "isomatch_prototypes", "Prototypes that are kept.", value=client.zcard(keys.PROTOTYPES)
+    )
     webhooks = GaugeMetricFamily(
         "isomatch_webhooks_pending",
         "Jobs that have ended and whose webhook is still to be delivered.",
         value=queue.store.webhooks.pending(),
     )
-    yield from (waiting, running, workers, kept, shapes, webhooks)
+    yield from (waiting, running, workers, kept, shapes, prototypes, webhooks)
 
 
 def _counted(counts: Counts) -> Iterator[Metric]:

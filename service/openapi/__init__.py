@@ -19,7 +19,9 @@ Correspondences of minimum distortion between non-rigid shapes, with certificate
 3. `GET /v1/jobs/{id}?wait=60`: wait for it.
 4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: take it.
 
-A collection is compared by `POST /v1/dissimilarities`, whose job is waited for in the same way.
+A collection is compared by `POST /v1/dissimilarities`, and a prototype of a class of shapes is
+learned by `POST /v1/prototypes`: their jobs are waited for in the same way. A prototype's id can be
+the `source` of a match.
 
 Whatever goes wrong is told as `application/problem+json` (RFC 9457).
 """

@@ -16,14 +16,21 @@ _OF_A_SHAPE: Final = {
     "get_geometry": {"shape": _ID},
     "delete_shape": {"shape": _ID},
 }
+_OF_A_PROTOTYPE: Final = {
+    name: {"prototype": _ID} for name in ("get_prototype", "get_archive", "delete_prototype")
+}
 _OF_A_JOB: Final = {
     name: {"job_id": _ID}
     for name in ("get_job", "follow_job", "cancel_job", "get_result", "get_picture")
 }
+_OF_AN_UNDRAWN_JOB: Final = {name: of for name, of in _OF_A_JOB.items() if name != "get_picture"}
 LINKS: Final[dict[tuple[str, str], dict[str, dict[str, str]]]] = {
     ("upload_shape", "200"): _OF_A_SHAPE,
     ("upload_shape", "201"): _OF_A_SHAPE,
+    ("upload_prototype", "200"): _OF_A_PROTOTYPE,
+    ("upload_prototype", "201"): _OF_A_PROTOTYPE,
     ("create_match", "202"): _OF_A_JOB,
+    ("create_prototype", "202"): _OF_AN_UNDRAWN_JOB,
     ("create_dissimilarities", "202"): _OF_A_JOB
     | {name: {"job_id": _ID} for name in ("get_dissimilarities", "get_arrays")},
 }

@@ -6,7 +6,6 @@ from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
-from service.jobs.schemas import Job
 from service.orders import IdempotencyKey
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
@@ -14,7 +13,6 @@ from service.problems import (
     BodyStalled,
     IdempotencyKeyReused,
     InvalidRequest,
-    Reported,
     ShapeDeleted,
     ShapeExpired,
     ShapeNotFound,
@@ -28,11 +26,10 @@ from service.shapes.lookup import ShapeId, missing_shape
 from service.shapes.names import LONGEST, base_name, showable
 from service.shapes.schemas import Shape, ShapePage
 from service.state import Caller, RequestId, Service, ServiceOf
+from service.uploads import VALIDATING, bind, read, reader, still_reading
 from worker.contracts import (
     MESH_FORMATS,
     JobRecord,
-    JobState,
-    Once,
     Order,
     ShapeRecord,
     ValidationPayload,
@@ -47,7 +44,7 @@ router = APIRouter(prefix=PATH, tags=["shapes"])
 
 _LOCATION: Final = {"Location": {"description": "The shape.", "schema": {"type": "string"}}}
 _VALIDATING: Final[dict[str, Any]] = {
-    "model": Job,
+    **VALIDATING,
     "description": "Still being read: the job that does it. Ask for the shape again.",
     "headers": _LOCATION,
 }
@@ -111,20 +108,18 @@ async def upload_shape(
         name=(name or "").strip() or filename[:LONGEST],
         file_type=file_type,
     )
-    if key is not None:
-        await run_in_threadpool(_bind, service, payload, caller, key)
+    await run_in_threadpool(bind, service, payload, caller, PATH, key)
     known, job_id = await run_in_threadpool(
         _take_in, service, data, payload, Order(request_id, caller)
     )
     if known is not None:
         return _shape(known, 200)
-    return await _validated(service, payload, job_id, request)
-
-
-def _bind(service: Service, payload: ValidationPayload, caller: str | None, key: str) -> None:
-    # The body itself is never the same twice: its parts have a boundary made up for each.
-    content = (b"POST", PATH.encode(), payload.model_dump_json().encode())
-    service.store.orders.bind(Once.of(caller, key, content, service.settings.idempotency_ttl))
+    found = await read(service, payload, job_id, request, service.store.shapes.get)
+    if found is None:
+        raise ShapeDeleted("Somebody deleted the shape as soon as it was read; send it again.")
+    if isinstance(found, JobRecord):
+        return await run_in_threadpool(_still_validating, service, found)
+    return _shape(found, 201)
 
 
 def _take_in(
@@ -134,23 +129,6 @@ def _take_in(
     if known is not None:
         return known, ""
     return None, service.queue.submit_validation(payload, data, order)
-
-
-async def _validated(
-    service: Service, payload: ValidationPayload, job_id: str, request: Request
-) -> Response:
-    record = await service.wait_for(job_id, service.settings.validation_wait, request)
-    if record is not None and record.state is JobState.FAILED and record.error is not None:
-        raise Reported(record.error)
-    shape = await run_in_threadpool(service.store.shapes.get, payload.shape)
-    if shape is not None:
-        return _shape(shape, 201)
-    if record is not None and record.state is JobState.SUCCEEDED:
-        raise ShapeDeleted("Somebody deleted the shape as soon as it was read; send it again.")
-    if record is None or record.state.ended:
-        raise UploadCancelled("The upload was cancelled before it was read; send it again.")
-    await run_in_threadpool(service.store.shapes.defer, payload.shape, job_id)
-    return await run_in_threadpool(_still_validating, service, record)
 
 
 @router.get("", responses=responses(InvalidRequest), operation_id="list_shapes")
@@ -175,13 +153,9 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
     record = service.store.shapes.get(shape)
     if record is not None:
         return _shape(record, 200)
-    # Somebody who was told to ask again is owed the reason if the upload was refused since.
-    job_id = service.store.shapes.deferred(shape)
-    job = None if job_id is None else service.store.jobs.get(job_id)
-    if job is not None and not job.state.ended:
+    job = reader(service, service.store.shapes.deferred(shape))
+    if job is not None:
         return _still_validating(service, job)
-    if job is not None and job.error is not None:
-        raise Reported(job.error)
     raise missing_shape(service, shape)
 
 
@@ -209,9 +183,4 @@ def _shape(record: ShapeRecord, status: int) -> Response:
 
 def _still_validating(service: Service, record: JobRecord) -> Response:
     assert isinstance(record.payload, ValidationPayload)
-    return Response(
-        Job.of(record, service.queue).model_dump_json(),
-        status_code=202,
-        media_type="application/json",
-        headers={"Location": f"{PATH}/{record.payload.shape}", "Retry-After": "1"},
-    )
+    return still_reading(service, record, f"{PATH}/{record.payload.shape}")

@@ -7,12 +7,14 @@ from worker.contracts import (
     DissimilarityParameters,
     FieldProblem,
     MatchParameters,
+    PrototypeParameters,
     ShapeRecord,
 )
 
 
 def check_colors(
-    parameters: MatchParameters | DissimilarityParameters, shapes: Mapping[str, ShapeRecord]
+    parameters: MatchParameters | DissimilarityParameters | PrototypeParameters,
+    shapes: Mapping[str, ShapeRecord],
 ) -> None:
     """Refuse descriptors made of colours for shapes that have none.
 
@@ -31,7 +33,7 @@ def check_colors(
     without = [
         field.removeprefix("body.") for field, shape in shapes.items() if not shape.has_colors
     ]
-    if not without or parameters.first_order_weight == 0.0:
+    if not without or getattr(parameters, "first_order_weight", 1.0) == 0.0:
         return
     several = isinstance(parameters.descriptor, tuple)
     wrong = tuple(

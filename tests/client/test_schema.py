@@ -10,10 +10,13 @@ import pytest
 from isomatch import (
     Dissimilarities,
     DissimilarityParameters,
+    LearnedPrototype,
     Match,
     MatchParameters,
     PartialDissimilarities,
     Problem,
+    Prototype,
+    PrototypeParameters,
     Shape,
     Structures,
     Webhook,
@@ -115,6 +118,11 @@ ANSWERS: list[tuple[str, type[BaseModel], str, str, str]] = [
     ("jobs", Page[JobRecord], "get", "/v1/jobs", "200"),
     ("queued comparison", JobRecord, "post", "/v1/dissimilarities", "202"),
     ("partial matrix", PartialDissimilarities, "get", "/v1/dissimilarities/{}", "200"),
+    ("queued learning", JobRecord, "post", "/v1/prototypes", "202"),
+    ("prototype", Prototype, "get", "/v1/prototypes/{}", "200"),
+    ("prototypes", Page[Prototype], "get", "/v1/prototypes", "200"),
+    ("uploaded prototype", Prototype, "post", "/v1/prototype-archives", "201"),
+    ("known prototype", Prototype, "post", "/v1/prototype-archives", "200"),
     ("problem", Problem, "get", "/v1/shapes/{}", "404"),
 ]
 
@@ -137,7 +145,12 @@ def test_the_models_are_those_of_the_schema(
 
 
 @pytest.mark.parametrize(
-    ("model", "kind"), [(Match, "MatchResult"), (Dissimilarities, "DissimilarityResult")]
+    ("model", "kind"),
+    [
+        (Match, "MatchResult"),
+        (Dissimilarities, "DissimilarityResult"),
+        (LearnedPrototype, "PrototypeResult"),
+    ],
 )
 def test_the_results_are_those_of_the_schema(model: type[BaseModel], kind: str) -> None:
     assert agree(model, result_of(kind))
@@ -163,7 +176,13 @@ def test_all_parts_of_a_result_are_always_there(part: str, path: tuple[str]) -> 
 PARAMETERS: list[tuple[str, type, set[str]]] = [
     ("/v1/matches", MatchParameters, {"source", "target", "webhook"}),
     ("/v1/dissimilarities", DissimilarityParameters, {"shapes", "labels", "webhook"}),
+    (
+        "/v1/prototypes",
+        PrototypeParameters,
+        {"shapes", "name", "reference", "correspondences", "webhook"},
+    ),
 ]
+OPTIONAL = {"labels", "name", "reference", "correspondences", "webhook"}
 every_job = pytest.mark.parametrize(("path", "parameters", "others"), PARAMETERS)
 
 
@@ -172,7 +191,7 @@ def test_the_parameters_are_those_of_the_schema(
     path: str, parameters: type, others: set[str]
 ) -> None:
     body = body_of(path)
-    assert set(body["required"]) == others - {"labels", "webhook"}
+    assert set(body["required"]) == others - OPTIONAL
     assert set(body["properties"]) == others | set(parameters.__annotations__)
     webhook = dereferenced(body["properties"]["webhook"]["anyOf"][0], OPENAPI)
     assert set(webhook["required"]) == Webhook.__required_keys__

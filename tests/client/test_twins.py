@@ -13,7 +13,7 @@ PAIRS: list[tuple[type, type]] = [
     (isomatch.Job, isomatch.AsyncJob),
 ]
 LATER = [(r"\bAsync(Client|Job)\b", r"\1"), (r"\bAsync(Iterator|Generator)\b", r"\1")]
-BLOCKING = {"base_url", "__init__", "__repr__", "shapes", "jobs", "events"}
+BLOCKING = {"base_url", "__init__", "__repr__", "shapes", "prototypes", "jobs", "events"}
 """What an async client does without being awaited."""
 
 

@@ -6,7 +6,9 @@ from typing import Any
 
 import schemathesis
 
-SHAPES, JOBS = (json.loads(os.environ.get(name, "[]")) for name in ("REAL_SHAPES", "REAL_JOBS"))
+SHAPES, JOBS, PROTOTYPES = (
+    json.loads(os.environ.get(f"REAL_{what}", "[]")) for what in ("SHAPES", "JOBS", "PROTOTYPES")
+)
 
 
 def real(value: object, ids: list[str]) -> object:
@@ -18,7 +20,7 @@ def real(value: object, ids: list[str]) -> object:
 @schemathesis.hook
 def map_path_parameters(context: Any, path_parameters: Any) -> Any:
     # What is deleted is not there for those who come after.
-    for name, ids in (("shape", SHAPES), ("job_id", JOBS)):
+    for name, ids in (("shape", SHAPES), ("job_id", JOBS), ("prototype", PROTOTYPES)):
         if name in (path_parameters or {}) and context.operation.method != "delete":
             path_parameters[name] = real(path_parameters[name], ids)
     return path_parameters
@@ -30,6 +32,9 @@ def map_body(context: Any, body: Any) -> Any:
         for name in ("source", "target"):
             if isinstance(body.get(name), str):
                 body[name] = real(body[name], SHAPES)
+        # Of the sources that are real some are prototypes.
+        if body.get("source") in SHAPES and len(str(body.get("target"))) % 3 == 0:
+            body["source"] = PROTOTYPES[0]
         if isinstance(body.get("shapes"), list):
             body["shapes"] = [real(value, SHAPES) for value in body["shapes"]]
     return body

@@ -25,13 +25,19 @@ def real_ids(http: httpx2.Client, upload: Callable[..., Json]) -> Iterator[dict[
     asked = (
         ("matches", {"source": shapes[0], "target": shapes[1], "points": 8, "eigenpairs": 30}),
         ("dissimilarities", {"shapes": shapes, "eigenpairs": 30}),
+        ("prototypes", {"shapes": shapes, "points": 6, "components": 1, "eigenpairs": 30}),
     )
     jobs = [http.post(f"/v1/{path}", json=body).json() for path, body in asked]
     for job in jobs:
         ended = http.get(job["links"]["self"], params={"wait": 60}).json()
         assert ended["state"] == "succeeded", ended
     ids = [job["id"] for job in jobs]
-    yield {"REAL_SHAPES": json.dumps(shapes), "REAL_JOBS": json.dumps(ids)}
+    learned = http.get(f"/v1/jobs/{ids[-1]}/result").json()["prototype"]["id"]
+    yield {
+        "REAL_SHAPES": json.dumps(shapes),
+        "REAL_JOBS": json.dumps(ids),
+        "REAL_PROTOTYPES": json.dumps([learned]),
+    }
     for state in ("queued", "running"):
         left = http.get("/v1/jobs", params={"state": state, "limit": 200}).json()["items"]
         for job in left:

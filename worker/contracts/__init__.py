@@ -21,14 +21,27 @@ from worker.contracts.jobs import (
     Payload,
     PicturePayload,
     Progress,
+    PrototypePayload,
+    PrototypeValidationPayload,
     SpectrumPayload,
     TurnPayload,
+    UploadPayload,
     ValidationPayload,
 )
 from worker.contracts.metrics import MetricName
 from worker.contracts.orders import Once, Order
 from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import FieldProblem, Problem
+from worker.contracts.prototypes import (
+    MOST_EXAMPLES,
+    ExampleReport,
+    PrototypeParameters,
+    PrototypeRecord,
+    PrototypeResult,
+    PrototypeStructures,
+    is_prototype,
+    prototype_id,
+)
 from worker.contracts.results import (
     Alternative,
     Correspondence,
@@ -44,6 +57,7 @@ from worker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookE
 
 __all__ = [
     "MESH_FORMATS",
+    "MOST_EXAMPLES",
     "MOST_SHAPES",
     "NEIGHBOURS",
     "SPECTRUM_VERSION",
@@ -57,6 +71,7 @@ __all__ = [
     "DissimilarityParameters",
     "DissimilarityResult",
     "Distortion",
+    "ExampleReport",
     "FieldProblem",
     "JobKind",
     "JobRecord",
@@ -72,6 +87,12 @@ __all__ = [
     "PicturePayload",
     "Problem",
     "Progress",
+    "PrototypeParameters",
+    "PrototypePayload",
+    "PrototypeRecord",
+    "PrototypeResult",
+    "PrototypeStructures",
+    "PrototypeValidationPayload",
     "RefinedPoint",
     "Refinement",
     "ShapeRecord",
@@ -79,10 +100,13 @@ __all__ = [
     "SpectrumPayload",
     "Structures",
     "TurnPayload",
+    "UploadPayload",
     "ValidationPayload",
     "Webhook",
     "WebhookEvent",
     "catalogue",
     "file_type_of",
+    "is_prototype",
+    "prototype_id",
     "shape_id",
 ]

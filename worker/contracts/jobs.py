@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from worker.contracts.dissimilarities import DissimilarityParameters
 from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import Problem
+from worker.contracts.prototypes import ARCHIVE_TYPE, PrototypeParameters
 from worker.contracts.spectra import SpectrumKey
 from worker.contracts.webhooks import Delivery, Webhook
 
@@ -21,12 +22,19 @@ class JobKind(StrEnum):
     TURN = "turn"
     SPECTRUM = "spectrum"
     VALIDATION = "validation"
+    PROTOTYPE = "prototype"
+    PROTOTYPE_VALIDATION = "prototype_validation"
     PICTURE = "picture"
     WEBHOOK = "webhook"
 
     @property
     def has_result(self) -> bool:
         """Whether jobs of this kind are asked for by users and have a result."""
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE)
+
+    @property
+    def has_picture(self) -> bool:
+        """Whether their result can be drawn."""
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
 
 
@@ -68,6 +76,33 @@ class ValidationPayload(_Payload):
     name: str
     file_type: str
 
+    @property
+    def upload(self) -> str:
+        """Id of the upload, which is that of the shape."""
+        return self.shape
+
+
+class PrototypeValidationPayload(_Payload):
+    """Read an uploaded archive, and make a prototype of it if it is one."""
+
+    kind: Literal[JobKind.PROTOTYPE_VALIDATION] = JobKind.PROTOTYPE_VALIDATION
+    prototype: str
+    name: str
+
+    @property
+    def upload(self) -> str:
+        """Id of the upload, which is that of the prototype."""
+        return self.prototype
+
+    @property
+    def file_type(self) -> str:
+        """Format of the file."""
+        return ARCHIVE_TYPE
+
+
+UploadPayload: TypeAlias = ValidationPayload | PrototypeValidationPayload
+"""What asks whether an upload is usable."""
+
 
 class SpectrumPayload(_Payload):
     """Compute the spectrum of a shape before it is needed."""
@@ -85,7 +120,7 @@ class SpectrumPayload(_Payload):
 
 
 class MatchPayload(_Payload):
-    """Match two shapes."""
+    """Match two shapes, or a prototype and a shape."""
 
     kind: Literal[JobKind.MATCH] = JobKind.MATCH
     source: str
@@ -100,6 +135,17 @@ class DissimilaritiesPayload(_Payload):
     shapes: tuple[str, ...]
     labels: tuple[str, ...] | None
     parameters: DissimilarityParameters
+
+
+class PrototypePayload(_Payload):
+    """Learn a prototype from shapes."""
+
+    kind: Literal[JobKind.PROTOTYPE] = JobKind.PROTOTYPE
+    shapes: tuple[str, ...]
+    reference: int = Field(description="Place of the shape that the points are chosen on.")
+    correspondences: tuple[tuple[int, ...], ...] | None
+    name: str
+    parameters: PrototypeParameters
 
 
 class TurnPayload(_Payload):
@@ -126,9 +172,11 @@ class DeliveryPayload(_Payload):
 
 Payload: TypeAlias = Annotated[
     ValidationPayload
+    | PrototypeValidationPayload
     | SpectrumPayload
     | MatchPayload
     | DissimilaritiesPayload
+    | PrototypePayload
     | TurnPayload
     | PicturePayload
     | DeliveryPayload,

@@ -14,7 +14,9 @@ class _Part(BaseModel):
 class Correspondence(_Part):
     """One matched pair of vertices."""
 
-    source: int = Field(description="0-based vertex index in the source's file.")
+    source: int = Field(
+        description="0-based vertex index in the source's file; of a prototype, that of its point."
+    )
     target: int = Field(description="0-based vertex index in the target's file.")
     cost: float = Field(
         description="What the pair contributes to the energy; with the objective"
@@ -117,7 +119,12 @@ class MatchResult(_Part):
     """A minimum-distortion correspondence, with what is proven of it."""
 
     version: Literal[1] = Field(default=1, description="Version of this format.")
-    source: str = Field(description="Id of the source shape.")
+    source: str = Field(description="Id of the source: a shape, or a prototype.")
+    source_kind: Literal["shape", "prototype"] = Field(
+        default="shape",
+        description="What the source is. Of a prototype, points are named by their numbers from 0"
+        " where vertices of a shape are.",
+    )
     target: str = Field(description="Id of the target shape.")
     parameters: MatchParameters = Field(description="The parameters in force.")
     correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
@@ -137,7 +144,7 @@ class MatchResult(_Part):
     alternatives: tuple[Alternative, ...] = Field(description="Other good correspondences.")
     levels: tuple[Level, ...] = Field(description="The levels, coarsest first.")
     unmatched: tuple[int, ...] = Field(
-        description="Source vertices that are cheaper to leave unmatched."
+        description="Source vertices (or points) that are cheaper to leave unmatched."
     )
     refinement: Refinement | None = Field(
         default=None,

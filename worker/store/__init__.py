@@ -1,4 +1,4 @@
-"""What the service remembers: shapes, jobs and spectra in Redis, and nothing anywhere else."""
+"""What the service remembers, in Redis and nowhere else: shapes, prototypes, jobs, spectra."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -11,6 +11,7 @@ from worker.store.jobs import Jobs
 from worker.store.listings import InvalidCursor, Page
 from worker.store.orders import KeyReused, Orders, TooManyQueued
 from worker.store.parts import Offer, Parts, StageCounts, Taken
+from worker.store.prototypes import Prototypes
 from worker.store.shapes import Shapes
 from worker.store.spectra import Spectra, SpectrumCounts
 from worker.store.tallies import Tallies
@@ -24,6 +25,7 @@ __all__ = [
     "Orders",
     "Page",
     "Parts",
+    "Prototypes",
     "Shapes",
     "Spectra",
     "SpectrumCounts",
@@ -46,12 +48,13 @@ class Store:
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, jobs, orders, parts, spectra, tallies, webhooks
+    shapes, prototypes, jobs, orders, parts, spectra, tallies, webhooks
         What is kept there, by subject.
     """
 
     client: Redis
     shapes: Shapes
+    prototypes: Prototypes
     jobs: Jobs
     orders: Orders
     parts: Parts
@@ -91,6 +94,7 @@ class Store:
         return cls(
             client,
             Shapes(client, settings),
+            Prototypes(client, settings),
             Jobs(client, settings),
             Orders(client),
             Parts(client, settings),

@@ -7,6 +7,9 @@ PREFIX: Final = "isomatch:"
 SHAPES: Final = PREFIX + "shapes"
 """Sorted set of shape ids by time of creation."""
 
+PROTOTYPES: Final = PREFIX + "prototypes"
+"""Sorted set of prototype ids by time of creation."""
+
 JOBS: Final = PREFIX + "jobs"
 """Sorted set of the listed jobs' ids by time of creation."""
 
@@ -63,19 +66,44 @@ def shape_trace(shape_id: str) -> str:
     return f"{PREFIX}shape:{shape_id}:trace"
 
 
-def candidate(shape_id: str, file_type: str, job_id: str) -> str:
+def prototype(prototype_id: str) -> str:
+    """Record of a prototype, JSON."""
+    return f"{PREFIX}prototype:{prototype_id}"
+
+
+def prototype_archive(prototype_id: str) -> str:
+    """The archive of a prototype, npz."""
+    return f"{PREFIX}prototype:{prototype_id}:archive"
+
+
+def prototype_trace(prototype_id: str) -> str:
+    """Says that there is or was a prototype; outlives it, unless it was deleted."""
+    return f"{PREFIX}prototype:{prototype_id}:trace"
+
+
+def prototypes_named(name: str) -> str:
+    """Sorted set of the ids of the prototypes of one name by time of creation."""
+    return f"{PREFIX}prototypes:named:{name}"
+
+
+def prototype_versions(name: str) -> str:
+    """Number of the last version of a name."""
+    return f"{PREFIX}prototypes:versions:{name}"
+
+
+def candidate(upload_id: str, file_type: str, job_id: str) -> str:
     """Uploaded bytes that a job is to validate."""
-    return f"{PREFIX}candidate:{shape_id}:{file_type}:{job_id}"
+    return f"{PREFIX}candidate:{upload_id}:{file_type}:{job_id}"
 
 
-def candidate_job(shape_id: str, file_type: str) -> str:
+def candidate_job(upload_id: str, file_type: str) -> str:
     """Id of the job that validates an upload."""
-    return f"{PREFIX}candidate:{shape_id}:{file_type}:job"
+    return f"{PREFIX}candidate:{upload_id}:{file_type}:job"
 
 
-def deferred(shape_id: str) -> str:
+def deferred(upload_id: str) -> str:
     """Id of the validation job of an upload that was answered before it ended."""
-    return f"{PREFIX}deferred:{shape_id}"
+    return f"{PREFIX}deferred:{upload_id}"
 
 
 def job(job_id: str) -> str:

@@ -1,32 +1,19 @@
-"""Shapes in Redis: the record, the uploaded bytes, the mesh as read, and uploads on their way."""
+"""Shapes in Redis: the record, the uploaded bytes, and the mesh as it was read."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from redis import Redis
 from redis.client import Pipeline
 
 from worker.contracts import ShapeRecord
-from worker.store import keys, scripts
-from worker.store.connections import StoreSettings
+from worker.store import keys
 from worker.store.listings import Listing, Page
-from worker.store.replies import blob, text
+from worker.store.uploads import Uploads
 
 
 @dataclass(frozen=True)
-class Shapes:
-    """The stored shapes.
-
-    Parameters
-    ----------
-    client
-        Connection to Redis.
-    settings
-        How long what is kept.
-    """
-
-    client: Redis
-    settings: StoreSettings
+class Shapes(Uploads):
+    """The stored shapes, and those that are being validated."""
 
     def get(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape, or None if there is no such shape."""
@@ -80,24 +67,6 @@ class Shapes:
             pipe.zrem(keys.SHAPES, shape_id)
             return bool(pipe.execute()[0])
 
-    def validated_by(self, shape_id: str, file_type: str, pipe: Pipeline) -> str | None:
-        """Return the job of an equal upload, if there is one, and watch whether that changes."""
-        key = keys.candidate_job(shape_id, file_type)
-        pipe.watch(key)  # type: ignore[no-untyped-call]
-        return text(self.client.get(key))
-
-    def add_candidate(
-        self, shape_id: str, file_type: str, data: bytes, job_id: str, pipe: Pipeline
-    ) -> None:
-        """Keep uploaded bytes for the job that validates them, as part of a transaction."""
-        ttl = self.settings.candidate_ttl
-        pipe.set(keys.candidate_job(shape_id, file_type), job_id, ex=ttl)
-        pipe.set(keys.candidate(shape_id, file_type, job_id), data, ex=ttl)
-
-    def candidate(self, shape_id: str, file_type: str, job_id: str) -> bytes | None:
-        """Return the uploaded bytes that a job is to validate."""
-        return blob(self.client.get(keys.candidate(shape_id, file_type, job_id)))
-
     def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> None:
         """Make a shape of a job's candidate, all at once."""
         candidate = keys.candidate(record.id, record.file_type, job_id)
@@ -109,23 +78,8 @@ class Shapes:
             pipe.set(keys.shape_trace(record.id), b"")
             self._keep(record.id, pipe)
             pipe.zadd(keys.SHAPES, {record.id: record.created.timestamp()})
-            self._release(record.id, record.file_type, job_id, pipe)
+            self.release(record.id, record.file_type, job_id, pipe)
             pipe.execute()
-
-    def reject(self, shape_id: str, file_type: str, job_id: str) -> None:
-        """Forget a job's candidate; an equal one that another job validates stays."""
-        with self.client.pipeline() as pipe:
-            pipe.delete(keys.candidate(shape_id, file_type, job_id))
-            self._release(shape_id, file_type, job_id, pipe)
-            pipe.execute()
-
-    def defer(self, shape_id: str, job_id: str) -> None:
-        """Remember the validation job of an upload whose sender was told to ask again."""
-        self.client.set(keys.deferred(shape_id), job_id, ex=self.settings.candidate_ttl)
-
-    def deferred(self, shape_id: str) -> str | None:
-        """Return the validation job of an upload whose sender was told to ask again."""
-        return text(self.client.get(keys.deferred(shape_id)))
 
     def _used(self, shape_id: str, key: str) -> bytes | None:
         with self.client.pipeline() as pipe:
@@ -139,6 +93,3 @@ class Shapes:
         for key in (keys.shape, keys.shape_upload, keys.shape_mesh, keys.shape_geometry):
             pipe.expire(key(shape_id), ttl)
         pipe.expire(keys.shape_trace(shape_id), ttl + self.settings.trace_ttl)
-
-    def _release(self, shape_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
-        pipe.eval(scripts.RELEASE, 1, keys.candidate_job(shape_id, file_type), job_id)

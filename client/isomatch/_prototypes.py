@@ -1,0 +1,100 @@
+"""Prototypes of classes of shapes, and what comes of learning one."""
+
+from datetime import datetime
+from typing import Any
+
+from pydantic import FiniteFloat
+
+from isomatch._models import Answer
+from isomatch._parameters import PrototypeParameters
+from isomatch._result import Result
+
+
+class Example(Answer):
+    """What became of one of the shapes that a prototype was to be learned from.
+
+    Attributes
+    ----------
+    shape
+        Id of the shape.
+    used
+        Whether the prototype was learned from it.
+    misfit
+        How its distances deviate from the mean of the others': mean squares, relative to those of
+        the distances; 0 where nothing had to be matched.
+    reason
+        Why it was not used; None if it was.
+    """
+
+    shape: str
+    used: bool
+    misfit: FiniteFloat
+    reason: str | None
+
+
+class Prototype(Answer):
+    """A prototype: what the points of a class of shapes are like, and how far from one another.
+
+    Attributes
+    ----------
+    id
+        Content hash of the archive: the same bytes have the same id.
+    name, version
+        What it is called, and which of that name it is, counted from 1.
+    bytes
+        Size of the archive.
+    points
+        Number of its points.
+    components
+        Gaussians of a mixture, at most.
+    examples
+        Number of the shapes it was learned from.
+    parameters
+        What is measured of shapes that are compared with it: ``"metric"``, ``"descriptor"``,
+        ``"eigenpairs"``, ``"geodesic_method"`` and ``"normalise"``.
+    learned_from
+        What became of each shape it was to be learned from; None if it was uploaded.
+    reference
+        Id of the shape its points were chosen on; None if it was uploaded.
+    warnings
+        What should be known of it.
+    created
+        When it was learned or uploaded.
+    """
+
+    id: str
+    name: str
+    version: int
+    bytes: int
+    points: int
+    components: int
+    examples: int
+    parameters: dict[str, Any]
+    learned_from: tuple[Example, ...] | None
+    reference: str | None
+    warnings: tuple[str, ...]
+    created: datetime
+
+
+class LearnedPrototype(Result):
+    """What came of learning a prototype.
+
+    Attributes
+    ----------
+    version
+        Version of the result format.
+    prototype
+        The prototype, which can be matched with shapes.
+    parameters
+        The parameters in force, defaults filled in.
+    warnings
+        What the service wants known about this answer.
+    timings
+        Seconds by stage, and ``"total"``.
+    """
+
+    version: int = 1
+    prototype: Prototype
+    parameters: PrototypeParameters
+    warnings: tuple[str, ...]
+    timings: dict[str, FiniteFloat]

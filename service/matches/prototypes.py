@@ -1,0 +1,89 @@
+"""Matches whose source is a prototype: what they take, and what the prototype says instead."""
+
+from typing import Final
+
+from service.matches.schemas import MatchRequest
+from service.orders import use_prototype, use_shapes
+from service.problems import InvalidRequest
+from service.state import Service
+from worker.contracts import (
+    FieldProblem,
+    MatchParameters,
+    MatchPayload,
+    PrototypeRecord,
+    ShapeRecord,
+)
+
+_ITS_OWN: Final = ("metric", "descriptor", "normalise", "eigenpairs", "geodesic_method")
+"""Parameters that the prototype was learned with, and that hold for whatever is matched with it."""
+
+
+def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
+    """Return the match of a prototype with a shape.
+
+    Parameters
+    ----------
+    asked
+        The request, whose source is the id of a prototype.
+    service
+        Where both are.
+
+    Raises
+    ------
+    UnknownPrototype, UnknownShape
+        There is no such prototype, or shape.
+    InvalidRequest
+        A parameter has no meaning for a prototype, or the shape cannot be matched with it.
+    """
+    prototype = use_prototype(service, "body.source", asked.source)
+    target = use_shapes(service, {"body.target": asked.target})["body.target"]
+    parameters = in_force(asked.parameters(), prototype)
+    wrong = (*_without_meaning(asked, parameters), *_unusable(target, parameters))
+    if wrong:
+        raise InvalidRequest(
+            "These two cannot be matched, or not so; `errors` says why.", tuple(wrong)
+        )
+    return MatchPayload(source=asked.source, target=asked.target, parameters=parameters)
+
+
+def in_force(asked: MatchParameters, prototype: PrototypeRecord) -> MatchParameters:
+    """Return the parameters of a match, those that the prototype has as it has them."""
+    own = {name: getattr(prototype.parameters, name) for name in _ITS_OWN}
+    own["points"] = min(asked.points, prototype.points)
+    return asked.model_copy(update=own)
+
+
+def _without_meaning(asked: MatchRequest, parameters: MatchParameters) -> list[FieldProblem]:
+    wrong = []
+    for name in _ITS_OWN:
+        given, own = (getattr(one, _plural(name)) for one in (asked, parameters))
+        if name in asked.model_fields_set and given != own:
+            message = "the prototype has its own, with which it was learned; leave it out"
+            wrong.append(FieldProblem(field=f"body.{name}", message=message))
+    if asked.refine is not None:
+        message = "a prototype has no surface between its points; leave it out"
+        wrong.append(FieldProblem(field="body.refine", message=message))
+    if asked.objective != "l2":
+        message = 'a prototype is matched by likelihood; leave it out, or give "l2"'
+        wrong.append(FieldProblem(field="body.objective", message=message))
+    return wrong
+
+
+def _plural(name: str) -> str:
+    # With the parameters of structures, however these were named.
+    return f"{name}s" if name in ("metric", "descriptor") else name
+
+
+def _unusable(target: ShapeRecord, parameters: MatchParameters) -> list[FieldProblem]:
+    wrong = []
+    if target.components > 1 and not parameters.largest_component:
+        message = (
+            f"it has {target.components} components, with infinite distances between them; ask for"
+            " `largest_component`"
+        )
+        wrong.append(FieldProblem(field="body.target", message=message))
+    colored = [choice.name for choice in parameters.descriptors if choice.about.colored]
+    if colored and parameters.first_order_weight > 0.0 and not target.has_colors:
+        message = f"the prototype knows {colored[0]!r}, and the shape has no vertex colours"
+        wrong.append(FieldProblem(field="body.target", message=message))
+    return wrong

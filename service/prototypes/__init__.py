@@ -1,0 +1,1 @@
+"""Prototypes: learning, listing, exchanging and deleting what classes of shapes are like."""

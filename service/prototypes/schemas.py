@@ -1,0 +1,120 @@
+"""Prototypes as the API shows them, and what is asked when one is to be learned."""
+
+from typing import Annotated, Final
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from service.orders import JobRequest
+from service.shapes.names import LONGEST, showable
+from worker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord
+
+ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
+Vertices = Annotated[
+    tuple[Annotated[int, Field(ge=0, le=2**31 - 1)], ...],
+    Field(min_length=3, max_length=256, strict=False),
+]
+
+DEFAULT_NAME: Final = "prototype"
+
+_ONE = "9b74c9897bac770ffc029102a200c5de"
+_OTHER = "37b51d194a7513e45b56f6524f2d51f2"
+_THIRD = "8c7dd922ad47494fc02c388e12c00eac"
+
+
+class Prototype(PrototypeRecord):
+    """A prototype of a class of shapes."""
+
+
+class PrototypePage(BaseModel):
+    """One page of the prototypes, the newest first."""
+
+    items: tuple[Prototype, ...]
+    next_cursor: str | None = Field(description="Cursor of the next page; null on the last.")
+
+
+class PrototypeRequest(PrototypeParameters, JobRequest):
+    """Examples of a class of shapes, and how to learn a prototype from them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"shapes": [_ONE, _OTHER, _THIRD], "name": "human", "points": 16},
+                {
+                    "shapes": [_ONE, _OTHER, _THIRD],
+                    "correspondence": "shared_connectivity",
+                    "metric": ["commute_time", "geodesic"],
+                    "descriptor": "none",
+                },
+                {
+                    "shapes": [_ONE, _OTHER],
+                    "correspondences": [[17, 204, 31, 880], [12, 199, 40, 871]],
+                    "points": 4,
+                    "components": 2,
+                },
+            ]
+        }
+    )
+
+    # A JSON array arrives as a list, which is not strictly a tuple.
+    shapes: tuple[ShapeId, ...] = Field(
+        min_length=2,
+        max_length=MOST_EXAMPLES,
+        strict=False,
+        description="Ids of the examples, each once.",
+    )
+    name: Annotated[str, AfterValidator(showable)] = Field(
+        default=DEFAULT_NAME,
+        min_length=1,
+        max_length=LONGEST,
+        description="What to call the prototype. Another one of this name is its next version.",
+    )
+    reference: ShapeId | None = Field(
+        default=None,
+        description="The one of the shapes that the points are chosen on, and that the others are"
+        " matched to; null for the first.",
+    )
+    correspondences: tuple[Vertices, ...] | None = Field(
+        default=None,
+        strict=False,
+        description="Corresponding points: for each of `shapes`, in their order, 0-based vertex"
+        " indices in its file, as many for each; null to have them found as `correspondence`"
+        " says.",
+    )
+
+    @field_validator("reference")
+    @classmethod
+    def _is_an_example(cls, reference: str | None, info: ValidationInfo) -> str | None:
+        shapes = info.data.get("shapes")
+        if reference is not None and shapes is not None and reference not in shapes:
+            raise ValueError("Input should be one of `shapes`")
+        return reference
+
+    @field_validator("correspondences")
+    @classmethod
+    def _correspond(
+        cls, given: tuple[tuple[int, ...], ...] | None, info: ValidationInfo
+    ) -> tuple[tuple[int, ...], ...] | None:
+        shapes = info.data.get("shapes")
+        if given is None or shapes is None:
+            return given
+        if len(given) != len(shapes):
+            raise ValueError(
+                f"Input should have vertices of each shape: there are {len(given)} lists and"
+                f" {len(shapes)} shapes"
+            )
+        for place, vertices in enumerate(given):
+            if len(vertices) != len(given[0]):
+                raise ValueError(
+                    f"Input should have as many vertices of each shape: the first list has"
+                    f" {len(given[0])}, list {place} has {len(vertices)}"
+                )
+            if len(set(vertices)) < len(vertices):
+                raise ValueError(f"Input should have each vertex once; list {place} repeats one")
+        return given
+
+    def parameters(self) -> PrototypeParameters:
+        """Return only how to learn."""
+        values = {name: getattr(self, name) for name in PrototypeParameters.model_fields}
+        if self.correspondences is not None and "points" not in self.model_fields_set:
+            values["points"] = len(self.correspondences[0])
+        return PrototypeParameters.model_construct(**values)
