@@ -13,7 +13,7 @@ from rich.text import Text
 from isomatch._dissimilarities import Dissimilarities
 from isomatch._job import Job
 from isomatch._match import Match
-from isomatch._models import Shape, Structure, StructureParameter, Structures
+from isomatch._models import JobRecord, Shape, Structure, StructureParameter, Structures
 from isomatch._refinement import RefinedPoint, Refinement
 
 FILE_WIDTH = 120
@@ -210,6 +210,38 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
             Text(job.progress.stage),
         )
     console.print(table)
+
+
+def print_job(record: JobRecord, console: Console) -> None:
+    """Print what is known of a job."""
+    rows = {
+        "id": record.id,
+        "kind": record.kind,
+        "state": record.state,
+        "progress": f"{record.progress.fraction:.0%}, {record.progress.stage}",
+        "queued": _local(record.created),
+        "started": "not yet" if record.started is None else _local(record.started),
+        "ended": "not yet" if record.ended is None else _local(record.ended),
+    }
+    if record.position is not None:
+        rows["jobs before it"] = str(record.position)
+    if record.error is not None:
+        rows["error"] = record.error.summary
+    if record.caller is not None:
+        rows["caller"] = record.caller
+    if record.webhook is not None:
+        rows["webhook"] = f"{record.webhook.url}: {record.webhook.state}"
+    console.print(_named_values(rows))
+
+
+def event_line(record: JobRecord) -> str:
+    """Return in one line how a job is."""
+    line = f"{datetime.now():%H:%M:%S}  {record.state:9}  {record.progress.fraction:4.0%}"
+    if record.error is not None:
+        return f"{line}  {record.error.summary}"
+    if record.position:
+        return f"{line}  {record.position} before it"
+    return f"{line}  {record.progress.stage}"
 
 
 def _listing(*names: str) -> Table:

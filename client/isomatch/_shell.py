@@ -1,12 +1,18 @@
-"""What the commands have in common: their options, and how they end."""
+"""What the commands have in common: their options, and how they end.
 
+Exit codes: 0 done, 1 refused or not possible, 2 wrong usage, 3 no service answers, 4 the job ended
+without a result, 130 interrupted.
+"""
+
+import json
 import re
 import signal
-from collections.abc import Callable, Iterator, Mapping
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, MappingProxyType
-from typing import Annotated
+from typing import Annotated, Any, Final, NoReturn, TypeVar
 
 import typer
 
@@ -14,24 +20,60 @@ from isomatch import _render as render
 from isomatch._address import URL_VARIABLE
 from isomatch._client import Client
 from isomatch._dissimilarities import Dissimilarities
-from isomatch._errors import ConnectionFailed, IsomatchError
+from isomatch._errors import (
+    ConnectionFailed,
+    IsomatchError,
+    JobCancelled,
+    JobFailed,
+    ProblemError,
+    UnexpectedResponse,
+)
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._models import Shape
 from isomatch._parameters import StructureChoice, structure_choice
 
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it."""
+REFUSED: Final = 1
+NO_SERVICE: Final = 3
+NO_RESULT: Final = 4
+INTERRUPTED: Final = 130
+
+EXIT_CODES: Final = (
+    "Exit codes: 0 done, 1 refused or not possible, 2 wrong usage, 3 no service answers, "
+    "4 the job ended without a result, 130 interrupted. With --json the standard output is JSON "
+    "and nothing else, and an error is a problem document (RFC 9457) on the standard error."
+)
+
+_SHAPE_ID = re.compile(r"[0-9a-f]{32}")
+
+
+GivenT = TypeVar("GivenT", str, list[str])
+
+
+def shapes_given(given: GivenT) -> GivenT:
+    """Return what names shapes, files or ids, if it does.
+
+    Raises
+    ------
+    typer.BadParameter
+        One is neither.
+    """
+    for one in [given] if isinstance(given, str) else given:
+        if not Path(one).is_file() and not _SHAPE_ID.fullmatch(one):
+            raise typer.BadParameter(f"{one!r} is neither a file nor the id of a shape")
+    return given
+
 
 Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print ids and nothing else.")]
 Mesh = Annotated[
-    Path,
-    typer.Argument(exists=True, dir_okay=False, readable=True, help="OFF, OBJ, PLY, STL or GLB."),
+    str,
+    typer.Argument(callback=shapes_given, help="A file (OFF, OBJ, PLY, STL, GLB) or a shape's id."),
 ]
 Meshes = Annotated[
-    list[Path],
-    typer.Argument(exists=True, dir_okay=False, readable=True, help="OFF, OBJ, PLY, STL or GLB."),
+    list[str],
+    typer.Argument(callback=shapes_given, help="Files (OFF, OBJ, PLY, STL, GLB) or shapes' ids."),
 ]
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="Write the result to this JSON file.")
@@ -39,18 +81,24 @@ Output = Annotated[
 Picture = Annotated[
     Path | None, typer.Option("--picture", help="Write a picture of the result to this PNG file.")
 ]
+Wait = Annotated[
+    bool,
+    typer.Option(
+        "--wait/--no-wait", help="Wait for the result, or print the job's id and leave it to run."
+    ),
+]
 
 
 @contextmanager
-def connected(url: str) -> Iterator[Client]:
-    """Open a client; say in one line what goes wrong, and leave with exit code 1."""
+def connected(url: str, as_json: bool = False) -> Iterator[Client]:
+    """Open a client; say what goes wrong, in one line or as JSON, and leave with its exit code."""
     try:
         with Client(url) as client:
             yield client
-    except ConnectionFailed as error:
-        leave(f"{error} (start one with `make serve`, or say where it is with --url)")
+    except BrokenPipeError:
+        raise  # whoever read the output has enough; typer ends it quietly
     except (IsomatchError, OSError, ValueError) as error:
-        leave(str(error))
+        leave(error, as_json)
     except KeyboardInterrupt:
         typer.echo("interrupted", err=True)
         raise typer.Exit(INTERRUPTED) from None
@@ -76,12 +124,37 @@ def interrupts_deferred() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def leave(message: str) -> None:
-    typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
-    raise typer.Exit(1) from None
+def leave(error: Exception, as_json: bool = False) -> NoReturn:
+    """Say what went wrong and end the command."""
+    message = str(error)
+    if isinstance(error, ConnectionFailed):
+        message += " (start one with `isomatch serve`, or say where it is with --url)"
+    if as_json:
+        typer.echo(json.dumps(problem_document(error, message)), err=True)
+    else:
+        typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
+    code = REFUSED
+    if isinstance(error, ConnectionFailed | UnexpectedResponse):
+        code = NO_SERVICE
+    elif isinstance(error, JobFailed | JobCancelled):
+        code = NO_RESULT
+    raise typer.Exit(code) from None
+
+
+def problem_document(error: Exception, message: str) -> dict[str, Any]:
+    """Return an error as a problem document: the service's own, if it is one of the service."""
+    if isinstance(error, ProblemError | JobFailed) and error.problem is not None:
+        return error.problem.model_dump(mode="json", exclude_none=True)
+    words = re.findall(r"[A-Z]+[a-z]*", type(error).__name__)
+    return {
+        "type": "urn:isomatch:client:" + "-".join(words).lower(),
+        "title": " ".join(words).capitalize(),
+        "detail": message,
+    }
 
 
 def structure_choices(given: list[str] | None) -> list[StructureChoice]:
+    """Return the structures that options name."""
     try:
         return [structure_choice(text) for text in given or ()]
     except ValueError as error:
@@ -94,6 +167,7 @@ def run(
     output: Path | None,
     picture: Path | None,
     names: Mapping[str, str] = MappingProxyType({}),
+    wait: bool = True,
 ) -> None:
     """Start a job and print its result; cancel it if the user interrupts.
 
@@ -105,16 +179,31 @@ def run(
         In which form the result is wanted.
     names
         What the shapes are called, by their ids.
+    wait
+        Whether to wait for the result at all; otherwise the job's id is printed, or its record.
     """
     job: Job | None = None
     try:
         with interrupts_deferred():
             job = start()
-        finish(job, as_json, output, picture, names)
+        if wait:
+            finish(job, as_json, output, picture, names)
+        else:
+            typer.echo(job.record.model_dump_json() if as_json else job.id)
     except KeyboardInterrupt:
         if job is not None:
             job.cancel()
             typer.echo(f"job {job.id} cancelled", err=True)
+        raise
+
+
+@contextmanager
+def job_left_alone(job: Job) -> Iterator[None]:
+    """Say on Ctrl-C that the job goes on without this command."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"job {job.id} goes on; `isomatch jobs cancel {job.id}` cancels it", err=True)
         raise
 
 
@@ -126,7 +215,8 @@ def finish(
     names: Mapping[str, str] = MappingProxyType({}),
 ) -> None:
     """Wait for a job and print its result."""
-    result = job.result(progress=True)
+    # Who reads JSON reads errors as JSON too: a log of the progress would be in between.
+    result = job.result(progress=not as_json or sys.stderr.isatty())
     if output is not None:
         result.save(output)
     if picture is not None:
@@ -139,17 +229,28 @@ def finish(
         render.print_dissimilarities(result, names, render.standard_output())
 
 
-def uploaded(client: Client, paths: list[Path]) -> list[Shape]:
-    """Upload meshes and say what was repaired of them."""
+def uploaded(client: Client, sources: list[str]) -> list[Shape]:
+    """Upload what are files, look up what are ids, and say what was repaired of them."""
     shapes = []
-    for path in paths:
-        shape = client.upload(path)
-        warnings = [f"{path.name}: {text}" for text in shape.warnings]
+    for source in sources:
+        shape = client.upload(source) if Path(source).is_file() else client.shape(source)
+        warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
         render.print_warnings(warnings, render.standard_error())
         shapes.append(shape)
     return shapes
 
 
-def class_of(mesh: Path) -> str:
-    """Class of a mesh: its file's name up to the first digit."""
-    return re.split(r"\d", mesh.stem, maxsplit=1)[0] or mesh.stem
+def shape_name(source: str, shape: Shape) -> str:
+    """Return what a user calls a shape: the name of the file that was given, or else its own."""
+    return Path(source).name if Path(source).is_file() else shape.name
+
+
+def class_of(name: str) -> str:
+    """Class of a shape: its name up to the first digit."""
+    stem = Path(name).stem
+    return re.split(r"\d", stem, maxsplit=1)[0] or stem
+
+
+def echo_models(documents: Iterable[str]) -> None:
+    """Print JSON documents as a list."""
+    typer.echo("[" + ",\n".join(documents) + "]")

@@ -1,25 +1,32 @@
 """The command line: ``isomatch match a.off b.obj`` and what goes with it."""
 
-from collections.abc import Iterable
+import sys
+from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
 
 from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
-from isomatch._models import JobState
+from isomatch._job_commands import jobs
 from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._serve import serve as start_service
 from isomatch._shell import (
+    EXIT_CODES,
     AsJson,
     Mesh,
     Meshes,
     Output,
     Picture,
+    Quiet,
     Url,
+    Wait,
     class_of,
     connected,
-    finish,
+    echo_models,
+    leave,
     run,
+    shape_name,
     structure_choices,
     uploaded,
 )
@@ -27,11 +34,13 @@ from isomatch._shell import (
 app = typer.Typer(
     name="isomatch",
     help="Minimum-distortion correspondence of non-rigid shapes, computed by an isomatch service.",
+    epilog=EXIT_CODES,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+app.add_typer(jobs)
 
 
 @app.command()
@@ -96,6 +105,7 @@ def match(
     as_json: AsJson = False,
     output: Output = None,
     picture: Picture = None,
+    wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Match two meshes and print the correspondences.
@@ -124,10 +134,10 @@ def match(
         "time_limit": time_limit,
     }
     parameters = {name: value for name, value in given.items() if value not in (None, [])}
-    with connected(url) as client:
+    with connected(url, as_json) as client:
         first, second = uploaded(client, [source, target])
         wanted = cast(MatchParameters, parameters)
-        run(lambda: client.match(first, second, **wanted), as_json, output, picture)
+        run(lambda: client.match(first, second, **wanted), as_json, output, picture, wait=wait)
 
 
 @app.command()
@@ -163,6 +173,7 @@ def compare(
     as_json: AsJson = False,
     output: Output = None,
     picture: Picture = None,
+    wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Compare meshes, all with all, and print how dissimilar they are."""
@@ -178,45 +189,49 @@ def compare(
     }
     parameters = {name: value for name, value in given.items() if value is not None}
     classes = None if labels is None else labels.split(",")
-    if labels_from_names:
-        classes = [class_of(mesh) for mesh in meshes]
-    with connected(url) as client:
+    with connected(url, as_json) as client:
         shapes = uploaded(client, meshes)
+        called = [shape_name(mesh, shape) for mesh, shape in zip(meshes, shapes, strict=True)]
+        if labels_from_names:
+            classes = [class_of(name) for name in called]
+        names = {shape.id: Path(name).stem for shape, name in zip(shapes, called, strict=True)}
         wanted = cast(DissimilarityParameters, parameters)
-        names = {shape.id: mesh.stem for shape, mesh in zip(shapes, meshes, strict=True)}
         run(
             lambda: client.dissimilarities(shapes, classes, **wanted),
             as_json,
             output,
             picture,
             names,
+            wait,
         )
 
 
 @app.command()
-def result(
-    job_id: str,
-    as_json: AsJson = False,
-    output: Output = None,
-    picture: Picture = None,
-    url: Url = DEFAULT_URL,
-) -> None:
-    """Print the result of a job, waiting for it if need be."""
-    with connected(url) as client:
-        finish(client.job(job_id), as_json, output, picture)
-
-
-@app.command()
 def upload(
-    meshes: Meshes,
+    meshes: Annotated[
+        list[str],
+        typer.Argument(help="Files (OFF, OBJ, PLY, STL, GLB); - is the standard input."),
+    ],
+    file_type: Annotated[
+        str | None, typer.Option(help="Format, where the file's name does not tell: off, ply, ...")
+    ] = None,
+    name: Annotated[str | None, typer.Option(help="Name, instead of the file's.")] = None,
     as_json: AsJson = False,
+    quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Upload meshes; the same file again costs nothing."""
-    with connected(url) as client:
-        shapes = [client.upload(mesh) for mesh in meshes]
+    with connected(url, as_json) as client:
+        shapes = [
+            client.upload(
+                sys.stdin.buffer.read() if mesh == "-" else mesh, name, file_type=file_type
+            )
+            for mesh in meshes
+        ]
         if as_json:
-            _echo_models(shape.model_dump_json() for shape in shapes)
+            echo_models(shape.model_dump_json() for shape in shapes)
+        elif quiet:
+            typer.echo("\n".join(shape.id for shape in shapes))
         else:
             render.print_shapes(shapes, render.standard_output())
             for shape in shapes:
@@ -227,7 +242,7 @@ def upload(
 @app.command()
 def structures(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
     """List the metrics and descriptors that can be chosen."""
-    with connected(url) as client:
+    with connected(url, as_json) as client:
         found = client.structures()
         if as_json:
             typer.echo(found.model_dump_json())
@@ -236,42 +251,34 @@ def structures(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
 
 
 @app.command()
-def shapes(as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
-    """List the uploaded shapes."""
-    with connected(url) as client:
+def shapes(as_json: AsJson = False, quiet: Quiet = False, url: Url = DEFAULT_URL) -> None:
+    """List the uploaded shapes, newest first."""
+    with connected(url, as_json) as client:
         if as_json:
-            _echo_models(shape.model_dump_json() for shape in client.shapes())
+            echo_models(shape.model_dump_json() for shape in client.shapes())
+        elif quiet:
+            for shape in client.shapes():
+                typer.echo(shape.id)
         else:
             render.print_shapes(client.shapes(), render.standard_output())
 
 
 @app.command()
-def jobs(
-    state: Annotated[
-        str | None, typer.Option(help="queued, running, succeeded, failed or cancelled.")
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on [127.0.0.1].")] = None,
+    port: Annotated[
+        int | None, typer.Option(help="Port to listen on, 0 for a free one [8000].")
     ] = None,
-    as_json: AsJson = False,
-    url: Url = DEFAULT_URL,
 ) -> None:
-    """List the jobs."""
-    with connected(url) as client:
-        found = client.jobs(cast(JobState | None, state))
-        if as_json:
-            _echo_models(job.record.model_dump_json() for job in found)
-        else:
-            render.print_jobs(found, render.standard_output())
+    """Run the whole service on this machine until interrupted, where it is installed.
 
-
-@app.command()
-def cancel(job_id: str, url: Url = DEFAULT_URL) -> None:
-    """Cancel a job, whether it is queued or running."""
-    with connected(url) as client:
-        job = client.job(job_id).cancel()
-        typer.echo(f"job {job.id} is {job.state}", err=True)
-
-
-def _echo_models(documents: Iterable[str]) -> None:
-    typer.echo("[" + ",\n".join(documents) + "]")
+    Settings are environment variables, ISOMATCH_WORKERS, ISOMATCH_DATA_DIR, and so on.
+    """
+    try:
+        code = start_service(host, port)
+    except FileNotFoundError as error:
+        leave(error)
+    raise typer.Exit(code)
 
 
 if __name__ == "__main__":

@@ -1,24 +1,34 @@
 """The command line, as a shell runs it, against the running service."""
 
+import contextlib
 import json
 import os
+import pty
+import re
+import shlex
 import signal
 import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import IO
 
 import isomatch
 import pytest
+
+from demo.stack import ROOT
 
 COMMAND = [sys.executable, "-m", "isomatch.cli"]
 QUICK = ["--points", "6", "--coarse-points", "6"]
 
 
-def run(*arguments: str | Path, url: str) -> subprocess.CompletedProcess[str]:
+def run(
+    *arguments: str | Path, url: str, stdin: IO[bytes] | None = None
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*COMMAND, *map(str, arguments)],
+        stdin=stdin,
         env={**os.environ, "ISOMATCH_URL": url, "NO_COLOR": "1", "COLUMNS": "100"},
         capture_output=True,
         text=True,
@@ -77,13 +87,51 @@ def test_the_small_commands(url: str, blobs: tuple[Path, Path]) -> None:
     listed = json.loads(run("shapes", "--json", url=url).stdout)
     assert {shape["id"] for shape in uploaded} <= {shape["id"] for shape in listed}
 
+
+def test_pipelines(url: str, blobs: tuple[Path, Path]) -> None:
+    """Upload from a pipe, hand ids on, leave the job, and fetch its result."""
+    with blobs[0].open("rb") as file:
+        first = run("upload", "-", "--file-type", "off", "-q", url=url, stdin=file).stdout.strip()
+    second = run("upload", blobs[1], "--quiet", url=url).stdout.strip()
+    left = run("match", first, second, "--points", "48", "--no-wait", url=url)
+    assert left.returncode == 0, left.stderr
+    job_id = left.stdout.strip()
+
+    told = run("jobs", "follow", job_id, "--json", url=url)
+    assert (told.returncode, told.stderr) == (0, "")
+    states = [json.loads(line)["state"] for line in told.stdout.splitlines()]
+    assert states[-1] == "succeeded"
+    assert run("jobs", "follow", job_id, url=url).stdout.split()[1:3] == ["succeeded", "100%"]
+
+    done = run("jobs", "result", job_id, "--json", url=url)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["source"] == first
+    assert job_id in run("jobs", "list", "--state", "succeeded", "-q", url=url).stdout.split()
+    listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
+    assert job_id in {found["id"] for found in listed}
+    assert job_id in run("jobs", "list", url=url).stdout
+    shown = run("jobs", "show", job_id, url=url).stdout
+    assert "succeeded" in shown
+    assert "100%" in shown
+    assert json.loads(run("jobs", "show", job_id, "--json", url=url).stdout)["id"] == job_id
+    cancelled = run("jobs", "cancel", job_id, url=url)
+    assert f"job {job_id} is succeeded" in cancelled.stderr
+    assert first in run("shapes", "-q", url=url).stdout.split()
+
+
+def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
+    left = run("match", *blobs, "--points", "200", "--no-wait", "--json", url=url)
+    job_id = json.loads(left.stdout)["id"]
+    cancelled = run("jobs", "cancel", job_id, "--json", url=url)
+    assert [job["id"] for job in json.loads(cancelled.stdout)] == [job_id]
     with isomatch.Client(url) as client:
-        job = client.match(uploaded[0]["id"], uploaded[1]["id"], points=6, coarse_points=6)
-    done = run("result", job.id, "--json", url=url)
-    assert json.loads(done.stdout)["source"] == uploaded[0]["id"]
-    assert job.id in run("jobs", "--state", "succeeded", url=url).stdout
-    assert job.id in {found["id"] for found in json.loads(run("jobs", "--json", url=url).stdout)}
-    assert f"job {job.id} is succeeded" in run("cancel", job.id, url=url).stderr
+        client.job(job_id).wait(timeout=30)
+    assert run("jobs", "follow", job_id, url=url).returncode == 4
+    done = run("jobs", "result", job_id, "--json", url=url)
+    assert (done.returncode, done.stdout) == (4, "")
+    problem = json.loads(done.stderr)
+    assert problem["type"] == "urn:isomatch:client:job-cancelled"
+    assert job_id in problem["detail"]
 
 
 def test_structures_are_listed_and_chosen(url: str, blobs: tuple[Path, Path]) -> None:
@@ -109,7 +157,7 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
         ["match", *blobs, "--points", "2"],
         ["match", *blobs, "--metric", "euclidean"],
         ["match", *blobs, "--metric", "diffusion:time=soon"],
-        ["result", "nothing"],
+        ["jobs", "result", "nothing"],
         ["match", *blobs, *QUICK, "-o", tmp_path / "no" / "such" / "folder.json"],
     ]
     for command in commands:
@@ -118,6 +166,14 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
         last = done.stderr.splitlines()[-1]
         assert last.startswith("isomatch: "), done.stderr
         assert "Traceback" not in done.stderr
+
+
+def test_refusals_are_problem_documents_for_programs(url: str, blobs: tuple[Path, Path]) -> None:
+    done = run("match", *blobs, "--points", "2", "--json", url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    problem = json.loads(done.stderr)
+    assert (problem["type"], problem["status"]) == ("urn:isomatch:problem:invalid-request", 422)
+    assert [wrong["field"] for wrong in problem["errors"]] == ["body.points"]
 
 
 def test_wrong_usage(url: str, tmp_path: Path) -> None:
@@ -130,7 +186,54 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
     ):
         done = run(*command, url=url)
         assert (done.returncode, done.stdout) == (2, "")
-    assert run("--help", url=url).returncode == 0
+    shown = run("--help", url=url)
+    assert shown.returncode == 0
+    for word in ("serve", "upload", "match", "compare", "jobs", "Exit codes", "130"):
+        assert word in shown.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_colours_are_for_terminals_that_want_them(url: str) -> None:
+    def said(**environment: str) -> bytes:
+        ours, theirs = pty.openpty()
+        inherited = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
+        with subprocess.Popen(
+            [*COMMAND, "--help"],
+            env={**inherited, "TERM": "xterm-256color", **environment},
+            stdout=theirs,
+            stderr=theirs,
+        ) as process:
+            os.close(theirs)
+            text = b""
+            with contextlib.suppress(OSError):  # what Linux says at the end of a terminal
+                while piece := os.read(ours, 65536):
+                    text += piece
+            os.close(ours)
+        assert process.returncode == 0
+        return text
+
+    colour = re.compile(rb"\x1b\[[0-9;]*3[0-7]")
+    assert colour.search(said())
+    assert not colour.search(said(NO_COLOR="1"))
+
+
+def test_a_reader_that_has_enough(url: str, blobs: tuple[Path, Path]) -> None:
+    program = f"{shlex.join(COMMAND)} structures --json --url {url} | head -c 20"
+    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=False)
+    assert (len(done.stdout), done.stderr) == (20, "")
+
+
+def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
+    away = subprocess.run(
+        [*COMMAND, "serve"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (away.returncode, away.stdout) == (1, "")
+    assert "make serve" in away.stderr
+    here = subprocess.run(
+        [*COMMAND, "serve", "--port", "-1"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert here.returncode == 2  # the application itself refuses such a port
+    assert "PORT" in here.stderr
 
 
 def test_no_service() -> None:
@@ -138,10 +241,34 @@ def test_no_service() -> None:
         listener.bind(("127.0.0.1", 0))
         port = listener.getsockname()[1]
     done = run("shapes", url=f"http://127.0.0.1:{port}")
-    assert (done.returncode, done.stdout) == (1, "")
+    assert (done.returncode, done.stdout) == (3, "")
     assert done.stderr.count("\n") == 1
-    assert "make serve" in done.stderr
+    assert "isomatch serve" in done.stderr
+    as_json = run("shapes", "--json", url=f"http://127.0.0.1:{port}")
+    assert (as_json.returncode, as_json.stdout) == (3, "")
+    assert json.loads(as_json.stderr)["type"] == "urn:isomatch:client:connection-failed"
     assert run("shapes", url="localhost").returncode == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+def test_interrupting_a_follower_leaves_the_job(url: str, blobs: tuple[Path, Path]) -> None:
+    with isomatch.Client(url) as client:
+        job = client.match(*map(client.upload, blobs), points=250)
+        process = subprocess.Popen(
+            [*COMMAND, "jobs", "follow", job.id, "--url", url],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        with process:
+            assert process.stdout is not None
+            process.stdout.readline()
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=30)
+        assert process.returncode == 130, said
+        assert f"job {job.id} goes on" in said
+        assert not job.refresh().finished
+        job.cancel().wait(timeout=30)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")

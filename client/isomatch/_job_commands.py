@@ -1,0 +1,105 @@
+"""``isomatch jobs``: jobs of the service, whoever asked for them."""
+
+from typing import Annotated, cast
+
+import typer
+
+from isomatch import _render as render
+from isomatch._address import DEFAULT_URL
+from isomatch._models import JobState
+from isomatch._shell import (
+    EXIT_CODES,
+    NO_RESULT,
+    AsJson,
+    Output,
+    Picture,
+    Quiet,
+    Url,
+    connected,
+    echo_models,
+    finish,
+    job_left_alone,
+)
+
+JobId = Annotated[str, typer.Argument(help="Id of the job.")]
+JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs.")]
+
+jobs = typer.Typer(
+    name="jobs",
+    help="List, show, follow and cancel jobs, and fetch their results.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+)
+
+
+@jobs.command("list")
+def list_jobs(
+    state: Annotated[
+        str | None, typer.Option(help="queued, running, succeeded, failed or cancelled.")
+    ] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """List the jobs, newest first."""
+    with connected(url, as_json) as client:
+        found = client.jobs(cast(JobState | None, state))
+        if as_json:
+            echo_models(job.record.model_dump_json() for job in found)
+        elif quiet:
+            for job in found:
+                typer.echo(job.id)
+        else:
+            render.print_jobs(found, render.standard_output())
+
+
+@jobs.command()
+def show(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
+    """Show what is known of a job."""
+    with connected(url, as_json) as client:
+        record = client.job(job_id).record
+        if as_json:
+            typer.echo(record.model_dump_json())
+        else:
+            render.print_job(record, render.standard_output())
+
+
+@jobs.command()
+def follow(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
+    """Print a line each time a job changes, until it has ended; Ctrl-C leaves the job alone.
+
+    With --json every line is a JSON document.
+    """
+    with connected(url, as_json) as client:
+        job = client.job(job_id)
+        with job_left_alone(job):
+            for record in job.events():
+                typer.echo(record.model_dump_json() if as_json else render.event_line(record))
+        if job.state != "succeeded":
+            raise typer.Exit(NO_RESULT)
+
+
+@jobs.command()
+def result(
+    job_id: JobId,
+    as_json: AsJson = False,
+    output: Output = None,
+    picture: Picture = None,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Print the result of a job, waiting for it if need be; Ctrl-C leaves the job alone."""
+    with connected(url, as_json) as client:
+        job = client.job(job_id)
+        with job_left_alone(job):
+            finish(job, as_json, output, picture)
+
+
+@jobs.command()
+def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
+    """Cancel jobs, whether queued or running; what has ended stays as it is."""
+    with connected(url, as_json) as client:
+        ended = [client.job(job_id).cancel() for job_id in job_ids]
+        if as_json:
+            echo_models(job.record.model_dump_json() for job in ended)
+        for job in ended:
+            typer.echo(f"job {job.id} is {job.state}", err=True)

@@ -1,0 +1,127 @@
+"""Every command and snippet of the documents is run, in order, against the running service."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from demo.stack import ROOT
+from tests.client.shapes import blob_meshes, write_blobs
+from tests.docs.blocks import Block, Terminal, blocks, statements
+
+DOCUMENTS = [
+    *sorted(ROOT.glob("*.md")),
+    ROOT / "client" / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+]
+LANGUAGES = {"", "sh", "python", "json"}
+"""Blocks without a language are pictures, headers, or answers."""
+
+BEFORE = {
+    "docs/api.md": """
+        import hashlib, hmac, time
+        import isomatch
+        secret, ended = "16 letters or more", {"id": "1", "kind": "match", "state": "failed"}
+        ended |= {"created": "2026-01-01T00:00:00Z", "started": None, "ended": None, "error": None}
+        body = json.dumps({"type": "job.ended", "job": ended | {"path": "/v1/jobs/1"}}).encode()
+        now = str(int(time.time())).encode()
+        digest = hmac.new(secret.encode(), now + b"." + body, hashlib.sha256).hexdigest()
+        headers = {"Isomatch-Signature": f"t={now.decode()},v1={digest}"}
+    """,
+}
+"""What a snippet takes for granted, by document."""
+
+SAYS = {"client/README.md": ("points: ", "body.points", "urn:isomatch:problem:", "cancelled")}
+"""What the snippets of a document print, among other things."""
+
+LEAVES = {
+    "README.md": ("match.png", "matrix.png"),
+    "client/README.md": ("match.png", "match.json", "matrix.png"),
+}
+"""Files that are there afterwards."""
+
+
+def name_of(document: Path) -> str:
+    return document.relative_to(ROOT).as_posix()
+
+
+def in_language(document: Path, language: str) -> list[Block]:
+    return [block for block in blocks(document) if block.language == language]
+
+
+def with_code(language: str) -> list[Path]:
+    return [document for document in DOCUMENTS if in_language(document, language)]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Where the documents' ``a.off`` and ``b.obj`` are, and another shape for ``*.off``."""
+    write_blobs(tmp_path)
+    mesh = blob_meshes()[0]
+    mesh.vertices = mesh.vertices * [1.0, 1.3, 0.7]
+    mesh.export(tmp_path / "c.off")
+    return tmp_path
+
+
+def test_no_block_is_passed_over() -> None:
+    for document in DOCUMENTS:
+        for block in blocks(document):
+            assert block.language in LANGUAGES, f"{name_of(document)}:{block.line}"
+    assert {"README.md", "client/README.md", "docs/api.md"} <= {name_of(d) for d in DOCUMENTS}
+    assert {name_of(document) for document in with_code("python")} >= {*BEFORE, *SAYS}
+    assert {name_of(document) for document in with_code("sh")} >= set(LEAVES)
+
+
+@pytest.mark.parametrize("document", with_code("python"), ids=name_of)
+def test_python(document: Path, url: str, folder: Path) -> None:
+    before = BEFORE.get(name_of(document), "")
+    lines = ["import json, warnings", "warnings.simplefilter('error')"]
+    lines += [line.strip() for line in before.splitlines()]
+    program = "\n".join([*lines, *(block.code for block in in_language(document, "python"))])
+    done = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=200,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    for said in SAYS.get(name_of(document), ()):
+        assert said in done.stdout
+
+
+@pytest.mark.parametrize("document", with_code("sh"), ids=name_of)
+def test_commands(document: Path, url: str, folder: Path) -> None:
+    terminal = Terminal(folder, url)
+    for block in in_language(document, "sh"):
+        for statement in statements(block.code):
+            terminal.run(statement)
+    for name in LEAVES.get(name_of(document), ()):
+        assert (folder / name).stat().st_size > 100
+
+
+@pytest.mark.parametrize("document", with_code("json"), ids=name_of)
+def test_json(document: Path) -> None:
+    for block in in_language(document, "json"):
+        json.loads(block.code)
+
+
+def test_a_wrong_command_is_noticed(url: str, folder: Path) -> None:
+    terminal = Terminal(folder, url)
+    for wrong in (
+        "make frobnicate",
+        "isomatch frobnicate",
+        "isomatch shapes --frobnicate",
+        "curl -f http://127.0.0.1:8000/v1/frobnicate",
+        "docker compose -f docker/frobnicate.yaml up",
+        "python -m bench.pair --frobnicate",
+        "curl http://127.0.0.1:8000/v1/jobs/d1ae…",
+        'curl http://127.0.0.1:8000/v1/jobs  # → {"id": "d1ae…", …}',
+    ):
+        with pytest.raises(AssertionError):
+            terminal.run(wrong)
+    terminal.run("a=1")
+    assert terminal.run("echo $a") == "1\n"
