@@ -5,10 +5,10 @@ BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo serve test lint format openapi bench lock clean
+.PHONY: help demo serve test test-containers lint format openapi bench lock clean
 
 help:  ## list the targets
-	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 18
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 24
 
 $(VENV)/runtime: requirements/runtime.txt client/pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit("isomatch needs Python 3.11 or newer") if sys.version_info < (3, 11) else None'
@@ -31,11 +31,17 @@ test: $(VENV)/dev  ## the checks and all tests
 	$(MAKE) --no-print-directory lint
 	$(BIN)/python -m pytest
 
-lint: $(VENV)/dev  ## style, types, and the direction of imports
+test-containers: $(VENV)/dev  ## build the images and run them, with an engine of its own (Debian, as root, ten minutes)
+	$(BIN)/python -m pytest -v -p no:cacheprovider --timeout 1800 tests/containers/checks.py
+
+lint: $(VENV)/dev  ## style, types, the direction of imports, and what is in docker/
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/hadolint docker/Dockerfile
+	$(BIN)/check-jsonschema --quiet --builtin-schema vendor.compose-spec docker/compose*.yaml
+	$(BIN)/kubernetes-validate --strict --quiet docker/kubernetes/[!k]*.yaml
 
 format: $(VENV)/dev  ## put the code in house style
 	$(BIN)/ruff check --fix .
@@ -61,6 +67,7 @@ lock: $(VENV)/dev  ## renew requirements/*.txt from the pyproject files
 	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in -o requirements/runtime.txt
 	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in --extra dev \
 		-c requirements/runtime.txt -o requirements/dev.txt
+	$(LOCK) $(UPGRADE) requirements/service.in -c requirements/runtime.txt -o requirements/service.txt
 
 clean:  ## remove what the targets above made
 	rm -rf $(VENV) demo-output bench-output isomatch-data

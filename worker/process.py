@@ -33,6 +33,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m worker", description=__doc__)
     parser.add_argument("--burst", action="store_true", help="leave when the queues are empty")
     parser.add_argument(
+        "--warm-up", action="store_true", help="compile and keep what jobs need, and leave"
+    )
+    parser.add_argument(
         "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
     )
     options = parser.parse_args()
@@ -46,6 +49,9 @@ def main() -> int:
     if options.parent is not None:
         die_with_parent(options.parent)
     forks_die_with_parent()
+    if options.warm_up:
+        warm_up()
+        return 0
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2

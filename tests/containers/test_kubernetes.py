@@ -1,0 +1,155 @@
+"""The manifests for Kubernetes: confined pods, probes that find something, busy workers left alone."""
+
+from typing import Any
+
+import kubernetes_validate
+import pytest
+import yaml
+
+from service.app import create_app
+from service.settings import Settings
+from tests.containers.manifests import KUBERNETES, Pod, objects, pods, settings_names
+from worker.queue import QUEUES, QueueSettings
+from worker.settings import WorkerSettings
+
+OURS = ("isomatch-api", "isomatch-worker")
+PODS = {pod.name: pod for pod in pods()}
+
+
+def of_kind(kind: str) -> list[dict[str, Any]]:
+    return [each for each in objects() if each["kind"] == kind]
+
+
+def chosen_by(labels: dict[str, str]) -> list[Pod]:
+    return [pod for pod in PODS.values() if labels.items() <= pod.labels.items()]
+
+
+def test_there_is_something_to_look_at() -> None:
+    assert set(PODS) == {*OURS, "isomatch-burst", "isomatch-queue", "isomatch-cache"}
+
+
+@pytest.mark.parametrize("pod", PODS.values(), ids=PODS)
+def test_pods_are_confined(pod: Pod) -> None:
+    whole, container = pod.spec["securityContext"], pod.container["securityContext"]
+    assert whole["runAsNonRoot"] is True
+    assert whole["runAsUser"] == (10001 if "isomatch-" in pod.container["image"] else 999)
+    assert whole["seccompProfile"] == {"type": "RuntimeDefault"}
+    assert container == {
+        "allowPrivilegeEscalation": False,
+        "readOnlyRootFilesystem": True,
+        "capabilities": {"drop": ["ALL"]},
+    }
+    assert pod.spec["automountServiceAccountToken"] is False
+    # Kubernetes would set ISOMATCH_..._PORT and the like for each of the services.
+    assert pod.spec["enableServiceLinks"] is False
+    assert "memory" in pod.container["resources"]["limits"]
+    volumes = {each["name"] for each in pod.spec.get("volumes", ())}
+    volumes |= {
+        each["metadata"]["name"] for each in pod.owner["spec"].get("volumeClaimTemplates", ())
+    }
+    assert {mount["name"] for mount in pod.container["volumeMounts"]} == volumes
+
+
+@pytest.mark.parametrize("pod", PODS.values(), ids=PODS)
+def test_probes_ask_what_is_there(pod: Pod) -> None:
+    paths = create_app(Settings(redis_url="redis://nowhere")).openapi()["paths"]
+    probes = {name: probe for name, probe in pod.container.items() if name.endswith("Probe")}
+    if pod.name == "isomatch-burst":
+        assert not probes, "a job ends by itself"
+        return
+    assert {"startupProbe", "livenessProbe"} <= set(probes)
+    for probe in probes.values():
+        if "httpGet" in probe:
+            assert "get" in paths[probe["httpGet"]["path"]]
+            (port,) = pod.container["ports"]
+            assert probe["httpGet"]["port"] == port["name"]
+        elif "exec" in probe:
+            assert probe["exec"]["command"] in (
+                ["python", "-m", "worker.health"],
+                ["valkey-cli", "-e", "ping"],
+            )
+
+
+def test_settings_have_the_names_that_are_read() -> None:
+    read = settings_names(Settings, WorkerSettings) | {"REDIS_PASSWORD"}
+    for name in (*OURS, "isomatch-burst"):
+        assert set(PODS[name].environment()) <= read
+
+
+def test_secrets_are_named_and_not_told() -> None:
+    assert not of_kind("Secret")
+    for pod in PODS.values():
+        for variable in pod.container["env"]:
+            if "PASSWORD" in variable["name"] or "KEY" in variable["name"]:
+                assert variable["valueFrom"]["secretKeyRef"]["name"] == "isomatch"
+
+
+def test_addresses_are_those_of_services() -> None:
+    services = {each["metadata"]["name"]: each["spec"] for each in of_kind("Service")}
+    for pod in PODS.values():
+        for variable in pod.container["env"]:
+            if variable["name"].endswith("_URL"):
+                host, port = variable["value"].split("@")[1].split("/")[0].split(":")
+                assert services[host]["ports"][0]["port"] == int(port)
+    for service in services.values():
+        (chosen,) = [
+            pod for pod in PODS.values() if service["selector"].items() <= pod.labels.items()
+        ]
+        assert service["ports"][0]["targetPort"] == chosen.container["ports"][0]["name"]
+
+
+def test_selectors_choose_pods() -> None:
+    for each in objects():
+        selector = each["spec"].get("selector") if "spec" in each else None
+        if isinstance(selector, dict) and "matchLabels" in selector:
+            assert any(
+                selector["matchLabels"].items() <= pod.labels.items() for pod in PODS.values()
+            )
+    for policy in of_kind("NetworkPolicy"):
+        for rule in policy["spec"]["podSelector"].get("matchExpressions", ()):
+            for value in rule["values"]:
+                assert any(pod.labels[rule["key"]] == value for pod in PODS.values())
+
+
+def test_no_busy_worker_is_stopped() -> None:
+    (settings,) = of_kind("ConfigMap")
+    longest = int(settings["data"]["ISOMATCH_JOB_TIMEOUT"])
+    assert longest == QueueSettings().job_timeout
+    for name in ("isomatch-worker", "isomatch-burst"):
+        assert PODS[name].spec["terminationGracePeriodSeconds"] > longest
+    memory = int(settings["data"]["ISOMATCH_JOB_MEMORY_MB"])
+    for name in ("isomatch-worker", "isomatch-burst"):
+        limit = PODS[name].container["resources"]["limits"]["memory"]
+        assert memory <= 0.75 * int(limit.removesuffix("Gi")) * 1024
+    burst = PODS["isomatch-burst"]
+    assert burst.container["args"] == ["--burst"]
+    assert burst.spec["restartPolicy"] == "Never"
+    assert burst.owner["spec"]["rollout"] == {"strategy": "gradual"}
+    scaled = [each["spec"]["scaleTargetRef"]["name"] for each in of_kind("HorizontalPodAutoscaler")]
+    assert scaled == ["isomatch-api"]
+    assert not of_kind("ScaledObject")
+
+
+def test_the_scaling_looks_at_the_queues_that_there_are() -> None:
+    (scaled,) = of_kind("ScaledJob")
+    lists = [trigger["metadata"]["listName"] for trigger in scaled["spec"]["triggers"]]
+    assert lists == [f"rq:queue:{name}" for name in QUEUES]
+    (password,) = of_kind("TriggerAuthentication")
+    for trigger in scaled["spec"]["triggers"]:
+        assert trigger["authenticationRef"]["name"] == password["metadata"]["name"]
+    # There is no schema of KEDA's own objects here; the job that it makes of this is Kubernetes'.
+    job = {
+        "apiVersion": "batch/v1",
+        "kind": "Job",
+        "metadata": {"name": "burst"},
+        "spec": scaled["spec"]["jobTargetRef"],
+    }
+    kubernetes_validate.validate(job, "1.37", strict=True)
+
+
+def test_kustomizations_name_all_files() -> None:
+    for file in KUBERNETES.rglob("kustomization.yaml"):
+        kustomization = yaml.safe_load(file.read_text())
+        beside = {each.name for each in file.parent.glob("*.yaml")} - {file.name}
+        assert set(kustomization["resources"]) - {".."} == beside
+        assert {image["name"] for image in kustomization["images"]} == set(OURS)
