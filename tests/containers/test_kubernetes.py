@@ -1,4 +1,4 @@
-"""The manifests for Kubernetes: confined pods, probes that find something, busy workers left alone."""
+"""The manifests for Kubernetes: confined pods, honest probes, and no busy worker that is stopped."""
 
 from typing import Any
 
