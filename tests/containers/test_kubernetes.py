@@ -1,4 +1,4 @@
-"""The manifests for Kubernetes: confined pods, honest probes, and no busy worker that is stopped."""
+"""The manifests for Kubernetes: confined pods, honest probes, no busy worker that is stopped."""
 
 from typing import Any
 
