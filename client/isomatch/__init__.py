@@ -22,6 +22,7 @@ from isomatch._errors import (
     IsomatchError,
     JobCancelled,
     JobFailed,
+    MissingExtra,
     NotFound,
     ProblemError,
     ServiceError,
@@ -38,6 +39,7 @@ from isomatch._errors import (
     UnsupportedFormat,
     WaitTimeout,
 )
+from isomatch._geometry import Geometry
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._meshes import MeshLike
@@ -78,6 +80,7 @@ __all__ = [
     "EndedJob",
     "Example",
     "FieldProblem",
+    "Geometry",
     "Gone",
     "InvalidRequest",
     "InvalidSignature",
@@ -93,6 +96,7 @@ __all__ = [
     "Match",
     "MatchParameters",
     "MeshLike",
+    "MissingExtra",
     "NotFound",
     "PartialDissimilarities",
     "Problem",

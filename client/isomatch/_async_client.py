@@ -14,6 +14,7 @@ from isomatch._async_prototype_client import AsyncPrototypeClient
 from isomatch._async_transport import AsyncTransport
 from isomatch._client import Client
 from isomatch._dissimilarities import Dissimilarities
+from isomatch._geometry import Geometry
 from isomatch._match import Match
 from isomatch._meshes import MeshSource
 from isomatch._models import JobState, Shape, Structures
@@ -90,6 +91,10 @@ class AsyncClient(AsyncPrototypeClient):
     @documented_as(Client.mesh)
     async def mesh(self, shape: Shape | str) -> bytes:
         return await self._transport.run(operations.get_mesh(shape))
+
+    @documented_as(Client.geometry)
+    async def geometry(self, shape: Shape | str) -> Geometry:
+        return await self._transport.run(operations.get_geometry(shape))
 
     @documented_as(Client.delete_shape)
     async def delete_shape(self, shape: Shape | str) -> None:

@@ -3,7 +3,7 @@
 import os
 from collections.abc import AsyncGenerator
 from contextlib import aclosing
-from typing import Any, Generic, Self, cast
+from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
 
@@ -15,6 +15,9 @@ from isomatch._job_record import RecordedJob
 from isomatch._models import JobRecord
 from isomatch._result import Result
 from isomatch._twins import documented_as
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ResultT = TypeVar("ResultT", bound=Result, default=Any)
 
@@ -54,6 +57,10 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
             wait = operations.watch_job if progress else operations.wait_for_job
             await self._transport.run(wait(self.id, timeout, self._remember))
         return cast(ResultT, await self._transport.run(operations.get_result(self._record)))
+
+    @documented_as(Job.plot)
+    async def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
+        return await self._transport.run(operations.plot_result(self._record, path))
 
     @documented_as(Job.cancel)
     async def cancel(self) -> Self:

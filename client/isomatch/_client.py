@@ -10,6 +10,7 @@ import httpx2
 from isomatch import _operations as operations
 from isomatch._address import address, key
 from isomatch._dissimilarities import Dissimilarities
+from isomatch._geometry import Geometry
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._meshes import MeshSource
@@ -152,6 +153,16 @@ class Client(PrototypeClient):
             There is none with this id.
         """
         return self._transport.run(operations.get_mesh(shape))
+
+    def geometry(self, shape: Shape | str) -> Geometry:
+        """Return the surface of a shape, given itself or its id, as arrays.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return self._transport.run(operations.get_geometry(shape))
 
     def delete_shape(self, shape: Shape | str) -> None:
         """Delete a shape, given itself or its id.

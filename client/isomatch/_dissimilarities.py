@@ -1,7 +1,8 @@
 """The result of comparing a collection of shapes."""
 
+from collections.abc import Sequence
 from functools import cached_property
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +15,14 @@ from pydantic import (
     WithJsonSchema,
 )
 
+from isomatch._geometry import Geometry
 from isomatch._models import Answer, JobState
 from isomatch._parameters import DissimilarityParameters
+from isomatch._plotting import plot_matrix
 from isomatch._result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def _numbers(given: Any) -> npt.NDArray[np.float64]:
@@ -115,6 +121,13 @@ class Dissimilarities(Result):
         square = np.zeros_like(self.matrix)
         square[np.triu_indices(len(square), 1)] = self.lower_bounds
         return square + square.T
+
+    def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
+        names = self.labels or [shape[:8] for shape in self.shapes]
+        title = f"{len(self.shapes)} shapes"
+        if self.mean_average_precision is not None:
+            title += f", mean average precision {self.mean_average_precision:.3f}"
+        return plot_matrix(self.matrix, names, self.labels, title)
 
 
 class PartialDissimilarities(Answer):

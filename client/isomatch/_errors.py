@@ -25,6 +25,7 @@
     ├── InvalidSignature            a webhook is not signed with the secret (also a ValueError)
     ├── JobFailed                   the job ended without a result; carries the problem document
     ├── JobCancelled                the job was cancelled before it ended
+    ├── MissingExtra                an optional part is not installed (also an ImportError)
     └── WaitTimeout                 it did not end in time and goes on (also a TimeoutError)
 
 Arguments that no request can be made of (a path that does not exist, arrays of the wrong shape)
@@ -154,6 +155,13 @@ class ServiceUnavailable(ServiceError):  # noqa: N818 - named as HTTP names it
 
 class InvalidSignature(IsomatchError, ValueError):  # noqa: N818 - said of the signature
     """A webhook is not signed with the secret, or not lately."""
+
+
+class MissingExtra(IsomatchError, ImportError):  # noqa: N818 - said of what is not installed
+    """An optional part of this package is not installed; the message says how to get it."""
+
+    def __init__(self, extra: str, needed: str) -> None:
+        super().__init__(f"this needs {needed}: pip install 'isomatch[{extra}]'")
 
 
 class JobFailed(IsomatchError):  # noqa: N818 - said of an event

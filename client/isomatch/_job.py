@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Generator
-from typing import Any, Generic, Self, cast
+from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
 
@@ -12,6 +12,9 @@ from isomatch._job_record import RecordedJob
 from isomatch._models import JobRecord
 from isomatch._result import Result
 from isomatch._transport import BlockingTransport
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 ResultT = TypeVar("ResultT", bound=Result, default=Any)
 
@@ -78,7 +81,28 @@ class Job(RecordedJob, Generic[ResultT]):
         if not self.finished:
             wait = operations.watch_job if progress else operations.wait_for_job
             self._transport.run(wait(self.id, timeout, self._remember))
-        return cast(ResultT, self._transport.run(operations.get_result(self._record)))
+        found = self._transport.run(operations.get_result(self._record))
+        found._geometry_of = lambda shape: self._transport.run(operations.get_geometry(shape))
+        return cast(ResultT, found)
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
+        """Draw the result of a job that has ended with matplotlib: see :meth:`isomatch.Match.plot`.
+
+        Parameters
+        ----------
+        path
+            File to write the figure to; its ending tells the format.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed.
+        Conflict, JobFailed, JobCancelled
+            There is no result (yet).
+        OSError
+            The file cannot be written.
+        """
+        return self._transport.run(operations.plot_result(self._record, path))
 
     def cancel(self) -> Self:
         """Cancel the job, whether it is queued or running, and return it.

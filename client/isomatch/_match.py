@@ -1,15 +1,22 @@
 """The result of a match."""
 
+from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import FiniteFloat
 
+from isomatch._geometry import Geometry
 from isomatch._models import Alternative, Correspondences, Level
 from isomatch._parameters import MatchParameters
+from isomatch._plotting import plot_correspondence
 from isomatch._refinement import Refinement
 from isomatch._result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Match(Result, Correspondences):
@@ -75,3 +82,17 @@ class Match(Result, Correspondences):
     def unmatched_vertices(self) -> npt.NDArray[np.int64]:
         """Source vertices left unmatched, shape (m,), int64."""
         return np.array(self.unmatched, dtype=np.int64)
+
+    def shapes_drawn(self) -> tuple[str, ...]:
+        """Return the ids of the shapes whose surfaces :meth:`plot` needs: source and target."""
+        return self.source, self.target
+
+    def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
+        source, target = surfaces
+        places = [source.positions(self.pairs[:, 0]), target.positions(self.pairs[:, 1])]
+        if self.refinement is not None:
+            corners = target.positions(self.refinement.refined_vertices)
+            places[1] = np.einsum("nc,ncd->nd", self.refinement.refined_weights, corners)
+        proof = "proven optimal" if self.certified else f"gap {self.gap:.2g}"
+        title = f"{len(self.pairs)} corresponding points, energy {self.energy:.4g}, {proof}"
+        return plot_correspondence(surfaces, places, title)

@@ -5,10 +5,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Protocol, TypeAlias, runtime_checkable
+from typing import BinaryIO, Final, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
+
+from isomatch._arrays import checked_arrays, checked_colors
 
 
 @runtime_checkable
@@ -25,9 +27,22 @@ class MeshLike(Protocol):
 
 
 MeshSource: TypeAlias = (
-    str | os.PathLike[str] | bytes | BinaryIO | tuple[npt.ArrayLike, npt.ArrayLike] | MeshLike
+    str
+    | os.PathLike[str]
+    | bytes
+    | BinaryIO
+    | tuple[npt.ArrayLike, npt.ArrayLike]
+    | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike | None]
+    | MeshLike
 )
-"""A path; a file's bytes; an open binary file; arrays (vertices, faces); or an object with both."""
+"""A path; a file's bytes; an open binary file; arrays (vertices, faces) or (vertices, faces,
+colours); or an object with vertices and faces."""
+
+
+_WHAT_A_SHAPE_IS: Final = (
+    "a shape is a path, bytes, an open binary file, a tuple (vertices, faces) or (vertices, faces, "
+    "colours), or an object with .vertices and .faces, not "
+)
 
 
 @dataclass(frozen=True)
@@ -65,17 +80,16 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
             yield MeshFile(_file_name(path.name, extension), file)
     elif isinstance(source, bytes | bytearray | memoryview):
         yield MeshFile(_file_name("", extension), bytes(source))
-    elif isinstance(source, tuple) and len(source) == 2:
-        yield MeshFile("mesh.ply", binary_ply(source[0], source[1]))
+    elif isinstance(source, tuple):
+        if len(source) not in (2, 3):
+            raise TypeError(_WHAT_A_SHAPE_IS + f"a tuple of {len(source)}")
+        yield MeshFile("mesh.ply", binary_ply(*source))
     elif isinstance(source, MeshLike):
         yield MeshFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
     elif hasattr(source, "read"):
         yield MeshFile(_file_name(_name_of(source), extension), source)
     else:
-        raise TypeError(
-            "a shape is a path, bytes, an open binary file, a tuple (vertices, faces), or an "
-            f"object with .vertices and .faces, not {type(source).__name__}"
-        )
+        raise TypeError(_WHAT_A_SHAPE_IS + type(source).__name__)
 
 
 def _name_of(file: object) -> str:
@@ -105,31 +119,25 @@ def _colors(mesh: object) -> npt.ArrayLike | None:
 def binary_ply(
     vertices: npt.ArrayLike, faces: npt.ArrayLike, colors: npt.ArrayLike | None = None
 ) -> bytes:
-    """Write a triangle mesh as little-endian binary PLY; positions keep their full precision.
+    """Write a triangle mesh as little-endian binary PLY, exactly and in the order given.
 
     Parameters
     ----------
     vertices
-        Positions, shape (V, 3).
+        Positions, shape (V, 3), kept in float64.
     faces
         Vertex indices from 0, shape (F, 3).
     colors
-        RGB or RGBA, 0 to 255, shape (V, 3) or (V, 4); alpha is left out.
+        RGB or RGBA of each vertex, shape (V, 3) or (V, 4), integers from 0 to 255 or floats from
+        0 to 1; alpha is left out.
 
     Raises
     ------
     ValueError
-        An array has the wrong shape, or faces are not integers a PLY file can hold.
+        An array has the wrong shape or type, a coordinate of a vertex that a face names is not
+        finite, a face names a vertex that is not there, or a colour is out of range.
     """
-    points = _table("vertices", np.asarray(vertices, dtype=np.float64))
-    triangles = np.asarray(faces)
-    if triangles.size and not np.issubdtype(triangles.dtype, np.integer):
-        raise ValueError(f"faces must be integers, not {triangles.dtype}")
-    triangles = _table("faces", triangles)
-    limits = np.iinfo(np.int32)
-    if triangles.size and not limits.min <= triangles.min() <= triangles.max() <= limits.max:
-        raise ValueError("faces must be vertex indices that fit 32 bits")
-
+    points, triangles = checked_arrays(vertices, faces)
     fields: list[tuple[str, str, tuple[int, ...]]] = [("position", "<f8", (3,))]
     properties = [f"property double {axis}" for axis in "xyz"]
     if colors is not None:
@@ -138,7 +146,7 @@ def binary_ply(
     vertex_table = np.empty(len(points), dtype=fields)
     vertex_table["position"] = points
     if colors is not None:
-        vertex_table["color"] = np.asarray(colors)[:, :3]
+        vertex_table["color"] = checked_colors(colors, len(points))
     face_table = np.empty(len(triangles), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
     face_table["count"] = 3
     face_table["corners"] = triangles
@@ -153,9 +161,3 @@ def binary_ply(
         "end_header\n",
     ]
     return "\n".join(header).encode() + vertex_table.tobytes() + face_table.tobytes()
-
-
-def _table(name: str, array: npt.NDArray[np.generic]) -> npt.NDArray[np.generic]:
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"{name} must have the shape (n, 3), not {array.shape}")
-    return array

@@ -1,18 +1,25 @@
 """What all results have in common: the document they are read from."""
 
 import os
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from pydantic import PrivateAttr
 
+from isomatch._geometry import Geometry
 from isomatch._models import Answer
+from isomatch._plotting import saved
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Result(Answer):
     """A result document of the service, with its contents as typed values."""
 
     _document: bytes | None = PrivateAttr(default=None)
+    _geometry_of: Callable[[str], Geometry] | None = PrivateAttr(default=None)
 
     @classmethod
     def from_json(cls, document: bytes | str) -> Self:
@@ -40,3 +47,47 @@ class Result(Answer):
             The file cannot be written.
         """
         Path(path).write_bytes(self.to_json())
+
+    def plot(self, *surfaces: Geometry, path: str | os.PathLike[str] | None = None) -> "Figure":
+        """Draw the result with matplotlib, which ``pip install isomatch[plot]`` brings.
+
+        Of a match, both shapes, matched points in common colours; of dissimilarities, a heat map.
+
+        Parameters
+        ----------
+        surfaces
+            The shapes that :meth:`shapes_drawn` names, as :meth:`isomatch.Client.geometry` has
+            them. A result of a :class:`isomatch.Client` that is still open asks for them itself.
+        path
+            File to write the figure to; its ending tells the format.
+
+        Returns
+        -------
+        The figure; ``matplotlib.pyplot.show()`` shows it.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed.
+        ValueError
+            Not all surfaces that are needed are given, and none can be asked for.
+        OSError
+            The file cannot be written.
+        """
+        needed = self.shapes_drawn()
+        if not surfaces and self._geometry_of is not None:
+            surfaces = tuple(map(self._geometry_of, needed))
+        if len(surfaces) != len(needed):
+            raise ValueError(
+                f"give the {len(needed)} shapes that are drawn, as in "
+                "match.plot(client.geometry(match.source), client.geometry(match.target)), "
+                "or use job.plot()"
+            )
+        return saved(self._figure(surfaces), path)
+
+    def shapes_drawn(self) -> tuple[str, ...]:
+        """Return the ids of the shapes whose surfaces :meth:`plot` needs."""
+        return ()
+
+    def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
+        raise NotImplementedError(f"there is no figure of a {type(self).__name__} yet")

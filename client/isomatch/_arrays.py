@@ -1,0 +1,84 @@
+"""Arrays that are to become a mesh, checked before anything is sent."""
+
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+_MOST: Final = np.iinfo(np.int32).max
+
+
+def checked_arrays(
+    vertices: npt.ArrayLike, faces: npt.ArrayLike
+) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
+    """Return positions (V, 3), float64, and faces (F, 3), int32, that fit one another.
+
+    Raises
+    ------
+    ValueError
+        An array has the wrong shape or type, a face names a vertex that is not there, or a
+        coordinate of a vertex that a face names is not finite.
+    """
+    given = _table("vertices", vertices)
+    if not np.can_cast(given.dtype, np.float64, "same_kind"):
+        raise ValueError(f"vertices must be real numbers, not {given.dtype}")
+    points = given.astype(np.float64)
+    triangles = _table("faces", faces)
+    if not triangles.size:
+        raise ValueError("faces must name one triangle at least")
+    if not np.issubdtype(triangles.dtype, np.integer):
+        raise ValueError(
+            f"faces must be integers, not {triangles.dtype}; faces.astype(int) if they are whole"
+        )
+    if len(points) > _MOST:
+        raise ValueError(f"there are {len(points)} vertices; a file takes {_MOST}")
+    wrong = (triangles < 0) | (triangles >= len(points))
+    if wrong.any():
+        row, column = np.argwhere(wrong)[0]
+        raise ValueError(
+            f"faces[{row}, {column}] is {triangles[row, column]}, but vertices count from 0 to "
+            f"{len(points) - 1}"
+        )
+    # Vertices of no face may be anywhere, or nowhere: the service leaves them aside.
+    named = np.zeros(len(points), dtype=bool)
+    named[triangles] = True
+    nowhere = named & ~np.isfinite(points).all(axis=1)
+    if nowhere.any():
+        row = int(np.argmax(nowhere))
+        raise ValueError(f"vertices[{row}] is {points[row].tolist()}; coordinates must be finite")
+    return points, triangles.astype(np.int32)
+
+
+def checked_colors(colors: npt.ArrayLike, count: int) -> npt.NDArray[np.uint8]:
+    """Return colours of `count` vertices as RGB, (V, 3), uint8.
+
+    Raises
+    ------
+    ValueError
+        There are not as many, they are no RGB or RGBA, or they are out of range.
+    """
+    given = np.asarray(colors)
+    if given.ndim != 2 or given.shape[0] != count or given.shape[1] not in (3, 4):
+        raise ValueError(
+            f"colors must have the shape ({count}, 3) or ({count}, 4), not {given.shape}"
+        )
+    if np.issubdtype(given.dtype, np.floating):
+        scale, most = 255.0, 1.0
+    elif np.issubdtype(given.dtype, np.integer):
+        scale, most = 1.0, 255
+    else:
+        raise ValueError(f"colors must be integers or floats, not {given.dtype}")
+    rgb = given[:, :3]
+    if rgb.size and not ((rgb >= 0) & (rgb <= most)).all():
+        raise ValueError(f"colors of type {given.dtype} must be between 0 and {most}")
+    return np.rint(rgb * scale).astype(np.uint8)
+
+
+def _table(name: str, values: npt.ArrayLike) -> npt.NDArray[Any]:
+    try:
+        array = np.asarray(values)
+    except ValueError as error:
+        raise ValueError(f"{name} must be an array of the shape (n, 3): {error}") from error
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ValueError(f"{name} must have the shape (n, 3), not {array.shape}")
+    return array

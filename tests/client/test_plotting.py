@@ -1,0 +1,150 @@
+"""Figures of results, drawn without a display."""
+
+import asyncio
+import struct
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import isomatch
+import matplotlib as mpl
+import numpy as np
+import pytest
+from isomatch._plotting import place_colors
+from matplotlib import pyplot
+from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
+from mpl_toolkits.mplot3d.art3d import Path3DCollection, Poly3DCollection
+
+from tests.client.shapes import blob_meshes
+
+Pair = tuple[isomatch.Shape, isomatch.Shape]
+
+
+@pytest.fixture(autouse=True)
+def no_display() -> Iterator[None]:
+    mpl.use("Agg")
+    yield
+    pyplot.close("all")
+
+
+def drawn_points(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Positions and colours of the points in each part of a figure."""
+    found = []
+    for axes in figure.axes:
+        (points,) = (part for part in axes.collections if isinstance(part, Path3DCollection))
+        found.append((np.column_stack(points._offsets3d), PathCollection.get_facecolor(points)))
+    return found
+
+
+def test_the_geometry_has_the_vertices_of_the_file(client: isomatch.Client, pair: Pair) -> None:
+    for shape, mesh in zip(pair, blob_meshes(), strict=True):
+        geometry = client.geometry(shape)
+        assert geometry.faces.shape == mesh.faces.shape
+        assert geometry.colors is None
+        numbers = np.arange(len(mesh.vertices))
+        np.testing.assert_allclose(geometry.positions(numbers), mesh.vertices, atol=1e-6)
+        assert geometry.positions(mesh.faces).shape == (*mesh.faces.shape, 3)
+        with pytest.raises(ValueError, match="no vertex 642"):
+            geometry.positions([0, 642])
+
+
+def test_geometry_has_colours_and_only_vertices_of_faces(client: isomatch.Client) -> None:
+    points = np.vstack([np.full((2, 3), 9.0), np.eye(3)])
+    colors = np.arange(15, dtype=np.uint8).reshape(5, 3)
+    geometry = client.geometry(client.upload((points, [[2, 3, 4]], colors)))
+    np.testing.assert_array_equal(geometry.vertex_ids, [2, 3, 4])
+    assert geometry.colors is not None
+    np.testing.assert_array_equal(geometry.colors, colors[2:])
+    np.testing.assert_allclose(geometry.positions([4, 2]), points[[4, 2]], atol=1e-7)
+    with pytest.raises(ValueError, match="no vertex 1"):
+        geometry.positions([1])
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"OFF", b"isogeom1" + struct.pack("<3I4x4d", 3, 1, 0, *[0] * 4)]
+)
+def test_what_is_no_geometry(data: bytes) -> None:
+    with pytest.raises(ValueError, match="geometry"):
+        isomatch.Geometry.from_bytes(data)
+
+
+def test_a_match_is_drawn(client: isomatch.Client, pair: Pair, tmp_path: Path) -> None:
+    match = client.match(*pair, points=8, coarse_points=6).result()
+    figure = match.plot()
+    match.plot(path=tmp_path / "match.pdf")
+    assert (tmp_path / "match.pdf").read_bytes().startswith(b"%PDF")
+    (source, colors), (target, same) = drawn_points(figure)
+    first, second = blob_meshes()
+    np.testing.assert_allclose(source, first.vertices[match.pairs[:, 0]], atol=1e-6)
+    np.testing.assert_allclose(target, second.vertices[match.pairs[:, 1]], atol=1e-6)
+    np.testing.assert_array_equal(colors, same)
+    assert len(np.unique(colors, axis=0)) == 8
+    for axes in figure.axes:
+        (skin,) = (part for part in axes.collections if isinstance(part, Poly3DCollection))
+        assert len(skin.get_facecolor()) == 1280
+
+    match.save(tmp_path / "match.json")
+    kept = isomatch.Match.from_json((tmp_path / "match.json").read_bytes())
+    with pytest.raises(ValueError, match="give the 2 shapes"):
+        kept.plot()
+    again = kept.plot(*map(client.geometry, kept.shapes_drawn()))
+    np.testing.assert_array_equal(drawn_points(again)[1][0], target)
+
+
+def test_refined_points_are_drawn_where_they_are(client: isomatch.Client, pair: Pair) -> None:
+    job = client.match(*pair, points=8, coarse_points=6, refine="gmds").wait()
+    match = job.result()
+    assert match.refinement is not None
+    places = match.refinement.refined_positions(blob_meshes()[1].vertices)
+    np.testing.assert_allclose(drawn_points(job.plot())[1][0], places, atol=1e-6)
+
+
+def test_a_matrix_is_drawn_in_the_order_of_its_labels(
+    client: isomatch.Client, pair: Pair, tmp_path: Path
+) -> None:
+    mesh = blob_meshes()[0]
+    long = client.upload((mesh.vertices * [1.0, 1.0, 2.0], mesh.faces))
+    shapes, labels = [pair[0], long, pair[1]], ["round", "long", "round"]
+    found = client.dissimilarities(shapes, labels, points=4, eigenpairs=30).result()
+    figure = found.plot(path=tmp_path / "matrix.png")
+    assert (tmp_path / "matrix.png").read_bytes().startswith(b"\x89PNG")
+    axes = figure.axes[0]
+    (image,) = axes.images
+    drawn = image.get_array()
+    assert drawn is not None
+    np.testing.assert_array_equal(drawn, found.matrix[np.ix_([1, 0, 2], [1, 0, 2])])
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["long", "round", "round"]
+
+
+def test_an_async_job_is_drawn(url: str, pair: Pair, tmp_path: Path) -> None:
+    async def program() -> None:
+        async with isomatch.AsyncClient(url) as client:
+            job = await client.match(*pair, points=6, coarse_points=6)
+            match = await job.result()
+            figure = await job.plot(tmp_path / "match.svg")
+            assert len(drawn_points(figure)[0][0]) == 6
+            with pytest.raises(ValueError, match=r"job.plot\(\)"):
+                match.plot()
+
+    asyncio.run(program())
+    assert b"<svg" in (tmp_path / "match.svg").read_bytes()
+
+
+def test_near_points_have_like_colours() -> None:
+    points = np.random.default_rng(7).normal(size=(50, 3)) * [1.0, 10.0, 0.0]
+    colors = place_colors(points)
+    assert colors.min() >= 0.0
+    assert colors.max() <= 1.0
+    np.testing.assert_allclose(colors, place_colors(points * 5.0 - 3.0), atol=1e-12)
+    assert place_colors(points[:0]).shape == (0, 3)
+
+
+def test_without_matplotlib_it_says_what_to_install(
+    client: isomatch.Client, pair: Pair, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    match = client.match(*pair, points=6, coarse_points=6).result()
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(isomatch.MissingExtra, match=r"pip install 'isomatch\[plot\]'") as missing:
+        match.plot()
+    assert isinstance(missing.value, ImportError)
