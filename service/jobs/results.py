@@ -1,8 +1,8 @@
 """``/v1/jobs/{id}/result``: as a document, as a picture, as arrays."""
 
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Request, Response
+from fastapi import APIRouter, Header, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from service.answers import AcceptEncoding
@@ -44,9 +44,13 @@ _ERRORS: Final = responses(
 )
 
 
-def _file(description: str, media_type: str) -> dict[str, Any]:
-    schema = {"type": "string", "format": "binary"}
-    return {"description": description, "content": {media_type: {"schema": schema}}}
+_BYTES: Final = "application/octet-stream"
+_PICTURE: Final = "image/png"
+
+
+def _file(description: str, *media_types: str) -> dict[str, Any]:
+    content = {"schema": {"type": "string", "format": "binary"}}
+    return {"description": description, "content": dict.fromkeys(media_types, content)}
 
 
 @router.get(
@@ -63,7 +67,7 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
 @router.get(
     "/{job_id}/result.npz",
     response_class=Response,
-    responses={200: _file("The arrays", "application/x-npz"), **_ERRORS},
+    responses={200: _file("The arrays", _BYTES), **_ERRORS},
     operation_id="get_arrays",
 )
 def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
@@ -80,23 +84,29 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     arrays = service.store.jobs.arrays(job_id)
     if arrays is None:
         raise result_expired()
-    return Response(arrays, media_type="application/x-npz")
+    headers = {"Content-Disposition": f'attachment; filename="{job_id}.npz"'}
+    return Response(arrays, media_type=_BYTES, headers=headers)
 
 
 @router.get(
     "/{job_id}/result.png",
     response_class=Response,
     responses={
-        200: _file("The picture", "image/png"),
+        200: _file("The picture", _PICTURE, _BYTES),
         **_ERRORS,
         **responses(ResultExpired, JobExpired, ShapeDeleted, PrototypeDeleted, PictureNotReady),
     },
     operation_id="get_picture",
 )
 async def get_picture(
-    job_id: JobId, service: ServiceOf, request_id: RequestId, caller: Caller, request: Request
+    job_id: JobId,
+    service: ServiceOf,
+    request_id: RequestId,
+    caller: Caller,
+    request: Request,
+    accept: Annotated[str, Header(include_in_schema=False)] = "",
 ) -> Response:
-    """Draw the result of a job.
+    """Draw the result of a job, as PNG; as plain bytes for those who accept nothing else.
 
     Of a match, both shapes, with corresponding points in the same colour; of dissimilarities, a
     heat map, in the order of the labels.
@@ -112,7 +122,8 @@ async def get_picture(
             if record is not None and record.error is not None:
                 raise Reported(record.error)
             raise PictureNotReady("The picture takes long to draw; ask again.")
-    return Response(picture, media_type="image/png")
+    plain = accept.partition(";")[0].strip() == _BYTES
+    return Response(picture, media_type=_BYTES if plain else _PICTURE, headers={"Vary": "Accept"})
 
 
 def _drawable(service: Service, job_id: str) -> None:

@@ -133,7 +133,9 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
     responses={
         200: {
             "description": "The archive",
-            "content": {"application/x-npz": {"schema": {"type": "string", "format": "binary"}}},
+            "content": {
+                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
+            },
         },
         **responses(PrototypeNotFound, PrototypeExpired, InvalidRequest),
     },
@@ -148,7 +150,7 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
     if data is None:
         raise _missing(service, prototype)
     headers = {"Content-Disposition": f'attachment; filename="{prototype}.npz"'}
-    return Response(data, media_type="application/x-npz", headers=headers)
+    return Response(data, media_type="application/octet-stream", headers=headers)
 
 
 def _missing(service: Service, prototype: str) -> ApiProblem:

@@ -33,7 +33,9 @@ def drawn_points(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
     found = []
     for axes in figure.axes:
         (points,) = (part for part in axes.collections if isinstance(part, Path3DCollection))
-        found.append((np.column_stack(points._offsets3d), PathCollection.get_facecolor(points)))
+        found.append(
+            (np.column_stack(points._offsets3d), np.asarray(PathCollection.get_facecolor(points)))
+        )
     return found
 
 

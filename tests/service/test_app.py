@@ -182,7 +182,6 @@ def test_every_call_has_examples() -> None:
                     if content["schema"].get("format") == "binary":
                         assert kind in (
                             "application/octet-stream",
-                            "application/x-npz",
                             "image/png",
                         )
                         continue

@@ -54,7 +54,8 @@ def test_a_collection_is_compared(
     matrix = np.array(result.matrix)
     assert (matrix == matrix.T).all()
     packed = http.get(job["links"]["arrays"])
-    assert packed.headers["content-type"] == "application/x-npz"
+    assert packed.headers["content-type"] == "application/octet-stream"
+    assert f'"{job["id"]}.npz"' in packed.headers["content-disposition"]
     with np.load(io.BytesIO(packed.content), allow_pickle=False) as arrays:
         assert arrays["matrix"] == pytest.approx(matrix)
         assert arrays["shapes"].tolist() == shapes

@@ -90,6 +90,9 @@ def test_the_picture(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     assert first.content.startswith(b"\x89PNG")
     assert api.store.jobs.picture(job["id"]) == first.content
     assert http.get(job["links"]["picture"]).content == first.content
+    plain = http.get(job["links"]["picture"], headers={"accept": "application/octet-stream"})
+    assert plain.headers["content-type"] == "application/octet-stream"
+    assert plain.content == first.content
     # Jobs that only serve others are not listed.
     kinds = {item["kind"] for item in http.get("/v1/jobs").json()["items"]}
     assert {"match"} <= kinds <= {"match", "dissimilarities"}

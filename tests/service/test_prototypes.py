@@ -113,7 +113,7 @@ def test_what_is_downloaded_is_the_same_when_it_comes_back(
     http: httpx2.Client, prototype: PrototypeRecord, archive: bytes
 ) -> None:
     answer = http.get(f"/v1/prototypes/{prototype.id}/archive")
-    assert answer.headers["content-type"] == "application/x-npz"
+    assert answer.headers["content-type"] == "application/octet-stream"
     assert f"{prototype.id}.npz" in answer.headers["content-disposition"]
     known = send(http, archive, "under another name")
     assert known.status_code == 200
