@@ -26,8 +26,8 @@ def landmark_vertices(
     Raises
     ------
     OptionError
-        A number is not part of its mesh, or two of them are of vertices that repair has merged;
-        it names the pair and the side.
+        A number is not part of its mesh, or two of them are of vertices that repair or
+        simplification has merged; it names the pair and the side.
     """
     ids = np.array(landmarks, dtype=np.int64).reshape(-1, 2)
     found = np.empty_like(ids)
@@ -45,8 +45,8 @@ def landmark_vertices(
             if vertex in seen:
                 raise OptionError(
                     field,
-                    f"vertex {ids[place, side]} lies in the same place as that of an earlier pair,"
-                    " and both were merged; leave one of the pairs out",
+                    f"vertex {ids[place, side]} was merged with that of an earlier pair, being in"
+                    " the same place or simplified away; leave one of the pairs out",
                 )
             seen.add(vertex)
     return found

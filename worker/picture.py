@@ -1,6 +1,6 @@
 """A match as a picture: both shapes, corresponding points in the same colour and joined."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
+from worker.coloring import colors_by_place, colors_carried
 from worker.contracts import MatchResult
 from worker.view import source_view, target_view
 
@@ -27,11 +28,15 @@ _LIGHT = np.array([-0.35, 0.55, 0.76])
 
 @dataclass(frozen=True, eq=False)
 class _Scene:
-    """One shape as it lies on the paper: x to the right, y up, z towards the reader."""
+    """One shape as it lies on the paper: x to the right, y up, z towards the reader.
+
+    Its surface has one colour, or one at each vertex.
+    """
 
     vertices: FloatArray
     faces: IntArray
     points: FloatArray
+    colors: FloatArray = field(default_factory=lambda: _SKIN)
 
 
 def draw_match(
@@ -150,7 +155,12 @@ def _scenes(
     numbers = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
     here = first[_vertices(source, numbers)]
     there = _target_points(target, second, result)
-    return _beside((first, source.faces, here), (second, target.faces, there))
+    left, right = _beside((first, source.faces, here), (second, target.faces, there))
+    if result.dense is None:
+        return left, right
+    colors = colors_by_place(left.vertices)
+    carried = colors_carried(colors, source, target, result.dense)
+    return replace(left, colors=colors), replace(right, colors=carried)
 
 
 def _beside(
@@ -197,7 +207,10 @@ def _draw_surface(axes: Axes, scene: _Scene) -> None:
     corners = scene.vertices[scene.faces]
     order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
     shade = _shades(scene)[order]
-    colors = np.clip(_SKIN * shade[:, None], 0.0, 1.0)
+    skin = scene.colors
+    if skin.ndim == 2:
+        skin = skin[scene.faces].mean(axis=1)[order]
+    colors = np.clip(skin * shade[:, None], 0.0, 1.0)
     # Edges in the face's own colour close the hairlines that antialiasing leaves between faces.
     axes.add_collection(
         PolyCollection(

@@ -31,7 +31,7 @@ from worker.delivery import deliver
 from worker.failures import ResultGone, ShapeGone, problem_of
 from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
-from worker.matches import Side, match_prototype, match_shapes, result_from_blob
+from worker.matches import Side, arrays_of, match_prototype, match_shapes, result_from_blob
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
 from worker.picture import draw_match, draw_prototype_match
 from worker.prototypes import learn, stored_prototype, validate
@@ -120,7 +120,7 @@ class Runner:
             case DeliveryPayload() as payload:
                 deliver(self.store, payload, self.webhooks)
             case MatchPayload() as payload:
-                return self._match(payload, reporter)
+                return self._match(payload, record.id, reporter)
             case PrototypePayload() as payload:
                 learned = learn(payload, record, self.store, self.name, reporter)
                 return learned.model_dump_json().encode()
@@ -167,7 +167,7 @@ class Runner:
         finally:
             self.store.spectra.settle(payload.key)
 
-    def _match(self, payload: MatchPayload, reporter: Reporter) -> bytes:
+    def _match(self, payload: MatchPayload, job: str, reporter: Reporter) -> bytes:
         start = time.perf_counter()
         control, matching = reporter.control(0.0, SPECTRA_SHARE), reporter.control(SPECTRA_SHARE)
         if is_prototype(payload.source):
@@ -187,6 +187,7 @@ class Runner:
         # What the solver need not compute any more is still part of the wait.
         timings["spectra"] = timings.get("spectra", 0.0) + waited
         timings["total"] = time.perf_counter() - start
+        self.store.jobs.set_arrays(job, arrays_of(result))
         return result.model_copy(update={"timings": timings}).model_dump_json().encode()
 
     def _side(self, shape: str, payload: MatchPayload, control: Control) -> Side:

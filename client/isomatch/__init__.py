@@ -11,6 +11,7 @@ from importlib.metadata import version as _version
 from isomatch._async_client import AsyncClient
 from isomatch._async_job import AsyncJob
 from isomatch._client import Client
+from isomatch._dense import DenseCorrespondence
 from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._errors import (
     BadRequest,
@@ -74,6 +75,7 @@ __all__ = [
     "Conflict",
     "ConnectionFailed",
     "Correspondence",
+    "DenseCorrespondence",
     "Dissimilarities",
     "DissimilarityParameters",
     "Distortion",

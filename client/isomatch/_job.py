@@ -135,12 +135,12 @@ class Job(RecordedJob, Generic[ResultT]):
         self._transport.run(operations.save_picture(self.id, path))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
-        """Write dissimilarities in full precision to a NumPy file, ``.npz``.
+        """Write the result's arrays, in full precision, to a NumPy file, ``.npz``.
 
         Raises
         ------
         Conflict
-            There is no result (yet), or it is a match.
+            There is no result (yet), or none that has arrays.
         OSError
             The file cannot be written.
         """

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import FiniteFloat
 
+from isomatch._dense import DenseCorrespondence
 from isomatch._geometry import Geometry
 from isomatch._models import Alternative, Correspondences, Level
 from isomatch._parameters import MatchParameters
@@ -56,6 +57,8 @@ class Match(Result, Correspondences):
     refinement
         Where the matched points lie between the target's vertices; None if that was not asked
         for (``refine="gmds"``), or fewer than three points were matched.
+    dense
+        The match extended to all vertices; None likewise (``dense=True``).
     warnings
         What the service wants known about this answer.
     timings
@@ -75,6 +78,7 @@ class Match(Result, Correspondences):
     levels: tuple[Level, ...]
     unmatched: tuple[int, ...]
     refinement: Refinement | None = None
+    dense: DenseCorrespondence | None = None
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 

@@ -63,6 +63,11 @@ class MatchParameters(TypedDict, total=False):
         ``"gmds"`` to find where the matched points lie on the target between its vertices, by
         generalized multidimensional scaling (section 7.1), which :attr:`Match.refinement` then
         has; None not to [None].
+    dense
+        Whether to extend the match to all vertices, which :attr:`Match.dense` then has [False].
+    landmarks
+        Pairs of vertices known to correspond, in the files of the source and of the target, at
+        most 32; they are matched with one another and decide between symmetric solutions [[]].
     normalise
         Scale both shapes to unit area first. If False, distances and the parameters of structures
         are in the files' unit of length, and parameters left out suit the geometric mean of both
@@ -93,6 +98,8 @@ class MatchParameters(TypedDict, total=False):
     alternatives: int
     objective: str
     refine: str | None
+    dense: bool
+    landmarks: list[tuple[int, int]]
     normalise: bool
     largest_component: bool
     simplify: int | None

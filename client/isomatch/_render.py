@@ -69,6 +69,7 @@ def match_summary(match: Match) -> Table:
         "certified levels": certified_levels(match),
         "alternatives": str(len(match.alternatives)),
         "refinement": _refinement(match.refinement),
+        "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
         "unmatched": str(len(match.unmatched)),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }

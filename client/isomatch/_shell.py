@@ -161,6 +161,16 @@ def structure_choices(given: list[str] | None) -> list[StructureChoice]:
         raise typer.BadParameter(str(error)) from error
 
 
+def landmarks(given: list[str] | None) -> list[tuple[int, int]]:
+    try:
+        pairs = [tuple(map(int, text.split(":"))) for text in given or ()]
+    except ValueError as error:
+        raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203") from error
+    if any(len(pair) != 2 for pair in pairs):
+        raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203")
+    return [(pair[0], pair[1]) for pair in pairs]
+
+
 def run(
     start: Callable[[], Job],
     as_json: bool,

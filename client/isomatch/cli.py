@@ -24,6 +24,7 @@ from isomatch._shell import (
     class_of,
     connected,
     echo_models,
+    landmarks,
     leave,
     run,
     shape_name,
@@ -88,6 +89,13 @@ def match(
     refine: Annotated[
         str | None, typer.Option(help="gmds: find the points between the target's vertices.")
     ] = None,
+    dense: Annotated[
+        bool | None, typer.Option("--dense", help="Extend the match to all vertices.")
+    ] = None,
+    landmark: Annotated[
+        list[str] | None,
+        typer.Option(help="Vertices known to correspond, as in 17:203; may be repeated."),
+    ] = None,
     normalise: Annotated[
         bool | None,
         typer.Option(help="Scale both shapes to unit area first, or keep the files' units."),
@@ -129,6 +137,8 @@ def match(
         "alternatives": alternatives,
         "objective": objective,
         "refine": refine,
+        "dense": dense,
+        "landmarks": landmarks(landmark),
         "largest_component": largest_component,
         "simplify": simplify,
         "time_limit": time_limit,

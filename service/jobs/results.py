@@ -71,14 +71,16 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
     operation_id="get_arrays",
 )
 def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
-    """Return the dissimilarities of a collection as NumPy arrays, in full precision.
+    """Return a result as NumPy arrays, in full precision, in a file that needs no pickle.
 
-    The file needs no pickle to be read: `shapes` and `labels`, `matrix` (K, K), and for the pairs
-    (0, 1), (0, 2), ..., (1, 2), ... `lower_bounds` and `certified`; `nearest` has the places of
-    each shape's nearest neighbours.
+    Of dissimilarities, `shapes` and `labels`, `matrix` (K, K), and for the pairs (0, 1), (0, 2),
+    ..., (1, 2), ... `lower_bounds` and `certified`; `nearest` has the places of each shape's
+    nearest neighbours. Of a match, `source`, `target` and `costs` of the pairs, `unmatched`, and
+    as far as asked for `dense_source` and `dense_target`, `refined_vertices` and
+    `refined_weights`.
     """
     record = job_with_result(service, job_id)
-    if record.kind is not JobKind.DISSIMILARITIES:
+    if record.kind not in (JobKind.DISSIMILARITIES, JobKind.MATCH):
         raise JobWithoutResult(f"A {record.kind.value} makes no arrays; ask for its result.")
     packed_result(service, job_id)
     arrays = service.store.jobs.arrays(job_id)

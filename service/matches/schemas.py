@@ -41,6 +41,12 @@ class MatchRequest(MatchParameters, JobRequest):
                     "source": "p-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
                     "target": "37b51d194a7513e45b56f6524f2d51f2",
                 },
+                {
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                    "landmarks": [[17, 203], [1040, 88]],
+                    "dense": True,
+                },
             ]
         }
     )

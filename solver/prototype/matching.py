@@ -73,6 +73,10 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     """
     if options.refine is not None:
         raise OptionError("refine", "a prototype has no surface; leave it out")
+    if options.dense:
+        raise OptionError("dense", "a prototype has no surface; leave it out")
+    if options.landmarks:
+        raise OptionError("landmarks", "a prototype has no vertices; leave them out")
     if options.objective != L2:
         raise OptionError("objective", f"a prototype is matched by likelihood; it must be {L2}")
     usual = MatchOptions()

@@ -231,6 +231,7 @@ def test_the_types_of_the_parameters_are_those_of_the_schema(
         int | None: {"integer", "null"},
         float | None: {"number", "null"},
         str | None: {"string", "null"},
+        list[tuple[int, int]]: {"array of array of integer"},
         StructureChoice: {"string", "object"},
         StructureChoice | list[StructureChoice]: {
             "string",

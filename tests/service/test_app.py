@@ -246,7 +246,8 @@ def test_a_worker_that_cannot_start_says_why_in_a_line(settings: dict[str, str])
 
 def test_a_store_that_nobody_runs_is_named(tmp_path: Path) -> None:
     nobody = f"unix://{tmp_path}/nobody.sock"
-    said = started("service", ISOMATCH_REDIS_URL=nobody, ISOMATCH_REDIS_PATIENCE="0.2")
+    settings = {"ISOMATCH_REDIS_PATIENCE": "0.2", "ISOMATCH_PORT": "0"}
+    said = started("service", ISOMATCH_REDIS_URL=nobody, **settings)
     assert said.returncode == 1
     assert "isomatch: no Redis answers at ISOMATCH_REDIS_URL" in said.stderr
     assert "Traceback" not in said.stderr

@@ -31,7 +31,8 @@ def pair(figures: Pair) -> tuple[Shape, Shape]:
 def mirrored(figure: SyntheticShape) -> IntArray:
     """The vertex on the other side of the body of each vertex."""
     apart = np.linalg.norm((figure.rest * [-1.0, 1.0, 1.0])[:, None] - figure.rest, axis=2)
-    return np.argmin(apart, axis=1).astype(np.int64)
+    nearest: IntArray = np.argmin(apart, axis=1).astype(np.int64)
+    return nearest
 
 
 @pytest.mark.parametrize("crossed", [False, True])
@@ -128,6 +129,6 @@ def test_two_landmarks_in_one_place() -> None:
     faces[row, corner] = len(mesh.vertices)
     seamed = Shape(triangle_mesh(vertices, faces))
     known = ((0, 0), (len(mesh.vertices), 5))
-    with pytest.raises(OptionError, match="same place") as refusal:
+    with pytest.raises(OptionError, match="merged") as refusal:
         match(seamed, Shape(mesh), MatchOptions(points=8, landmarks=known))
     assert refusal.value.field == "landmarks.1.0"

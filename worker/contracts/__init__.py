@@ -45,6 +45,7 @@ from worker.contracts.prototypes import (
 from worker.contracts.results import (
     Alternative,
     Correspondence,
+    DenseCorrespondence,
     Distortion,
     Level,
     MatchResult,
@@ -66,6 +67,7 @@ __all__ = [
     "Delivery",
     "DeliveryPayload",
     "DeliveryState",
+    "DenseCorrespondence",
     "DescriptorName",
     "DissimilaritiesPayload",
     "DissimilarityParameters",

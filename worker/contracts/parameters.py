@@ -1,6 +1,6 @@
 """The parameters of a match, under the names the solver gives them."""
 
-from typing import Final, Literal, TypeAlias
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
@@ -13,8 +13,12 @@ ObjectiveName: TypeAlias = Literal["l2", "linf"]
 RefinementName: TypeAlias = Literal["gmds"]
 GeodesicMethod: TypeAlias = Literal["graph", "fast_marching", "heat", "exact"]
 
+Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True)]
+Landmark: TypeAlias = Annotated[tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False)]
+"""A vertex of the source's file and one of the target's."""
+
 DENSE_EIGENPAIRS: Final = 100
-"""Eigenpairs of the dense map that a refinement begins with."""
+"""Eigenpairs of dense maps, which refinements begin with too."""
 
 
 class MatchParameters(BaseModel):
@@ -115,6 +119,21 @@ class MatchParameters(BaseModel):
         " vertices, by generalized multidimensional scaling, section 7.1: `refinement` of the"
         " result; null not to.",
     )
+    dense: bool = Field(
+        default=False,
+        description="Whether to extend the match to all vertices: `dense` of the result.",
+    )
+    landmarks: tuple[Landmark, ...] = Field(
+        default=(),
+        max_length=32,
+        strict=False,
+        description="Pairs of vertices that are known to correspond, 0-based in the files of the"
+        " source and of the target. They are matched with one another, count among `points`, and"
+        " decide between symmetric solutions: one on a hand tells left from right. For a"
+        " vertex that repair or `simplify` has merged into another, that other stands. With"
+        ' `occlusion_cost`, they too may stay unmatched. Not with objective "linf".',
+        examples=[[[17, 203], [1040, 88]]],
+    )
     normalise: bool = Field(
         default=True,
         description="Scale both shapes to unit area first, so that shapes of any size compare. If"
@@ -151,6 +170,18 @@ class MatchParameters(BaseModel):
             raise ValueError('"linf" matches every point; leave `occlusion_cost` out')
         return value
 
+    @field_validator("landmarks")
+    @classmethod
+    def _can_be(cls, value: tuple[Landmark, ...], info: ValidationInfo) -> tuple[Landmark, ...]:
+        points = info.data.get("points", len(value))
+        if len(value) > points:
+            raise ValueError(f"{len(value)} landmarks are more than `points`, which is {points}")
+        if value and info.data.get("objective") == "linf":
+            raise ValueError('"linf" takes no landmarks; leave them out, or `objective`')
+        if any(len(set(side)) < len(value) for side in zip(*value, strict=True)):
+            raise ValueError("a vertex is in two pairs; leave one of them out")
+        return value
+
     @property
     def metrics(self) -> tuple[Choice, ...]:
         """The metrics by level, coarsest first; the last holds for all further levels."""
@@ -165,16 +196,20 @@ class MatchParameters(BaseModel):
 
     @property
     def needs_spectrum(self) -> bool:
-        """Whether any level, or the refinement, looks at the spectrum of the shapes."""
+        """Whether any level, or what extends the match, looks at the spectrum of the shapes."""
         described = any(choice.about.spectral for choice in self.descriptors)
         spectral = any(choice.about.spectral for choice in self.metrics)
-        refined = self.refine is not None
-        return refined or spectral or (described and self.first_order_weight > 0)
+        return self.extended or spectral or (described and self.first_order_weight > 0)
+
+    @property
+    def extended(self) -> bool:
+        """Whether the match is extended by a dense map, for all vertices or to be refined."""
+        return self.dense or self.refine is not None
 
     @property
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape, and kept: no less than any part needs."""
-        return self.eigenpairs if self.refine is None else max(self.eigenpairs, DENSE_EIGENPAIRS)
+        return max(self.eigenpairs, DENSE_EIGENPAIRS) if self.extended else self.eigenpairs
 
     def spectrum_key(self, shape: str, vertices: int, components: int) -> SpectrumKey:
         """Return the name of the spectrum that is needed of a shape.

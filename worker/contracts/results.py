@@ -115,6 +115,25 @@ class Refinement(_Part):
     )
 
 
+class DenseCorrespondence(_Part):
+    """A map of all vertices of the source's surface; both lists are of the same length."""
+
+    hypothesis: int = Field(
+        ge=0,
+        description="What was extended: 0 for `correspondences`, j for the j-th of `alternatives`,"
+        " if the map that this leads to preserves more.",
+    )
+    source: tuple[int, ...] = Field(
+        description="0-based vertex indices in the source's file, ascending: all that the matched"
+        " surface has. Vertices of no face or of another component are not among them; one that"
+        " `simplify` has removed goes where the one that stands for it does."
+    )
+    target: tuple[int, ...] = Field(
+        description="The vertex of the target's file that each of them corresponds to; several"
+        " may go to one."
+    )
+
+
 class MatchResult(_Part):
     """A minimum-distortion correspondence, with what is proven of it."""
 
@@ -150,6 +169,11 @@ class MatchResult(_Part):
         default=None,
         description="The matched points between the target's vertices; null if that was not asked"
         " for, or if fewer than three points were matched.",
+    )
+    dense: DenseCorrespondence | None = Field(
+        default=None,
+        description="The match extended to all vertices; null if that was not asked for, or if"
+        " fewer than three points were matched.",
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
