@@ -37,7 +37,7 @@ class Matched:
     right: BoolArray
 
 
-def draw_pair(axes: Axes, matched: Matched) -> None:
+def draw_pair(axes: Axes, matched: Matched, colored: bool = False) -> None:
     """Draw two shapes beside one another, their matched points joined, wrong ones in red.
 
     Parameters
@@ -46,13 +46,19 @@ def draw_pair(axes: Axes, matched: Matched) -> None:
         Where.
     matched
         What; both shapes are seen from the side from which the source looks widest.
+    colored
+        Whether the meshes, which must have colours then, are drawn in them.
     """
     view = source_view(matched.source.vertices - matched.source.vertices.mean(axis=0))
     left, right = _seen(view, matched.source), _seen(view, matched.target)
     left[:, 0] -= left[:, 0].max() + 0.5 * _GAP
     right[:, 0] += 0.5 * _GAP - right[:, 0].min()
     for places, mesh in ((left, matched.source), (right, matched.target)):
-        _draw_surface(axes, places, mesh.faces)
+        skin = _SKIN
+        if colored:
+            assert mesh.colors is not None
+            skin = mesh.colors[mesh.faces].mean(axis=1)
+        _draw_surface(axes, places, mesh.faces, skin)
     ends = np.stack([left[matched.here, :2], right[matched.there, :2]], axis=1)
     colors = [_RIGHT if right else _WRONG for right in matched.right]
     axes.add_collection(LineCollection(list(ends), colors=colors, linewidths=0.8, alpha=0.7))
@@ -71,13 +77,13 @@ def _seen(view: View, mesh: TriangleMesh) -> FloatArray:
     return places
 
 
-def _draw_surface(axes: Axes, places: FloatArray, faces: IntArray) -> None:
+def _draw_surface(axes: Axes, places: FloatArray, faces: IntArray, skin: FloatArray) -> None:
     corners = places[faces]
     order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
     shade = 0.6 + 0.4 * np.clip(normals @ _LIGHT, 0.0, 1.0)
-    colors = (shade[:, None] * _SKIN)[order]
+    colors = (shade[:, None] * skin)[order]
     axes.add_collection(
         PolyCollection(
             list(corners[order][:, :, :2]), facecolors=colors, edgecolors=colors, linewidths=0.2

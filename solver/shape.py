@@ -52,7 +52,7 @@ DEFAULT_EIGENPAIRS = 100
 
 WITHOUT_COLORS = (
     "the shape has no vertex colours; choose another descriptor, or upload the shape in a format "
-    "that has them, such as PLY"
+    "that has them, such as PLY, GLB, or OBJ zipped with its materials"
 )
 
 

@@ -66,14 +66,15 @@ def shapes_given(given: GivenT) -> GivenT:
 
 Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+_FORMATS = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print ids and nothing else.")]
 Mesh = Annotated[
     str,
-    typer.Argument(callback=shapes_given, help="A file (OFF, OBJ, PLY, STL, GLB) or a shape's id."),
+    typer.Argument(callback=shapes_given, help=f"A file ({_FORMATS}) or a shape's id."),
 ]
 Meshes = Annotated[
     list[str],
-    typer.Argument(callback=shapes_given, help="Files (OFF, OBJ, PLY, STL, GLB) or shapes' ids."),
+    typer.Argument(callback=shapes_given, help=f"Files ({_FORMATS}) or shapes' ids."),
 ]
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", help="Write the result to this JSON file.")

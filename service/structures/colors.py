@@ -46,7 +46,7 @@ def check_colors(
     )
     if wrong:
         raise InvalidRequest(
-            "Choose another descriptor, or upload the shape in a format that has vertex colours,"
-            " such as PLY.",
+            "Choose another descriptor, or upload the shape in a format that has colours,"
+            " such as PLY, GLB, or OBJ zipped with its materials.",
             wrong,
         )

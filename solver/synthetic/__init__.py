@@ -6,7 +6,7 @@ from solver.synthetic.pose import Pose
 from solver.synthetic.proportions import carried
 from solver.synthetic.repertoire import HUMAN_POSES
 from solver.synthetic.shapes import SyntheticShape, articulated, correspondence, human
-from solver.synthetic.texture import painted
+from solver.synthetic.texture import clothed, painted
 from solver.synthetic.topology import glued, near_in_space, punched
 from solver.synthetic.transformations import Transformed, noisy, remeshed, scaled
 
@@ -21,6 +21,7 @@ __all__ = [
     "Transformed",
     "articulated",
     "carried",
+    "clothed",
     "correspondence",
     "glued",
     "human",
