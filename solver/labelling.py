@@ -8,17 +8,18 @@ distortion of what is matched, and γ for every source point that is not. Of dis
 negative, zero only for a perfect correspondence, and a relative gap has a meaning that γ does not
 dilute.
 
-Pairwise costs have two forms, which add up: distortions of two metrics, computed where they are
-needed from the two distance matrices, and explicit terms on some pairs of candidates.
+Pairwise costs have three forms, which add up: distortions of two metrics, computed where they are
+needed from the two distance matrices; a table of all pairs of candidates, such as the likelihoods
+of (6); and explicit terms on some pairs of candidates.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.pairwise import NO_TERMS, PairwiseCosts, PairwiseTerms, pairwise_sums
+from solver.pairwise import NO_TABLE, NO_TERMS, PairwiseCosts, PairwiseTerms, pairwise_sums
 
 UNMATCHED = -1
 """Marks a source point without a partner wherever an array holds partners."""
@@ -43,6 +44,9 @@ class LabellingProblem:
         γ ≥ 0, what an unmatched source point costs; ``inf`` when every one must be matched.
     terms
         Explicit pairwise costs, in addition to the metrics' distortions.
+    table
+        (V, V) symmetric costs of all pairs of candidates, in addition, or `NO_TABLE`; 0 where
+        candidates exclude one another.
     """
 
     candidates: IntArray
@@ -52,6 +56,7 @@ class LabellingProblem:
     beta: float = 1.0
     occlusion_cost: float = np.inf
     terms: PairwiseTerms = NO_TERMS
+    table: FloatArray = field(default_factory=lambda: NO_TABLE)
 
     def __post_init__(self) -> None:
         count = len(self.candidates)
@@ -68,6 +73,10 @@ class LabellingProblem:
             raise ValueError("beta must be finite and >= 0, the occlusion cost >= 0")
         if len(self.terms.first) and self.terms.second.max() >= count:
             raise ValueError("pairwise terms name candidates that do not exist")
+        if len(self.table) and self.table.shape != (count, count):
+            raise ValueError("the table must have a cost for every two candidates")
+        if not np.isfinite(self.table).all():
+            raise ValueError("tabulated costs must be finite")
         if count and (self.candidates.min() < 0 or (self.candidates >= self.shape).any()):
             raise ValueError("candidates name points that do not exist")
         if (np.diff(self._keys) <= 0).any():
@@ -146,15 +155,22 @@ class LabellingProblem:
             first,
             other,
             cost,
+            self.table,
         )
 
     @cached_property
     def non_negative(self) -> bool:
         """Whether no cost is below zero, as of distortions; then no energy is either."""
-        return bool(self.unary.min(initial=0.0) >= 0.0 and self.terms.costs.min(initial=0.0) >= 0.0)
+        costs = self.unary, self.terms.costs, self.table
+        return all(bool(each.min(initial=0.0) >= 0.0) for each in costs)
+
+    @property
+    def all_pairs_cost(self) -> bool:
+        """Whether any two candidates may have a pairwise cost, not only those of terms."""
+        return self.beta > 0.0 or len(self.table) > 0
 
     def pairwise_matrix(self) -> FloatArray:
-        """Pairwise cost of every two candidates: β |d_X(x, x') − d_Y(y, y')|² and explicit terms.
+        """Pairwise cost of every two candidates: β |d_X(x, x') − d_Y(y, y')|², table and terms.
 
         Returns
         -------
@@ -164,6 +180,8 @@ class LabellingProblem:
         x, y = self.candidates.T
         difference = self.source_distances[np.ix_(x, x)] - self.target_distances[np.ix_(y, y)]
         costs = self.beta * difference**2
+        if len(self.table):
+            costs += self.table
         terms = self.terms
         np.add.at(costs, (terms.first, terms.second), terms.costs)
         np.add.at(costs, (terms.second, terms.first), terms.costs)

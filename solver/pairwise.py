@@ -1,4 +1,4 @@
-"""Pairwise costs of candidates, as distortions of two metrics and as explicit terms."""
+"""Pairwise costs of candidates: distortions of two metrics, tabulated ones, and explicit terms."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -70,6 +70,9 @@ class PairwiseTerms:
         return first, two[order], np.concatenate([self.costs, self.costs])[order]
 
 
+NO_TABLE: FloatArray = np.empty((0, 0), dtype=np.float64)
+"""No tabulated costs."""
+
 NO_TERMS = PairwiseTerms(
     np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0, dtype=np.float64)
 )
@@ -77,7 +80,7 @@ NO_TERMS = PairwiseTerms(
 
 
 class PairwiseCosts(NamedTuple):
-    """Both forms of the pairwise costs, for compiled code.
+    """All forms of the pairwise costs, for compiled code.
 
     Attributes
     ----------
@@ -91,6 +94,8 @@ class PairwiseCosts(NamedTuple):
         Weight of the metrics' distortion.
     first, other, cost
         Explicit terms in compressed rows; see :meth:`PairwiseTerms.adjacency`.
+    table
+        (V, V) costs of all pairs of candidates, or `NO_TABLE`.
     """
 
     candidates: IntArray
@@ -101,6 +106,7 @@ class PairwiseCosts(NamedTuple):
     first: IntArray
     other: IntArray
     cost: FloatArray
+    table: FloatArray
 
 
 @inlined
@@ -112,13 +118,14 @@ def distortion_cost(beta: float, source_distance: float, target_distance: float)
 
 @inlined
 def metric_cost(costs: PairwiseCosts, a: int, b: int) -> float:
-    """Cost of two candidates that comes from the metrics."""
+    """Cost of two candidates that comes from the metrics, or from the table."""
     c = costs.candidates
-    return distortion_cost(
+    distortion = distortion_cost(
         costs.beta,
         costs.source_distances[c[a, 0], c[b, 0]],
         costs.target_distances[c[a, 1], c[b, 1]],
     )
+    return distortion + costs.table[a, b] if len(costs.table) else distortion
 
 
 @kernel
@@ -160,13 +167,15 @@ def pairwise_sums(costs: PairwiseCosts, chosen: IntArray) -> FloatArray:
     sums = np.zeros(len(chosen))
     candidates, beta = costs.candidates, costs.beta
     source, target = costs.source_distances, costs.target_distances
-    listed = len(costs.other) > 0
+    listed, table = len(costs.other) > 0, costs.table
     for i in range(len(chosen)):
         x, y = candidates[chosen[i]]
         for j in range(i + 1, len(chosen)):
             value = distortion_cost(
                 beta, source[x, candidates[chosen[j], 0]], target[y, candidates[chosen[j], 1]]
             )
+            if len(table):
+                value += table[chosen[i], chosen[j]]
             if listed:
                 value += listed_cost(costs, chosen[i], chosen[j])
             sums[i] += value
@@ -204,6 +213,8 @@ def replace_costs(costs: PairwiseCosts, x: int, old: int, new: int, marginal: Fl
                 marginal[a] += distortion_cost(plus, distance, after[y]) - distortion_cost(
                     minus, distance, before[y]
                 )
+    if len(costs.table):
+        _replace_tabulated(costs, x, old, new, marginal)
     if len(costs.other):
         own, end = costs.rows[x], costs.rows[x + 1]
         for sign, which in ((-1.0, old), (1.0, new)):
@@ -212,3 +223,17 @@ def replace_costs(costs: PairwiseCosts, x: int, old: int, new: int, marginal: Fl
                     a = costs.other[place]
                     if not own <= a < end:
                         marginal[a] += sign * costs.cost[place]
+
+
+@kernel
+def _replace_tabulated(
+    costs: PairwiseCosts, x: int, old: int, new: int, marginal: FloatArray
+) -> None:
+    own, end = costs.rows[x], costs.rows[x + 1]
+    for sign, which in ((-1.0, old), (1.0, new)):
+        if which >= 0:
+            row = costs.table[which]
+            for a in range(own):
+                marginal[a] += sign * row[a]
+            for a in range(end, len(marginal)):
+                marginal[a] += sign * row[a]

@@ -131,7 +131,8 @@ def _largest_sum(problem: LabellingProblem) -> float:
     spread = max(problem.source_distances.max(), problem.target_distances.max())
     metric = problem.beta * problem.n_sources**2 * spread**2
     unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
-    return float(metric + unary + np.abs(problem.terms.costs).sum())
+    table = problem.n_sources**2 * np.abs(problem.table).max(initial=0.0)
+    return float(metric + table + unary + np.abs(problem.terms.costs).sum())
 
 
 @kernel
@@ -173,7 +174,8 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
     # than a cost.
     candidates, rows, beta = costs.candidates, costs.rows, costs.beta
     source, target = costs.source_distances[x], costs.target_distances
-    listed = len(costs.other) > 0
+    listed, table = len(costs.other) > 0, costs.table
+    tabulated = len(table) > 0
     a = chosen[x]
     cost_a = marginal[a] if a >= 0 else occlusion_cost
     best, best_b, best_other, best_c = 0.0, a, -1, -1
@@ -194,6 +196,9 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
         if a >= 0:
             left -= distortion_cost(beta, distance, target[candidates[a, 1], y])
         alone = marginal[b] - distortion_cost(beta, distance, 0.0)
+        if tabulated:
+            left -= table[a, o] if a >= 0 else 0.0
+            alone -= table[b, o]
         if listed:
             left -= listed_cost(costs, a, o)
             alone -= listed_cost(costs, b, o)
@@ -210,6 +215,8 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
             gain = alone + marginal[c] - left + distortion_cost(beta, distance, target[y, z])
             if a >= 0:
                 gain -= distortion_cost(beta, distance, target[candidates[a, 1], z])
+            if tabulated:
+                gain += table[b, c] - (table[c, a] if a >= 0 else 0.0)
             if listed:
                 gain += listed_cost(costs, b, c) - listed_cost(costs, c, a)
             if gain < best:

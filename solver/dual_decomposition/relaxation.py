@@ -121,7 +121,7 @@ class Relaxation:
     def add_triples(self) -> int:
         """Add triples that gain most at the present costs; return how many."""
         most = self._subproblems.triples
-        if most == 0 or self._problem.beta == 0.0:
+        if most == 0 or not self._problem.all_pairs_cost:
             return 0
         return sum(batch.add(most) for batch in self._triples)
 
@@ -157,7 +157,7 @@ def _pair_subproblems(
     one, two = terms.first, terms.second
     compatible = (x[one] != x[two]) & (y[one] != y[two])
     one, two, costs = one[compatible], two[compatible], share * terms.costs[compatible]
-    if problem.beta == 0.0:
+    if not problem.all_pairs_cost:
         groups, order = sparse_groups(side, one, two)
         return PairSubproblems(side, groups, costs[order], optional)
     groups = full_groups(side)

@@ -48,6 +48,7 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
         "eigenpairs": prototype.eigenpairs,
         "geodesic_method": prototype.geodesic_method,
         "warnings": list(prototype.warnings),
+        "sampling": _described(prototype.sampling),
         "metrics": [_described(one.metric) for one in prototype.distances],
         "descriptors": [
             _described(NoDescriptor() if one is None else one.descriptor)
@@ -137,6 +138,7 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
         descriptors=tuple(
             _descriptors(about, arrays, level, points) for level in range(len(about["descriptors"]))
         ),
+        sampling=_metric(about["sampling"]),
         positions=positions,
         vertices=vertices.astype(np.int64),
         components=components,
@@ -151,8 +153,7 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
 def _distances(
     about: dict[str, Any], arrays: dict[str, NDArray[Any]], level: int, points: int
 ) -> LearntDistances:
-    metric = _choice(about["metrics"][level], METRICS)
-    assert isinstance(metric, MetricChoice)
+    metric = _metric(about["metrics"][level])
     mixtures = _mixtures(arrays, f"distances{level}", points * (points - 1) // 2)
     _require(mixtures.dimension == 1, "dimension of distances")
     return LearntDistances(metric, mixtures, _finite(about["distance_backgrounds"][level]))
@@ -172,6 +173,12 @@ def _descriptors(
     _require(axes.shape == (len(centre), mixtures.dimension), "axes of descriptors")
     background = _finite(about["descriptor_backgrounds"][level])
     return LearntDescriptors(descriptor, centre, axes, mixtures, background)
+
+
+def _metric(given: dict[str, Any]) -> MetricChoice:
+    choice = _choice(given, METRICS)
+    assert isinstance(choice, MetricChoice)
+    return choice
 
 
 def _choice(

@@ -14,9 +14,9 @@ from scipy.special import logsumexp
 from solver.arrays import FloatArray, IntArray
 from solver.prototype.mixture import GaussianMixtures
 
-_STARTS = 4
-_ITERATIONS = 200
-_TOLERANCE = 1e-7
+_STARTS = 3
+_ITERATIONS = 100
+_TOLERANCE = 1e-4
 """Of the mean log-likelihood of a sample, per iteration."""
 _LEAST_SHARE = 1.0
 """Samples' worth of weight below which a component is dropped."""
@@ -195,17 +195,30 @@ def maximise(
     floor, diagonal
         Of the covariances.
     """
-    mixtures = start
+    weights, means = start.weights.copy(), start.means.copy()
+    covariances = start.covariances.copy()
+    reached = np.full(len(samples), -np.inf)
     history: list[FloatArray] = []
-    while True:
-        joint = mixtures.log_joint(samples)
+    going = np.arange(len(samples))
+    mixtures = start
+    for _ in range(_ITERATIONS):
+        joint = mixtures.log_joint(samples[going])
         densities = logsumexp(joint, axis=2)
-        history.append(densities.sum(axis=1))
-        if len(history) > 1:
-            gain = (history[-1] - history[-2]).max() / samples.shape[1]
-            if gain < _TOLERANCE or len(history) > _ITERATIONS:
-                return Fit(mixtures, history[-1], np.array(history))
-        mixtures = maximisation(samples, np.exp(joint - densities[..., None]), floor, diagonal)
+        likelihood = densities.sum(axis=1)
+        gains = (likelihood - reached[going]) / samples.shape[1]
+        reached[going] = likelihood
+        history.append(reached.copy())
+        still = gains < _TOLERANCE
+        if still.all():
+            break
+        going, joint, densities = going[~still], joint[~still], densities[~still]
+        shares = np.exp(joint - densities[..., None])
+        mixtures = maximisation(samples[going], shares, floor, diagonal)
+        weights[going], means[going] = mixtures.weights, mixtures.means
+        covariances[going] = mixtures.covariances
+    found = GaussianMixtures(weights, means, covariances)
+    reached = found.log_density(samples).sum(axis=1)
+    return Fit(found, reached, np.array([*history, reached]))
 
 
 def maximisation(
@@ -259,19 +272,34 @@ def _floored(covariances: FloatArray, floor: FloatArray, diagonal: bool) -> Floa
 
 def _pruned(samples: FloatArray, fit: Fit, floor: FloatArray, diagonal: bool) -> Fit:
     """Drop components of less than one sample, the smallest of each data set first, and go on."""
-    rows = np.arange(len(samples))
     while True:
-        weights = fit.mixtures.weights
+        weights = fit.mixtures.weights.copy()
         smallest = np.where(weights > 0.0, weights, np.inf).argmin(axis=1)
-        share = weights[rows, smallest]
-        dropped = (share * samples.shape[1] < _LEAST_SHARE) & (share < 1.0)
-        if not dropped.any():
+        share = np.take_along_axis(weights, smallest[:, None], axis=1)[:, 0]
+        rows = np.flatnonzero((share * samples.shape[1] < _LEAST_SHARE) & (share < 1.0))
+        if not len(rows):
             return fit
-        weights = weights.copy()
-        weights[rows[dropped], smallest[dropped]] = 0.0
-        weights /= weights.sum(axis=1, keepdims=True)
-        left = GaussianMixtures(weights, fit.mixtures.means, fit.mixtures.covariances)
-        fit = maximise(samples, left, floor, diagonal)
+        weights[rows, smallest[rows]] = 0.0
+        left = weights[rows] / weights[rows].sum(axis=1, keepdims=True)
+        old = fit.mixtures.chosen(rows)
+        start = GaussianMixtures(left, old.means, old.covariances)
+        fit = _replaced(fit, rows, maximise(samples[rows], start, floor, diagonal))
+
+
+def _replaced(fit: Fit, rows: IntArray, other: Fit) -> Fit:
+    """Put other fits in the place of some."""
+    old, new = fit.mixtures, other.mixtures
+    arrays = []
+    for before, after in (
+        (old.weights, new.weights),
+        (old.means, new.means),
+        (old.covariances, new.covariances),
+        (fit.log_likelihood, other.log_likelihood),
+    ):
+        changed = before.copy()
+        changed[rows] = after
+        arrays.append(changed)
+    return Fit(GaussianMixtures(*arrays[:3]), arrays[3], fit.history)
 
 
 def _padded(fit: Fit, components: int) -> Fit:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import eigh
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
@@ -25,13 +26,24 @@ from solver.structures import (
     Structure,
 )
 
-_DISTANCE_FLOOR = 0.03
-"""Least standard deviation of a distance, relative to the root mean square of all distances."""
-_DESCRIPTOR_FLOOR = 0.1
-"""Least standard deviation of a descriptor, relative to that over all points and examples."""
-_AXES = 6
-"""Principal axes of a descriptor that are modelled."""
-_BACKGROUND = 1e-2
+_DISTANCE_FLOOR = 0.1
+"""Least standard deviation of a distance, relative to the root mean square of all distances. A
+target's samples are not the images of the prototype's points, and a target may lie outside of what
+the examples show: narrower components would claim to know better."""
+
+_DESCRIPTOR_FLOOR = 0.7
+"""Least variance of a component, relative to that about the points' means over the class."""
+
+_AXES = 4
+"""Axes of a descriptor that are modelled."""
+
+_RIDGE = 0.02
+"""Of the variance about the points' means, which is added along every axis."""
+
+_TOTAL = 0.01
+"""Of the variance over all points and examples, which is added, for the sake of few examples."""
+
+_BACKGROUND = 1e-6
 """Share of distances and descriptors that are taken to be nobody's."""
 
 
@@ -100,6 +112,7 @@ def learn_prototype(
     return Prototype(
         distances=tuple(distances[one] for one in metrics),
         descriptors=tuple(fields[one] for one in descriptors),
+        sampling=options.sampling_metric.settled(length),
         positions=first.shape.mesh.vertices[first.vertices],
         vertices=first.shape.mesh.vertex_ids[first.vertices],
         components=options.components,
@@ -183,24 +196,58 @@ def _learn_descriptors(
 ) -> LearntDescriptors | None:
     if isinstance(descriptor, NoDescriptor) or samples.shape[2] == 0:
         return None
-    everything = samples.reshape(-1, samples.shape[2])
-    centre = everything.mean(axis=0)
-    covariance = (everything - centre).T @ (everything - centre) / len(everything)
-    values, vectors = np.linalg.eigh(covariance)
-    values, vectors = values[::-1][:_AXES], vectors[:, ::-1][:, :_AXES]
-    kept = values > 1e-12 * max(float(values[0]), 1e-300)
-    if not kept.any():
+    centre = samples.mean(axis=(0, 1))
+    axes = discriminant_axes(samples, _AXES)
+    if not axes.shape[1]:
         return None
-    axes = vectors[:, kept] / np.sqrt(values[kept])
-    r = axes.shape[1]
-    floor = np.full(r, _DESCRIPTOR_FLOOR**2)
+    coordinates = (samples - centre) @ axes
     fit = fit_mixtures(
-        (samples - centre) @ axes,
+        coordinates,
         options.components,
-        floor,
+        np.full(axes.shape[1], _DESCRIPTOR_FLOOR),
         diagonal=True,
         select=options.select_components,
         seed=options.seed,
     )
-    background = float(np.log(_BACKGROUND) - 0.5 * r * np.log(2.0 * np.pi * 4.0))
+    spread = coordinates.reshape(-1, axes.shape[1]).std(axis=0)
+    # As high as the peak of a Gaussian twice as wide as everything that was seen.
+    peak = -float(np.log(2.0 * np.sqrt(2.0 * np.pi) * np.maximum(spread, 1.0)).sum())
+    background = float(np.log(_BACKGROUND)) + peak
     return LearntDescriptors(descriptor, centre, axes, fit.mixtures, background)
+
+
+def discriminant_axes(samples: FloatArray, most: int) -> FloatArray:
+    """Axes along which points differ most, relative to how much each varies over the examples.
+
+    A descriptor of many dimensions says the same thing several times, and most of its variance is
+    of no use: it is that of the class. Fisher's discriminant (1936) leaves the part that tells
+    points apart; what it leaves out is taken to be distributed alike at all points, so that it
+    cancels.
+
+    Parameters
+    ----------
+    samples
+        (N, M, m) descriptors of N points on M examples.
+    most
+        How many axes at most.
+
+    Returns
+    -------
+    (m, r) float64; along each axis the mean variance of a point is 1, or less where there are few
+    examples. r is 0 if all descriptors are equal.
+    """
+    means = samples.mean(axis=1)
+    about = samples - means[:, None, :]
+    size = samples.shape[0] * samples.shape[1]
+    within = np.einsum("nsi,nsj->ij", about, about) / size
+    between = np.cov(means.T, bias=True).reshape(within.shape)
+    if not np.trace(within + between) > 0.0:
+        return np.zeros((samples.shape[2], 0))
+    m = len(within)
+    ridge = _RIDGE * np.trace(within) / m + 1e-9 * np.trace(within + between) / m
+    noise = within + _TOTAL * (within + between) + ridge * np.eye(m)
+    _, vectors = eigh(between, noise)
+    axes: FloatArray = vectors[:, ::-1][:, : min(most, m)]
+    signs = np.sign(axes[np.abs(axes).argmax(axis=0), np.arange(axes.shape[1])])
+    turned: FloatArray = axes * signs
+    return turned

@@ -1,6 +1,7 @@
 """Costs of matching a target with a prototype: equation (6)."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -8,9 +9,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.labelling import LabellingProblem
 from solver.level import Level
-from solver.pairwise import PairwiseTerms
 from solver.prototype.mixture import GaussianMixtures
-from solver.prototype.prototype import LearntDescriptors, LearntDistances, pair_places
+from solver.prototype.prototype import LearntDescriptors, LearntDistances
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,41 +39,48 @@ class PrototypeLevel(Level):
         candidates
             (V, 2) indices into points and samples, in lexicographic order.
         """
-        n = len(self.source.vertices)
-        terms = self._terms(candidates, self.beta * 2.0 / max(n - 1, 1))
-        return LabellingProblem.explicit(
-            (n, len(self.target.vertices)),
+        n, m = len(self.source.vertices), len(self.target.vertices)
+        return LabellingProblem(
             candidates,
             self._unary(candidates),
-            terms,
+            np.zeros((n, n)),
+            np.zeros((m, m)),
+            0.0,
             self.occlusion_cost,
+            table=self.beta * 2.0 / max(n - 1, 1) * self._table(candidates),
         )
 
-    def _terms(self, candidates: IntArray, weight: float) -> PairwiseTerms:
-        x, y = candidates.T
-        one, two = np.triu_indices(len(candidates), 1)
-        apart = (x[one] != x[two]) & (y[one] != y[two])
-        one, two = one[apart], two[apart]
-        costs = distance_costs(
-            self.learnt_distances,
-            pair_places(x[one], x[two]),
-            self.target.distances[y[one], y[two]],
+    def _table(self, candidates: IntArray) -> FloatArray:
+        mixtures = self.learnt_distances.mixtures
+        roots = mixtures.roots[:, :, 0, 0]
+        log_scales = mixtures.log_weights + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
+        background = self.learnt_distances.log_background
+        return likelihood_table(
+            candidates,
+            self.target.distances,
+            log_scales,
+            mixtures.means[:, :, 0],
+            roots,
+            np.logaddexp(mixtures.log_peaks, background),
+            background,
         )
-        return PairwiseTerms(one.astype(np.int64), two.astype(np.int64), weight * costs)
 
     def _unary(self, candidates: IntArray) -> FloatArray:
-        learnt, described = self.learnt_descriptors, self.target.descriptors
-        if learnt is None or described is None or self.first_order_weight == 0.0:
-            return np.zeros(len(candidates))
-        n = len(self.source.vertices)
-        mixtures = learnt.mixtures.first(n)
-        points = np.broadcast_to(described, (n, *described.shape))
-        costs = negative_log_likelihoods(
-            mixtures.log_density(points), mixtures.log_peaks[:, None], learnt.log_background
-        )
         x, y = candidates.T
-        result: FloatArray = self.first_order_weight * costs[x, y]
+        result: FloatArray = self.first_order_weight * self._descriptor_costs[x, y]
         return result
+
+    @cached_property
+    def _descriptor_costs(self) -> FloatArray:
+        """(N, M) first-order costs of (6) without their weight."""
+        n, m = len(self.source.vertices), len(self.target.vertices)
+        learnt, described = self.learnt_descriptors, self.target.descriptors
+        if learnt is None or described is None:
+            return np.zeros((n, m))
+        everywhere = np.broadcast_to(described, (len(learnt.mixtures), *described.shape))
+        densities = learnt.mixtures.log_density(everywhere)
+        peaks = learnt.mixtures.log_peaks[:, None]
+        return negative_log_likelihoods(densities, peaks, learnt.log_background)[:n]
 
 
 def negative_log_likelihoods(
@@ -99,51 +106,57 @@ def negative_log_likelihoods(
     return costs
 
 
-def distance_costs(learnt: LearntDistances, places: IntArray, distances: FloatArray) -> FloatArray:
-    """Pairwise costs of (6) without their weight.
-
-    Parameters
-    ----------
-    learnt
-        The distributions.
-    places
-        (E,) of the prototype's pairs.
-    distances
-        (E,) on the target.
-
-    Returns
-    -------
-    (E,) float64, at least 0.
-    """
-    m = learnt.mixtures
-    log_scales = m.log_weights + np.log(m.roots[:, :, 0, 0]) - 0.5 * np.log(2.0 * np.pi)
-    densities = _log_densities(log_scales, m.means[:, :, 0], m.roots[:, :, 0, 0], places, distances)
-    return negative_log_likelihoods(densities, m.log_peaks[places], learnt.log_background)
-
-
 @kernel
-def _log_densities(
+def likelihood_table(
+    candidates: IntArray,
+    distances: FloatArray,
     log_scales: FloatArray,
     means: FloatArray,
     roots: FloatArray,
-    places: IntArray,
-    distances: FloatArray,
+    least: FloatArray,
+    log_background: float,
 ) -> FloatArray:
-    """Log densities of one-dimensional mixtures, by log-sum-exp."""
-    found = np.empty(len(places))
-    count = means.shape[1]
-    for e in range(len(places)):
-        p = places[e]
-        greatest = -np.inf
-        for k in range(count):
-            z = roots[p, k] * (distances[e] - means[p, k])
-            greatest = max(greatest, log_scales[p, k] - 0.5 * z * z)
-        total = 0.0
-        for k in range(count):
-            z = roots[p, k] * (distances[e] - means[p, k])
-            total += np.exp(log_scales[p, k] - 0.5 * z * z - greatest)
-        found[e] = greatest + np.log(total)
-    return found
+    """Pairwise costs of (6) without their weight, by log-sum-exp.
+
+    Parameters
+    ----------
+    candidates
+        (V, 2) points and samples.
+    distances
+        (M, M) d_Y among the samples.
+    log_scales
+        (P, K) logarithm of each component's weight times its density at its mean.
+    means, roots
+        (P, K) means, and inverses of standard deviations.
+    least
+        (P,) what is subtracted: the greatest log density, background included.
+    log_background
+        Log density of the background.
+
+    Returns
+    -------
+    (V, V) float64, symmetric, at least 0; 0 where candidates exclude one another.
+    """
+    count, components = len(candidates), means.shape[1]
+    table = np.zeros((count, count))
+    for a in range(count):
+        x, y = candidates[a]
+        for b in range(a + 1, count):
+            other, z = candidates[b]
+            if other == x or z == y:
+                continue
+            p = other * (other - 1) // 2 + x
+            greatest = log_background
+            for k in range(components):
+                apart = roots[p, k] * (distances[y, z] - means[p, k])
+                greatest = max(greatest, log_scales[p, k] - 0.5 * apart * apart)
+            total = np.exp(log_background - greatest)
+            for k in range(components):
+                apart = roots[p, k] * (distances[y, z] - means[p, k])
+                total += np.exp(log_scales[p, k] - 0.5 * apart * apart - greatest)
+            cost = max(least[p] - greatest - np.log(total), 0.0)
+            table[a, b] = table[b, a] = cost
+    return table
 
 
 def mean_distances(mixtures: GaussianMixtures, count: int) -> FloatArray:

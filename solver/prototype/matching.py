@@ -1,7 +1,7 @@
 """Matching a target with a prototype: section 5."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from solver.errors import OptionError
 from solver.hypotheses import HierarchicalRun, Hypothesis, distinct, level_reports
 from solver.level import Level, SampledStructure, check_distances, sizes_between
 from solver.match import Match
-from solver.options import L2, MatchOptions
+from solver.options import L2, MAX_COARSE_POINTS, MatchOptions
 from solver.prototype.likelihood import PrototypeLevel, mean_distances
 from solver.prototype.prototype import Prototype
 from solver.shape import WITHOUT_COLORS, Shape
@@ -35,7 +35,9 @@ def match_prototype(
     target
         The shape Y.
     options
-        By default ``MatchOptions()``. Metric and descriptor are the prototype's.
+        By default ``MatchOptions()``, with 10 points at the coarsest level: that the arms of a
+        body go with its legs, and are not the mirrored ones, a few more points on the trunk tell.
+        Metric and descriptor are the prototype's.
     control
         Reports progress and cancels. Past its deadline, or the options' time limit, the best
         answer so far is returned with the bound known by then.
@@ -59,6 +61,8 @@ def match_prototype(
     check_options(prototype, target, options)
     if options.time_limit is not None:
         control = control.within(options.time_limit)
+    if options.coarse_points == MatchOptions().coarse_points:
+        options = replace(options, coarse_points=MAX_COARSE_POINTS)
     run = _PrototypeRun(options, control, prototype=prototype, target=target)
     levels = run.build_levels()
     return run.answer(run.best_first(levels), levels)
@@ -103,7 +107,7 @@ class _PrototypeRun(HierarchicalRun):
     def build_levels(self) -> list[Level]:
         """Sample the target and compute its structures at every level."""
         started = time.perf_counter()
-        if any(one.metric.spectral for one in self.prototype.distances):
+        if self._needs_spectrum():
             self.control.report("spectrum of the target", 0.0)
             self.target.spectrum()
         self.timings["spectra"] = time.perf_counter() - started
@@ -120,12 +124,20 @@ class _PrototypeRun(HierarchicalRun):
         self.timings["structures"] = time.perf_counter() - started
         return levels
 
+    def _needs_spectrum(self) -> bool:
+        prototype = self.prototype
+        metrics = [prototype.sampling, *(one.metric for one in prototype.distances)]
+        described = [one for one in prototype.descriptors if one is not None]
+        weighed = self.options.first_order_weight > 0.0
+        return any(one.spectral for one in metrics) or (
+            weighed and any(one.descriptor.spectral for one in described)
+        )
+
     def _level(self, index: int, size: tuple[int, int]) -> Level:
         options, prototype = self.options, self.prototype
         distances = prototype.distances[min(index, len(prototype.distances) - 1)]
         learnt = prototype.descriptors[min(index, len(prototype.descriptors) - 1)]
-        first = prototype.distances[0].metric
-        vertices = self.target.sampling(first, size[1]).indices
+        vertices = self.target.sampling(prototype.sampling, size[1]).indices
         between = self.target.metric(distances.metric).between(vertices)
         check_distances(distances.metric, between, "metric")
         described = None
@@ -137,8 +149,7 @@ class _PrototypeRun(HierarchicalRun):
         points = np.arange(size[0], dtype=np.int64)
         means = None
         if learnt is not None and described is not None:
-            mixtures = learnt.mixtures.first(size[0])
-            means = np.einsum("bk,bki->bi", mixtures.weights, mixtures.means)
+            means = learnt.mixtures.averages[: size[0]]
         source = SampledStructure(points, mean_distances(distances.mixtures, size[0]), means)
         return PrototypeLevel(
             index,

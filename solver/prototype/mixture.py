@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 from scipy.special import logsumexp
 
-from solver.arrays import FloatArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 
 _SHIFTS = 100
 """Steps of mean shift to a mode; each of them only rises."""
@@ -137,16 +137,12 @@ class GaussianMixtures:
         heights: FloatArray = self.log_density(places).max(axis=1)
         return heights
 
-    def widened(self, covariance: FloatArray) -> "GaussianMixtures":
-        """Return the densities of the variables plus independent Gaussian noise.
+    @cached_property
+    def averages(self) -> FloatArray:
+        """(B, m) mean of each mixture."""
+        result: FloatArray = np.einsum("bk,bki->bi", self.weights, self.means)
+        return result
 
-        Parameters
-        ----------
-        covariance
-            (m, m) of the noise, positive semidefinite.
-        """
-        return GaussianMixtures(self.weights, self.means, self.covariances + covariance)
-
-    def first(self, count: int) -> "GaussianMixtures":
-        """Return the first mixtures."""
-        return GaussianMixtures(self.weights[:count], self.means[:count], self.covariances[:count])
+    def chosen(self, places: IntArray | BoolArray) -> "GaussianMixtures":
+        """Return some of the mixtures."""
+        return GaussianMixtures(self.weights[places], self.means[places], self.covariances[places])

@@ -27,6 +27,8 @@ class PrototypeOptions:
         Each is a choice, or a name, which is the choice with default parameters.
     descriptor
         Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
+    sampling
+        Metric in which points are sampled farthest first, on the reference and on targets.
     seed
         Of the random starts of expectation maximisation.
 
@@ -39,8 +41,9 @@ class PrototypeOptions:
     points: int = 32
     components: int = 5
     select_components: bool = False
-    metric: tuple[MetricChoice | str, ...] = ("commute_time",)
+    metric: tuple[MetricChoice | str, ...] = ("geodesic",)
     descriptor: tuple[DescriptorChoice | str, ...] = ("si_hks",)
+    sampling: MetricChoice | str = "commute_time"
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -59,6 +62,12 @@ class PrototypeOptions:
             descriptor_choice(one, f"descriptor.{i}") for i, one in enumerate(self.descriptor)
         )
         object.__setattr__(self, "descriptor", descriptors)
+        object.__setattr__(self, "sampling", metric_choice(self.sampling, "sampling"))
+
+    @property
+    def sampling_metric(self) -> MetricChoice:
+        """Metric in which points are sampled."""
+        return metric_choice(self.sampling)
 
     @property
     def metrics(self) -> tuple[MetricChoice, ...]:

@@ -68,6 +68,8 @@ class Prototype:
         Of each level's metric, the coarsest first; the last serves all finer levels.
     descriptors
         Of each level's descriptor, likewise; none of those levels where it is "none".
+    sampling
+        Metric in which targets are sampled, with a value for every parameter.
     positions
         (N, 3) where the points are on the reference shape, farthest first, for pictures.
     vertices
@@ -84,6 +86,7 @@ class Prototype:
 
     distances: tuple[LearntDistances, ...]
     descriptors: tuple[LearntDescriptors | None, ...]
+    sampling: MetricChoice
     positions: FloatArray
     vertices: IntArray
     components: int
