@@ -169,7 +169,7 @@ class PrototypeParameters(TypedDict, total=False):
         have the same faces [``"matches"``].
     metric
         Distance of every two points, whose distribution is learned, given as for a match: one for
-        all levels, or a list from the coarsest on [``"commute_time"``].
+        all levels, or a list from the coarsest on [``"geodesic"``].
     descriptor
         Local descriptor of every point, likewise; ``"none"`` for distances alone [``"si_hks"``].
     eigenpairs

@@ -66,7 +66,7 @@ def test_a_prototype_is_learned(
     assert prototype.learned_from is not None
     assert [one.shape for one in prototype.learned_from] == examples
     assert all(one.used and one.reason is None for one in prototype.learned_from)
-    assert [choice.name for choice in prototype.parameters.metrics] == ["commute_time"]
+    assert [choice.name for choice in prototype.parameters.metrics] == ["geodesic"]
     assert prototype.parameters.eigenpairs == 30
     shown = http.get(f"/v1/prototypes/{prototype.id}")
     assert PrototypeRecord.model_validate_json(shown.content) == prototype
@@ -153,7 +153,7 @@ def test_a_match_with_a_prototype_is_that_of_the_solver(
     assert result.energy == pytest.approx(direct.best.energy, rel=1e-9)
     assert result.lower_bound == pytest.approx(direct.lower_bound, rel=1e-9)
     assert (result.parameters.points, result.parameters.eigenpairs) == (8, 30)
-    assert [choice.name for choice in result.parameters.metrics] == ["commute_time"]
+    assert [choice.name for choice in result.parameters.metrics] == ["geodesic"]
     picture = http.get(job["links"]["picture"])
     assert picture.headers["content-type"] == "image/png"
     assert picture.content.startswith(b"\x89PNG")
@@ -265,7 +265,7 @@ def test_what_is_found_out_while_learning_is_told_with_its_field(
     [
         ({"refine": "gmds"}, "body.refine", "surface"),
         ({"objective": "linf", "points": 8}, "body.objective", "likelihood"),
-        ({"metric": "geodesic"}, "body.metric", "its own"),
+        ({"metric": "diffusion"}, "body.metric", "its own"),
         ({"descriptor": "none"}, "body.descriptor", "its own"),
         ({"eigenpairs": 60}, "body.eigenpairs", "its own"),
         ({"normalise": False}, "body.normalise", "its own"),

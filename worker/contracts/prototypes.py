@@ -39,7 +39,7 @@ class PrototypeStructures(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
 
     metric: MetricByLevel = Field(
-        default="commute_time",
+        default="geodesic",
         description="Distance of every two points, whose distribution is learned: a metric for all"
         " levels of a match, or one for each from the coarsest on, of which the last is repeated. A"
         " metric is its name, or an object of its name and its parameters; `GET /v1/structures`"
@@ -81,8 +81,8 @@ class PrototypeStructures(BaseModel):
 
     @property
     def spectral(self) -> bool:
-        """Whether the metric or the descriptor is made of Laplace-Beltrami eigenpairs."""
-        return any(choice.about.spectral for choice in (*self.metrics, *self.descriptors))
+        """Whether Laplace-Beltrami eigenpairs are needed: points are sampled by commute times."""
+        return True
 
 
 class PrototypeParameters(PrototypeStructures):
@@ -179,7 +179,7 @@ class PrototypeRecord(BaseModel):
                     "components": 5,
                     "examples": 64,
                     "parameters": {
-                        "metric": [{"name": "commute_time"}],
+                        "metric": [{"name": "geodesic"}],
                         "descriptor": [{"name": "si_hks", "frequencies": 6}],
                         "eigenpairs": 100,
                         "geodesic_method": "fast_marching",
