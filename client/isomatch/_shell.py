@@ -240,13 +240,17 @@ def finish(
         render.print_dissimilarities(result, names, render.standard_output())
 
 
-def uploaded(client: Client, sources: list[str]) -> list[Shape]:
-    """Upload what are files, look up what are ids, and say what was repaired of them."""
+def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:
+    """Upload what are files, look up what are ids, and say what was repaired of them.
+
+    Results say it too, so that those who read JSON are told once.
+    """
     shapes = []
     for source in sources:
         shape = client.upload(source) if Path(source).is_file() else client.shape(source)
         warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
-        render.print_warnings(warnings, render.standard_error())
+        if not as_json:
+            render.print_warnings(warnings, render.standard_error())
         shapes.append(shape)
     return shapes
 

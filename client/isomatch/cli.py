@@ -145,7 +145,7 @@ def match(
     }
     parameters = {name: value for name, value in given.items() if value not in (None, [])}
     with connected(url, as_json) as client:
-        first, second = uploaded(client, [source, target])
+        first, second = uploaded(client, [source, target], as_json)
         wanted = cast(MatchParameters, parameters)
         run(lambda: client.match(first, second, **wanted), as_json, output, picture, wait=wait)
 
@@ -200,7 +200,7 @@ def compare(
     parameters = {name: value for name, value in given.items() if value is not None}
     classes = None if labels is None else labels.split(",")
     with connected(url, as_json) as client:
-        shapes = uploaded(client, meshes)
+        shapes = uploaded(client, meshes, as_json)
         called = [shape_name(mesh, shape) for mesh, shape in zip(meshes, shapes, strict=True)]
         if labels_from_names:
             classes = [class_of(name) for name in called]
