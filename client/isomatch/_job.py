@@ -10,7 +10,7 @@ from isomatch import _operations as operations
 from isomatch._dissimilarities import PartialDissimilarities
 from isomatch._job_record import RecordedJob
 from isomatch._models import JobRecord
-from isomatch._result import Result
+from isomatch._result import GeometrySource, Result
 from isomatch._transport import BlockingTransport
 
 if TYPE_CHECKING:
@@ -82,7 +82,9 @@ class Job(RecordedJob, Generic[ResultT]):
             wait = operations.watch_job if progress else operations.wait_for_job
             self._transport.run(wait(self.id, timeout, self._remember))
         found = self._transport.run(operations.get_result(self._record))
-        found._geometry_of = lambda shape: self._transport.run(operations.get_geometry(shape))
+        found._geometries = GeometrySource(
+            lambda shape: self._transport.run(operations.get_geometry(shape))
+        )
         return cast(ResultT, found)
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":

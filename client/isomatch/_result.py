@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -15,11 +16,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@dataclass(frozen=True)
+class GeometrySource:
+    """Where the surfaces of shapes can be had; it does not make one result another."""
+
+    ask: Callable[[str], Geometry] | None = field(default=None, compare=False)
+
+
 class Result(Answer):
     """A result document of the service, with its contents as typed values."""
 
     _document: bytes | None = PrivateAttr(default=None)
-    _geometry_of: Callable[[str], Geometry] | None = PrivateAttr(default=None)
+    _geometries: GeometrySource = PrivateAttr(default=GeometrySource())
 
     @classmethod
     def from_json(cls, document: bytes | str) -> Self:
@@ -75,8 +83,8 @@ class Result(Answer):
             The file cannot be written.
         """
         needed = self.shapes_drawn()
-        if not surfaces and self._geometry_of is not None:
-            surfaces = tuple(map(self._geometry_of, needed))
+        if not surfaces and self._geometries.ask is not None:
+            surfaces = tuple(map(self._geometries.ask, needed))
         if len(surfaces) != len(needed):
             raise ValueError(
                 f"give the {len(needed)} shapes that are drawn, as in "
