@@ -298,7 +298,7 @@ def test_what_cannot_be_matched_with_a_prototype(
     assert refused("invalid-request", source=prototype, target=several) == ["body.target"]
     # What is given as the prototype has it is no contradiction.
     body = {"source": prototype, "target": several, "largest_component": True}
-    body |= {"eigenpairs": 30, "metric": "commute_time", "descriptor": ["si_hks"], "points": 6}
+    body |= {"eigenpairs": 30, "metric": "geodesic", "descriptor": ["si_hks"], "points": 6}
     job = http.post("/v1/matches", json=body).json()
     ended = http.get(job["links"]["self"], params={"wait": 60}).json()
     assert ended["state"] == "succeeded", ended["error"]
