@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .DEFAULT_GOAL := help
-.PHONY: help demo serve test test-containers lint format openapi bench lock clean
+.PHONY: help demo serve test browser test-containers lint format openapi bench lock clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 24
@@ -27,9 +27,17 @@ demo: $(VENV)/runtime  ## start everything, match two generated shapes, draw the
 serve: $(VENV)/runtime  ## run the whole service on this machine until interrupted
 	$(BIN)/python -m service
 
-test: $(VENV)/dev  ## the checks and all tests
+test: $(VENV)/dev browser  ## the checks and all tests
 	$(MAKE) --no-print-directory lint
 	$(BIN)/python -m pytest
+
+# Playwright's own browsers come from a host of their own; Debian's serves as well.
+APT := apt-get -o Acquire::Retries=1 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=120 -qq
+browser:  ## a Chromium to test the page in: Debian's, if this is Debian and you are root
+	@command -v chromium || command -v chromium-browser || command -v google-chrome || { \
+	test "$$(id -u)" = 0 && command -v apt-get >/dev/null && { timeout 300 $(APT) update; \
+	DEBIAN_FRONTEND=noninteractive timeout 300 $(APT) install -y --no-install-recommends chromium >/dev/null; }; } || \
+	echo "No Chromium can be installed here; tests of the page in a browser will be skipped."
 
 test-containers: $(VENV)/dev  ## build the images and run them, with an engine of its own (Debian, as root, ten minutes)
 	$(BIN)/python -m pytest -v -p no:cacheprovider --timeout 1800 tests/containers/checks.py

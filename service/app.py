@@ -21,6 +21,7 @@ from service.metrics.collector import StoreCollector
 from service.metrics.requests import MeasureRequests, RequestTimes
 from service.middleware import BodyLimit, RequestContext
 from service.openapi import document
+from service.page import endpoints as page
 from service.prototypes import archives
 from service.prototypes import endpoints as prototypes
 from service.security import Authentication
@@ -84,6 +85,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         results,
         health,
         metrics,
+        page,
     ):
         app.include_router(part.router)
 

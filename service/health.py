@@ -1,7 +1,6 @@
-"""Probes, and the page at the root."""
+"""Probes."""
 
 from fastapi import APIRouter
-from fastapi.responses import HTMLResponse
 from pydantic import BaseModel, Field
 from redis.exceptions import ResponseError
 
@@ -9,23 +8,6 @@ from service.problems import NotReady, responses
 from service.state import ServiceOf
 
 router = APIRouter(tags=["health"])
-
-_INDEX = """<!doctype html>
-<html lang="en">
-<head><meta charset="utf-8"><title>isomatch</title></head>
-<body>
-<h1>isomatch</h1>
-<p>Minimum-distortion correspondences of non-rigid shapes, with certificates of optimality.</p>
-<ul>
-<li><a href="/docs">The API, to be tried out</a></li>
-<li><a href="/openapi.json">The API as an OpenAPI document</a></li>
-<li><a href="/v1/shapes">Shapes</a></li>
-<li><a href="/v1/jobs">Jobs</a></li>
-<li><a href="/health/ready">Whether all is ready</a></li>
-</ul>
-</body>
-</html>
-"""
 
 
 class Health(BaseModel):
@@ -59,9 +41,3 @@ def ready(service: ServiceOf) -> Readiness:
     if workers < needed:
         raise NotReady(f"{workers} workers are ready of the {needed} that are needed.")
     return Readiness(status="ok", workers=workers)
-
-
-@router.get("/", include_in_schema=False)
-async def index() -> HTMLResponse:
-    """Show where to go from here."""
-    return HTMLResponse(_INDEX)

@@ -60,14 +60,6 @@ def test_probes(http: httpx2.Client) -> None:
     assert http.get("/health/ready").json() == {"status": "ok", "workers": 2}
 
 
-def test_the_root_leads_on(http: httpx2.Client) -> None:
-    page = http.get("/")
-    assert page.status_code == 200
-    for link in ("/docs", "/openapi.json", "/v1/shapes", "/health/ready"):
-        assert f'href="{link}"' in page.text
-        assert http.get(link).status_code == 200
-
-
 @pytest.mark.parametrize("path", ["/docs", "/redoc"])
 def test_the_documentation_needs_no_other_host(http: httpx2.Client, path: str) -> None:
     page = http.get(path).text

@@ -1,0 +1,1 @@
+"""The page at the root: where results are looked at; static files, and nothing is computed."""

@@ -1,0 +1,63 @@
+"""``/`` and ``/page``: the page's files, which ask for everything else under ``/v1``."""
+
+from pathlib import PurePosixPath
+from typing import Annotated, Final
+
+from fastapi import APIRouter, Header, Response
+
+from service.answers import AcceptEncoding, names, unpacked_if_need_be
+from service.page.files import PLOTLY, page_file
+from service.problems import NotFound
+
+router = APIRouter(include_in_schema=False)
+
+POLICY: Final = "; ".join(
+    (
+        "default-src 'none'",
+        "script-src 'self'",
+        "style-src 'self'",
+        # plotly.js gives some elements a style that is empty, which is what this is the hash of.
+        "style-src-attr 'unsafe-hashes' 'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='",
+        "img-src 'self' data: blob:",
+        "connect-src 'self'",
+        "base-uri 'none'",
+        "form-action 'none'",
+        "frame-ancestors 'none'",
+    )
+)
+"""Content-Security-Policy: nothing of another host, nothing written into the page itself."""
+
+_HEADERS: Final = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
+_DAY: Final = 86400
+
+IfNoneMatch = Annotated[str, Header(alias="If-None-Match")]
+
+
+@router.get("/")
+def index(accept_encoding: AcceptEncoding = "", if_none_match: IfNoneMatch = "") -> Response:
+    """Return the page."""
+    return _answer("index.html", accept_encoding, if_none_match)
+
+
+@router.get("/page/{path:path}")
+def part(
+    path: str, accept_encoding: AcceptEncoding = "", if_none_match: IfNoneMatch = ""
+) -> Response:
+    """Return a file of the page."""
+    return _answer(path, accept_encoding, if_none_match)
+
+
+def _answer(path: str, accept_encoding: str, if_none_match: str) -> Response:
+    file = page_file(PurePosixPath(path))
+    if file is None:
+        raise NotFound(f"The page has no file {path!r}.")
+    # Of ours, every part must be of the same version; plotly.js is large, and rarely another one.
+    caching = f"public, max-age={_DAY}" if path == PLOTLY else "no-cache"
+    headers = {**_HEADERS, "ETag": file.etag, "Cache-Control": caching, "Vary": "Accept-Encoding"}
+    if names(if_none_match, file.etag):
+        return Response(status_code=304, headers=headers)
+    return unpacked_if_need_be(file.packed, file.media_type, accept_encoding, headers)

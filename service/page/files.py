@@ -1,0 +1,69 @@
+"""The files of the page, read and packed when they are asked for first."""
+
+import gzip
+import hashlib
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path, PurePosixPath
+from typing import Final
+
+STATIC: Final = Path(__file__).with_name("static")
+PLOTLY: Final = "plotly.min.js"
+"""What draws; it comes with the Python package, none of whose Python is imported."""
+
+MEDIA_TYPES: Final = {
+    ".css": "text/css",
+    ".html": "text/html",
+    ".js": "text/javascript",
+    ".off": "text/plain",
+    ".svg": "image/svg+xml",
+}
+
+
+@dataclass(frozen=True)
+class PageFile:
+    """A file of the page.
+
+    Parameters
+    ----------
+    packed
+        What is in it, in gzip.
+    media_type
+        What it is.
+    etag
+        Entity tag: another one for other content.
+    """
+
+    packed: bytes
+    media_type: str
+    etag: str
+
+
+def page_file(path: PurePosixPath) -> PageFile | None:
+    """Return a file of the page, or None if there is none at this path below ``/page``."""
+    found = _paths().get(str(path))
+    return None if found is None else _read(found)
+
+
+@cache
+def _paths() -> dict[str, Path]:
+    files = (path for path in STATIC.rglob("*") if path.suffix in MEDIA_TYPES)
+    return {path.relative_to(STATIC).as_posix(): path for path in files} | {PLOTLY: _plotly()}
+
+
+def _plotly() -> Path:
+    package = find_spec("plotly")
+    assert package is not None
+    assert package.submodule_search_locations is not None
+    return Path(package.submodule_search_locations[0], "package_data", PLOTLY)
+
+
+@cache
+def _read(path: Path) -> PageFile:
+    data = path.read_bytes()
+    return PageFile(
+        packed=gzip.compress(data, compresslevel=6, mtime=0),
+        media_type=MEDIA_TYPES[path.suffix],
+        etag=f'"{hashlib.sha256(data).hexdigest()[:20]}"',
+    )

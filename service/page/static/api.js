@@ -1,0 +1,108 @@
+// Calls to the service. What it refuses is thrown as a Problem, which has the reasons.
+
+import { askForKey, authorization } from "./key.js";
+
+const AGAIN = 500;
+
+/** What the service refused (RFC 9457), or that it cannot be reached: then the status is 0. */
+export class Problem extends Error {
+  constructor(status, document = {}) {
+    super(document.detail ?? document.title ?? `The service answered ${status}.`);
+    this.status = status;
+    this.title = document.title ?? "Something went wrong";
+    this.errors = document.errors ?? [];
+  }
+
+  static away() {
+    return new Problem(0, {
+      title: "No answer",
+      detail: "The service does not answer. Is it running, and is the network up?",
+    });
+  }
+
+  static read(status, text) {
+    try {
+      return new Problem(status, JSON.parse(text));
+    } catch {
+      return new Problem(status);
+    }
+  }
+}
+
+/** Ask, with the key if there is one; where one is needed, the user is asked for it. */
+export async function request(path, options = {}) {
+  for (;;) {
+    let answer;
+    try {
+      answer = await fetch(path, {
+        ...options,
+        headers: { ...authorization(), ...options.headers },
+      });
+    } catch (error) {
+      throw error.name === "AbortError" ? error : Problem.away();
+    }
+    if (answer.ok) return answer;
+    const problem = Problem.read(answer.status, await answer.text());
+    if (answer.status !== 401 || !(await askForKey(problem.message))) throw problem;
+  }
+}
+
+export const get = async (path, signal) => (await request(path, { signal })).json();
+
+export const remove = (path) => request(path, { method: "DELETE" });
+
+export async function post(path, body) {
+  const answer = await request(path, {
+    method: "POST",
+    headers: { "Content-Type": "application/json" },
+    body: JSON.stringify(body),
+  });
+  return answer.json();
+}
+
+/**
+ * Upload a mesh.
+ * @param {File} file
+ * @param {function(number)} progress told the share that was sent
+ * @param {AbortSignal} signal
+ * @returns {Promise<Object>} the shape
+ */
+export async function upload(file, progress, signal) {
+  for (;;) {
+    const { status, text, location } = await send(file, progress, signal);
+    if (status === 200 || status === 201) return JSON.parse(text);
+    if (status === 202) return validated(location, signal);
+    const problem = status === 0 ? Problem.away() : Problem.read(status, text);
+    if (status !== 401 || !(await askForKey(problem.message))) throw problem;
+  }
+}
+
+// fetch does not tell how much of a body was sent.
+function send(file, progress, signal) {
+  return new Promise((resolve, reject) => {
+    const exchange = new XMLHttpRequest();
+    const form = new FormData();
+    form.append("file", file, file.name);
+    exchange.upload.onprogress = (event) => progress(event.loaded / event.total);
+    exchange.onloadend = () => resolve({
+      status: exchange.status,
+      text: exchange.responseText,
+      location: exchange.getResponseHeader("Location"),
+    });
+    exchange.onabort = () => reject(new DOMException("aborted", "AbortError"));
+    signal?.addEventListener("abort", () => exchange.abort());
+    exchange.open("POST", "/v1/shapes");
+    for (const [name, value] of Object.entries(authorization())) {
+      exchange.setRequestHeader(name, value);
+    }
+    exchange.send(form);
+  });
+}
+
+async function validated(location, signal) {
+  for (;;) {
+    const answer = await request(location, { signal });
+    if (answer.status !== 202) return answer.json();
+    await new Promise((resolve) => setTimeout(resolve, AGAIN));
+  }
+}

@@ -1,0 +1,62 @@
+// A job as it changes: server-sent events, read with fetch, since EventSource sends no key.
+
+import { Problem, request } from "./api.js";
+
+const ENDED = new Set(["succeeded", "failed", "cancelled"]);
+const PAUSE = 1000;
+
+export const ended = (job) => ENDED.has(job.state);
+
+/**
+ * Follow a job until it has ended, over all interruptions.
+ * @param {string} path address of the events
+ * @param {function(Object)} tell told the job at each change
+ * @param {AbortSignal} signal
+ */
+export async function follow(path, tell, signal) {
+  let last = null;
+  while (!signal.aborted) {
+    try {
+      const headers = last === null ? {} : { "Last-Event-ID": last };
+      const answer = await request(path, { signal, headers });
+      if (answer.status === 204) return;
+      for await (const event of events(answer.body)) {
+        last = event.id;
+        const job = JSON.parse(event.data);
+        tell(job);
+        if (ended(job)) return;
+      }
+    } catch (error) {
+      if (signal.aborted) return;
+      const again = error instanceof TypeError || (error instanceof Problem && passing(error.status));
+      if (!again) throw error;
+    }
+    await new Promise((resolve) => setTimeout(resolve, PAUSE));
+  }
+}
+
+const passing = (status) => status === 0 || status === 503;
+
+async function* events(body) {
+  const reader = body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    text += value;
+    const blocks = text.split("\n\n");
+    text = blocks.pop();
+    for (const block of blocks) {
+      const event = fields(block);
+      if (event.data !== undefined) yield event;
+    }
+  }
+}
+
+function fields(block) {
+  const lines = block.split("\n").filter((line) => !line.startsWith(":"));
+  return Object.fromEntries(lines.map((line) => {
+    const colon = line.indexOf(":");
+    return [line.slice(0, colon), line.slice(colon + 1).replace(/^ /, "")];
+  }));
+}

@@ -1,0 +1,21 @@
+// Generated shapes, for those who have none at hand.
+
+import { request } from "./api.js";
+import { button } from "./dom.js";
+
+const PAIR = ["human-standing", "human-walking"];
+const ALL = [...PAIR, "cat-standing", "cat-sitting", "horse-standing", "horse-galloping"];
+
+/** @param {function(Array<File>)} take uploads files */
+export function exampleButtons(take) {
+  const bring = (names) => async () => take(await Promise.all(names.map(fetched)));
+  return [
+    button("Match two generated figures", bring(PAIR)), " ",
+    button("Compare six generated shapes", bring(ALL)),
+  ];
+}
+
+async function fetched(name) {
+  const answer = await request(`/page/shapes/${name}.off`);
+  return new File([await answer.blob()], `${name}.off`);
+}

@@ -1,0 +1,53 @@
+// A matrix of dissimilarities as a heat map: dark is alike, blocks are classes.
+
+import { plain } from "./dom.js";
+import { colorOf, plotly } from "./plotly.js";
+import { digits } from "./words.js";
+
+const MOST_NAMES = 40;
+const LONGEST = 18;
+const drawn = new WeakSet();
+
+/** @param {function(number, number)} choose told the row and the column of a cell that is clicked */
+export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
+  const Plotly = await plotly();
+  if (signal.aborted) return;
+  const order = ordered(labels, names.length);
+  const short = order.map((i) => plain(shortened(names[i])));
+  // Names may be the same: the axes count, and the ticks are named.
+  const ticks = names.length <= MOST_NAMES
+    ? { tickvals: order.map((_, at) => at), ticktext: short } : { showticklabels: false };
+  const data = {
+    type: "heatmap", colorscale: "Viridis", xgap: 1, ygap: 1, hoverinfo: "text",
+    // Energies are squares: their roots tell the small ones apart, which matter.
+    z: order.map((i) => order.map((j) => root(matrix[i][j]))),
+    text: order.map((i) => order.map((j) => cellText(names[i], names[j], matrix[i][j]))),
+    colorbar: { title: { text: "√ dissimilarity", side: "right" }, thickness: 12, exponentformat: "e" },
+  };
+  const axis = { ...ticks, automargin: true, showgrid: false, zeroline: false, fixedrange: true };
+  const layout = {
+    margin: { l: 20, r: 10, t: 10, b: 20 }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+    font: { color: colorOf("ink") }, xaxis: axis, yaxis: { ...axis, autorange: "reversed" },
+  };
+  await Plotly.react(node, [data], layout, { displaylogo: false, displayModeBar: false, responsive: true });
+  node.removeAllListeners("plotly_click");
+  node.on("plotly_click", ({ points: [{ x, y }] }) => choose(order[y], order[x]));
+  if (drawn.has(node)) return;
+  drawn.add(node);
+  signal.addEventListener("abort", () => Plotly.purge(node));
+}
+
+const root = (value) => (value === null ? null : Math.sqrt(Math.max(0, value)));
+
+const shortened = (name) => (name.length <= LONGEST ? name : `${name.slice(0, LONGEST - 1)}…`);
+
+const cellText = (row, column, value) =>
+  `${plain(row)}<br>${plain(column)}<br>${value === null ? "not known yet" : digits(value)}`;
+
+function ordered(labels, count) {
+  const order = Array.from({ length: count }, (_, i) => i);
+  if (!labels) return order;
+  const first = new Map();
+  labels.forEach((label, i) => first.has(label) || first.set(label, i));
+  return order.sort((i, j) => first.get(labels[i]) - first.get(labels[j]) || i - j);
+}

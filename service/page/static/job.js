@@ -1,0 +1,74 @@
+// One job: how far it is, and what came of it.
+
+import { get, remove } from "./api.js";
+import { collectionView, partialView } from "./collection.js";
+import { h, fill, button } from "./dom.js";
+import { ended, follow } from "./events.js";
+import { matchView } from "./match.js";
+import { problemBox } from "./problem.js";
+import { kindName, percent, stateName, time } from "./words.js";
+
+const RESULTS = { match: matchView, dissimilarities: collectionView };
+
+export async function jobView(place, [id], signal) {
+  const path = `/v1/jobs/${encodeURIComponent(id)}`;
+  const head = h("section", { class: "card", "aria-live": "polite" });
+  const body = h("div");
+  fill(place, head, body);
+  let job = await get(path, signal);
+  document.title = `${kindName(job.kind)} – isomatch`;
+  const status = statusOf(job);
+  fill(head, status.node);
+  if (!ended(job)) {
+    const partial = job.links.partial ? partialView(body, job.links.partial, signal) : () => {};
+    await follow(`${path}/events`, (now) => {
+      job = now;
+      status.show(job);
+      if (!ended(job)) partial(job);
+    }, signal);
+    if (signal.aborted) return;
+    job = await get(path, signal);
+  }
+  status.show(job);
+  fill(body);
+  const show = RESULTS[job.kind];
+  if (job.state === "succeeded" && show) {
+    head.className = "over";
+    await show(body, await get(job.links.result, signal), job, signal);
+  }
+}
+
+function statusOf(job) {
+  const title = h("h2", {}, kindName(job.kind));
+  const said = h("p", { class: "status" });
+  const bar = h("progress", { max: 1, "aria-label": "Progress" });
+  const cancel = button("Cancel", async () => {
+    said.textContent = "Being cancelled.";
+    await remove(job.links.self).catch((error) => node.append(problemBox(error)));
+  });
+  const box = h("div");
+  const node = h("div", {}, title, said, bar, " ", cancel, box);
+  const show = (now) => {
+    const over = ended(now);
+    bar.hidden = cancel.hidden = over;
+    bar.value = now.progress.fraction;
+    node.dataset.state = now.state;
+    said.textContent = sentence(now);
+    fill(box, now.error ? problemBox({
+      title: now.error.title, message: now.error.detail, errors: now.error.errors,
+    }) : null);
+  };
+  show(job);
+  return { node, show };
+}
+
+function sentence(job) {
+  if (job.state === "queued") {
+    return job.position ? `Waiting; ${job.position} before it.` : "Waiting for a worker.";
+  }
+  if (job.state === "running") {
+    return `${job.progress.stage}, ${percent(job.progress.fraction)}`;
+  }
+  const asked = `Asked for ${time(job.created)}`;
+  return `${stateName(job.state)[0].toUpperCase()}${stateName(job.state).slice(1)}. ${asked}.`;
+}

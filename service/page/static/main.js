@@ -1,0 +1,53 @@
+// Which view is shown: the part of the address behind # says so, and survives a reload.
+
+import { h, fill } from "./dom.js";
+import { askForKey } from "./key.js";
+import { problemBox } from "./problem.js";
+import { homeView } from "./home.js";
+import { jobView } from "./job.js";
+import { shapeView } from "./shape.js";
+
+const main = document.getElementById("main");
+let leaving = new AbortController();
+
+const ROUTES = { jobs: jobView, shapes: shapeView, with: homeView, "": homeView };
+
+async function show() {
+  leaving.abort();
+  leaving = new AbortController();
+  const { signal } = leaving;
+  const [name, ...rest] = location.hash.replace(/^#\/?/, "").split("/").map(decoded);
+  const view = ROUTES[name] ?? nowhere;
+  const place = h("div", { class: "view" });
+  fill(main, place);
+  document.title = "isomatch";
+  try {
+    await view(place, rest.filter(Boolean), signal);
+  } catch (error) {
+    if (signal.aborted) return;
+    place.append(problemBox(error));
+  }
+}
+
+function decoded(part) {
+  try {
+    return decodeURIComponent(part);
+  } catch {
+    return part;
+  }
+}
+
+function nowhere(place) {
+  fill(place, h("p", {}, "There is nothing here. ", h("a", { href: "#/" }, "To the beginning")));
+}
+
+document.getElementById("key").addEventListener("click", async () => {
+  const given = await askForKey("Services that are set up with keys take one with every request.");
+  if (given) show();
+});
+document.querySelector(".skip").addEventListener("click", (event) => {
+  event.preventDefault();
+  main.focus();
+});
+window.addEventListener("hashchange", show);
+show();

@@ -1,0 +1,27 @@
+// plotly.js, fetched when something is to be drawn.
+
+let loading = null;
+
+export function plotly() {
+  loading ??= new Promise((resolve, reject) => {
+    const script = document.createElement("script");
+    script.src = "/page/plotly.min.js";
+    script.onload = () => resolve(window.Plotly);
+    script.onerror = () => {
+      loading = null;
+      reject(new Error("plotly.js, which draws, cannot be loaded; reload the page."));
+    };
+    document.head.append(script);
+  });
+  return loading;
+}
+
+/** A colour of the style sheet. */
+export const colorOf = (name) =>
+  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+
+/** Whether shapes can be drawn here. */
+export function canDraw() {
+  const canvas = document.createElement("canvas");
+  return (canvas.getContext("webgl2") ?? canvas.getContext("webgl")) !== null;
+}

@@ -1,0 +1,16 @@
+// What was refused, and why.
+
+import { h } from "./dom.js";
+
+/** A box with a problem: what it is, what to do, and which field is wrong. */
+export function problemBox(error) {
+  const errors = error.errors ?? [];
+  return h("div", { class: "problem", role: "alert" },
+    h("strong", {}, error.title ?? "Something went wrong"),
+    h("p", {}, error.message),
+    errors.length === 0 ? null : h("ul", {}, errors.map((field) =>
+      h("li", {}, h("code", {}, fieldName(field.field)), " ", field.message))));
+}
+
+/** "points" of "body.points". */
+export const fieldName = (field) => field.replace(/^body\./, "");

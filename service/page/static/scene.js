@@ -1,0 +1,140 @@
+// One shape in three dimensions, with its matched points.
+
+import { normals } from "./geometry.js";
+import { colorOf, plotly } from "./plotly.js";
+import { css } from "./tint.js";
+
+const FLAT = { lighting: { ambient: 1, diffuse: 0, specular: 0, roughness: 1, fresnel: 0 } };
+const LIGHT = [-0.36, 0.56, 0.75];
+const DARKEST = 0.55;
+const SKIN = 218;
+// It is this that sizes a shape where the projection is orthographic.
+const ZOOM = { x: 1.75, y: 1.75, z: 1.75 };
+const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: false };
+const POINTS = 1;
+const RING = 2;
+const NOTHING = { points: [], colors: [], names: [], numbered: false, ring: null };
+
+/**
+ * A shape that is drawn.
+ *
+ * `mesh` has `positions` and `faces`; nothing is drawn before it is first shown.
+ */
+export class Scene {
+  #node;
+  #signal;
+  #plotly = null;
+  #surface;
+  #points = [];
+  #size;
+  #brightness;
+
+  constructor(node, { positions, faces }, signal) {
+    this.#node = node;
+    this.#signal = signal;
+    this.#size = positions.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+    this.#brightness = brightness(positions, faces);
+    this.#surface = {
+      type: "mesh3d", hoverinfo: "skip", ...FLAT,
+      ...columns(positions, ["x", "y", "z"]), ...columns(faces, ["i", "j", "k"]),
+    };
+  }
+
+  /**
+   * Draw the shape.
+   * @param {ArrayLike<number>|null} shades (3 V) of the surface, 0..255
+   * @param {Object} marks `points`, their `colors` and `names`, whether these are `numbered`, and
+   *   `ring`, the number of the one that has a ring or null
+   */
+  async show(shades, { points, colors, names, numbered, ring } = NOTHING) {
+    this.#plotly ??= await plotly();
+    if (this.#signal.aborted) return;
+    this.#points = points;
+    const vertexcolor = Array.from(this.#brightness, (light, v) =>
+      css([0, 1, 2].map((k) => Math.round(light * (shades === null ? SKIN : shades[3 * v + k])))));
+    const surface = { ...this.#surface, vertexcolor };
+    const marks = {
+      type: "scatter3d", mode: numbered ? "markers+text" : "markers", ...columnsOf(points),
+      text: names, hoverinfo: "none", textposition: "top center",
+      textfont: { size: 11, color: colorOf("ink") },
+      marker: { size: 6, color: colors.map(css), line: { color: "white", width: 1 } },
+    };
+    const first = this.#node.data === undefined;
+    await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring)], this.#layout(), CONFIG);
+    if (first) this.#signal.addEventListener("abort", () => this.#plotly.purge(this.#node));
+  }
+
+  /** Draw a ring round one of the points, or round none. */
+  async ring(pair) {
+    if (this.#node.data === undefined) return;
+    const { x, y, z } = this.#ring(pair);
+    await this.#plotly.restyle(this.#node, { x: [x], y: [y], z: [z] }, [RING]);
+  }
+
+  #ring(pair) {
+    this.#node.dataset.pair = pair ?? "";
+    return {
+      type: "scatter3d", mode: "markers", hoverinfo: "skip",
+      ...columnsOf(pair === null ? [] : [this.#points[pair]]),
+      marker: { size: 16, symbol: "circle-open", color: colorOf("mark"), line: { width: 5 } },
+    };
+  }
+
+  #layout() {
+    const axis = { visible: false, showspikes: false, range: [-this.#size, this.#size] };
+    return {
+      scene: {
+        aspectmode: "manual", aspectratio: ZOOM, xaxis: axis, yaxis: axis, zaxis: axis, dragmode: "orbit",
+        camera: {
+          eye: { x: 0, y: 0, z: 2 }, up: { x: 0, y: 1, z: 0 }, projection: { type: "orthographic" },
+        },
+      },
+      margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, uirevision: "kept",
+      paper_bgcolor: "rgba(0,0,0,0)",
+    };
+  }
+
+  /** Once it is shown, tell which point the pointer is at, null when it leaves, and which is clicked. */
+  watch(hover, click) {
+    const pairOf = (event) => event.points.find((point) => point.curveNumber === POINTS)?.pointNumber;
+    // plotly.js tells of pointers while it draws: what is drawn must not be changed before it is done.
+    const later = (pair) => setTimeout(() => hover(pair));
+    this.#node.on("plotly_hover", (event) => later(pairOf(event) ?? null));
+    this.#node.on("plotly_unhover", () => later(null));
+    this.#node.on("plotly_click", (event) => {
+      const pair = pairOf(event);
+      if (pair !== undefined) setTimeout(() => click(pair));
+    });
+  }
+
+  /** Tell where the camera is whenever it was moved by hand. */
+  follow(tell) {
+    this.#node.on("plotly_relayout", (change) => {
+      const camera = change["scene.camera"];
+      if (camera) tell(camera);
+    });
+  }
+
+  async look(camera) {
+    await this.#plotly.relayout(this.#node, { "scene.camera": camera });
+  }
+}
+
+function columns(values, names) {
+  return Object.fromEntries(names.map((name, k) =>
+    [name, Array.from({ length: values.length / 3 }, (_, v) => values[3 * v + k])]));
+}
+
+// How bright each vertex is, lit from the upper left; the light turns with the shape.
+function brightness(positions, faces) {
+  const across = normals(positions, faces);
+  return Float32Array.from({ length: positions.length / 3 }, (_, v) => {
+    const normal = [0, 1, 2].map((k) => across[3 * v + k]);
+    const length = Math.hypot(...normal) || 1;
+    const cosine = normal.reduce((sum, value, k) => sum + value * LIGHT[k], 0) / length;
+    return DARKEST + (1 - DARKEST) * (0.5 + 0.5 * cosine);
+  });
+}
+
+const columnsOf = (points) =>
+  Object.fromEntries(["x", "y", "z"].map((name, k) => [name, points.map((point) => point[k])]));

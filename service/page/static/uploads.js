@@ -1,0 +1,76 @@
+// Files that are dropped or picked, on their way to the service.
+
+import { upload } from "./api.js";
+import { h, fill, button } from "./dom.js";
+import { problemBox } from "./problem.js";
+import { percent } from "./words.js";
+
+const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf";
+
+/**
+ * A place for files.
+ * @param {function(Object)} arrived told each shape that was made of one, in the files' order
+ * @returns {Object} `node`, and `take`, which uploads files
+ */
+export function dropZone(arrived, signal) {
+  const list = h("ul", { class: "uploads", "aria-live": "polite" });
+  const take = async (files) => {
+    const uploads = [...files].map((file) => sent(file, list, signal));
+    for (const shape of uploads) {
+      const found = await shape;
+      if (found !== null) await arrived(found);
+    }
+  };
+  const input = h("input", {
+    id: "files", type: "file", multiple: true, accept: ENDINGS, class: "files",
+    onchange: async () => {
+      const files = [...input.files];
+      input.value = "";
+      await take(files);
+    },
+  });
+  const zone = h("div", { class: "drop" },
+    input,
+    h("label", { for: "files" }, h("strong", {}, "Choose meshes"), " or drop them here"),
+    h("p", { class: "faint" }, "OFF, OBJ, PLY, STL, GLB or GLTF"));
+  droppable(zone, take);
+  return { node: h("section", { "aria-label": "Upload" }, zone, list), take };
+}
+
+function droppable(zone, take) {
+  const over = (event) => {
+    event.preventDefault();
+    zone.classList.add("over");
+  };
+  zone.addEventListener("dragover", over);
+  zone.addEventListener("dragenter", over);
+  zone.addEventListener("dragleave", () => zone.classList.remove("over"));
+  zone.addEventListener("drop", (event) => {
+    event.preventDefault();
+    zone.classList.remove("over");
+    take(event.dataTransfer.files);
+  });
+}
+
+async function sent(file, list, signal) {
+  const bar = h("progress", { max: 1, value: 0, "aria-label": `Upload of ${file.name}` });
+  const said = h("span", { class: "faint" }, "sending");
+  const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
+  list.append(line);
+  try {
+    const shape = await upload(file, (share) => {
+      bar.value = share;
+      said.textContent = share < 1 ? percent(share) : "being read";
+    }, signal);
+    line.remove();
+    for (const warning of shape.warnings) list.append(note(`${shape.name}: ${warning}`));
+    return shape;
+  } catch (error) {
+    if (error.name === "AbortError") return null;
+    const away = button("Dismiss", () => line.remove(), { class: "small" });
+    fill(line, h("span", { class: "name" }, file.name), problemBox(error), away);
+    return null;
+  }
+}
+
+const note = (text) => h("li", { class: "faint" }, text);

@@ -1,0 +1,57 @@
+// Numbers and states, as they are read.
+
+import { h } from "./dom.js";
+
+const STATES = {
+  queued: "waiting",
+  running: "running",
+  succeeded: "done",
+  failed: "failed",
+  cancelled: "cancelled",
+};
+const KINDS = {
+  match: "Match",
+  dissimilarities: "Comparison",
+  prototype: "Prototype",
+  validation: "Upload",
+};
+
+export const count = (number) => number.toLocaleString("en");
+export const stateName = (state) => STATES[state] ?? state;
+export const kindName = (kind) => KINDS[kind] ?? kind;
+export const time = (iso) => new Date(iso).toLocaleString();
+
+/** "3 points", "1 point". */
+export const several = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
+
+export function digits(number) {
+  if (number === null || number === undefined) return "none";
+  if (number === 0) return "0";
+  const size = Math.abs(number);
+  return size >= 1e-3 && size < 1e5 ? String(Number(number.toPrecision(4))) : number.toExponential(3);
+}
+
+export function percent(share) {
+  const value = 100 * share;
+  if (value > 0 && value < 0.01) return "less than 0.01 %";
+  return `${value.toFixed(value < 10 ? 2 : 0)} %`;
+}
+
+/** A number that is shown shortened, and has all its digits in its markup. */
+export function figure(number) {
+  return number === null || number === undefined
+    ? "none"
+    : h("data", { value: number, title: String(number) }, digits(number));
+}
+
+/** What is proven of an answer. */
+export function certificate({ certified, gap, energy, lower_bound: bound }) {
+  if (certified) {
+    return "Proven optimal: no other correspondence of the problem solved has less energy.";
+  }
+  if (energy > 0 && bound <= 0) return "Nothing is proven of how good this answer is.";
+  return (
+    `Within ${percent(gap)} of the optimum: no correspondence of the problem solved has an energy`
+    + ` below ${digits(bound)}.`
+  );
+}

@@ -1,0 +1,186 @@
+"""A match on the page, from two files to what is drawn, told and pointed at."""
+
+import math
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from service.page.files import STATIC
+from tests.service.conftest import Api, Json
+from tests.service.page.conftest import PATIENCE, job_of, opened, result_of
+
+FIGURES = [STATIC / "shapes" / f"human-{pose}.off" for pose in ("standing", "walking")]
+
+# Where a point of a drawn shape is on the screen, by the camera that plotly.js looks through.
+PLACE = """(scene, pair) => {
+  const drawing = scene._fullLayout.scene._scene;
+  const { model, view, projection } = drawing.glplot.cameraParams;
+  const moved = (m, v) => [0, 1, 2, 3].map(
+    (r) => m[r] * v[0] + m[4 + r] * v[1] + m[8 + r] * v[2] + m[12 + r] * v[3]);
+  const { x, y, z } = scene.data[1];
+  const point = [x, y, z].map((values, k) => values[pair] * drawing.dataScale[k]);
+  const [u, v, , w] = [model, view, projection].reduce((p, m) => moved(m, p), [...point, 1]);
+  const box = scene.getBoundingClientRect();
+  return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
+}"""
+
+
+@pytest.fixture(scope="module")
+def matched(browser: Browser, api: Api) -> Iterator[Page]:
+    """Two files were dropped, matched by the form, and the result is shown."""
+    with opened(browser, api.url, viewport={"width": 1100, "height": 900}) as page:
+        page.goto("/")
+        page.locator("#files").set_input_files([str(path) for path in FIGURES])
+        expect(page.locator(".chips li")).to_have_count(2, timeout=PATIENCE)
+        page.get_by_label("Points", exact=True).fill("12")
+        page.get_by_role("button", name="Match", exact=True).click()
+        page.wait_for_url("**/#/jobs/*")
+        shown(page)
+        yield page
+
+
+def shown(page: Page) -> None:
+    page.locator("[data-drawn]").wait_for()
+
+
+def value(page: Page, field: str) -> float:
+    text = page.locator(f"[data-field={field}] data").get_attribute("value")
+    assert text is not None
+    return float(text)
+
+
+def scenes(page: Page) -> tuple[Locator, Locator]:
+    return page.locator(".scene[data-side=source]"), page.locator(".scene[data-side=target]")
+
+
+def rows(page: Page) -> list[tuple[int, int, float]]:
+    script = "lines => lines.map(line => [...line.cells].slice(1).map(cell =>"
+    script += " Number(cell.querySelector('data')?.value ?? cell.textContent)))"
+    found: list[list[float]] = page.locator("tr[data-pair]").evaluate_all(script)
+    return [(int(source), int(target), cost) for source, target, cost in found]
+
+
+def pairs(answer: Json) -> list[tuple[int, int, float]]:
+    return [(c["source"], c["target"], c["cost"]) for c in answer["correspondences"]]
+
+
+def test_numbers_are_those_of_the_api(matched: Page, api: Api) -> None:
+    result = result_of(matched, api)
+    assert rows(matched) == pairs(result)
+    assert len(result["correspondences"]) == 12
+    for field in ("energy", "lower_bound", "gap", "gromov_hausdorff"):
+        assert value(matched, field) == pytest.approx(result[field], rel=1e-12)
+    for field in ("second_order", "first_order", "linf"):
+        assert value(matched, field) == result["distortion"][field]
+    assert result["certified"]
+    expect(matched.locator(".badge")).to_have_text("certified")
+    expect(matched.locator(".proof")).to_contain_text("Proven optimal")
+
+
+def test_both_shapes_are_drawn_with_their_points(matched: Page, api: Api) -> None:
+    result = result_of(matched, api)
+    for side, scene, path in zip(("source", "target"), scenes(matched), FIGURES, strict=True):
+        lines = path.read_text().splitlines()
+        vertices, faces, _ = map(int, lines[1].split())
+        counts = scene.evaluate("s => [s.data[0].x.length, s.data[0].i.length]")
+        assert counts == [vertices, faces]
+        # Distances between matched vertices are those of the file, up to scale and the lift.
+        drawn = scene.evaluate("s => [s.data[1].x, s.data[1].y, s.data[1].z]")
+        numbers = [pair[side] for pair in result["correspondences"]]
+        given = [list(map(float, lines[2 + number].split())) for number in numbers]
+        seen = [list(point) for point in zip(*drawn, strict=True)]
+        ratios = [
+            math.dist(seen[i], seen[j]) / math.dist(given[i], given[j])
+            for i in range(12)
+            for j in range(i)
+            if math.dist(given[i], given[j]) > 0.5
+        ]
+        assert max(ratios) < 1.1 * min(ratios)
+    # Partners have the same colour.
+    colors = [scene.evaluate("s => s.data[1].marker.color") for scene in scenes(matched)]
+    assert colors[0] == colors[1]
+    assert len(set(colors[0])) == 12
+
+
+def test_the_partner_of_a_point_that_is_pointed_at(matched: Page) -> None:
+    source, target = scenes(matched)
+    source.scroll_into_view_if_needed()
+    # The highest point is in front of nothing.
+    pair = source.evaluate("s => s.data[1].y.indexOf(Math.max(...s.data[1].y))")
+    x, y = source.evaluate(PLACE, pair)
+    matched.mouse.move(x - 4, y)
+    matched.mouse.move(x, y, steps=3)
+    expect(target).to_have_attribute("data-pair", str(pair))
+    expect(source).to_have_attribute("data-pair", str(pair))
+    ringed = target.evaluate("s => [s.data[2].x[0], s.data[2].y[0], s.data[2].z[0]]")
+    assert ringed == target.evaluate("(s, p) => ['x', 'y', 'z'].map(k => s.data[1][k][p])", pair)
+    expect(matched.locator("tr.shown")).to_have_attribute("data-pair", str(pair))
+    matched.mouse.move(2, 2)
+    expect(target).to_have_attribute("data-pair", "")
+
+
+def test_a_pair_is_chosen_by_the_keyboard(matched: Page) -> None:
+    button = matched.locator("tr[data-pair='4'] button")
+    button.focus()
+    for scene in scenes(matched):
+        expect(scene).to_have_attribute("data-pair", "4")
+    matched.keyboard.press("Enter")
+    expect(button).to_have_attribute("aria-pressed", "true")
+    matched.keyboard.press("Tab")
+    matched.keyboard.press("Shift+Tab")
+    matched.keyboard.press("Enter")
+    expect(button).to_have_attribute("aria-pressed", "false")
+    button.blur()
+
+
+def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
+    result = result_of(matched, api)
+    assert result["alternatives"]
+    choices = matched.locator(".alternatives input")
+    assert choices.count() == 1 + len(result["alternatives"])
+    before = scenes(matched)[1].evaluate("s => s.data[1].x")
+    choices.nth(1).check()
+    alternative: dict[str, Any] = result["alternatives"][0]
+    expect(matched.locator("[data-field=linf] data")).to_have_attribute(
+        "value", str(alternative["distortion"]["linf"])
+    )
+    matched.wait_for_timeout(300)
+    assert rows(matched) == pairs(alternative)
+    assert scenes(matched)[1].evaluate("s => s.data[1].x") != before
+    choices.nth(0).check()
+
+
+def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
+    before, job = rows(matched), job_of(matched)
+    matched.reload()
+    shown(matched)
+    assert rows(matched) == before
+    assert job_of(matched) == job
+    with matched.expect_download() as saved:
+        matched.get_by_role("link", name="JSON").click()
+    assert Path(saved.value.path()).stat().st_size > 1000
+    matched.goto("/#/")
+    expect(matched.locator(f"a[href='#/jobs/{job}']")).to_be_visible()
+
+
+def test_a_job_is_cancelled(page: Page, api: Api) -> None:
+    page.goto("/")
+    page.locator("#files").set_input_files([str(path) for path in FIGURES])
+    expect(page.locator(".chips li")).to_have_count(2)
+    page.get_by_label("Points", exact=True).fill("256")
+    page.get_by_label("Metric").select_option("diffusion")
+    page.get_by_role("button", name="Match", exact=True).click()
+    bar = page.get_by_role("progressbar", name="Progress")
+    bar.wait_for()
+    start = time.monotonic()
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.locator("[data-state=cancelled]")).to_be_visible()
+    assert time.monotonic() - start < 10.0
+    expect(bar).to_be_hidden()
+    record = api.store.jobs.get(job_of(page))
+    assert record is not None
+    assert record.state.value == "cancelled"

@@ -1,0 +1,141 @@
+"""What is refused is said; names are text; a key is asked for; and no mouse is needed."""
+
+from collections.abc import Callable
+
+import httpx2
+from playwright.sync_api import Browser, FilePayload, Page, expect
+
+from service.embedded import EmbeddedServer
+from service.security import read_keys
+from tests.service.conftest import Api, Json, idle_api
+from tests.service.page.conftest import job_of, opened
+from tests.worker.figures import blob_file, two_blobs_file
+
+NASTY = "<img src=x onerror=hit()><svg onload=hit()>&lt;b&gt;"
+"""A name of a shape; what it says must be read, and not run."""
+
+
+def file(name: str, data: bytes) -> FilePayload:
+    return {"name": name, "mimeType": "application/octet-stream", "buffer": data}
+
+
+def test_an_upload_that_is_refused(page: Page) -> None:
+    page.goto("/")
+    page.locator("#files").set_input_files([file("broken.off", b"OFF\n3 1 0\n0 0")])
+    box = page.get_by_role("alert")
+    expect(box).to_contain_text("OFF")
+    assert len(box.inner_text()) > 20
+    page.get_by_role("button", name="Dismiss").click()
+    expect(box).to_have_count(0)
+    page.locator("#files").set_input_files([file("what.txt", b"no mesh")])
+    expect(page.get_by_role("alert")).to_contain_text("no ending that is read")
+
+
+def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[..., Json]) -> None:
+    shapes = [upload(blob_file(2, seed=seed))["id"] for seed in (81, 82)]
+    page.goto(f"/#/with/{'/'.join(shapes)}")
+    points = page.get_by_label("Points", exact=True)
+    points.fill("2")
+    page.get_by_role("button", name="Match", exact=True).click()
+    expect(page.locator("#error-points")).to_contain_text("greater than or equal to 3")
+    expect(points).to_have_attribute("aria-invalid", "true")
+    expect(page.get_by_role("alert")).to_contain_text("points")
+
+
+def test_a_job_that_fails_says_why(page: Page, upload: Callable[..., Json]) -> None:
+    shapes = [upload(two_blobs_file())["id"], upload(blob_file(2, seed=83))["id"]]
+    page.goto(f"/#/with/{'/'.join(shapes)}")
+    # What shapes of several parts need is asked for beforehand; here somebody says no.
+    page.get_by_label("largest part").uncheck()
+    page.get_by_role("button", name="Match", exact=True).click()
+    expect(page.locator("[data-state=failed]")).to_be_visible()
+    expect(page.get_by_role("alert")).to_contain_text("component")
+
+
+def test_names_are_text(page: Page, http: httpx2.Client) -> None:
+    ids = []
+    for seed in (84, 85, 86):
+        form = {"name": f"{NASTY} {seed}"}
+        answer = http.post("/v1/shapes", files={"file": ("a.off", blob_file(2, seed))}, data=form)
+        ids.append(answer.json()["id"])
+    page.goto("/")
+    expect(page.get_by_role("link", name=f"{NASTY} 84", exact=True)).to_be_visible()
+    page.goto(f"/#/shapes/{ids[0]}")
+    expect(page.locator("h2")).to_have_text(f"{NASTY} 84")
+    asked = {"source": ids[0], "target": ids[1], "points": 4, "eigenpairs": 20}
+    job = http.post("/v1/matches", json=asked).json()["id"]
+    page.goto(f"/#/jobs/{job}")
+    page.locator("[data-drawn]").wait_for()
+    assert f"{NASTY} 85" in page.locator("figcaption").nth(1).inner_text()
+    compared = http.post("/v1/dissimilarities", json={"shapes": ids, "eigenpairs": 20}).json()["id"]
+    page.goto(f"/#/jobs/{compared}")
+    expect(page.locator(".heat .ytick text").first).to_contain_text("<img src=x onerro")
+    assert page.locator("main img, main svg svg[onload], main b").count() == 0
+    # A file's name is another way in.
+    page.goto("/")
+    name = "<img src=x onerror=hit()>.off"
+    page.locator("#files").set_input_files([file(name, b"OFF")])
+    expect(page.locator(".uploads .name")).to_have_text(name)
+    expect(page.get_by_role("alert")).to_be_visible()
+
+
+def test_a_key_is_asked_for_and_kept(browser: Browser, server: EmbeddedServer) -> None:
+    with (
+        idle_api(server, 11, api_keys=read_keys("alice:wonderland")) as api,
+        opened(browser, api.url) as page,
+    ):
+        page.goto("/")
+        dialog = page.get_by_role("dialog")
+        expect(dialog).to_contain_text("This needs an API key")
+        for key in ("looking-glass", "wonderland"):
+            page.get_by_label("Key", exact=True).fill(key)
+            page.keyboard.press("Enter")
+            if key != "wonderland":
+                expect(dialog).to_contain_text("no API key of this service")
+        expect(page.get_by_text("No job yet.")).to_be_visible()
+        page.reload()
+        expect(page.get_by_text("No shape yet.")).to_be_visible()
+        assert page.get_by_role("dialog").count() == 0
+        assert page.evaluate("sessionStorage.getItem('isomatch-key')") == "wonderland"
+        assert page.evaluate("localStorage.length") == 0
+
+
+def test_addresses_of_nothing(page: Page) -> None:
+    page.goto("/#/jobs/none")
+    expect(page.get_by_role("alert")).to_contain_text("There is no job none.")
+    page.goto("/#/nowhere")
+    expect(page.get_by_role("main")).to_contain_text("There is nothing here")
+
+
+def test_a_collection_is_compared_on_a_telephone(
+    browser: Browser, api: Api, http: httpx2.Client
+) -> None:
+    with opened(browser, api.url, viewport={"width": 390, "height": 800}) as page:
+        page.goto("/")
+        page.get_by_role("button", name="Compare six generated shapes").click()
+        expect(page.locator(".chips li")).to_have_count(6)
+        page.get_by_role("button", name="Compare", exact=True).click()
+        page.locator(".neighbours").first.wait_for()
+        result = http.get(f"/v1/jobs/{job_of(page)}/result").json()
+        heat = page.locator(".heat")
+        expect(heat.locator(".heatmaplayer image")).to_have_count(1)
+        rooted = [[max(0.0, value) ** 0.5 for value in row] for row in result["matrix"]]
+        assert heat.evaluate("map => map.data[0].z") == rooted
+        assert result["labels"] == ["human"] * 2 + ["cat"] * 2 + ["horse"] * 2
+        # The cell in the second row and the fourth column.
+        box = heat.locator(".heatmaplayer").bounding_box()
+        assert box is not None
+        heat.scroll_into_view_if_needed()
+        box = heat.locator(".heatmaplayer").bounding_box()
+        assert box is not None
+        page.mouse.move(box["x"] + 3.4 / 6 * box["width"], box["y"] + 1.4 / 6 * box["height"])
+        page.mouse.click(box["x"] + 3.5 / 6 * box["width"], box["y"] + 1.5 / 6 * box["height"])
+        detail = page.locator(".detail")
+        expect(detail).to_contain_text("human-walking.off and cat-sitting.off")
+        said = detail.locator("data").get_attribute("value")
+        assert said is not None
+        assert float(said) == result["matrix"][1][3]
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        detail.get_by_role("link", name="Match these two").click()
+        expect(page.locator(".chips li")).to_have_count(2)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
