@@ -44,6 +44,9 @@ _TYPES = {
     "double": "f8",
     "float64": "f8",
 }
+_GREATEST = {"u1": 255.0, "u2": 65535.0}
+"""What full red is in integers without sign."""
+
 _FACE_LISTS = ("vertex_indices", "vertex_index")
 """Names under which faces list their corners."""
 
@@ -172,4 +175,5 @@ def _colors(vertex: Columns, types: dict[str, Property]) -> FloatArray | None:
     if not all(isinstance(channel, np.ndarray) for channel in channels):
         return None
     values = np.stack([np.asarray(channel, dtype=np.float64) for channel in channels], axis=1)
-    return values / 255.0 if types["red"].kind == "u1" else colors_in_unit_range(values)
+    greatest = _GREATEST.get(types["red"].kind)
+    return colors_in_unit_range(values) if greatest is None else values / greatest

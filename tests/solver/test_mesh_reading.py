@@ -383,9 +383,12 @@ def test_ply_with_colors_and_other_properties(texcoord: str) -> None:
         np.testing.assert_allclose(mesh.colors, np.tile([1.0, 0.0, 0.2], (3, 1)), atol=1e-12)
 
 
-def test_ply_colors_as_floats() -> None:
-    body = "".join(f"{x} 1 0 0.2 {y} {z}\n" for x, y, z in SQUARE[:3].tolist())
-    data = _ply("ascii", "float", "", f"{body}0 1\n1 3 0 1 2 2.5\n".encode())
+@pytest.mark.parametrize(
+    ("kind", "red"), [("float", "1 0 0.2"), ("ushort", "65535 0 13107"), ("int", "255 0 51")]
+)
+def test_ply_colors_of_other_types(kind: str, red: str) -> None:
+    body = "".join(f"{x} {red} {y} {z}\n" for x, y, z in SQUARE[:3].tolist())
+    data = _ply("ascii", kind, "", f"{body}0 1\n1 3 0 1 2 2.5\n".encode())
     colors = read_mesh(data, "ply").colors
     assert colors is not None
     np.testing.assert_array_equal(colors, np.tile([1.0, 0.0, 0.2], (3, 1)))

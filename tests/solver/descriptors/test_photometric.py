@@ -11,6 +11,8 @@ from solver.errors import MeshError, OptionError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.metrics import GeodesicMetric
+from solver.simplification import simplified
+from solver.synthetic import articulated, clothed
 from tests.solver import shapes
 from tests.solver.descriptors.exact_distances import GreatCircles, straight_lines
 
@@ -50,6 +52,35 @@ def test_means_over_caps_of_the_sphere() -> None:
         found = photometric(mesh, GreatCircles(mesh), angle, pole)[0] * np.sqrt(3.0)
         direction = (1.0 + np.cos(angle)) / 2.0 * sphere.vertices[pole[0]]
         np.testing.assert_allclose(found, 0.5 + 0.5 * direction, atol=2e-3)
+
+
+def test_a_constant_colour_is_its_own_mean() -> None:
+    mesh = painted(shapes.blob(), np.tile([0.2, 0.7, 1.0], (len(shapes.blob().vertices), 1)))
+    for radius in (0.0, 0.05, 0.5, 5.0):
+        found = photometric(mesh, graph(mesh), radius, np.arange(0, mesh.n_vertices, 50))
+        np.testing.assert_allclose(found * np.sqrt(3.0), np.tile([0.2, 0.7, 1.0], (len(found), 1)))
+
+
+def test_another_triangulation_has_the_same_means() -> None:
+    """Points of a sphere in two triangulations, one of them irregular."""
+    fine = shapes.icosphere(5)
+    coarse = simplified(fine, 6000)
+    found = []
+    for sphere in (fine, coarse):
+        mesh = painted(sphere, 0.5 + 0.5 * np.sin(4.0 * sphere.vertices))
+        at = np.flatnonzero(np.isin(sphere.vertex_ids, coarse.vertex_ids[::60]))
+        found.append(photometric(mesh, GreatCircles(mesh), 0.3, at))
+    np.testing.assert_allclose(found[0], found[1], atol=3e-3)
+    assert found[0].std(axis=0).min() > 0.1
+
+
+def test_a_pose_changes_little() -> None:
+    poses = [articulated("human", pose, 800, 0) for pose in ("standing", "walking")]
+    meshes = [triangle_mesh(one.vertices, one.faces, clothed(one.rest)) for one in poses]
+    before, after = (photometric(mesh, graph(mesh), 0.1 * np.sqrt(mesh.area)) for mesh in meshes)
+    change = np.linalg.norm(after - before, axis=1)
+    spread = np.linalg.norm(before - before.mean(axis=0), axis=1)
+    assert np.sqrt((change**2).mean()) < 0.1 * np.sqrt((spread**2).mean())
 
 
 def test_from_one_point_to_the_whole_surface() -> None:
