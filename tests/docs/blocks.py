@@ -95,6 +95,7 @@ class Terminal:
             "PATH": f"{commands}:{Path(sys.prefix, 'bin')}:{os.environ['PATH']}",
             "ISOMATCH_URL": self.url,
             "PYTHONPATH": str(ROOT),
+            "MPLBACKEND": "Agg",
         }
 
     def run(self, statement: str) -> str:

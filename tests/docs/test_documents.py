@@ -1,6 +1,8 @@
 """Every command and snippet of the documents is run, in order, against the running service."""
 
 import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -8,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from demo.stack import ROOT
-from tests.client.shapes import blob_meshes, write_blobs
 from tests.docs.blocks import Block, Terminal, blocks, statements
+from tests.docs.files import write_files
 
 DOCUMENTS = [
     *sorted(ROOT.glob("*.md")),
@@ -55,16 +57,6 @@ def with_code(language: str) -> list[Path]:
     return [document for document in DOCUMENTS if in_language(document, language)]
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """Where the documents' ``a.off`` and ``b.obj`` are, and another shape for ``*.off``."""
-    write_blobs(tmp_path)
-    mesh = blob_meshes()[0]
-    mesh.vertices = mesh.vertices * [1.0, 1.3, 0.7]
-    mesh.export(tmp_path / "c.off")
-    return tmp_path
-
-
 def test_no_block_is_passed_over() -> None:
     for document in DOCUMENTS:
         for block in blocks(document):
@@ -75,14 +67,16 @@ def test_no_block_is_passed_over() -> None:
 
 
 @pytest.mark.parametrize("document", with_code("python"), ids=name_of)
-def test_python(document: Path, url: str, folder: Path) -> None:
+def test_python(document: Path, url: str, tmp_path: Path) -> None:
+    write_files(tmp_path, name_of(document))
     before = BEFORE.get(name_of(document), "")
     lines = ["import json, warnings", "warnings.simplefilter('error')"]
     lines += [line.strip() for line in before.splitlines()]
     program = "\n".join([*lines, *(block.code for block in in_language(document, "python"))])
     done = subprocess.run(
         [sys.executable, "-c", program],
-        cwd=folder,
+        cwd=tmp_path,
+        env={**os.environ, "MPLBACKEND": "Agg"},
         capture_output=True,
         text=True,
         timeout=200,
@@ -94,13 +88,16 @@ def test_python(document: Path, url: str, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("document", with_code("sh"), ids=name_of)
-def test_commands(document: Path, url: str, folder: Path) -> None:
-    terminal = Terminal(folder, url)
+def test_commands(document: Path, url: str, tmp_path: Path) -> None:
+    write_files(tmp_path, name_of(document))
+    terminal = Terminal(tmp_path, url)
     for block in in_language(document, "sh"):
+        if "curl " in block.code and shutil.which("curl") is None:
+            pytest.skip("curl is not installed")
         for statement in statements(block.code):
             terminal.run(statement)
     for name in LEAVES.get(name_of(document), ()):
-        assert (folder / name).stat().st_size > 100
+        assert (tmp_path / name).stat().st_size > 100
 
 
 @pytest.mark.parametrize("document", with_code("json"), ids=name_of)
@@ -109,8 +106,8 @@ def test_json(document: Path) -> None:
         json.loads(block.code)
 
 
-def test_a_wrong_command_is_noticed(url: str, folder: Path) -> None:
-    terminal = Terminal(folder, url)
+def test_a_wrong_command_is_noticed(url: str, tmp_path: Path) -> None:
+    terminal = Terminal(tmp_path, url)
     for wrong in (
         "make frobnicate",
         "isomatch frobnicate",

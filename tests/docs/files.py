@@ -1,0 +1,48 @@
+"""The mesh files that the documents take for granted."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final
+
+import numpy as np
+import trimesh
+
+from tests.client.shapes import TURN, blob_meshes, write_blobs
+from tests.solver.textured_files import image_file, ramp, textured_glb, zipped_obj
+
+
+def write_shapes(folder: Path) -> None:
+    """``a.off`` and ``b.obj``, which correspond, and another for ``*.off``."""
+    write_blobs(folder)
+    mesh = blob_meshes()[0]
+    mesh.vertices = mesh.vertices * [1.0, 1.3, 0.7]
+    mesh.export(folder / "c.off")
+
+
+def write_textured(folder: Path) -> None:
+    """``standing.glb`` and ``walking.zip``, which correspond and have a texture."""
+    first, second = blob_meshes()
+    directions = trimesh.creation.icosphere(subdivisions=3).vertices
+    image = image_file(ramp())
+    for name, mesh, along, writer in (
+        ("standing.glb", first, directions, textured_glb),
+        ("walking.zip", second, directions @ TURN, zipped_obj),
+    ):
+        coordinates = 0.5 + 0.45 * np.asarray(along)[:, :2]
+        vertices = np.asarray(mesh.vertices, dtype=np.float64)
+        faces = np.asarray(mesh.faces, dtype=np.int64)
+        folder.joinpath(name).write_bytes(writer(vertices, faces, coordinates, image))
+
+
+WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
+    {"docs/textures.md": write_textured}
+)
+"""Who writes what one document has besides."""
+
+
+def write_files(folder: Path, document: str) -> None:
+    """Write the files of a document into a folder."""
+    write_shapes(folder)
+    if document in WRITERS:
+        WRITERS[document](folder)
