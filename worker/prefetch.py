@@ -14,7 +14,7 @@ def wanted_spectra(payload: MatchPayload | PrototypePayload, shapes: Shapes) -> 
     shapes
         Where its shapes are; those that are gone, or cannot be used, have none.
     """
-    if not payload.parameters.needs_spectrum:
+    if not payload.needs_spectrum:
         return []
     if isinstance(payload, MatchPayload):
         return _of_match(payload, shapes)

@@ -112,6 +112,8 @@ def learn(
     }
     stored = store.prototypes.add(record.model_copy(update=own), archive)
     warnings = list(prototype.warnings)
+    for place, shape in enumerate(shapes):
+        warnings += [f"shapes.{place}: {warning}" for warning in shape.mesh.warnings]
     if stored.name != payload.name:
         warnings.append(
             f"the same prototype is known already, as version {stored.version} of {stored.name!r}"

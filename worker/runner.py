@@ -195,7 +195,7 @@ class Runner:
         parameters = payload.parameters
         key = parameters.spectrum_key(shape, whole.n_vertices, whole.components)
         mesh = mesh_of(key, whole, self.store.spectra)
-        if not parameters.needs_spectrum or mesh.components > 1:
+        if not payload.needs_spectrum or mesh.components > 1:
             return Side(mesh, None)
         return Side(mesh, spectrum_of(key, mesh, self.store.spectra, self.name, control))
 

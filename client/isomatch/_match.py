@@ -88,15 +88,19 @@ class Match(Result, Correspondences):
         return np.array(self.unmatched, dtype=np.int64)
 
     def shapes_drawn(self) -> tuple[str, ...]:
-        """Return the ids of the shapes whose surfaces :meth:`plot` needs: source and target."""
-        return self.source, self.target
+        """Return the ids of the shapes whose surfaces :meth:`plot` needs.
+
+        Source and target; of a match with a prototype the target, for the source is no surface.
+        """
+        return (self.target,) if self.source_kind == "prototype" else (self.source, self.target)
 
     def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
-        source, target = surfaces
-        places = [source.positions(self.pairs[:, 0]), target.positions(self.pairs[:, 1])]
+        target = surfaces[-1]
+        places = [one.positions(self.pairs[:, 0]) for one in surfaces[:-1]]
+        places.append(target.positions(self.pairs[:, 1]))
         if self.refinement is not None:
             corners = target.positions(self.refinement.refined_vertices)
-            places[1] = np.einsum("nc,ncd->nd", self.refinement.refined_weights, corners)
+            places[-1] = np.einsum("nc,ncd->nd", self.refinement.refined_weights, corners)
         proof = "proven optimal" if self.certified else f"gap {self.gap:.2g}"
         title = f"{len(self.pairs)} corresponding points, energy {self.energy:.4g}, {proof}"
         return plot_correspondence(surfaces, places, title)

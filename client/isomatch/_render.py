@@ -73,10 +73,11 @@ def match_summary(match: Match) -> Table:
         "unmatched": str(len(match.unmatched)),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }
-    return _named_values(rows)
+    return named_values(rows)
 
 
-def _named_values(rows: Mapping[str, str]) -> Table:
+def named_values(rows: Mapping[str, str]) -> Table:
+    """Return a table of names and values."""
     table = Table(show_header=False, box=None, pad_edge=False)
     for name, value in rows.items():
         table.add_row(name, Text(value))
@@ -144,12 +145,12 @@ def _collection_summary(result: Dissimilarities) -> Table:
     if result.mean_average_precision is not None and result.precision_at_1 is not None:
         rows["mean average precision"] = f"{result.mean_average_precision:.4f}"
         rows["precision at 1"] = f"{result.precision_at_1:.4f}"
-    return _named_values(rows)
+    return named_values(rows)
 
 
 def print_shapes(shapes: Iterable[Shape], console: Console) -> None:
     """Print shapes, one in a row."""
-    table = _listing("id", "type", "vertices", "faces", "uploaded")
+    table = listing("id", "type", "vertices", "faces", "uploaded")
     table.add_column("name", overflow="fold")
     for shape in shapes:
         table.add_row(
@@ -157,7 +158,7 @@ def print_shapes(shapes: Iterable[Shape], console: Console) -> None:
             shape.file_type,
             str(shape.vertices),
             str(shape.faces),
-            _local(shape.created),
+            local(shape.created),
             Text(shape.name),
         )
     console.print(table)
@@ -174,7 +175,7 @@ def print_structures(structures: Structures, console: Console) -> None:
 
 
 def _print_kind(kind: str, structures: Iterable[Structure], console: Console) -> None:
-    table = _listing(kind, "bending", "topology", "scale")
+    table = listing(kind, "bending", "topology", "scale")
     table.add_column("parameters", overflow="fold")
     table.add_column("", overflow="fold")
     for structure in structures:
@@ -199,7 +200,7 @@ def _parameter(parameter: StructureParameter) -> str:
 
 def print_jobs(jobs: Iterable[Job], console: Console) -> None:
     """Print jobs, one in a row."""
-    table = _listing("id", "kind", "state", "done", "queued")
+    table = listing("id", "kind", "state", "done", "queued")
     table.add_column("stage", overflow="fold")
     for job in jobs:
         table.add_row(
@@ -207,7 +208,7 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
             job.kind,
             job.state,
             f"{job.progress.fraction:.0%}",
-            _local(job.created),
+            local(job.created),
             Text(job.progress.stage),
         )
     console.print(table)
@@ -220,9 +221,9 @@ def print_job(record: JobRecord, console: Console) -> None:
         "kind": record.kind,
         "state": record.state,
         "progress": f"{record.progress.fraction:.0%}, {record.progress.stage}",
-        "queued": _local(record.created),
-        "started": "not yet" if record.started is None else _local(record.started),
-        "ended": "not yet" if record.ended is None else _local(record.ended),
+        "queued": local(record.created),
+        "started": "not yet" if record.started is None else local(record.started),
+        "ended": "not yet" if record.ended is None else local(record.ended),
     }
     if record.position is not None:
         rows["jobs before it"] = str(record.position)
@@ -232,7 +233,7 @@ def print_job(record: JobRecord, console: Console) -> None:
         rows["caller"] = record.caller
     if record.webhook is not None:
         rows["webhook"] = f"{record.webhook.url}: {record.webhook.state}"
-    console.print(_named_values(rows))
+    console.print(named_values(rows))
 
 
 def event_line(record: JobRecord) -> str:
@@ -245,12 +246,14 @@ def event_line(record: JobRecord) -> str:
     return f"{line}  {record.progress.stage}"
 
 
-def _listing(*names: str) -> Table:
+def listing(*names: str) -> Table:
+    """Return a table of rows without a frame, whose columns are not cut short."""
     # What is cut short, an id above all, is of no use: the last column is what gives way.
     return Table(*(Column(name, no_wrap=True) for name in names), box=SIMPLE_HEAD, pad_edge=False)
 
 
-def _local(time: datetime) -> str:
+def local(time: datetime) -> str:
+    """Return a time in words, where the user is."""
     return f"{time.astimezone():%Y-%m-%d %H:%M}"
 
 

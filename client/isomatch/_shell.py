@@ -32,6 +32,8 @@ from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._models import Shape
 from isomatch._parameters import StructureChoice, structure_choice
+from isomatch._prototype_rendering import print_learned
+from isomatch._prototypes import LearnedPrototype
 
 REFUSED: Final = 1
 NO_SERVICE: Final = 3
@@ -45,6 +47,7 @@ EXIT_CODES: Final = (
 )
 
 _SHAPE_ID = re.compile(r"[0-9a-f]{32}")
+_PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
 
 
 GivenT = TypeVar("GivenT", str, list[str])
@@ -64,6 +67,16 @@ def shapes_given(given: GivenT) -> GivenT:
     return given
 
 
+def source_given(given: str) -> str:
+    """Return what names the source of a match: as :func:`shapes_given`, or a prototype's id."""
+    return given if names_prototype(given) else shapes_given(given)
+
+
+def names_prototype(given: str) -> bool:
+    """Whether something is the id of a prototype, and no file."""
+    return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
+
+
 Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 _FORMATS = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
@@ -71,6 +84,13 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print ids and nothin
 Mesh = Annotated[
     str,
     typer.Argument(callback=shapes_given, help=f"A file ({_FORMATS}) or a shape's id."),
+]
+Source = Annotated[
+    str,
+    typer.Argument(
+        callback=source_given,
+        help="A file (OFF, OBJ, PLY, STL, GLB), a shape's id or that of a prototype.",
+    ),
 ]
 Meshes = Annotated[
     list[str],
@@ -238,6 +258,8 @@ def finish(
         render.print_match(result, render.standard_output())
     elif isinstance(result, Dissimilarities):
         render.print_dissimilarities(result, names, render.standard_output())
+    elif isinstance(result, LearnedPrototype):
+        print_learned(result, render.standard_output())
 
 
 def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:

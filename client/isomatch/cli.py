@@ -10,6 +10,7 @@ from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
 from isomatch._job_commands import jobs
 from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._prototype_commands import prototypes
 from isomatch._serve import serve as start_service
 from isomatch._shell import (
     EXIT_CODES,
@@ -19,6 +20,7 @@ from isomatch._shell import (
     Output,
     Picture,
     Quiet,
+    Source,
     Url,
     Wait,
     class_of,
@@ -26,6 +28,7 @@ from isomatch._shell import (
     echo_models,
     landmarks,
     leave,
+    names_prototype,
     run,
     shape_name,
     structure_choices,
@@ -42,11 +45,12 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.add_typer(jobs)
+app.add_typer(prototypes)
 
 
 @app.command()
 def match(
-    source: Mesh,
+    source: Source,
     target: Mesh,
     points: Annotated[int | None, typer.Option(help="Points matched at the finest level.")] = None,
     metric: Annotated[
@@ -116,7 +120,7 @@ def match(
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Match two meshes and print the correspondences.
+    """Match two meshes, or a prototype and a mesh, and print the correspondences.
 
     Parameters that are left out take the service's defaults.
     """
@@ -145,7 +149,8 @@ def match(
     }
     parameters = {name: value for name, value in given.items() if value not in (None, [])}
     with connected(url, as_json) as client:
-        first, second = uploaded(client, [source, target], as_json)
+        first = source if names_prototype(source) else uploaded(client, [source], as_json)[0]
+        (second,) = uploaded(client, [target], as_json)
         wanted = cast(MatchParameters, parameters)
         run(lambda: client.match(first, second, **wanted), as_json, output, picture, wait=wait)
 

@@ -17,6 +17,9 @@ from worker.contracts import (
 _ITS_OWN: Final = ("metric", "descriptor", "normalise", "eigenpairs", "geodesic_method")
 """Parameters that the prototype was learned with, and that hold for whatever is matched with it."""
 
+_COARSE_POINTS: Final = 10
+"""Of the coarsest level, unless others are asked for than by default: as the solver has it."""
+
 
 def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
     """Return the match of a prototype with a shape.
@@ -50,6 +53,8 @@ def in_force(asked: MatchParameters, prototype: PrototypeRecord) -> MatchParamet
     """Return the parameters of a match, those that the prototype has as it has them."""
     own = {name: getattr(prototype.parameters, name) for name in _ITS_OWN}
     own["points"] = min(asked.points, prototype.points)
+    if asked.coarse_points == MatchParameters().coarse_points:
+        own["coarse_points"] = _COARSE_POINTS
     return asked.model_copy(update=own)
 
 
@@ -60,9 +65,12 @@ def _without_meaning(asked: MatchRequest, parameters: MatchParameters) -> list[F
         if name in asked.model_fields_set and given != own:
             message = "the prototype has its own, with which it was learned; leave it out"
             wrong.append(FieldProblem(field=f"body.{name}", message=message))
-    if asked.refine is not None:
-        message = "a prototype has no surface between its points; leave it out"
-        wrong.append(FieldProblem(field="body.refine", message=message))
+    no_surface = "a prototype has points and no surface between them; leave it out"
+    wrong += [
+        FieldProblem(field=f"body.{name}", message=no_surface)
+        for name in ("refine", "dense", "landmarks")
+        if getattr(asked, name)
+    ]
     if asked.objective != "l2":
         message = 'a prototype is matched by likelihood; leave it out, or give "l2"'
         wrong.append(FieldProblem(field="body.objective", message=message))

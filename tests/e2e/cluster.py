@@ -100,6 +100,13 @@ class Cluster:
         job: str = answer.json()["id"]
         return job
 
+    def learn(self, shapes: list[str], **parameters: object) -> str:
+        """Have a prototype learned, and return the job's id."""
+        answer = self.http.post("/v1/prototypes", json={"shapes": shapes, **parameters})
+        assert answer.status_code == 202, answer.text
+        job: str = answer.json()["id"]
+        return job
+
     def job(self, job: str, wait: float = 0.0) -> dict[str, Any]:
         """Return a job, after it has ended or some seconds."""
         answer = self.http.get(f"/v1/jobs/{job}", params={"wait": wait})

@@ -14,6 +14,7 @@ import httpx2
 import pytest
 
 from tests.e2e.cluster import Cluster, end, running_cluster
+from tests.worker.families import family
 from tests.worker.figures import blob_file
 from worker.contracts import MatchResult
 
@@ -65,6 +66,22 @@ def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
     cluster.until(lambda: cluster.workers_of(job) != [], RECOVERY)
     succeeded(cluster, job)
     succeeded(cluster, waiting)
+    cluster.workers.remove(worker)
+    cluster.workers.append(cluster.start_worker())
+
+
+def test_a_worker_is_killed_that_learns(cluster: Cluster) -> None:
+    shapes = [cluster.upload(data) for data in family(4, subdivisions=3)]
+    job = cluster.learn(shapes, name="survivor", points=48, eigenpairs=40)
+    cluster.until_begun(job)
+    worker, _ = cluster.worker_of(job)
+    worker.kill()
+    worker.wait()
+    record = cluster.job(job, wait=60)
+    assert record["state"] == "succeeded", record
+    listed = cluster.http.get("/v1/prototypes", params={"name": "survivor"}).json()["items"]
+    result = cluster.http.get(record["links"]["result"]).json()
+    assert [(item["id"], item["version"]) for item in listed] == [(result["prototype"]["id"], 1)]
     cluster.workers.remove(worker)
     cluster.workers.append(cluster.start_worker())
 

@@ -8,14 +8,17 @@ import httpx2
 import numpy as np
 import pytest
 
+from service.embedded import EmbeddedServer
 from solver.mesh import read_mesh
 from solver.options import MatchOptions
 from solver.prototype import match_prototype, prototype_from_bytes
 from solver.shape import Shape
-from tests.service.conftest import Api, Json, problem
+from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.families import family
 from tests.worker.figures import blob_file, off, two_blobs_file
 from worker.contracts import MatchResult, PrototypeRecord, PrototypeResult
+from worker.queue import JobQueue, QueueSettings
+from worker.runner import Runner
 from worker.store import keys
 
 Upload = Callable[..., Json]
@@ -264,6 +267,8 @@ def test_what_is_found_out_while_learning_is_told_with_its_field(
     ("change", "field", "word"),
     [
         ({"refine": "gmds"}, "body.refine", "surface"),
+        ({"dense": True}, "body.dense", "surface"),
+        ({"landmarks": [[0, 3]]}, "body.landmarks", "surface"),
         ({"objective": "linf", "points": 8}, "body.objective", "likelihood"),
         ({"metric": "diffusion"}, "body.metric", "its own"),
         ({"descriptor": "none"}, "body.descriptor", "its own"),
@@ -325,6 +330,58 @@ def test_uploads_as_they_should_be_and_not(http: httpx2.Client, archive: bytes) 
         files = {"file": ("mine.npz", data)}
         again = http.post("/v1/prototype-archives", files=files, headers=keyed)
         assert again.status_code == status
+
+
+def test_a_learning_that_is_cancelled_leaves_nothing(http: httpx2.Client, upload: Upload) -> None:
+    shapes = [upload(data)["id"] for data in family(12, subdivisions=3)]
+    body = {"shapes": shapes, "points": 64, "eigenpairs": 40, "name": "never"}
+    job: Json = http.post("/v1/prototypes", json=body).json()
+    seen = []
+    while job["progress"]["stage"] != "matches of the examples":
+        assert job["state"] in ("queued", "running"), job
+        job = http.get(job["links"]["self"]).json()
+        seen.append(job["progress"]["fraction"])
+    assert seen == sorted(seen)
+    problem(http.get(job["links"]["result"]), 409, "result-not-ready")
+    assert http.delete(job["links"]["self"]).json()["state"] == "cancelled"
+    problem(http.get(job["links"]["result"]), 409, "job-without-result")
+    assert http.get("/v1/prototypes", params={"name": "never"}).json()["items"] == []
+
+
+def test_a_request_is_the_same_when_it_comes_again(
+    http: httpx2.Client, examples: list[str]
+) -> None:
+    body = {"shapes": examples, "name": "once", **SHARED}
+    keyed = {"Idempotency-Key": "learn-once"}
+    jobs = {http.post("/v1/prototypes", json=body, headers=keyed).json()["id"] for _ in range(3)}
+    assert len(jobs) == 1
+    other = http.post("/v1/prototypes", json={**body, "points": 6}, headers=keyed)
+    problem(other, 409, "idempotency-key-reused")
+    (job,) = jobs
+    assert http.get(f"/v1/jobs/{job}", params={"wait": 60}).json()["state"] == "succeeded"
+    counted = http.get("/metrics").text
+    assert 'isomatch_jobs_ended_total{kind="prototype",state="succeeded"}' in counted
+    assert 'stage="spectra of the examples"' in counted
+    assert "isomatch_prototypes " in counted
+
+
+def test_a_match_whose_prototype_is_deleted_meanwhile(
+    http: httpx2.Client, server: EmbeddedServer, archive: bytes
+) -> None:
+    # No worker serves this database: the test does what one would do.
+    with idle_api(server, 11) as api, httpx2.Client(base_url=api.url) as idle:
+        (target, _) = put_shapes(api)
+        record = PrototypeRecord.model_validate_json(send(http, archive).content)
+        api.store.prototypes.add(record, archive)
+        body = {"source": record.id, "target": target}
+        job = idle.post("/v1/matches", json=body).json()["id"]
+        assert idle.delete(f"/v1/prototypes/{record.id}").status_code == 204
+        runner = Runner(JobQueue(api.store, QueueSettings()), "me")
+        runner.run(job)
+        ended = idle.get(f"/v1/jobs/{job}").json()
+        assert (ended["state"], ended["error"]["status"]) == ("failed", 410)
+        assert ended["error"]["type"].endswith(":prototype-deleted")
+        assert record.id in ended["error"]["detail"]
 
 
 def test_one_that_expired_was_there(http: httpx2.Client, api: Api, archive: bytes) -> None:

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from worker.contracts.dissimilarities import DissimilarityParameters
 from worker.contracts.parameters import MatchParameters
 from worker.contracts.problems import Problem
-from worker.contracts.prototypes import ARCHIVE_TYPE, PrototypeParameters
+from worker.contracts.prototypes import ARCHIVE_TYPE, PrototypeParameters, is_prototype
 from worker.contracts.spectra import SpectrumKey
 from worker.contracts.webhooks import Delivery, Webhook
 
@@ -127,6 +127,12 @@ class MatchPayload(_Payload):
     target: str
     parameters: MatchParameters
 
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether the spectra of the shapes are looked at."""
+        # Points to be matched with a prototype are sampled in a spectral metric as a rule.
+        return self.parameters.needs_spectrum or is_prototype(self.source)
+
 
 class DissimilaritiesPayload(_Payload):
     """Compare all shapes of a collection; done in turns, by as many workers as there are."""
@@ -146,6 +152,11 @@ class PrototypePayload(_Payload):
     correspondences: tuple[tuple[int, ...], ...] | None
     name: str
     parameters: PrototypeParameters
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether the spectra of the shapes are looked at."""
+        return self.parameters.needs_spectrum
 
 
 class TurnPayload(_Payload):

@@ -1,0 +1,176 @@
+"""``isomatch prototype``: what classes of shapes are like."""
+
+from pathlib import Path
+from typing import Annotated, Any, cast
+
+import typer
+
+from isomatch._address import DEFAULT_URL
+from isomatch._parameters import PrototypeParameters
+from isomatch._prototype_rendering import print_prototype, print_prototypes
+from isomatch._render import standard_error, standard_output
+from isomatch._shell import (
+    EXIT_CODES,
+    AsJson,
+    Meshes,
+    Output,
+    Quiet,
+    Url,
+    Wait,
+    connected,
+    echo_models,
+    run,
+    structure_choices,
+    uploaded,
+)
+
+PrototypeId = Annotated[str, typer.Argument(help="Id of the prototype.")]
+Name = Annotated[
+    str | None, typer.Option(help="What to call it; one that is taken gets a next version.")
+]
+
+prototypes = typer.Typer(
+    name="prototype",
+    help="Learn, list, show, exchange and delete prototypes of classes of shapes.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+)
+
+
+@prototypes.command()
+def learn(
+    meshes: Meshes,
+    name: Name = None,
+    points: Annotated[int | None, typer.Option(help="Points of the prototype.")] = None,
+    components: Annotated[int | None, typer.Option(help="Gaussians of each mixture.")] = None,
+    select_components: Annotated[
+        bool | None,
+        typer.Option("--select-components", help="Choose their number by the BIC, up to that."),
+    ] = None,
+    shared_connectivity: Annotated[
+        bool,
+        typer.Option(
+            "--shared-connectivity",
+            help="The same vertex of every mesh corresponds; by default the first is matched.",
+        ),
+    ] = False,
+    metric: Annotated[
+        list[str] | None,
+        typer.Option(help="A metric, as in diffusion:time=0.02; once for each level, coarsest on."),
+    ] = None,
+    descriptor: Annotated[list[str] | None, typer.Option(help="A descriptor, likewise.")] = None,
+    eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
+    geodesic_method: Annotated[
+        str | None, typer.Option(help="fast_marching, graph, heat or exact.")
+    ] = None,
+    normalise: Annotated[
+        bool | None, typer.Option(help="Scale all meshes to unit area first, or keep their units.")
+    ] = None,
+    simplify: Annotated[
+        int | None, typer.Option(help="Vertices to which larger meshes are simplified.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of what is random in learning.")] = None,
+    as_json: AsJson = False,
+    output: Output = None,
+    wait: Wait = True,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Learn a prototype from meshes of one class; the first says which points are taken."""
+    given: dict[str, Any] = {
+        "points": points,
+        "components": components,
+        "select_components": select_components,
+        "correspondence": "shared_connectivity" if shared_connectivity else None,
+        "metric": structure_choices(metric),
+        "descriptor": structure_choices(descriptor),
+        "eigenpairs": eigenpairs,
+        "geodesic_method": geodesic_method,
+        "normalise": normalise,
+        "simplify": simplify,
+        "seed": seed,
+    }
+    parameters = {key: value for key, value in given.items() if value not in (None, [])}
+    with connected(url, as_json) as client:
+        shapes = uploaded(client, meshes, as_json)
+        wanted = cast(PrototypeParameters, parameters)
+        run(
+            lambda: client.learn_prototype(shapes, name=name, **wanted),
+            as_json,
+            output,
+            None,
+            wait=wait,
+        )
+
+
+@prototypes.command("list")
+def list_prototypes(
+    name: Annotated[str | None, typer.Option(help="Only the versions of this name.")] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """List the prototypes, all versions of all names, newest first."""
+    with connected(url, as_json) as client:
+        found = client.prototypes(name)
+        if as_json:
+            echo_models(prototype.model_dump_json() for prototype in found)
+        elif quiet:
+            for prototype in found:
+                typer.echo(prototype.id)
+        else:
+            print_prototypes(found, standard_output())
+
+
+@prototypes.command()
+def show(prototype_id: PrototypeId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
+    """Show what is known of a prototype."""
+    with connected(url, as_json) as client:
+        prototype = client.prototype(prototype_id)
+        if as_json:
+            typer.echo(prototype.model_dump_json())
+        else:
+            print_prototype(prototype, standard_output())
+
+
+@prototypes.command()
+def download(
+    prototype_id: PrototypeId,
+    path: Annotated[Path, typer.Argument(help="The NumPy file (.npz) to write.")],
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Write a prototype to a file, which this and other services take."""
+    with connected(url) as client:
+        client.download_prototype(prototype_id, path)
+
+
+@prototypes.command()
+def upload(
+    archive: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="A prototype, .npz.")
+    ],
+    name: Name = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Upload a prototype; the same file again is the same prototype."""
+    with connected(url, as_json) as client:
+        prototype = client.upload_prototype(archive, name)
+        if as_json:
+            typer.echo(prototype.model_dump_json())
+        elif quiet:
+            typer.echo(prototype.id)
+        else:
+            print_prototypes([prototype], standard_output())
+
+
+@prototypes.command()
+def delete(
+    prototype_ids: Annotated[list[str], typer.Argument(help="Ids of prototypes.")],
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Delete prototypes; matches with them that have not begun will fail."""
+    with connected(url) as client:
+        for prototype_id in prototype_ids:
+            client.delete_prototype(prototype_id)
+            standard_error().print(f"prototype {prototype_id} is deleted")
