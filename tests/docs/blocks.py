@@ -68,7 +68,7 @@ class Terminal:
     Attributes
     ----------
     folder
-        Where they run; ``.venv`` is this Python's environment.
+        Where they run; ``.venv`` stands for the environment that `make` makes.
     url
         Where the service listens in truth.
     names
@@ -80,19 +80,23 @@ class Terminal:
     names: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        commands = self.folder / ".commands"
-        commands.mkdir()
+        commands, real = self.folder / ".commands", Path(sys.prefix, "bin")
+        # What documents call .venv/bin has the same stand-ins.
+        environment = self.folder / ".venv" / "bin"
+        for folder in (commands, environment):
+            folder.mkdir(parents=True)
+        (environment / "isomatch").symlink_to(real / "isomatch")
         stand_in = Path(__file__).with_name("stand_in.py")
         for name in STAND_INS:
             script = commands / name
             arguments = shlex.join([sys.executable, str(stand_in), name])
             script.write_text(f'#!/bin/sh\nexec {arguments} "$@"\n')
             script.chmod(0o755)
-        (self.folder / ".venv").symlink_to(Path(sys.prefix))
+            (environment / name).symlink_to(script)
         (self.folder / ".variables").touch()
         self.environment = {
             **os.environ,
-            "PATH": f"{commands}:{Path(sys.prefix, 'bin')}:{os.environ['PATH']}",
+            "PATH": f"{commands}:{real}:{os.environ['PATH']}",
             "ISOMATCH_URL": self.url,
             "PYTHONPATH": str(ROOT),
             "MPLBACKEND": "Agg",
