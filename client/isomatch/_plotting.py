@@ -78,9 +78,7 @@ def plot_correspondence(
         for name, centre in zip("xyz", middle, strict=True):
             getattr(axes, f"set_{name}lim")(centre - size, centre + size)
         axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.5)
-        # Files have one of the two upwards, and what is looked at mostly stands upright.
-        extent = np.ptp(surface.vertices[surface.faces].reshape(-1, 3), axis=0)
-        axes.view_init(elev=12.0, azim=20.0, vertical_axis="y" if extent[1] > extent[2] else "z")
+        axes.view_init(**_view(surface))
         axes.set_axis_off()
     figure.suptitle(title)
     return figure
@@ -95,6 +93,22 @@ def place_colors(points: Floats) -> Floats:
     shares = (points - lowest) / np.where(size > 0.0, size, 1.0)
     colors: Floats = 0.08 + 0.84 * shares
     return colors
+
+
+def _view(surface: Geometry) -> dict[str, Any]:
+    """From where a shape is looked at: along its thinner side, standing on as much as it can."""
+    used = surface.vertices[np.unique(surface.faces)]
+
+    def support(axis: int) -> float:
+        height = used[:, axis]
+        lowest = height <= height.min() + 0.1 * np.ptp(height)
+        return float(np.delete(used[lowest], axis, axis=1).std(axis=0).sum())
+
+    # Files have either axis upwards; azimuths are counted from the axis that follows it.
+    up = max((1, 2), key=support)
+    first, second = (np.ptp(used[:, (up + step) % 3]) for step in (1, 2))
+    azimuth = 20.0 if first < second else 110.0
+    return {"elev": 12.0, "azim": azimuth, "vertical_axis": "xyz"[up]}
 
 
 def _skin(surface: Geometry) -> Any:

@@ -5,12 +5,13 @@ import struct
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import isomatch
 import matplotlib as mpl
 import numpy as np
 import pytest
-from isomatch._plotting import place_colors
+from isomatch._plotting import place_colors, plot_correspondence
 from matplotlib import pyplot
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
@@ -131,6 +132,28 @@ def test_an_async_job_is_drawn(url: str, pair: Pair, tmp_path: Path) -> None:
 
     asyncio.run(program())
     assert b"<svg" in (tmp_path / "match.svg").read_bytes()
+
+
+@pytest.mark.parametrize(("up", "lengths"), [("y", [1, 3, 2]), ("z", [2, 1, 3]), ("z", [1, 2, 3])])
+def test_shapes_stand_and_are_seen_from_their_broad_side(up: str, lengths: list[float]) -> None:
+    """A table: a plate on four legs."""
+    corners = np.array([[x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    legs = np.column_stack([corners, np.zeros(4)])
+    plate = np.column_stack([0.3 * corners, np.ones(4)])
+    points = np.vstack([legs, plate])
+    if up == "y":
+        points = points[:, [1, 2, 0]]
+    points = points * lengths
+    faces = np.array([[leg, 4 + leg, 4 + (leg + 1) % 4] for leg in range(4)])
+    table = isomatch.Geometry(points, faces, np.arange(8), None)
+    axes: Any = plot_correspondence([table], [points[:1]], "").axes[0]
+    assert axes._vertical_axis == "xyz".index(up)
+    axes.figure.canvas.draw()
+    # The thinner of the two horizontal directions points to whoever looks.
+    towards = np.abs(axes._view_w)
+    level = [axis for axis in range(3) if axis != "xyz".index(up)]
+    thin = min(level, key=lambda axis: np.ptp(points[:, axis]))
+    assert np.argmax(towards) == thin
 
 
 def test_near_points_have_like_colours() -> None:
