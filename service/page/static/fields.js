@@ -34,7 +34,7 @@ export function structureField(name, label, structures, recommended, shapes) {
 export function checkbox(name, value, label, checked) {
   const json = typeof value !== "string" || name === "labels";
   return h("label", { class: "check" },
-    h("input", { type: "checkbox", name, value, checked, "data-json": json }), " ", label);
+    h("input", { type: "checkbox", name, value: String(value), checked, "data-json": json }), " ", label);
 }
 
 /** Mark the fields that were refused, each with the reason. */

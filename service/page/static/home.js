@@ -3,8 +3,8 @@
 import { get } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { exampleButtons } from "./examples.js";
-import { jobList, shapeList } from "./lists.js";
-import { orderForm } from "./order.js";
+import { jobList, prototypeList, shapeList } from "./lists.js";
+import { isPrototype, orderForm } from "./order.js";
 import { problemBox } from "./problem.js";
 import { dropZone } from "./uploads.js";
 import { count } from "./words.js";
@@ -17,7 +17,9 @@ export async function homeView(place, ids, signal) {
 
   const choose = (...shapes) => {
     for (const shape of shapes) {
-      if (!chosen.some((other) => other.id === shape.id)) chosen.push(shape);
+      // There is one prototype at most, which is the source.
+      if (isPrototype(shape)) chosen.splice(0, isPrototype(chosen[0]) ? 1 : 0, shape);
+      else if (!chosen.some((other) => other.id === shape.id)) chosen.push(shape);
     }
     show();
   };
@@ -41,15 +43,20 @@ export async function homeView(place, ids, signal) {
     selected, lists);
   const shapes = h("section", { class: "card" });
   const jobs = h("section", { class: "card" });
-  fill(lists, jobs, shapes);
+  const prototypes = h("section", { class: "card", hidden: true });
+  fill(lists, jobs, shapes, prototypes);
 
   const records = await Promise.all(ids.map((id) =>
-    get(`/v1/shapes/${encodeURIComponent(id)}`, signal).catch((error) => {
+    get(`/v1/${id.startsWith("p-") ? "prototypes" : "shapes"}/${encodeURIComponent(id)}`, signal).catch((error) => {
       selected.before(problemBox(error));
       return null;
     })));
-  choose(...records.filter((record) => record?.vertices));
-  await Promise.all([listShapes(), jobList(signal).then((list) => fill(jobs, list))]);
+  choose(...records.filter((record) => record?.name));
+  await Promise.all([listShapes(), jobList(signal).then((list) => fill(jobs, list)),
+    prototypeList(choose, signal).then((list) => {
+      prototypes.hidden = list.length === 0;
+      fill(prototypes, list);
+    })]);
 }
 
 function showChosen(node, chosen, changed) {
@@ -62,7 +69,7 @@ function showChosen(node, chosen, changed) {
   fill(node,
     h("h2", { id: "chosen-title" }, "Chosen shapes"),
     h("ol", { class: "chips" }, chosen.map((shape, at) => chip(shape, at, chosen, changed))),
-    chosen.length === 2 ? button("Exchange source and target", swap) : null,
+    chosen.length === 2 && !isPrototype(chosen[0]) ? button("Exchange source and target", swap) : null,
     chosen.length > 1 ? orderForm(chosen) : h("p", { class: "faint" }, "Choose another one."));
 }
 
@@ -73,7 +80,8 @@ function chip(shape, at, chosen, changed) {
     changed();
   }, { "aria-label": `Remove ${shape.name}`, class: "small" });
   return h("li", {}, role,
-    h("a", { href: `#/shapes/${shape.id}` }, shape.name),
-    h("span", { class: "faint" }, ` ${count(shape.vertices)} vertices `),
+    isPrototype(shape) ? h("span", {}, `${shape.name}, version ${shape.version}`)
+      : h("a", { href: `#/shapes/${shape.id}` }, shape.name),
+    h("span", { class: "faint" }, isPrototype(shape) ? " prototype " : ` ${count(shape.vertices)} vertices `),
     drop);
 }

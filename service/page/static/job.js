@@ -5,10 +5,11 @@ import { collectionView, partialView } from "./collection.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { matchView } from "./match.js";
+import { download } from "./download.js";
 import { problemBox } from "./problem.js";
 import { kindName, percent, stateName, time } from "./words.js";
 
-const RESULTS = { match: matchView, dissimilarities: collectionView };
+const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: prototypeView };
 
 export async function jobView(place, [id], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -71,4 +72,15 @@ function sentence(job) {
   }
   const asked = `Asked for ${time(job.created)}`;
   return `${stateName(job.state)[0].toUpperCase()}${stateName(job.state).slice(1)}. ${asked}.`;
+}
+
+function prototypeView(place, { prototype, warnings }, job) {
+  const { id, name, version, points, examples } = prototype;
+  fill(place,
+    h("h2", {}, `${name}, version ${version}`),
+    h("p", {}, `${points} points, learned from ${examples} shapes.`),
+    warnings.length ? h("ul", { class: "warnings" }, warnings.map((text) => h("li", {}, text))) : null,
+    h("p", { class: "actions" },
+      h("a", { href: `#/with/${id}`, class: "button" }, "Match it with a shape"), " ",
+      download(job.links.result, "JSON", `${job.id}.json`)));
 }

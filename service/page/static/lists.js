@@ -12,6 +12,14 @@ export const jobList = (signal) =>
     h("span", { class: `state ${job.state}` }, stateName(job.state)), " ",
     h("time", { datetime: job.created, class: "faint" }, time(job.created))), signal);
 
+/** Prototypes that can be matched with a shape. */
+export const prototypeList = (choose, signal) =>
+  list("Prototypes", "/v1/prototypes", null, (prototype) => h("li", {},
+    h("span", {}, `${prototype.name}, version ${prototype.version} `),
+    h("span", { class: "faint" }, `${prototype.points} points `),
+    button("Choose", () => choose(prototype), { class: "small", "aria-label": `Choose ${prototype.name}` })),
+  signal);
+
 /** @param {function(Object)} choose told the shape that is chosen */
 export const shapeList = (choose, signal) =>
   list("Shapes", "/v1/shapes", "No shape yet.", (shape) => h("li", {},
@@ -33,5 +41,6 @@ async function list(title, path, none, line, signal) {
   };
   await add();
   const empty = items.childElementCount === 0;
+  if (empty && none === null) return [];
   return [h("h2", {}, title), empty ? h("p", { class: "faint" }, none) : items, more];
 }

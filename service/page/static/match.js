@@ -10,7 +10,11 @@ import { pairOfScenes } from "./side_by_side.js";
 import { certificate, digits, figure, percent, several } from "./words.js";
 
 export async function matchView(place, result, job, signal) {
-  const [source, target] = await Promise.all([result.source, result.target].map((id) => shapeOr(id, signal)));
+  const learned = result.source_kind === "prototype";
+  const [source, target] = await Promise.all([
+    recordOr(learned ? "prototypes" : "shapes", result.source, signal),
+    recordOr("shapes", result.target, signal),
+  ]);
   document.title = `${source.name} and ${target.name} – isomatch`;
   const selection = new Selection();
   const numbers = h("dl", { class: "figures" });
@@ -23,13 +27,13 @@ export async function matchView(place, result, job, signal) {
     selection.clear();
     fill(numbers, figures(result, hypothesis));
     const colors = drawn === null ? null : await drawn.show(hypothesis);
-    fill(pairs, pairTable(hypothesis.correspondences, colors, selection));
+    fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
   };
   selection.addEventListener("change", () => {
     announced.textContent = selection.chosen === null ? "" : `Pair ${selection.chosen + 1} is chosen.`;
   });
   fill(place,
-    h("h2", {}, name(source), " and ", name(target)),
+    h("h2", {}, learned ? source.name : name(source), " and ", name(target)),
     h("p", { class: "proof" },
       h("span", { class: result.certified ? "badge good" : "badge" }, result.certified ? "certified" : "not certified"),
       " ", summary(result), " ", certificate(result)),
@@ -42,7 +46,7 @@ export async function matchView(place, result, job, signal) {
     announced, pairs);
   await choose(0);
   try {
-    drawn = await pairOfScenes(scenes, result, [source, target], selection, signal);
+    drawn = await pairOfScenes(scenes, result, learned ? [target] : [source, target], selection, signal);
     if (drawn !== null) await choose(0);
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));
@@ -52,9 +56,9 @@ export async function matchView(place, result, job, signal) {
 const name = (shape) => (shape.id ? h("a", { href: `#/shapes/${shape.id}` }, shape.name) : shape.name);
 
 // A shape may have been deleted since: the numbers are still there.
-async function shapeOr(id, signal) {
+async function recordOr(kind, id, signal) {
   try {
-    return await get(`/v1/shapes/${encodeURIComponent(id)}`, signal);
+    return await get(`/v1/${kind}/${encodeURIComponent(id)}`, signal);
   } catch (error) {
     if (error instanceof Problem && [404, 410].includes(error.status)) {
       return { id: null, name: "a shape that is no longer kept", faces: 0 };
@@ -70,7 +74,8 @@ function hypotheses(result) {
     energy: answer.energy,
     distortion: answer.distortion,
     correspondences: answer.correspondences,
-    refined: result.refinement?.hypothesis === which && which === 0 ? result.refinement.points : null,
+    refined: which === 0 && result.refinement?.hypothesis === 0 ? result.refinement.points : null,
+    dense: result.dense?.hypothesis === which ? result.dense : null,
   }));
 }
 

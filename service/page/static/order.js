@@ -8,15 +8,21 @@ import { fieldName, problemBox } from "./problem.js";
 const LARGE = 50000;
 const SIMPLIFIED = 20000;
 
+export const isPrototype = (chosen) => Boolean(chosen?.examples);
+
 /** A form for a match of two shapes, or for a comparison of all. */
 export function orderForm(shapes) {
+  const learned = isPrototype(shapes[0]);
+  if (learned && shapes.length > 2) {
+    return h("p", { class: "faint" }, "A prototype is matched with one shape: remove the others.");
+  }
   const parts = h("div", { class: "fields" });
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" });
   const form = h("form", { novalidate: true, "aria-label": "What is to be done" });
   let task;
   const take = (name) => {
-    task = { match: matching, compare: comparing }[name];
+    task = { match: matching, compare: comparing, recognise: recognising }[name];
     submit.textContent = task.title;
     fill(parts, h("p", { class: "faint" }, "Loading what can be chosen."));
     get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes)))
@@ -36,8 +42,9 @@ export function orderForm(shapes) {
       submit.disabled = false;
     }
   });
-  fill(form, shapes.length === 2 ? choiceOf(take) : null, parts, said, h("p", {}, submit));
-  take(shapes.length === 2 ? "match" : "compare");
+  fill(form, shapes.length === 2 && !learned ? choiceOf(take) : null, parts, said, h("p", {}, submit));
+  if (learned) take("recognise");
+  else take(shapes.length === 2 ? "match" : "compare");
   return form;
 }
 
@@ -61,8 +68,20 @@ const matching = {
     structureField("metric", "Metric", metrics, "recommended: commute time, then geodesic", shapes),
     structureField("descriptor", "Descriptor", descriptors, "recommended: scale-invariant heat kernel", shapes),
     h("div", { class: "checks" },
+      checkbox("dense", true, "Extend the match to all vertices (dense map)", sizeOf(shapes) <= SIMPLIFIED),
       checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", false),
       common(shapes)),
+  ],
+};
+
+const recognising = {
+  path: "/v1/matches",
+  title: "Match",
+  named: ([source, target]) => ({ source: source.id, target: target.id }),
+  fields: (_, [prototype, target]) => [
+    numberField("points", "Points", prototype.points, 3, prototype.points,
+      "So many of the prototype's points are found on the shape."),
+    h("div", { class: "checks" }, common([target])),
   ],
 };
 
@@ -77,8 +96,10 @@ const comparing = {
   ],
 };
 
+const sizeOf = (shapes) => Math.max(...shapes.map((shape) => shape.vertices));
+
 function common(shapes) {
-  const largest = Math.max(...shapes.map((shape) => shape.vertices));
+  const largest = sizeOf(shapes);
   const several = shapes.some((shape) => shape.components > 1);
   return [
     largest <= SIMPLIFIED ? null : checkbox("simplify", SIMPLIFIED,

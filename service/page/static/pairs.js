@@ -7,10 +7,11 @@ import { figure } from "./words.js";
 /**
  * @param {Array<Object>} pairs correspondences
  * @param {Array<Array<number>>|null} colors those that they have in the drawing
+ * @param {boolean} learned whether the source is a prototype
  */
-export function pairTable(pairs, colors, selection) {
+export function pairTable(pairs, colors, selection, learned) {
   const rows = pairs.map((pair, at) => row(pair, at, colors?.[at], selection));
-  const head = ["Pair", "Source vertex", "Target vertex", "Cost"];
+  const head = ["Pair", learned ? "Point of the prototype" : "Source vertex", "Target vertex", "Cost"];
   const table = h("table", { class: "pairs" },
     h("caption", {}, "Matched pairs. Point at one, or choose it, to find it on both shapes."),
     h("thead", {}, h("tr", {}, head.map((text) => h("th", { scope: "col" }, text)))),

@@ -1,5 +1,6 @@
-// Both shapes of a match, side by side, and what is done to both at once.
+// The shapes of a match, side by side, and what is done to both at once.
 
+import { carried } from "./carry.js";
 import { coarsened } from "./coarsen.js";
 import { h, fill } from "./dom.js";
 import { geometryOf, normals, places, pointAt } from "./geometry.js";
@@ -9,54 +10,45 @@ import { shareDrawn } from "./shape.js";
 import { seen, stance, turned } from "./stance.js";
 import { pointColors, tinted } from "./tint.js";
 
-const LIFT = 0.012;
 /** Points stand so far out of the surface, in halves of the shape's size. */
+const LIFT = 0.012;
 
 /**
- * Draw both shapes.
- * @param {Array<Object>} shapes the records of source and target
+ * Draw the shapes of a match.
+ * @param {Array<Object>} shapes the records of source and target; of a prototype's, the target's
  * @returns {Promise<Object|null>} `show`, which draws one of the answers and returns the colours of
  *   its pairs; null where nothing can be drawn
  */
 export async function pairOfScenes(place, result, shapes, selection, signal) {
-  if (!canDraw()) {
-    fill(place, h("p", { class: "faint" }, "This browser has no WebGL, which shapes are drawn with."));
+  const lacking = whatIsLacking(shapes);
+  if (lacking !== null) {
+    fill(place, h("p", { class: "faint" }, lacking));
     return null;
   }
-  if (shapes.some((shape) => shape.id === null)) {
-    fill(place, h("p", { class: "faint" }, "A shape is no longer kept: nothing can be drawn."));
-    return null;
-  }
-  const sides = await Promise.all(shapes.map(async (shape) => {
-    const geometry = await geometryOf(shape.id, signal);
-    return { shape, geometry, mesh: coarsened(geometry), normals: normals(geometry.positions, geometry.faces), place: places(geometry) };
-  }));
+  const ends = shapes.length === 1 ? ["target"] : ["source", "target"];
+  const sides = await Promise.all(shapes.map((shape, at) => sideOf(shape, ends[at], signal)));
   turn(sides, result.correspondences);
   const options = { numbered: true, together: true, tinted: true };
-  const nodes = sides.map(({ shape }, at) => h("div", {
-    class: "scene", role: "img", "data-side": ["source", "target"][at],
+  let again = () => {};
+  const nodes = sides.map(({ shape, end }) => h("div", {
+    class: "scene", role: "img", "data-side": end,
     "aria-label": `${shape.name} in three dimensions, with the matched points`,
   }));
-  let again = () => {};
-  fill(place, h("div", { class: "pair" }, sides.map(({ shape, mesh }, at) => h("figure", {}, nodes[at],
-    h("figcaption", {}, shape.name, h("span", { class: "faint" }, " ", shareDrawn(mesh.share, shape.faces)))))),
-  h("p", { class: "checks" },
+  fill(place, h("div", { class: "pair" }, sides.map(caption(nodes))), h("p", { class: "checks" },
     toggle("Numbers", options, "numbered", () => again()),
-    toggle("Turn both together", options, "together", () => {}),
-    toggle("Surfaces in the colours of the nearest matched points", options, "tinted", () => again())));
+    sides.length === 1 ? null : toggle("Turn both together", options, "together", () => {}),
+    toggle(tintText(result, sides), options, "tinted", () => again())));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal));
 
-  const show = async ({ correspondences, refined }) => {
-    const points = pointsOf(sides, correspondences, refined);
+  const show = async ({ correspondences, refined, dense }) => {
+    const points = sides.map((side) => pointsOf(side, correspondences, refined));
     const colors = pointColors(points[0]);
     const names = correspondences.map((_, pair) => String(pair + 1));
-    again = () => Promise.all(scenes.map((scene, at) => {
-      const { mesh } = sides[at];
-      const tint = options.tinted && colors.length > 0;
-      return scene.show(tint ? tinted(mesh, points[at], colors) : mesh.colors, {
+    const shades = shadesOf(sides, points, colors, dense);
+    again = () => Promise.all(scenes.map((scene, at) =>
+      scene.show(options.tinted && colors.length > 0 ? shades(at) : sides[at].mesh.colors, {
         points: points[at], colors, names, numbered: options.numbered, ring: selection.shown,
-      });
-    }));
+      })));
     await again();
     if (signal.aborted) return colors;
     if (place.dataset.drawn === undefined) join(scenes, selection, options);
@@ -65,6 +57,27 @@ export async function pairOfScenes(place, result, shapes, selection, signal) {
   };
   return { show };
 }
+
+function whatIsLacking(shapes) {
+  if (shapes.some((shape) => shape.id === null)) return "A shape is no longer kept: nothing can be drawn.";
+  return canDraw() ? null : "This browser has no WebGL, which shapes are drawn with.";
+}
+
+async function sideOf(shape, end, signal) {
+  const geometry = await geometryOf(shape.id, signal);
+  const { positions, faces } = geometry;
+  return {
+    shape, end, geometry, unturned: geometry, mesh: coarsened(geometry), normals: normals(positions, faces),
+    place: places(geometry),
+  };
+}
+
+const caption = (nodes) => ({ shape, mesh }, at) => h("figure", {}, nodes[at],
+  h("figcaption", {}, shape.name, h("span", { class: "faint" }, " ", shareDrawn(mesh.share, shape.faces))));
+
+const tintText = (result, sides) => (result.dense && sides.length === 2
+  ? "Colours of the target, carried to the source by the dense map"
+  : "Surfaces in the colours of the nearest matched points");
 
 function toggle(text, options, name, changed) {
   return h("label", { class: "check" }, h("input", {
@@ -76,14 +89,10 @@ function toggle(text, options, name, changed) {
   }), " ", text);
 }
 
-// Both stand upright, seen from the same side; all places are then as they are seen.
+// All stand upright, seen from the same side; all places are then as they are seen.
 function turn(sides, pairs) {
-  const [source, target] = sides;
-  const rows = [stance(source.geometry.positions)];
-  const matched = pairs.map((pair) => [source.place(pair.source), target.place(pair.target)])
-    .filter(([here, there]) => here !== undefined && there !== undefined);
-  const at = (side, k) => matched.map((pair) => pointAt(side.geometry.positions, pair[k]));
-  rows.push(matched.length >= 3 ? turned(rows[0], at(source, 0), at(target, 1)) : rows[0]);
+  const rows = [stance(sides[0].geometry.positions)];
+  if (sides.length === 2) rows.push(turnedTarget(rows[0], sides, pairs));
   sides.forEach((side, k) => {
     side.geometry = { ...side.geometry, positions: seen(rows[k], side.geometry.positions) };
     side.normals = seen(rows[k], side.normals);
@@ -91,21 +100,35 @@ function turn(sides, pairs) {
   });
 }
 
-function pointsOf([source, target], pairs, refined) {
-  const there = (pair, at) => refined === null
-    ? lifted(target, [target.place(pair.target)], [1])
-    : lifted(target, refined[at].vertices.map(target.place), refined[at].weights);
-  return [pairs.map((pair) => lifted(source, [source.place(pair.source)], [1])), pairs.map(there)];
+function turnedTarget(rows, sides, pairs) {
+  const matched = pairs.map((pair) => sides.map((side) => side.place(pair[side.end])))
+    .filter((both) => both.every((place) => place !== undefined));
+  const [here, there] = sides.map((side, k) => matched.map((both) => pointAt(side.geometry.positions, both[k])));
+  return matched.length >= 3 ? turned(rows, here, there) : rows;
+}
+
+function pointsOf(side, pairs, refined) {
+  return pairs.map((pair, at) => (side.end === "target" && refined !== null
+    ? lifted(side, refined[at].vertices.map(side.place), refined[at].weights)
+    : lifted(side, [side.place(pair[side.end])], [1])));
 }
 
 function lifted(side, vertices, weights) {
-  const { positions } = side.geometry;
   const mean = (values) => [0, 1, 2].map((k) =>
     vertices.reduce((sum, v, at) => sum + weights[at] * values[3 * v + k], 0));
-  const place = mean(positions);
+  const place = mean(side.geometry.positions);
   const normal = mean(side.normals);
   const length = Math.hypot(...normal) || 1;
   return place.map((value, k) => value + (LIFT * normal[k]) / length);
+}
+
+// Colours of the surfaces, computed when they are first wanted.
+function shadesOf(sides, points, colors, dense) {
+  const known = [];
+  const make = (at) => (dense !== null && sides.length === 2 && at === 0
+    ? carried(sides, dense, tinted(sides[1].geometry, points[1], colors))
+    : tinted(sides[at].mesh, points[at], colors));
+  return (at) => (known[at] ??= make(at));
 }
 
 function join(scenes, selection, options) {
@@ -113,7 +136,7 @@ function join(scenes, selection, options) {
   scenes.forEach((scene, at) => {
     scene.watch((pair) => selection.hover(pair), (pair) => selection.choose(pair));
     scene.follow(async (camera) => {
-      if (moving || !options.together) return;
+      if (moving || !options.together || scenes.length === 1) return;
       moving = true;
       await scenes[1 - at].look(camera);
       moving = false;

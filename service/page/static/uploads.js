@@ -5,7 +5,7 @@ import { h, fill, button } from "./dom.js";
 import { problemBox } from "./problem.js";
 import { percent } from "./words.js";
 
-const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf";
+const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.zip";
 
 /**
  * A place for files.
@@ -32,7 +32,7 @@ export function dropZone(arrived, signal) {
   const zone = h("div", { class: "drop" },
     input,
     h("label", { for: "files" }, h("strong", {}, "Choose meshes"), " or drop them here"),
-    h("p", { class: "faint" }, "OFF, OBJ, PLY, STL, GLB or GLTF"));
+    h("p", { class: "faint" }, "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP"));
   droppable(zone, take);
   return { node: h("section", { "aria-label": "Upload" }, zone, list), take };
 }

@@ -2,18 +2,29 @@
 
 import json
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, Playwright, sync_playwright
+from playwright.sync_api import (
+    Browser,
+    ConsoleMessage,
+    Page,
+    Playwright,
+    ViewportSize,
+    sync_playwright,
+)
 
 from tests.service.conftest import Api
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 PATIENCE = 30_000
 """Milliseconds: machines that run tests are busy, and draw without a graphics card."""
+
+SMALL: ViewportSize = {"width": 720, "height": 560}
+"""There is less to draw."""
 
 OPTIONS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 """Root has no sandbox; WebGL is drawn by the processor."""
@@ -79,8 +90,16 @@ def opened(browser: Browser, url: str, **context: Any) -> Iterator[Page]:
 @pytest.fixture
 def page(browser: Browser, api: Api) -> Iterator[Page]:
     """A tab at the service that all tests share."""
-    with opened(browser, api.url) as tab:
+    with opened(browser, api.url, viewport=SMALL) as tab:
         yield tab
+
+
+def eventually(holds: Callable[[], bool]) -> None:
+    """Wait until something holds, which drawing makes come true a little later."""
+    deadline = time.monotonic() + PATIENCE / 1000
+    while not holds():
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
 
 
 def job_of(page: Page) -> str:

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,8 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from service.page.files import STATIC
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import PATIENCE, job_of, opened, result_of
+from tests.service.page.conftest import PATIENCE, eventually, job_of, opened, result_of
+from tests.worker.figures import blob_file
 
 FIGURES = [STATIC / "shapes" / f"human-{pose}.off" for pose in ("standing", "walking")]
 
@@ -32,7 +33,7 @@ PLACE = """(scene, pair) => {
 @pytest.fixture(scope="module")
 def matched(browser: Browser, api: Api) -> Iterator[Page]:
     """Two files were dropped, matched by the form, and the result is shown."""
-    with opened(browser, api.url, viewport={"width": 1100, "height": 900}) as page:
+    with opened(browser, api.url, viewport={"width": 900, "height": 700}) as page:
         page.goto("/")
         page.locator("#files").set_input_files([str(path) for path in FIGURES])
         expect(page.locator(".chips li")).to_have_count(2, timeout=PATIENCE)
@@ -106,6 +107,19 @@ def test_both_shapes_are_drawn_with_their_points(matched: Page, api: Api) -> Non
     assert len(set(colors[0])) == 12
 
 
+def test_a_dense_map_carries_colours(matched: Page, api: Api) -> None:
+    result = result_of(matched, api)
+    assert result["parameters"]["dense"]
+    assert len(result["dense"]["source"]) == 1500
+    carrying = matched.get_by_label("carried to the source by the dense map")
+    expect(carrying).to_be_checked()
+    colors = scenes(matched)[0].evaluate("s => new Set(s.data[0].vertexcolor).size")
+    carrying.uncheck()
+    source = scenes(matched)[0]
+    eventually(lambda: source.evaluate("s => new Set(s.data[0].vertexcolor).size") < colors)
+    carrying.check()
+
+
 def test_the_partner_of_a_point_that_is_pointed_at(matched: Page) -> None:
     source, target = scenes(matched)
     source.scroll_into_view_if_needed()
@@ -148,8 +162,7 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
     expect(matched.locator("[data-field=linf] data")).to_have_attribute(
         "value", str(alternative["distortion"]["linf"])
     )
-    matched.wait_for_timeout(300)
-    assert rows(matched) == pairs(alternative)
+    eventually(lambda: rows(matched) == pairs(alternative))
     assert scenes(matched)[1].evaluate("s => s.data[1].x") != before
     choices.nth(0).check()
 
@@ -184,3 +197,22 @@ def test_a_job_is_cancelled(page: Page, api: Api) -> None:
     record = api.store.jobs.get(job_of(page))
     assert record is not None
     assert record.state.value == "cancelled"
+
+
+def test_a_prototype_is_matched(page: Page, api: Api, upload: Callable[..., Json]) -> None:
+    shapes = [upload(blob_file(2, seed=seed))["id"] for seed in (95, 96)]
+    asked = {"shapes": shapes, "points": 6, "name": "<b>blob", "eigenpairs": 30}
+    answer = page.request.post(f"{api.url}/v1/prototypes", data=asked)
+    page.goto(f"/#/jobs/{answer.json()['id']}")
+    page.get_by_role("link", name="Match it with a shape").click()
+    expect(page.locator(".chips li")).to_contain_text("<b>blob, version 1")
+    name = f"Choose {upload(blob_file(2, seed=95))['name']}"
+    page.get_by_role("button", name=name).first.click()
+    expect(page.locator(".chips li")).to_have_count(2)
+    page.get_by_role("button", name="Match", exact=True).click()
+    shown(page)
+    result = result_of(page, api)
+    assert result["source_kind"] == "prototype"
+    assert rows(page) == pairs(result)
+    assert page.locator(".scene").count() == 1
+    expect(page.get_by_role("columnheader", name="Point of the prototype")).to_be_visible()

@@ -1,0 +1,136 @@
+"""The page's modules, called in the browser: what is read, made coarse, turned and coloured."""
+
+import base64
+import gzip
+from typing import Any
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page
+
+from solver.arrays import FloatArray
+from solver.mesh import triangle_mesh
+from tests.worker.figures import blob
+from worker.geometry import packed_geometry
+
+
+def call(page: Page, module: str, body: str, given: Any) -> Any:
+    """Evaluate the body of a function, in which `m` is a module of the page."""
+    if page.url == "about:blank":
+        page.goto("/#/nowhere")
+    script = f"async (given) => {{ const m = await import('/page/{module}.js'); {body} }}"
+    return page.evaluate(script, given)
+
+
+def flat(array: FloatArray) -> list[float]:
+    return [float(value) for value in array.ravel()]
+
+
+@pytest.mark.parametrize("colored", [False, True])
+def test_geometries_are_read(page: Page, colored: bool) -> None:
+    vertices, faces = blob(2, seed=5)
+    colors = np.random.default_rng(2).random((len(vertices), 3)) if colored else None
+    mesh = triangle_mesh(vertices, faces, colors)
+    data = base64.b64encode(gzip.decompress(packed_geometry(mesh))).decode()
+    body = """
+        const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
+        const read = m.readGeometry(bytes.buffer);
+        return Object.fromEntries(Object.entries(read).map(([k, v]) => [k, v && [...v]]));
+    """
+    read = call(page, "geometry", body, data)
+    middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
+    seen = (vertices - middle) / (0.5 * np.ptp(vertices, axis=0).max())
+    np.testing.assert_allclose(read["positions"], seen.ravel(), atol=1e-7)
+    np.testing.assert_array_equal(read["faces"], mesh.faces.ravel())
+    np.testing.assert_array_equal(read["numbers"], mesh.vertex_ids)
+    assert (read["colors"] is None) is not colored
+    if mesh.colors is not None:
+        np.testing.assert_array_equal(read["colors"], np.rint(255 * mesh.colors).ravel())
+
+
+def test_large_meshes_are_made_coarse(page: Page) -> None:
+    # A sphere of 200,000 vertices on circles of latitude.
+    body = """
+        const [rows, columns] = [400, 500];
+        const [positions, faces] = [[], []];
+        for (let i = 0; i < rows; i++) for (let j = 0; j < columns; j++) {
+          const [a, b] = [Math.PI * (i + 0.5) / rows, 2 * Math.PI * j / columns];
+          positions.push(Math.sin(a) * Math.cos(b), Math.cos(a), Math.sin(a) * Math.sin(b));
+          if (i + 1 === rows) continue;
+          const [p, q] = [i * columns + j, i * columns + (j + 1) % columns];
+          faces.push(p, q, p + columns, q, q + columns, p + columns);
+        }
+        const whole = { positions: Float32Array.from(positions), faces: Uint32Array.from(faces),
+          colors: new Uint8Array(positions.length).fill(7) };
+        const start = performance.now();
+        const coarse = m.coarsened(whole);
+        const radii = Array.from({ length: coarse.positions.length / 3 },
+          (_, v) => Math.hypot(...coarse.positions.subarray(3 * v, 3 * v + 3)));
+        const small = { ...whole, faces: whole.faces.subarray(0, 3000) };
+        const [least, greatest] = [Math.min(...radii), Math.max(...radii)];
+        return { seconds: (performance.now() - start) / 1000, most: m.MOST, least, greatest,
+          share: coarse.share, count: coarse.faces.length / 3, vertices: radii.length,
+          highest: coarse.faces.reduce((a, b) => Math.max(a, b)),
+          colors: [...new Set(coarse.colors)],
+          same: m.coarsened(small).positions === whole.positions };
+    """
+    coarse = call(page, "coarsen", body, None)
+    assert 0.5 * coarse["most"] < coarse["count"] <= coarse["most"]
+    assert coarse["share"] == pytest.approx(coarse["count"] / (2 * 399 * 500))
+    assert coarse["highest"] < coarse["vertices"]
+    assert 0.98 < coarse["least"] <= coarse["greatest"] < 1.0001
+    assert coarse["colors"] == [7]
+    assert coarse["same"]
+    assert coarse["seconds"] < 10.0
+
+
+def test_shapes_stand_upright(page: Page) -> None:
+    # A figure: tall along one axis, with its feet apart, and thin along another.
+    figure = np.array([[0.3, -1, 0], [-0.3, -1, 0], [0.6, 0.5, 0.1], [-0.6, 0.5, -0.1], [0, 1, 0]])
+    lying = figure[:, [0, 2, 1]]
+    for vertices, up in ((figure, 1), (lying, 2)):
+        rows = np.array(call(page, "stance", "return m.stance(given)", flat(vertices)))
+        np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-12)
+        assert np.linalg.det(rows) == pytest.approx(1.0)
+        assert rows[1][up] == 1.0
+
+
+def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
+    rng = np.random.default_rng(3)
+    here = rng.standard_normal((12, 3))
+    c, s = np.cos(1.1), np.sin(1.1)
+    turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
+    there = here @ turn.T + 0.2
+    given = [np.eye(3).tolist(), here.tolist(), there.tolist()]
+    rows = np.array(call(page, "stance", "return m.turned(...given)", given))
+    seen = (there - there.mean(axis=0)) @ rows.T
+    np.testing.assert_allclose(seen, here - here.mean(axis=0), atol=1e-9)
+
+
+def test_colours_are_carried_by_a_dense_map(page: Page) -> None:
+    body = """
+        const side = (numbers) => ({ mesh: { share: 1 },
+          geometry: { positions: new Float32Array(3 * numbers.length) },
+          place: (number) => (numbers.includes(number) ? numbers.indexOf(number) : undefined) });
+        const [source, target] = [side([5, 6, 7, 8]), side([0, 2, 4])];
+        const dense = { source: [5, 6, 8], target: [4, 0, 4] };
+        return [...m.carried([source, target], dense, [1, 2, 3, 4, 5, 6, 7, 8, 9])];
+    """
+    carried = call(page, "carry", body, None)
+    assert carried == [7, 8, 9, 1, 2, 3, 200, 200, 200, 7, 8, 9]
+
+
+def test_a_surface_has_the_colours_of_its_points(page: Page) -> None:
+    vertices, faces = blob(3)
+    points = vertices[[0, 40, 300]]
+    colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255]]
+    body = "return [...m.tinted(given[0], given[1], given[2])]"
+    mesh = {"positions": flat(vertices), "faces": [int(v) for v in faces.ravel()]}
+    shades = np.array(call(page, "tint", body, [mesh, points.tolist(), colors])).reshape(-1, 3)
+    # Half of the colour, half of a light grey; smooth between the points.
+    expected = 0.5 * np.array(colors) + 0.5 * 235
+    np.testing.assert_allclose(shades[[0, 40, 300]], expected)
+    assert shades.min() >= 0.5 * 235 - 1e-9
+    edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
+    steps = np.abs(shades[edges[:, 0]] - shades[edges[:, 1]]).max(axis=1)
+    assert np.median(steps) < 10.0
