@@ -10,6 +10,7 @@ import trimesh
 
 from tests.client.shapes import TURN, blob_meshes, write_blobs
 from tests.solver.textured_files import image_file, ramp, textured_glb, zipped_obj
+from tests.worker.families import family
 
 
 def write_shapes(folder: Path) -> None:
@@ -35,8 +36,15 @@ def write_textured(folder: Path) -> None:
         folder.joinpath(name).write_bytes(writer(vertices, faces, coordinates, image))
 
 
+def write_class(folder: Path) -> None:
+    """``human0.off`` to ``human4.off``, which share their connectivity, and ``stranger.off``."""
+    names = [*(f"human{number}" for number in range(5)), "stranger"]
+    for name, data in zip(names, family(len(names), first=200), strict=True):
+        folder.joinpath(f"{name}.off").write_bytes(data)
+
+
 WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
-    {"docs/textures.md": write_textured}
+    {"docs/textures.md": write_textured, "docs/prototypes.md": write_class}
 )
 """Who writes what one document has besides."""
 

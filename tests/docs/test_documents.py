@@ -41,6 +41,7 @@ SAYS = {"client/README.md": ("points: ", "body.points", "urn:isomatch:problem:",
 LEAVES = {
     "README.md": ("match.png", "matrix.png"),
     "client/README.md": ("match.png", "match.json", "matrix.png"),
+    "docs/prototypes.md": ("match.png", "human.npz"),
 }
 """Files that are there afterwards."""
 
