@@ -1,6 +1,7 @@
 """``python -m worker``: run a worker until it is told to stop."""
 
 import os
+import signal
 import sys
 from typing import Final
 
@@ -18,11 +19,17 @@ ENVIRONMENT: Final = {
 
 def main() -> int:
     """Set the environment, and only then import what reads it."""
+    # The first process of a container ignores what it has no handler for; RQ's come later.
+    signal.signal(signal.SIGTERM, _leave)
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     from worker.process import main as run_worker
 
     return run_worker()
+
+
+def _leave(number: int, frame: object) -> None:
+    sys.exit(0)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import signal
 import sys
 from types import TracebackType
 from typing import Final
@@ -20,7 +19,7 @@ from worker.queue import QUEUES
 from worker.recovery import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, give_back
 from worker.store import Store
 from worker.telemetry import configure_logging, logger
-from worker.warmup import warm_up
+from worker.warmup import compile_rest, warm_up
 
 WORKER_TTL: Final = 30
 MAINTENANCE_INTERVAL: Final = 10
@@ -51,12 +50,11 @@ def main() -> int:
     forks_die_with_parent()
     if options.warm_up:
         warm_up()
+        compile_rest()
         return 0
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
-    # The first process of a container ignores what it has no handler for; RQ's come later.
-    signal.signal(signal.SIGTERM, _leave)
     warm_up()
     store = Store.open(settings, settings.redis_patience)
     # RQ says several lines about each job, and what matters of them is said here as well.
@@ -98,10 +96,6 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
         maintenance_interval=MAINTENANCE_INTERVAL,
         log_job_description=False,
     )
-
-
-def _leave(number: int, frame: object) -> None:
-    sys.exit(0)
 
 
 def _how(status: int | None) -> str:

@@ -2,6 +2,8 @@
 
 import gc
 import time
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -45,15 +47,28 @@ def warm_up() -> None:
         {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
         | {"refine": "gmds"},
     ):
-        parameters = MatchParameters.model_validate(few.model_dump() | structures)
-        payload = MatchPayload(source="warm-up", target="warm-up", parameters=parameters)
-        result = match_shapes(side, side, payload, Control())
+        result = match_shapes(side, side, _payload(few, structures), Control())
     draw_match(mesh, mesh, result)
     _compare(mesh)
     # What is here by now stays: a collection in a fork would copy all its pages for nothing.
     gc.collect()
     gc.freeze()
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
+
+
+def compile_rest() -> None:
+    """Compile what few jobs need, to be kept with the rest: nothing that forks would inherit."""
+    start = time.perf_counter()
+    side = Side(read_mesh(_torus_file(), "off"), None)
+    few = MatchParameters(points=8, coarse_points=4, eigenpairs=20)
+    for rare in ({"objective": "linf"}, {"metric": "geodesic", "geodesic_method": "exact"}):
+        match_shapes(side, side, _payload(few, rare), Control())
+    log.info("compiled what is seldom needed", seconds=round(time.perf_counter() - start, 3))
+
+
+def _payload(parameters: MatchParameters, changes: Mapping[str, Any]) -> MatchPayload:
+    changed = MatchParameters.model_validate({**parameters.model_dump(), **changes})
+    return MatchPayload(source="warm-up", target="warm-up", parameters=changed)
 
 
 def _compare(mesh: TriangleMesh) -> None:

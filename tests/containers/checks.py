@@ -101,8 +101,10 @@ def test_images(images: Engine) -> None:
 def test_kernels_are_compiled_already(images: Engine) -> None:
     confined = ["run", "--rm", "--read-only", "--cap-drop", "ALL", "--tmpfs", "/tmp:size=256m"]
     said = images.docker(*confined, "isomatch-worker", "--warm-up")
-    (warm,) = [line for line in map(json.loads, said.splitlines()) if line["event"] == "warm"]
-    assert warm["seconds"] < 15, "to compile them takes longer than half a minute"
+    seconds = [json.loads(line)["seconds"] for line in said.splitlines()]
+    print("warm after", seconds)
+    assert len(seconds) == 2
+    assert sum(seconds) < 20, "to compile them takes longer than half a minute"
 
 
 def test_containers_are_confined(service: Installation) -> None:
