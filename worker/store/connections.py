@@ -36,7 +36,9 @@ class StoreSettings(BaseSettings):
         default=30 * DAY, ge=1, description="Seconds after which an unused spectrum is dropped."
     )
     shape_ttl: int = Field(
-        default=30 * DAY, ge=1, description="Seconds a shape or a prototype is kept after it was last used."
+        default=30 * DAY,
+        ge=1,
+        description="Seconds a shape or a prototype is kept after it was last used.",
     )
     result_ttl: int = Field(default=7 * DAY, ge=1, description="Seconds a result is kept.")
     job_ttl: int = Field(
