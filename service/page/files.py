@@ -49,14 +49,15 @@ def page_file(path: PurePosixPath) -> PageFile | None:
 @cache
 def _paths() -> dict[str, Path]:
     files = (path for path in STATIC.rglob("*") if path.suffix in MEDIA_TYPES)
-    return {path.relative_to(STATIC).as_posix(): path for path in files} | {PLOTLY: _plotly()}
+    return {path.relative_to(STATIC).as_posix(): path for path in files} | _plotly()
 
 
-def _plotly() -> Path:
+def _plotly() -> dict[str, Path]:
+    # Without it the page tells and lists, and draws nothing.
     package = find_spec("plotly")
-    assert package is not None
-    assert package.submodule_search_locations is not None
-    return Path(package.submodule_search_locations[0], "package_data", PLOTLY)
+    places = () if package is None else package.submodule_search_locations or ()
+    files = (Path(place, "package_data", PLOTLY) for place in places)
+    return {file.name: file for file in files}
 
 
 @cache

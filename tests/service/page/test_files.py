@@ -76,3 +76,23 @@ def test_what_draws_is_found_and_not_imported() -> None:
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert said.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_plotly_may_be_nothing_but_its_script(tmp_path: Path, there: bool) -> None:
+    # So it is in the image of the API; without it nothing is drawn, and all else is shown.
+    if there:
+        (tmp_path / "plotly" / "package_data").mkdir(parents=True)
+        (tmp_path / "plotly" / "package_data" / PLOTLY).write_text("let it = 'be'")
+    program = (
+        "import sys, pathlib\n"
+        "system = [path for path in sys.path if 'site-packages' not in path]\n"
+        f"sys.path[:] = [{str(tmp_path)!r}, {str(ROOT)!r}, *system]\n"
+        "from service.page.files import page_file\n"
+        f"print(page_file(pathlib.PurePosixPath({PLOTLY!r})) is not None)\n"
+        "print(page_file(pathlib.PurePosixPath('main.js')) is not None)\n"
+    )
+    said = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert said.stdout.split() == [str(there), "True"]
