@@ -48,7 +48,7 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
         "eigenpairs": prototype.eigenpairs,
         "geodesic_method": prototype.geodesic_method,
         "warnings": list(prototype.warnings),
-        "sampling": _described(prototype.sampling),
+        "sampling": [_described(one) for one in prototype.sampling],
         "metrics": [_described(one.metric) for one in prototype.distances],
         "descriptors": [
             _described(NoDescriptor() if one is None else one.descriptor)
@@ -129,7 +129,7 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
     _require(isinstance(about["normalise"], bool), "normalise")
     warnings = about["warnings"]
     _require(all(isinstance(one, str) for one in warnings), "warnings")
-    for kind in ("metrics", "descriptors"):
+    for kind in ("metrics", "descriptors", "sampling"):
         _require(1 <= len(about[kind]) <= _MOST_LEVELS, kind)
     return Prototype(
         distances=tuple(
@@ -138,7 +138,7 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
         descriptors=tuple(
             _descriptors(about, arrays, level, points) for level in range(len(about["descriptors"]))
         ),
-        sampling=_metric(about["sampling"]),
+        sampling=tuple(map(_metric, about["sampling"])),
         positions=positions,
         vertices=vertices.astype(np.int64),
         components=components,

@@ -85,7 +85,7 @@ def given_examples(
                 f"correspondences.{number}", f"it must have at least {options.points} vertices"
             )
         places.append(_places_of(shape, np.asarray(ids), f"correspondences.{number}"))
-    between = shapes[reference].metric(options.sampling_metric).between(places[reference])
+    between = shapes[reference].metric(options.sampling_metrics[0]).between(places[reference])
     order = _farthest_first(between, options.points)
     return _together(shapes, [vertices[order] for vertices in places], reference)
 
@@ -120,7 +120,7 @@ def connected_examples(
             raise OptionError(
                 f"shapes.{number}", "its triangles are not those of the reference, vertex by vertex"
             )
-    vertices = first.sampling(options.sampling_metric, options.points).indices
+    vertices = first.sampling(options.sampling_metrics[0], options.points).indices
     return _together(shapes, [vertices] * len(shapes), reference)
 
 

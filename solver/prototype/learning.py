@@ -112,7 +112,7 @@ def learn_prototype(
     return Prototype(
         distances=tuple(distances[one] for one in metrics),
         descriptors=tuple(fields[one] for one in descriptors),
-        sampling=options.sampling_metric.settled(length),
+        sampling=tuple(one.settled(length) for one in options.sampling_metrics),
         positions=first.shape.mesh.vertices[first.vertices],
         vertices=first.shape.mesh.vertex_ids[first.vertices],
         components=options.components,

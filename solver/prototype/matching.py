@@ -1,6 +1,7 @@
 """Matching a target with a prototype: section 5."""
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +16,10 @@ from solver.options import L2, MAX_COARSE_POINTS, MatchOptions
 from solver.prototype.likelihood import PrototypeLevel, mean_distances
 from solver.prototype.prototype import Prototype
 from solver.shape import WITHOUT_COLORS, Shape
+from solver.structures import MetricChoice
+
+_OVERSAMPLING = 4
+"""Target samples per point of the prototype, at every level."""
 
 
 def match_prototype(
@@ -68,6 +73,29 @@ def match_prototype(
     return run.answer(run.best_first(levels), levels)
 
 
+def samples_by_turns(target: Shape, metrics: Sequence[MetricChoice], count: int) -> IntArray:
+    """Vertices of several farthest point samplings, by turns.
+
+    Parameters
+    ----------
+    target
+        The shape.
+    metrics
+        Of the samplings.
+    count
+        How many vertices; those of a smaller number begin those of a greater.
+
+    Returns
+    -------
+    (count,) int64, distinct.
+    """
+    several = [target.sampling(metric, count).indices for metric in metrics]
+    by_turns = np.stack(several, axis=1).ravel()
+    _, first = np.unique(by_turns, return_index=True)
+    found: IntArray = by_turns[np.sort(first)][:count]
+    return found
+
+
 def check_options(prototype: Prototype, target: Shape, options: MatchOptions) -> None:
     """Refuse what has no meaning for a prototype.
 
@@ -112,7 +140,12 @@ class _PrototypeRun(HierarchicalRun):
             self.target.spectrum()
         self.timings["spectra"] = time.perf_counter() - started
         started = time.perf_counter()
-        sizes = sizes_between(self.prototype.points, self.target.n_vertices, self.options)
+        sizes = [
+            (points, min(_OVERSAMPLING * points, self.target.n_vertices))
+            for points, _ in sizes_between(
+                self.prototype.points, self.target.n_vertices, self.options
+            )
+        ]
         if sizes[-1][0] < min(self.options.points, self.prototype.points):
             self.warnings.append(
                 f"only {sizes[-1][0]} points could be matched: the target has no more vertices"
@@ -126,7 +159,7 @@ class _PrototypeRun(HierarchicalRun):
 
     def _needs_spectrum(self) -> bool:
         prototype = self.prototype
-        metrics = [prototype.sampling, *(one.metric for one in prototype.distances)]
+        metrics = [*prototype.sampling, *(one.metric for one in prototype.distances)]
         described = [one for one in prototype.descriptors if one is not None]
         weighed = self.options.first_order_weight > 0.0
         return any(one.spectral for one in metrics) or (
@@ -137,7 +170,7 @@ class _PrototypeRun(HierarchicalRun):
         options, prototype = self.options, self.prototype
         distances = prototype.distances[min(index, len(prototype.distances) - 1)]
         learnt = prototype.descriptors[min(index, len(prototype.descriptors) - 1)]
-        vertices = self.target.sampling(prototype.sampling, size[1]).indices
+        vertices = samples_by_turns(self.target, prototype.sampling, size[1])
         between = self.target.metric(distances.metric).between(vertices)
         check_distances(distances.metric, between, "metric")
         described = None

@@ -28,7 +28,9 @@ class PrototypeOptions:
     descriptor
         Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
     sampling
-        Metric in which points are sampled farthest first, on the reference and on targets.
+        Metrics in which targets are sampled farthest first, by turns; points of the prototype are
+        sampled on the reference in the first. Where one metric spends its samples on the fingers of
+        one body, another still finds its head.
     seed
         Of the random starts of expectation maximisation.
 
@@ -43,7 +45,7 @@ class PrototypeOptions:
     select_components: bool = False
     metric: tuple[MetricChoice | str, ...] = ("geodesic",)
     descriptor: tuple[DescriptorChoice | str, ...] = ("si_hks",)
-    sampling: MetricChoice | str = "commute_time"
+    sampling: tuple[MetricChoice | str, ...] = ("commute_time", "geodesic")
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -53,21 +55,21 @@ class PrototypeOptions:
             raise OptionError("components", f"it must be from 1 to {MAX_COMPONENTS}")
         if self.seed < 0:
             raise OptionError("seed", "it must be at least 0")
-        for field, given in (("metric", self.metric), ("descriptor", self.descriptor)):
-            if not given:
+        for field in ("metric", "descriptor", "sampling"):
+            if not getattr(self, field):
                 raise OptionError(field, "at least one is needed")
-        metrics = tuple(metric_choice(one, f"metric.{i}") for i, one in enumerate(self.metric))
-        object.__setattr__(self, "metric", metrics)
+        for field, given in (("metric", self.metric), ("sampling", self.sampling)):
+            metrics = tuple(metric_choice(one, f"{field}.{i}") for i, one in enumerate(given))
+            object.__setattr__(self, field, metrics)
         descriptors = tuple(
             descriptor_choice(one, f"descriptor.{i}") for i, one in enumerate(self.descriptor)
         )
         object.__setattr__(self, "descriptor", descriptors)
-        object.__setattr__(self, "sampling", metric_choice(self.sampling, "sampling"))
 
     @property
-    def sampling_metric(self) -> MetricChoice:
-        """Metric in which points are sampled."""
-        return metric_choice(self.sampling)
+    def sampling_metrics(self) -> tuple[MetricChoice, ...]:
+        """Metrics in which points are sampled."""
+        return tuple(map(metric_choice, self.sampling))
 
     @property
     def metrics(self) -> tuple[MetricChoice, ...]:

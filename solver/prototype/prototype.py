@@ -69,7 +69,7 @@ class Prototype:
     descriptors
         Of each level's descriptor, likewise; none of those levels where it is "none".
     sampling
-        Metric in which targets are sampled, with a value for every parameter.
+        Metrics in which targets are sampled by turns, with a value for every parameter.
     positions
         (N, 3) where the points are on the reference shape, farthest first, for pictures.
     vertices
@@ -86,7 +86,7 @@ class Prototype:
 
     distances: tuple[LearntDistances, ...]
     descriptors: tuple[LearntDescriptors | None, ...]
-    sampling: MetricChoice
+    sampling: tuple[MetricChoice, ...]
     positions: FloatArray
     vertices: IntArray
     components: int

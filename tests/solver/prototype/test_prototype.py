@@ -1,0 +1,297 @@
+"""Prototypes: learnt from examples, stored, and matched."""
+
+from dataclasses import replace
+from functools import cache
+from itertools import permutations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from solver.arrays import IntArray
+from solver.branch_and_bound import m_best_solutions
+from solver.errors import OptionError, PrototypeError
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.level import SampledStructure
+from solver.mesh import triangle_mesh
+from solver.minimise import minimise
+from solver.options import MatchOptions
+from solver.primal import local_search
+from solver.prototype import (
+    Example,
+    Prototype,
+    PrototypeOptions,
+    connected_examples,
+    given_examples,
+    learn_prototype,
+    match_prototype,
+    matched_examples,
+    prototype_from_bytes,
+    prototype_to_bytes,
+)
+from solver.prototype.learning import discriminant_axes
+from solver.prototype.likelihood import PrototypeLevel, mean_distances
+from solver.prototype.mixture import GaussianMixtures
+from solver.prototype.prototype import LearntDescriptors, LearntDistances, all_pairs, pair_places
+from solver.shape import Shape
+from solver.structures import Geodesic, ScaleInvariantHeatKernelSignature
+from solver.synthetic import HUMAN_POSES, human
+
+_RESOLUTION = 500
+_SMALL = PrototypeOptions(points=8, components=2)
+
+
+@cache
+def humans() -> tuple[Shape, ...]:
+    """One body in several poses, triangulated alike."""
+    figures = [human(pose, resolution=_RESOLUTION) for pose in HUMAN_POSES]
+    return tuple(Shape(triangle_mesh(one.vertices, one.faces)) for one in figures)
+
+
+@cache
+def prototype() -> Prototype:
+    return learn_prototype(connected_examples(humans(), _SMALL).examples, _SMALL)
+
+
+def tiny_level(seed: int, n: int, m: int, gamma: float) -> PrototypeLevel:
+    """A level of random mixtures and random distances."""
+    rng = np.random.default_rng(seed)
+    pairs = n * (n - 1) // 2
+    distances = GaussianMixtures(
+        rng.dirichlet(np.ones(2), pairs),
+        rng.uniform(0.0, 2.0, (pairs, 2, 1)),
+        rng.uniform(0.01, 0.3, (pairs, 2, 1, 1)),
+    )
+    descriptors = GaussianMixtures(
+        rng.dirichlet(np.ones(2), n),
+        rng.normal(size=(n, 2, 2)),
+        rng.uniform(0.1, 1.0, (n, 2, 1, 1)) * np.eye(2),
+    )
+    between = np.abs(rng.normal(size=(m, m)))
+    target = SampledStructure(np.arange(m), between + between.T, rng.normal(size=(m, 2)))
+    np.fill_diagonal(target.distances, 0.0)
+    source = SampledStructure(np.arange(n), mean_distances(distances, n), None)
+    return PrototypeLevel(
+        0,
+        Geodesic(),
+        ScaleInvariantHeatKernelSignature(),
+        source,
+        target,
+        1.0,
+        0.3,
+        gamma,
+        LearntDistances(Geodesic(), distances, -20.0),
+        LearntDescriptors(
+            ScaleInvariantHeatKernelSignature(), np.zeros(2), np.eye(2), descriptors, -20.0
+        ),
+    )
+
+
+def all_correspondences(problem: LabellingProblem) -> list[IntArray]:
+    n, m = problem.shape
+    pool = [*range(m), *([] if problem.must_match_all else [UNMATCHED] * n)]
+    return [np.array(chosen) for chosen in set(permutations(pool, n))]
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**16), gamma=st.sampled_from([np.inf, 0.5, 3.0]))
+def test_bound_optimum_and_energy_are_in_order(seed: int, gamma: float) -> None:
+    level = tiny_level(seed, 3, 4, gamma)
+    problem = level.problem(level.all_candidates())
+    assert problem.non_negative
+    energies = {tuple(one): problem.energy(one) for one in all_correspondences(problem)}
+    optimum = min(energies.values())
+    found = minimise(problem)
+    assert found.lower_bound <= optimum + 1e-9
+    assert found.energy == pytest.approx(optimum)
+    best = m_best_solutions(problem, 5)
+    np.testing.assert_allclose(best.energies, sorted(energies.values())[:5], atol=1e-9)
+    start = np.array(next(iter(energies)))
+    assert problem.energy(local_search(problem, start)) <= energies[tuple(start)] + 1e-9
+
+
+@pytest.mark.parametrize("n", [18])
+def test_dual_decomposition_bounds_tabulated_costs(n: int) -> None:
+    level = tiny_level(1, n, n, np.inf)
+    candidates = level.all_candidates()
+    near = np.abs(candidates[:, 0] - candidates[:, 1]) <= 1
+    problem = level.problem(candidates[near])
+    found = minimise(problem, iterations=300)
+    exact = m_best_solutions(problem)
+    assert exact.proven
+    assert found.lower_bound <= exact.energies[0] + 1e-9 <= found.energy + 2e-9
+
+
+def test_energies_are_log_likelihoods_but_for_a_constant() -> None:
+    level = tiny_level(0, 4, 6, np.inf)
+    problem = level.problem(level.all_candidates())
+    one, two = np.array([0, 1, 2, 3]), np.array([5, 3, 0, 1])
+
+    def likelihood(partners: IntArray) -> float:
+        learnt = level.learnt_distances
+        i, j = all_pairs(4)
+        between = level.target.distances[partners[i], partners[j]]
+        pairs = learnt.mixtures.log_density(between[:, None, None])[:, 0]
+        points = level.learnt_descriptors
+        assert points is not None
+        assert level.target.descriptors is not None
+        fields = points.mixtures.log_density(level.target.descriptors[partners][:, None])[:, 0]
+        background = learnt.log_background
+        pairwise = np.logaddexp(pairs, background).sum() * 2.0 / 3.0
+        unary = 0.3 * np.logaddexp(fields, background).sum()
+        return float(pairwise + unary)
+
+    difference = problem.energy(one) - problem.energy(two)
+    assert difference == pytest.approx(likelihood(two) - likelihood(one), abs=1e-6)
+
+
+def test_a_table_is_the_same_as_terms_of_all_pairs() -> None:
+    level = tiny_level(2, 4, 6, 2.0)
+    problem = level.problem(level.all_candidates())
+    partners = np.array([2, UNMATCHED, 5, 0])
+    chosen = problem.chosen_candidates(partners)
+    used = chosen[chosen >= 0]
+    expected = problem.unary[used].sum() + problem.table[np.ix_(used, used)].sum() / 2.0 + 2.0
+    assert problem.energy(partners) == pytest.approx(expected)
+    with pytest.raises(ValueError, match="every two"):
+        replace(problem, table=np.zeros((2, 2)))
+    with pytest.raises(ValueError, match="finite"):
+        replace(problem, table=np.full_like(problem.table, np.nan))
+
+
+def test_pairs_have_places_such_that_those_of_the_first_points_come_first() -> None:
+    first, second = all_pairs(6)
+    assert pair_places(first, second).tolist() == list(range(15))
+    assert pair_places(second, first).tolist() == list(range(15))
+    assert second[:10].max() == 4
+
+
+def test_axes_tell_points_apart_that_class_variation_would_hide() -> None:
+    rng = np.random.default_rng(0)
+    samples = rng.normal(size=(5, 200, 3)) * np.array([10.0, 0.1, 1.0])
+    samples[:, :, 1] += np.arange(5)[:, None]
+    axes = discriminant_axes(samples, 1)
+    assert abs(axes[1, 0]) > 20.0 * np.abs(axes[[0, 2], 0]).max()
+    assert discriminant_axes(np.ones((4, 3, 2)), 2).shape == (2, 0)
+
+
+def test_a_prototype_finds_its_own_points_on_an_example() -> None:
+    answer = match_prototype(prototype(), humans()[1], MatchOptions(points=8))
+    assert answer.best.source.tolist() == list(range(8))
+    assert answer.certified
+    assert 0.0 <= answer.lower_bound <= answer.best.energy
+    energies = [answer.best.energy, *(one.energy for one in answer.alternatives)]
+    assert energies == sorted(energies)
+
+
+def test_levels_carry_a_prototype_of_more_points() -> None:
+    options = PrototypeOptions(points=14, components=1)
+    learnt = learn_prototype(connected_examples(humans(), options).examples, options)
+    answer = match_prototype(learnt, humans()[2], MatchOptions(points=14))
+    assert [level.points for level in answer.levels] == [10, 14]
+    assert sorted(answer.best.source.tolist()) == list(range(14))
+    assert answer.lower_bound <= answer.best.energy
+
+
+def test_with_little_occlusion_cost_unlikely_points_stay_unmatched() -> None:
+    answer = match_prototype(prototype(), humans()[1], MatchOptions(points=8, occlusion_cost=1e-6))
+    assert len(answer.best.unmatched) == 8
+
+
+def test_a_single_example_and_any_order_of_examples_will_do() -> None:
+    alone = learn_prototype(connected_examples(humans()[:1], _SMALL).examples, _SMALL)
+    answer = match_prototype(alone, humans()[0], MatchOptions(points=8))
+    assert answer.best.energy < 1.0
+    examples = connected_examples(humans(), _SMALL).examples
+    turned = learn_prototype((examples[0], *examples[:0:-1]), _SMALL)
+    between = np.full((28, 1, 1), 0.7)
+    np.testing.assert_allclose(
+        turned.distances[0].mixtures.log_density(between),
+        prototype().distances[0].mixtures.log_density(between),
+        rtol=1e-6,
+    )
+
+
+def test_given_correspondences_are_those_of_shared_connectivity() -> None:
+    every = np.arange(humans()[0].n_vertices)
+    ours = given_examples(humans(), [every] * len(humans()), _SMALL, reference=1)
+    assert ours.kept[0] == 1
+    for example in ours.examples:
+        np.testing.assert_array_equal(example.vertices, ours.examples[0].vertices)
+    with pytest.raises(OptionError, match="as long"):
+        given_examples(humans()[:2], [every, every[:9]], _SMALL)
+    with pytest.raises(OptionError, match="not on the shape"):
+        given_examples(humans()[:2], [every, every + 1], _SMALL)
+
+
+def test_shapes_without_shared_connectivity_are_refused() -> None:
+    other = human("walking", resolution=_RESOLUTION, seed=1)
+    stranger = Shape(triangle_mesh(other.vertices, other.faces))
+    with pytest.raises(OptionError, match="triangles") as caught:
+        connected_examples([humans()[0], stranger], _SMALL)
+    assert caught.value.field == "shapes.1"
+
+
+def test_matches_put_examples_into_correspondence_without_mixing_mirror_images() -> None:
+    found = matched_examples(humans(), _SMALL)
+    assert found.kept[0] == 0
+    own = found.examples[0].vertices
+    for example in found.examples:
+        between = example.shape.metric("commute_time").between(example.vertices)
+        reference = humans()[0].metric("commute_time").between(own)
+        assert np.abs(between - reference).mean() < 0.1 * reference.max()
+
+
+def test_an_archive_holds_all_of_a_prototype() -> None:
+    data = prototype_to_bytes(prototype())
+    again = prototype_from_bytes(data)
+    assert prototype_to_bytes(again) == data
+    one, two = (match_prototype(each, humans()[1]) for each in (prototype(), again))
+    assert one.best.energy == two.best.energy
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_damaged_archives_are_refused(data: st.DataObject) -> None:
+    sound = prototype_to_bytes(prototype())
+    place = data.draw(st.integers(0, len(sound) - 1))
+    broken = data.draw(
+        st.sampled_from(
+            [sound[:place], sound[:place] + bytes([sound[place] ^ 255]) + sound[place + 1 :], b""]
+        )
+    )
+    try:
+        read = prototype_from_bytes(broken)
+    except PrototypeError:
+        return
+    assert prototype_to_bytes(read) == sound  # a byte that says nothing
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        (MatchOptions(refine="gmds"), "refine"),
+        (MatchOptions(objective="linf", points=8), "objective"),
+        (MatchOptions(metric=("diffusion",)), "metric"),
+        (MatchOptions(descriptor=("wks",)), "descriptor"),
+    ],
+)
+def test_options_that_mean_nothing_for_a_prototype_are_refused(
+    options: MatchOptions, field: str
+) -> None:
+    with pytest.raises(OptionError) as caught:
+        match_prototype(prototype(), humans()[0], options)
+    assert caught.value.field == field
+
+
+def test_examples_that_do_not_correspond_are_refused() -> None:
+    first, second = humans()[:2]
+    with pytest.raises(PrototypeError, match="at least one"):
+        learn_prototype([], _SMALL)
+    few, more = Example(first, np.arange(4)), Example(second, np.arange(5))
+    with pytest.raises(PrototypeError, match="has 5 points"):
+        learn_prototype([few, more], _SMALL)
+    other = Shape(second.mesh, eigenpairs=20)
+    with pytest.raises(PrototypeError, match="another way"):
+        learn_prototype([few, Example(other, np.arange(4))], _SMALL)
