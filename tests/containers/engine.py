@@ -91,6 +91,9 @@ def running_engine(folder: Path) -> Iterator[Engine]:
             assert time.monotonic() < deadline
             time.sleep(0.2)
         engine.client = _client(engine)
+        # Compose calls it by its name.
+        folders = [str(Path(engine.client).parent), *os.get_exec_path()]
+        engine.environment["PATH"] = os.pathsep.join(folders)
         yield engine
     finally:
         process.terminate()
@@ -106,7 +109,7 @@ def _client(engine: Engine) -> str:
             client, server = engine.run([program, "version", "--format", version]).split()
             if client == server:
                 return program
-    return "docker"
+    return shutil.which("docker") or "docker"
 
 
 def _install() -> None:
