@@ -55,8 +55,6 @@ def images(engine: Engine) -> Engine:
 @pytest.fixture(scope="module")
 def service(images: Engine) -> Iterator[Installation]:
     installation = Installation(images)
-    # All of it is there already: only that compose can build it is seen here.
-    installation.compose("build", seconds=600)
     installation.up()
     yield installation
     installation.compose("kill")
