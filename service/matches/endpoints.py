@@ -48,8 +48,8 @@ def create_match(
     """Match two shapes: find the correspondence of least distortion between samples of them.
 
     Or a prototype and a shape: find the most likely one of the prototype's points. Then `metric`,
-    `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are the prototype's, and `refine`
-    and the objective "linf" have no meaning.
+    `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are the prototype's, and `refine`,
+    `dense`, `landmarks` and the objective "linf" have no meaning.
     """
     record = service.queue.asked_before(order)
     if record is None:
