@@ -4,34 +4,27 @@ Extremities decide a coarse correspondence, and of them its several hypotheses a
 say little of what lies between: a torso may be turned front to back at no cost. So each
 hypothesis is extended to a functional map in several ways: by what it says of all its points, or
 only of its first ones, with the wave kernel signature for the rest. Each is refined by spectral
-upsampling. Those that preserve signatures and the lengths of short chords best are finalists; the
-one that preserves signatures and small geodesic distances best is taken.
+upsampling. Of those that keep orientation, which tells left from right, the ones that preserve
+signatures and the lengths of short chords best are finalists; the one that preserves signatures
+and small geodesic distances best is taken.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
+from solver.comparison import Comparison, Side, unit_spectrum
 from solver.control import Control
-from solver.descriptors import wave_kernel_signature
 from solver.functional_map import (
     FunctionalMap,
     fit_functional_map,
     functional_map_of_points,
     spectral_upsampling,
 )
-from solver.metrics import EmbeddedMetric
 from solver.nearest import nearest_points, nearly_nearest_points
-from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
-from solver.spectrum import Spectrum
-
-EIGENPAIRS = 100
-_SAMPLES = 500, 2000
-"""Points of X and of Y by which maps are refined and compared."""
 
 _LANDMARKS = 8
 """Points of a hypothesis that are trusted alone."""
@@ -49,10 +42,14 @@ _MOST_POINTS = 10_000
 _EXHAUSTIVE = 1_000_000_000
 """Pairs of vertices that are compared when a map is made one of vertices: some ten seconds."""
 
-_NEIGHBOURS = 8
 _FINALISTS = 3
 _COMPARED = 64
 """Points between which finalists' geodesic distances are compared."""
+
+_ORIENTED = 0.2
+"""Orientation of maps of which it can be said at all: of right ones it is 0.3 to 0.9."""
+
+_MUCH = 1.5
 
 _NEAR = 0.05
 """Distances below count alike, in units of √area."""
@@ -70,24 +67,46 @@ class DenseMap:
         The shapes.
     hypothesis
         Index of the sparse correspondence that it came from.
+    signature_change, chord_change
+        How it changes signatures on average, and lengths of short chords (root mean square).
+    orientation
+        From -1 to 1, near 1 if it keeps orientation; see :meth:`Comparison.orientation`.
     """
 
     functional_map: FunctionalMap
     source: Shape
     target: Shape
     hypothesis: int
+    signature_change: float
+    chord_change: float
+    orientation: float
 
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) target vertices that (S,) source vertices go to.
 
         Where a search among all would take long, only those around are searched.
         """
-        x = _unit_spectrum(self.source).eigenfunctions[vertices]
-        y = _unit_spectrum(self.target).eigenfunctions[:, : self.functional_map.size]
+        x = unit_spectrum(self.source).eigenfunctions[vertices]
+        y = unit_spectrum(self.target).eigenfunctions[:, : self.functional_map.size]
         images = self.functional_map.images(x)
         if len(images) * len(y) <= _EXHAUSTIVE:
             return nearest_points(images, y)
         return nearly_nearest_points(images, y, 2 * int(np.sqrt(len(y))))
+
+    @property
+    def change(self) -> float:
+        """How little of the shape is preserved."""
+        return self.signature_change * self.chord_change
+
+    @property
+    def keeps(self) -> bool:
+        """Whether it clearly keeps orientation."""
+        return self.orientation > _ORIENTED
+
+    @property
+    def reverses(self) -> bool:
+        """Whether it clearly reverses orientation."""
+        return self.orientation < -_ORIENTED
 
 
 def dense_map(
@@ -119,48 +138,106 @@ def dense_map(
     ValueError
         There is no hypothesis, or one of less than three points.
     """
-    if not hypotheses or min(len(x) for x, _ in hypotheses) < 3:
-        raise ValueError("at least one hypothesis of three points is needed")
-    comparison = _Comparison(_Side.of(source, _SAMPLES[0]), _Side.of(target, _SAMPLES[1]))
-    found = _refined(comparison, hypotheses, control or Control())
-    found.sort(key=lambda one: one.differences[0] * one.differences[1])
-    finalists = [_completed(comparison, one.map) for one in found[:_FINALISTS]]
-    if len(finalists) > 1:
-        vertices = hypotheses[0][0][:_COMPARED]
-        finalists.sort(key=lambda one: one.differences[0] * _stress(one.map, vertices))
-    return finalists[0].map
+    comparison = Comparison(source, target)
+    found = extensions(comparison, hypotheses, control or Control())
+    return best_map(comparison, oriented_first(found), hypotheses[0][0])
 
 
-@dataclass(frozen=True, eq=False)
-class _Extension:
-    """A hypothesis extended: its map, and how it changes signatures and short chords."""
-
-    map: DenseMap
-    differences: tuple[float, float]
-
-
-def _refined(
-    comparison: "_Comparison",
+def extensions(
+    comparison: Comparison,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
-) -> list[_Extension]:
+    first: int = 0,
+) -> list[DenseMap]:
+    """Extend hypotheses to functional maps, each in several ways.
+
+    Parameters
+    ----------
+    comparison
+        Of the shapes.
+    hypotheses, control
+        As for :func:`dense_map`.
+    first
+        Number of the first hypothesis.
+    """
+    if not hypotheses or min(len(x) for x, _ in hypotheses) < 3:
+        raise ValueError("at least one hypothesis of three points is needed")
     x, y = comparison.source, comparison.target
     k = min(x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
-    found: list[_Extension] = []
-    for index, points in enumerate(hypotheses):
+    found: list[DenseMap] = []
+    for index, points in enumerate(hypotheses, start=first):
         for start in _starts(x, y, points, k):
             control.check()
             if found and not control.seconds_left():
                 return found
             sizes = [*range(start.size + _STEP, k, _STEP), k, k]
             functional = spectral_upsampling(start, x.embedded, y.embedded, sizes)
-            partners = functional.nearest(x.embedded, y.embedded)
-            dense = DenseMap(functional, x.shape, y.shape, index)
-            found.append(_Extension(dense, comparison.differences(partners)))
+            found.append(measured(comparison, functional, index))
     return found
 
 
-def _completed(comparison: "_Comparison", chosen: DenseMap) -> _Extension:
+def measured(comparison: Comparison, functional: FunctionalMap, hypothesis: int) -> DenseMap:
+    """Look at what a functional map preserves.
+
+    Parameters
+    ----------
+    comparison
+        Of the shapes.
+    functional
+        The map.
+    hypothesis
+        What it came from.
+    """
+    x, y = comparison.source, comparison.target
+    partners = functional.nearest(x.embedded, y.embedded)
+    return DenseMap(
+        functional,
+        x.shape,
+        y.shape,
+        hypothesis,
+        *comparison.differences(partners),
+        comparison.orientation(partners),
+    )
+
+
+def oriented_first(found: Sequence[DenseMap]) -> list[DenseMap]:
+    """Put maps in order by what they preserve, and those that keep orientation alone, if they can.
+
+    Parameters
+    ----------
+    found
+        Maps between the same shapes.
+
+    Returns
+    -------
+    Those that keep orientation by `change`, unless they preserve far less than some other; then
+    all, by `change` alone.
+    """
+    ranked = sorted(found, key=lambda one: one.change)
+    wanted = [one for one in ranked if one.keeps]
+    return wanted if wanted and wanted[0].change <= _MUCH * ranked[0].change else ranked
+
+
+def best_map(comparison: Comparison, ranked: Sequence[DenseMap], vertices: IntArray) -> DenseMap:
+    """Refine the first of some maps further, and choose.
+
+    Parameters
+    ----------
+    comparison
+        Of the shapes.
+    ranked
+        Maps, at least one, the most promising ones first.
+    vertices
+        (n,) of X, farthest first: among the first of them geodesic distances are compared.
+    """
+    finalists = [_completed(comparison, one) for one in ranked[:_FINALISTS]]
+    if len(finalists) == 1:
+        return finalists[0]
+    compared = vertices[:_COMPARED]
+    return min(finalists, key=lambda one: one.signature_change * _stress(one, compared))
+
+
+def _completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
     """Refine a map again, in small steps and with more points of the target."""
     x, y = comparison.source, comparison.target
     everywhere = y.spectrum.eigenfunctions
@@ -171,96 +248,20 @@ def _completed(comparison: "_Comparison", chosen: DenseMap) -> _Extension:
     start = FunctionalMap(matrix[:size, :size])
     sizes = [*range(size + _SMALL_STEP, k, _SMALL_STEP), k]
     functional = spectral_upsampling(start, x.embedded, everywhere, sizes)
-    differences = comparison.differences(functional.nearest(x.embedded, y.embedded))
-    return _Extension(replace(chosen, functional_map=functional), differences)
+    return measured(comparison, functional, chosen.hypothesis)
 
 
 def _stress(dense: DenseMap, vertices: IntArray) -> float:
     """Root mean square change of geodesic distances, each weighed by its inverse square."""
     source, target = dense.source, dense.target
     images = dense.images(vertices)
-    before = source.metric("geodesic").between(vertices) / _unit(source)
-    after = target.metric("geodesic").between(images) / _unit(target)
+    before = source.metric("geodesic").between(vertices) / source.size
+    after = target.metric("geodesic").between(images) / target.size
     weights = np.maximum(before, _NEAR) ** -2.0
     return float(np.sqrt((weights * (before - after) ** 2).sum() / weights.sum()))
 
 
-def _unit(shape: Shape) -> float:
-    """√area in the unit of a shape's surface: 1 if it is normalised."""
-    return float(np.sqrt(shape.mesh.area)) / shape.unit
-
-
-def _unit_spectrum(shape: Shape) -> Spectrum:
-    return shape.spectrum(EIGENPAIRS).scaled(1.0 / _unit(shape))
-
-
-@dataclass(frozen=True, eq=False)
-class _Side:
-    """A shape of unit area: its eigenfunctions, and what is compared at points spread over it."""
-
-    shape: Shape
-    spectrum: Spectrum
-    signatures: FloatArray
-    embedded: FloatArray
-    sampled_signatures: FloatArray
-    positions: FloatArray
-
-    @classmethod
-    def of(cls, shape: Shape, count: int) -> "_Side":
-        spectrum = _unit_spectrum(shape)
-        # In space, which is quick, and as even on the surface of a body as along it.
-        in_space = EmbeddedMetric(shape.surface.vertices)
-        samples = farthest_point_sampling(in_space, min(count, shape.n_vertices)).indices
-        signatures = wave_kernel_signature(spectrum)
-        return cls(
-            shape,
-            spectrum,
-            signatures,
-            spectrum.eigenfunctions[samples],
-            signatures[samples],
-            shape.surface.vertices[samples] / _unit(shape),
-        )
-
-    def coefficients(self, size: int) -> FloatArray:
-        """(size, m) of the signatures, in the first eigenfunctions."""
-        functions = self.spectrum.eigenfunctions[:, :size]
-        return functions.T @ (self.spectrum.mass[:, None] * self.signatures)
-
-    def heat_coefficients(self, vertices: IntArray, time: float, size: int) -> FloatArray:
-        """(size, n) of the heat kernels h_t(x, ·) of (2), from some vertices x."""
-        decay = np.exp(-self.spectrum.eigenvalues[:size] * time)
-        coefficients: FloatArray = (self.spectrum.eigenfunctions[vertices, :size] * decay).T
-        return coefficients
-
-
-class _Comparison:
-    """What a map does to signatures and to short chords of two shapes."""
-
-    def __init__(self, source: _Side, target: _Side) -> None:
-        self.source, self.target = source, target
-        count = min(_NEIGHBOURS + 1, len(source.positions))
-        near = np.asarray(KDTree(source.positions).query(source.positions, k=count)[1])[:, 1:]
-        self._ends = np.repeat(np.arange(len(near)), near.shape[1]), near.ravel()
-
-    def differences(self, partners: IntArray) -> tuple[float, float]:
-        """Mean change of the signature, and root mean square change of a chord's length."""
-        x, y = self.source, self.target
-        signature = x.sampled_signatures - y.sampled_signatures[partners]
-        chord = self._lengths(x.positions) - self._lengths(y.positions[partners])
-        return (
-            float(np.linalg.norm(signature, axis=1).mean()),
-            float(np.sqrt((chord**2).mean())),
-        )
-
-    def _lengths(self, positions: FloatArray) -> FloatArray:
-        here, there = self._ends
-        lengths: FloatArray = np.linalg.norm(positions[here] - positions[there], axis=1)
-        return lengths
-
-
-def _starts(
-    x: _Side, y: _Side, points: tuple[IntArray, IntArray], k: int
-) -> Iterator[FunctionalMap]:
+def _starts(x: Side, y: Side, points: tuple[IntArray, IntArray], k: int) -> Iterator[FunctionalMap]:
     """Small functional maps: of all points, and of the first ones with the signatures."""
     size = min(_START, k, max(len(points[0]) // 2, 2))
     yield functional_map_of_points(

@@ -1,20 +1,32 @@
-"""A match extended to all vertices."""
+"""A match extended to all vertices, by the hypothesis that preserves most and keeps orientation.
+
+Intrinsically a correspondence and its mirror image cannot be told apart, and the energy takes
+either. Extended to all vertices they can: one keeps the surface's orientation, the other turns it
+inside out. Where all hypotheses do that, the best of them is composed with the reflection of the
+source.
+"""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from solver.arrays import IntArray
+from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import DenseMap, dense_map
+from solver.dense import DenseMap, best_map, extensions, oriented_first
 from solver.match import DenseCorrespondence
 from solver.shape import Shape
+from solver.symmetry import reflection
 
 LEAST_EXTENDED = 3
 """Matched points that a map of all vertices takes at least."""
 
 _HYPOTHESES = 4
+"""Looked at first; as many again if none of them keeps orientation."""
+
+_LITTLE = 1.1
+"""Where a map keeps orientation and changes that much more than one that reverses it, the latter's
+mirror image may be better."""
 
 
 def extended_map(
@@ -22,28 +34,54 @@ def extended_map(
     target: Shape,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
+    landmarks: bool = False,
 ) -> DenseMap | None:
-    """Extend the best of a match's first few hypotheses to all vertices.
+    """Extend the best of a match's hypotheses to all vertices.
 
     Parameters
     ----------
     source, target
         The shapes X and Y.
     hypotheses
-        (n,) vertices of X and (n,) vertices of Y that correspond, the answer first. Those of less
-        than three points are passed over.
+        (n,) vertices of X and (n,) vertices of Y that correspond, the best by energy first. Those
+        of less than three points are passed over.
     control
         May cancel; past its deadline, less is tried.
+    landmarks
+        Whether some say which of two symmetric solutions is meant: then nothing is reflected.
 
     Returns
     -------
-    Its `hypothesis` is a place among those given; ``None`` if the answer has too few points.
+    Its `hypothesis` is a place among those given, or their number for the mirror image of one of
+    them; ``None`` if the first has too few points.
     """
-    places = [i for i, (x, _) in enumerate(hypotheses) if len(x) >= LEAST_EXTENDED][:_HYPOTHESES]
-    if 0 not in places:
+    if len(hypotheses[0][0]) < LEAST_EXTENDED:
         return None
-    found = dense_map(source, target, [hypotheses[place] for place in places], control)
-    return replace(found, hypothesis=places[found.hypothesis])
+    comparison = Comparison(source, target)
+    places = [i for i, (x, _) in enumerate(hypotheses) if len(x) >= LEAST_EXTENDED]
+    found: list[DenseMap] = []
+    for some in places[:_HYPOTHESES], places[_HYPOTHESES : 2 * _HYPOTHESES]:
+        for place in some:
+            found += extensions(comparison, [hypotheses[place]], control, first=place)
+        if oriented_first(found)[0].keeps:
+            break
+    best, least = oriented_first(found)[0], min(found, key=lambda one: one.change)
+    worse = not best.keeps or best.change > _LITTLE * least.change
+    if least.reverses and worse and not landmarks and control.seconds_left():
+        mirrored = _mirrored(least, hypotheses[0][0], control)
+        if mirrored is not None:
+            found += extensions(comparison, [mirrored], control, first=len(hypotheses))
+    return best_map(comparison, oriented_first(found), hypotheses[0][0])
+
+
+def _mirrored(
+    reversing: DenseMap, vertices: IntArray, control: Control
+) -> tuple[IntArray, IntArray] | None:
+    """Where vertices of X go if they are reflected first."""
+    reflected = reflection(reversing.source, control)
+    if reflected is None:
+        return None
+    return vertices, reversing.images(reflected.images(vertices))
 
 
 def dense_correspondence(found: DenseMap) -> DenseCorrespondence:

@@ -4,7 +4,7 @@ What is matched with a target, another shape or a prototype, only makes the leve
 """
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -78,10 +78,44 @@ class HierarchicalRun:
 
     def best_first(self, levels: list[Level]) -> list[Hypothesis]:
         """Enumerate coarse solutions, refine each, and bound the winner."""
+        hypotheses = self.ranked(levels)
+        return [self.bounded(hypotheses[0], levels), *hypotheses[1:]]
+
+    def ranked(self, levels: list[Level]) -> list[Hypothesis]:
+        """Enumerate coarse solutions, refine each, and put them in the order of their energy."""
         hypotheses = self.coarse(levels[0])
         for level in levels[1:]:
             hypotheses = self.finer(hypotheses, level)
-        return [self.bounded(hypotheses[0], levels), *hypotheses[1:]]
+        return hypotheses
+
+    def carried(
+        self, levels: list[Level], near: FloatArray, others: list[Hypothesis]
+    ) -> Hypothesis:
+        """Begin a further hypothesis where something else has put the coarse samples.
+
+        Parameters
+        ----------
+        levels
+            Of the match.
+        near
+            (N, M) how far each coarse target sample is from where each coarse source sample was
+            put.
+        others
+            The hypotheses so far, among which the new one is ranked.
+        """
+        started = time.perf_counter()
+        problem = levels[0].problem(levels[0].all_candidates())
+        partners = assign(problem, near[problem.candidates[:, 0], problem.candidates[:, 1]])
+        known = others[0].stages[0].solution
+        energy = problem.energy(partners)
+        solution = Solution(partners, energy, known.lower_bound, known.iterations, known.method)
+        seconds = time.perf_counter() - started
+        found = Hypothesis((Stage(problem, solution, _rank(energy, others, 0), seconds),))
+        for level in levels[1:]:
+            (found,) = self.finer([found], level)
+            last = replace(found.stages[-1], rank=_rank(found.energy, others, level.index))
+            found = Hypothesis((*found.stages[:-1], last))
+        return found
 
     def coarse(self, level: Level) -> list[Hypothesis]:
         """Enumerate the best solutions of the coarsest level."""
@@ -188,6 +222,11 @@ class HierarchicalRun:
     def spend(self, stage: str, started: float) -> None:
         """Add the time since then to a stage's."""
         self.timings[stage] = self.timings.get(stage, 0.0) + time.perf_counter() - started
+
+
+def _rank(energy: float, others: list[Hypothesis], level: int) -> int:
+    """Place of an energy among those of hypotheses at a level, from 1."""
+    return 1 + sum(other.stages[level].solution.energy < energy for other in others)
 
 
 def distinct(hypotheses: list[Hypothesis]) -> list[Hypothesis]:

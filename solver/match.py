@@ -116,7 +116,7 @@ class Match:
         The answer.
     alternatives
         Other hypotheses, as refined to the finest level; most often intrinsic symmetries. By
-        energy; none is better than `best`.
+        energy; none is better than `best`, unless orientation chose it.
     levels
         From the coarsest; the last one's bound is the certificate of `best`.
     warnings

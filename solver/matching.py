@@ -1,12 +1,14 @@
 """The front door: match two shapes."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
+from solver.dense import DenseMap
 from solver.errors import OptionError
 from solver.extension import dense_correspondence, extended_map
 from solver.gromov_hausdorff import minimax_correspondence, within_distortion
@@ -73,7 +75,7 @@ def match(
     levels = run.build_levels()
     if options.objective == LINF:
         return run.answer(run.minimax(levels[0]), levels)
-    return run.answer(run.best_first(levels), levels)
+    return run.answer(run.ranked(levels), levels)
 
 
 def _common_size(source: Shape, target: Shape) -> float:
@@ -148,8 +150,11 @@ class _Run(HierarchicalRun):
         return hypotheses
 
     def answer(self, hypotheses: list[Hypothesis], levels: list[Level]) -> Match:
-        """Put the answer together, in the user's vertex numbers."""
+        """Choose, prove, and put the answer together in the user's vertex numbers."""
         finest, found = levels[-1], distinct(hypotheses)
+        extended, found = self._oriented(found, levels)
+        if self.options.objective != LINF:
+            found = distinct([self.bounded(found[0], levels), *found[1:]])
         ids = (
             self.source.mesh.vertex_ids[finest.source.vertices],
             self.target.mesh.vertex_ids[finest.target.vertices],
@@ -160,7 +165,7 @@ class _Run(HierarchicalRun):
             for name, shape in (("source", self.source), ("target", self.target))
             for warning in shape.mesh.warnings
         ]
-        dense, refinement = self._extended(found, finest)
+        dense, refinement = self._extended(extended, found[0], finest)
         self.timings["total"] = time.perf_counter() - self.started
         return Match(
             best,
@@ -172,30 +177,61 @@ class _Run(HierarchicalRun):
             dense,
         )
 
+    def _oriented(
+        self, hypotheses: list[Hypothesis], levels: list[Level]
+    ) -> tuple[DenseMap | None, list[Hypothesis]]:
+        """Put that hypothesis first whose extension to all vertices is best, if that is wanted."""
+        if not self.options.extended:
+            return None, hypotheses
+        self.control.report("dense map", 0.5)
+        started = time.perf_counter()
+        finest = levels[-1]
+        points = [_matched(hypothesis, finest) for hypothesis in hypotheses]
+        found = extended_map(
+            self.source, self.target, points, self.control, bool(self.options.landmarks)
+        )
+        if found is None:
+            self.warnings.append("too few points were matched for a map of all vertices")
+            return None, hypotheses
+        if self.options.objective != LINF:
+            place = found.hypothesis
+            if place == len(hypotheses):
+                near = self._distances_to_images(found, levels[0])
+                hypotheses = [*hypotheses, self.carried(levels, near, hypotheses)]
+            hypotheses = [hypotheses[place], *hypotheses[:place], *hypotheses[place + 1 :]]
+            found = replace(found, hypothesis=0)
+        elif found.hypothesis == len(hypotheses):
+            found = replace(found, hypothesis=0)
+        self.spend("dense map", started)
+        return found, hypotheses
+
+    def _distances_to_images(self, found: DenseMap, coarse: Level) -> FloatArray:
+        """(N, M) from the images of coarse source samples to the coarse target samples."""
+        places = self.target.surface.vertices
+        images = places[found.images(coarse.source.vertices)]
+        samples = places[coarse.target.vertices]
+        apart: FloatArray = np.linalg.norm(images[:, None] - samples[None], axis=2)
+        return apart
+
     def _extended(
-        self, hypotheses: list[Hypothesis], finest: Level
+        self, extended: DenseMap | None, best: Hypothesis, finest: Level
     ) -> tuple[DenseCorrespondence | None, Refinement | None]:
         """Map all vertices, and refine the answer between vertices, as far as asked for."""
-        refine = self.options.refine == GMDS
-        if not (self.options.dense or refine):
-            return None, None
-        self.control.report("dense map", 0.85)
-        started = time.perf_counter()
-        points = []
-        for hypothesis in hypotheses:
-            matched = hypothesis.partners != UNMATCHED
-            partners = hypothesis.partners[matched]
-            points.append((finest.source.vertices[matched], finest.target.vertices[partners]))
-        extended = extended_map(self.source, self.target, points, self.control)
         if extended is None:
-            self.warnings.append("too few points were matched for a dense map or a refinement")
             return None, None
+        started = time.perf_counter()
         dense = dense_correspondence(extended) if self.options.dense else None
         self.spend("dense map", started)
-        if not refine:
+        if self.options.refine != GMDS:
             return dense, None
         self.control.report("refinement between vertices", 0.9)
         started = time.perf_counter()
-        found = refine_by_gmds(extended, points[0][0], self.control)
+        found = refine_by_gmds(extended, _matched(best, finest)[0], self.control)
         self.spend("refinement between vertices", started)
         return dense, found
+
+
+def _matched(hypothesis: Hypothesis, level: Level) -> tuple[IntArray, IntArray]:
+    """Vertices of X and of Y that correspond."""
+    matched = hypothesis.partners != UNMATCHED
+    return level.source.vertices[matched], level.target.vertices[hypothesis.partners[matched]]

@@ -71,6 +71,11 @@ class MatchOptions:
     refine
         ``"gmds"`` to find, after the match, the points of the target's surface that correspond to
         the matched points, between its vertices: see :mod:`solver.refinement`. ``None`` not to.
+    orientation
+        Whether of the hypotheses that one is returned whose extension to all vertices preserves
+        most and keeps orientation, so that left is matched with left, rather than the one of
+        least energy, of which the mirror image is as good. `dense` and `refine` include that.
+        With objective ``"linf"`` the answer stays that of least distortion.
     dense
         Whether to extend the match to all vertices: see :mod:`solver.dense`.
     landmarks
@@ -99,6 +104,7 @@ class MatchOptions:
     alternatives: int = 8
     objective: str = L2
     refine: str | None = None
+    orientation: bool = False
     dense: bool = False
     landmarks: tuple[tuple[int, int], ...] = ()
     time_limit: float | None = None
@@ -194,8 +200,12 @@ class MatchOptions:
         )
 
     @property
+    def extended(self) -> bool:
+        """Whether hypotheses are extended to all vertices."""
+        return self.orientation or self.dense or self.refine == GMDS
+
+    @property
     def needs_spectrum(self) -> bool:
         """Whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
-        extended = self.dense or self.refine == GMDS
-        return extended or described or any(d.spectral for d in self.metrics)
+        return self.extended or described or any(d.spectral for d in self.metrics)

@@ -63,6 +63,10 @@ class MatchParameters(TypedDict, total=False):
         ``"gmds"`` to find where the matched points lie on the target between its vertices, by
         generalized multidimensional scaling (section 7.1), which :attr:`Match.refinement` then
         has; None not to [None].
+    orientation
+        Whether to tell left from right, of which the energy says nothing, by extending the
+        hypotheses to all vertices; takes some seconds, and alternatives may then have less energy.
+        `dense` and `refine` include it [False].
     dense
         Whether to extend the match to all vertices, which :attr:`Match.dense` then has [False].
     landmarks
@@ -98,6 +102,7 @@ class MatchParameters(TypedDict, total=False):
     alternatives: int
     objective: str
     refine: str | None
+    orientation: bool
     dense: bool
     landmarks: list[tuple[int, int]]
     normalise: bool

@@ -93,6 +93,9 @@ def match(
     refine: Annotated[
         str | None, typer.Option(help="gmds: find the points between the target's vertices.")
     ] = None,
+    orientation: Annotated[
+        bool | None, typer.Option("--orientation", help="Tell left from right; takes seconds.")
+    ] = None,
     dense: Annotated[
         bool | None, typer.Option("--dense", help="Extend the match to all vertices.")
     ] = None,
@@ -141,6 +144,7 @@ def match(
         "alternatives": alternatives,
         "objective": objective,
         "refine": refine,
+        "orientation": orientation,
         "dense": dense,
         "landmarks": landmarks(landmark),
         "largest_component": largest_component,

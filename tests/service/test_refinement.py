@@ -106,7 +106,7 @@ def test_two_points_are_too_few(http: httpx2.Client, upload: Upload) -> None:
     result, _ = asked(http, (shapes_asked[0], shapes_asked[1]), **parameters)
     assert len(result["correspondences"]) < 3
     assert result["refinement"] is None
-    assert "too few points were matched for a refinement" in result["warnings"]
+    assert "too few points were matched for a map of all vertices" in result["warnings"]
 
 
 def test_it_is_not_there_unasked(http: httpx2.Client, upload: Upload) -> None:

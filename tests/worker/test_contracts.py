@@ -6,7 +6,7 @@ from typing import Any, get_args
 import pytest
 from pydantic import ValidationError
 
-from solver.dense import EIGENPAIRS
+from solver.comparison import EIGENPAIRS
 from solver.errors import OptionError
 from solver.geodesics import DEFAULT_GEODESIC_METHOD, GEODESIC_METHODS
 from solver.mesh import MESH_FORMATS as READ

@@ -119,6 +119,14 @@ class MatchParameters(BaseModel):
         " vertices, by generalized multidimensional scaling, section 7.1: `refinement` of the"
         " result; null not to.",
     )
+    orientation: bool = Field(
+        default=False,
+        description="Whether to tell left from right: the answer is the hypothesis whose extension"
+        " to all vertices preserves most and keeps orientation, rather than the one of least"
+        " energy, of which the mirror image is as good; alternatives may then have less energy."
+        " Takes some seconds. `dense` and `refine` include it. Surfaces must be wound alike, as"
+        " closed ones are after repair.",
+    )
     dense: bool = Field(
         default=False,
         description="Whether to extend the match to all vertices: `dense` of the result.",
@@ -203,8 +211,8 @@ class MatchParameters(BaseModel):
 
     @property
     def extended(self) -> bool:
-        """Whether the match is extended by a dense map, for all vertices or to be refined."""
-        return self.dense or self.refine is not None
+        """Whether the match is extended by a dense map: for itself, or to choose or refine."""
+        return self.orientation or self.dense or self.refine is not None
 
     @property
     def spectrum_size(self) -> int:

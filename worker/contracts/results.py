@@ -100,8 +100,9 @@ class Refinement(_Part):
 
     hypothesis: int = Field(
         ge=0,
-        description="What was refined: 0 for `correspondences`, j for the j-th of `alternatives`,"
-        " if a dense map of that one preserves more. The points are then near its pairs.",
+        description='What was refined: 0 for `correspondences`. With objective "linf", whose'
+        " answer is that of least distortion whatever its extension is like, it may be j for the"
+        " j-th of `alternatives`; the points are then near its pairs.",
     )
     stress: float = Field(
         ge=0,
@@ -120,8 +121,9 @@ class DenseCorrespondence(_Part):
 
     hypothesis: int = Field(
         ge=0,
-        description="What was extended: 0 for `correspondences`, j for the j-th of `alternatives`,"
-        " if the map that this leads to preserves more.",
+        description='What was extended: 0 for `correspondences`. With objective "linf", whose'
+        " answer is that of least distortion whatever its extension is like, it may be j for the"
+        " j-th of `alternatives`.",
     )
     source: tuple[int, ...] = Field(
         description="0-based vertex indices in the source's file, ascending: all that the matched"
@@ -160,7 +162,9 @@ class MatchResult(_Part):
     certified: bool = Field(
         description="Whether the correspondence is proven to be the best of the problem solved."
     )
-    alternatives: tuple[Alternative, ...] = Field(description="Other good correspondences.")
+    alternatives: tuple[Alternative, ...] = Field(
+        description="Other good correspondences; where orientation chose, of less energy even."
+    )
     levels: tuple[Level, ...] = Field(description="The levels, coarsest first.")
     unmatched: tuple[int, ...] = Field(
         description="Source vertices (or points) that are cheaper to leave unmatched."

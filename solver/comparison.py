@@ -1,0 +1,142 @@
+"""What a map between two shapes does to signatures, to short chords, and to orientation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from solver.arrays import FloatArray, IntArray
+from solver.descriptors import wave_kernel_signature
+from solver.mesh import TriangleMesh
+from solver.metrics import EmbeddedMetric
+from solver.sampling import farthest_point_sampling
+from solver.shape import Shape
+from solver.spectrum import Spectrum
+
+EIGENPAIRS = 100
+_SAMPLES = 500, 2000
+"""Points of X and of Y by which maps are refined and compared."""
+
+_NEIGHBOURS = 8
+
+
+def unit_spectrum(shape: Shape) -> Spectrum:
+    """Spectrum of a shape as if its area were 1."""
+    return shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """A shape of unit area: its eigenfunctions, and what is compared at points spread over it.
+
+    Parameters
+    ----------
+    shape, spectrum
+        The shape, and its spectrum on unit area.
+    signatures
+        (V, m) wave kernel signatures.
+    embedded, sampled_signatures
+        (S, k) eigenfunctions and (S, m) signatures at points spread over the shape.
+    positions, normals
+        (S, 3) where these are, and which way is out there.
+    """
+
+    shape: Shape
+    spectrum: Spectrum
+    signatures: FloatArray
+    embedded: FloatArray
+    sampled_signatures: FloatArray
+    positions: FloatArray
+    normals: FloatArray
+
+    @classmethod
+    def of(cls, shape: Shape, count: int) -> "Side":
+        """Look at a shape at some of its points."""
+        spectrum = unit_spectrum(shape)
+        # In space, which is quick, and as even on the surface of a body as along it.
+        in_space = EmbeddedMetric(shape.surface.vertices)
+        samples = farthest_point_sampling(in_space, min(count, shape.n_vertices)).indices
+        signatures = wave_kernel_signature(spectrum)
+        return cls(
+            shape,
+            spectrum,
+            signatures,
+            spectrum.eigenfunctions[samples],
+            signatures[samples],
+            shape.surface.vertices[samples] / shape.size,
+            _normals(shape.surface)[samples],
+        )
+
+    def coefficients(self, size: int) -> FloatArray:
+        """(size, m) of the signatures, in the first eigenfunctions."""
+        functions = self.spectrum.eigenfunctions[:, :size]
+        return functions.T @ (self.spectrum.mass[:, None] * self.signatures)
+
+    def heat_coefficients(self, vertices: IntArray, time: float, size: int) -> FloatArray:
+        """(size, n) of the heat kernels h_t(x, ·) of (2), from some vertices x."""
+        decay = np.exp(-self.spectrum.eigenvalues[:size] * time)
+        coefficients: FloatArray = (self.spectrum.eigenfunctions[vertices, :size] * decay).T
+        return coefficients
+
+
+class Comparison:
+    """What a map does to signatures and to short chords of two shapes."""
+
+    def __init__(self, source: Shape, target: Shape) -> None:
+        self.source, self.target = Side.of(source, _SAMPLES[0]), Side.of(target, _SAMPLES[1])
+        places = self.source.positions
+        count = min(_NEIGHBOURS + 1, len(places))
+        near = np.asarray(KDTree(places).query(places, k=count)[1])[:, 1:]
+        self._ends = np.repeat(np.arange(len(near)), near.shape[1]), near.ravel()
+        one, two = np.triu_indices(near.shape[1], 1)
+        middle = np.repeat(np.arange(len(near)), len(one))
+        self._triples = middle, near[:, one].ravel(), near[:, two].ravel()
+
+    def differences(self, partners: IntArray) -> tuple[float, float]:
+        """Mean change of the signature, and root mean square change of a chord's length."""
+        x, y = self.source, self.target
+        signature = x.sampled_signatures - y.sampled_signatures[partners]
+        chord = self._lengths(x.positions) - self._lengths(y.positions[partners])
+        return (
+            float(np.linalg.norm(signature, axis=1).mean()),
+            float(np.sqrt((chord**2).mean())),
+        )
+
+    def orientation(self, partners: IntArray) -> float:
+        """Whether the surface is turned over, as by a reflection: 1 if it is nowhere, -1 if it is.
+
+        Correlation, over small triangles between neighbouring points, of their areas on X and on
+        Y, each negative where its corners go round clockwise as seen from outside. A map that is
+        right keeps orientation, its mirror image reverses it, and intrinsically there is no
+        difference. A mixture of both is near 0.
+        """
+        x, y = self.source, self.target
+        here = _signed_areas(x.positions, x.normals, *self._triples)
+        there = _signed_areas(y.positions[partners], y.normals[partners], *self._triples)
+        norms = float(np.sqrt((here**2).sum() * (there**2).sum()))
+        return float((here * there).sum()) / norms if norms > 0.0 else 0.0
+
+    def _lengths(self, positions: FloatArray) -> FloatArray:
+        here, there = self._ends
+        lengths: FloatArray = np.linalg.norm(positions[here] - positions[there], axis=1)
+        return lengths
+
+
+def _signed_areas(
+    positions: FloatArray, normals: FloatArray, a: IntArray, b: IntArray, c: IntArray
+) -> FloatArray:
+    """Twice the areas of triangles, as seen along the normal at the first corner."""
+    across = np.cross(positions[b] - positions[a], positions[c] - positions[a])
+    areas: FloatArray = np.einsum("ij,ij->i", across, normals[a])
+    return areas
+
+
+def _normals(mesh: TriangleMesh) -> FloatArray:
+    """(V, 3) of unit length, or 0 where faces cancel out."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    across = np.cross(b - a, c - a)
+    normals = np.zeros_like(mesh.vertices)
+    for corner in range(3):
+        np.add.at(normals, mesh.faces[:, corner], across)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
+    return normals
