@@ -68,7 +68,7 @@ def _without_meaning(asked: MatchRequest, parameters: MatchParameters) -> list[F
     no_surface = "a prototype has points and no surface between them; leave it out"
     wrong += [
         FieldProblem(field=f"body.{name}", message=no_surface)
-        for name in ("refine", "dense", "landmarks")
+        for name in ("refine", "orientation", "dense", "landmarks")
         if getattr(asked, name)
     ]
     if asked.objective != "l2":

@@ -105,6 +105,8 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     """
     if options.refine is not None:
         raise OptionError("refine", "a prototype has no surface; leave it out")
+    if options.orientation:
+        raise OptionError("orientation", "a prototype has no surface; leave it out")
     if options.dense:
         raise OptionError("dense", "a prototype has no surface; leave it out")
     if options.landmarks:

@@ -268,6 +268,7 @@ def test_what_is_found_out_while_learning_is_told_with_its_field(
     [
         ({"refine": "gmds"}, "body.refine", "surface"),
         ({"dense": True}, "body.dense", "surface"),
+        ({"orientation": True}, "body.orientation", "surface"),
         ({"landmarks": [[0, 3]]}, "body.landmarks", "surface"),
         ({"objective": "linf", "points": 8}, "body.objective", "likelihood"),
         ({"metric": "diffusion"}, "body.metric", "its own"),
