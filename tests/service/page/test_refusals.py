@@ -31,6 +31,24 @@ def test_an_upload_that_is_refused(page: Page) -> None:
     expect(page.get_by_role("alert")).to_contain_text("no ending that is read")
 
 
+def test_files_are_dropped(page: Page) -> None:
+    page.goto("/")
+    files = page.evaluate_handle(
+        """(text) => {
+          const dropped = new DataTransfer();
+          for (const name of ['one.off', 'two.off']) {
+            dropped.items.add(new File([text.replace('OFF', `OFF # ${name}`)], name));
+          }
+          return dropped;
+        }""",
+        blob_file(2, seed=87).decode(),
+    )
+    page.dispatch_event(".drop", "drop", {"dataTransfer": files})
+    expect(page.locator(".chips li")).to_have_count(2)
+    expect(page.locator(".chips li").first).to_contain_text("one.off")
+    assert page.url.count("/") == 6, page.url
+
+
 def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[..., Json]) -> None:
     shapes = [upload(blob_file(2, seed=seed))["id"] for seed in (81, 82)]
     page.goto(f"/#/with/{'/'.join(shapes)}")
