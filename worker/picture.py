@@ -95,9 +95,11 @@ def draw_prototype_match(
     matched = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
     there = _target_points(target, second, result)
     # The reference's size is not known: the points are drawn as large as those of the target.
-    spread = np.linalg.norm(positions - positions.mean(axis=0)) / np.sqrt(len(positions))
+    first = positions / max(float(np.abs(positions).max()), 1e-300)
+    first = first - first.mean(axis=0)
+    spread = np.linalg.norm(first) / np.sqrt(len(first))
     size = np.linalg.norm(there - there.mean(axis=0)) / np.sqrt(max(len(there), 1))
-    first = (positions - positions.mean(axis=0)) * (size / spread if size * spread > 0.0 else 1.0)
+    first = first * (size / spread if size > 0.0 and spread > 1e-9 else 1.0)
     left, right = _beside(
         (first, np.zeros((0, 3), dtype=np.int64), first[matched]), (second, target.faces, there)
     )

@@ -1,47 +1,39 @@
-"""Prototypes: learned from shapes, or read from an archive that somebody uploaded."""
+"""Prototypes, learned from shapes."""
 
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import datetime
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from pydantic import ValidationError
 
 from solver.control import Control
-from solver.errors import MeshError, PrototypeError
+from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 from solver.prototype import (
     CorrespondingExamples,
-    Prototype,
     PrototypeOptions,
     connected_examples,
     given_examples,
     learn_prototype,
     matched_examples,
-    prototype_from_bytes,
     prototype_to_bytes,
 )
 from solver.shape import Shape
-from solver.structures import NoDescriptor
+from worker.archives import record_of
 from worker.contracts import (
     ExampleReport,
     JobRecord,
     PrototypeParameters,
     PrototypePayload,
-    PrototypeRecord,
     PrototypeResult,
-    PrototypeStructures,
-    PrototypeValidationPayload,
-    prototype_id,
 )
-from worker.failures import PrototypeGone, ShapeGone, UnusableShape
+from worker.failures import ShapeGone, UnusableShape
 from worker.meshes import mesh_from_bytes, mesh_of
 from worker.reporting import TOTAL, Reporter
 from worker.spectra import spectrum_of
 from worker.store import Store
-from worker.structures import choice_of, descriptor_of, metric_of
+from worker.structures import descriptor_of, metric_of
 
 SPECTRA: Final = "spectra of the examples"
 
@@ -123,92 +115,6 @@ def learn(
         parameters=payload.parameters,
         warnings=tuple(warnings),
         timings=reporter.seconds() | {TOTAL: time.perf_counter() - started},
-    )
-
-
-def validate(payload: PrototypeValidationPayload, job: JobRecord, store: Store) -> None:
-    """Make a prototype of a job's candidate.
-
-    Raises
-    ------
-    PrototypeError
-        It is none.
-    PrototypeGone
-        There is nothing to be read any more.
-    """
-    prototypes = store.prototypes
-    data = prototypes.candidate(payload.prototype, payload.file_type, job.id)
-    if data is None:
-        # This is a repetition of what succeeded, or the upload waited for too long.
-        if prototypes.get(payload.prototype) is None:
-            raise PrototypeGone(payload.prototype)
-        return
-    record = record_of(prototype_from_bytes(data), data, payload.name, job.created)
-    prototypes.add(record, data, job.id)
-
-
-def stored_prototype(store: Store, prototype: str) -> Prototype:
-    """Return a prototype.
-
-    Raises
-    ------
-    PrototypeGone
-        It was deleted.
-    """
-    archive = store.prototypes.archive(prototype)
-    if archive is None:
-        raise PrototypeGone(prototype)
-    return prototype_from_bytes(archive)
-
-
-def record_of(
-    prototype: Prototype, archive: bytes, name: str, created: datetime
-) -> PrototypeRecord:
-    """Return what is shown of a prototype.
-
-    Parameters
-    ----------
-    prototype, archive
-        The prototype, also as bytes.
-    name
-        What it is to be called; the version is given when it is stored.
-    created
-        When it was asked for.
-
-    Raises
-    ------
-    PrototypeError
-        It is made of something that cannot be asked for.
-    """
-    values: dict[str, Any] = {
-        "metric": tuple(choice_of(level.metric) for level in prototype.distances),
-        "descriptor": tuple(
-            choice_of(NoDescriptor() if level is None else level.descriptor)
-            for level in prototype.descriptors
-        ),
-        "eigenpairs": prototype.eigenpairs,
-        "geodesic_method": prototype.geodesic_method,
-        "normalise": prototype.normalise,
-    }
-    try:
-        parameters = PrototypeStructures.model_validate(values)
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise PrototypeError(f"not a sound prototype: {where}: {first['msg']}") from error
-    return PrototypeRecord(
-        id=prototype_id(archive),
-        name=name,
-        version=1,
-        bytes=len(archive),
-        points=prototype.points,
-        components=prototype.components,
-        examples=prototype.examples,
-        parameters=parameters,
-        learned_from=None,
-        reference=None,
-        warnings=prototype.warnings,
-        created=created,
     )
 
 

@@ -10,6 +10,7 @@ from redis.exceptions import RedisError
 from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, read_mesh
+from worker.archives import stored_prototype, validate
 from worker.contracts import (
     DeliveryPayload,
     DissimilarityResult,
@@ -34,7 +35,7 @@ from worker.heat_map import draw_matrix
 from worker.matches import Side, arrays_of, match_prototype, match_shapes, result_from_blob
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
 from worker.picture import draw_match, draw_prototype_match
-from worker.prototypes import learn, stored_prototype, validate
+from worker.prototypes import learn
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
 from worker.spectra import spectrum_of

@@ -7,9 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import TriangleMesh, read_mesh
+from solver.options import MatchOptions
+from solver.prototype import (
+    PrototypeOptions,
+    connected_examples,
+    learn_prototype,
+    match_prototype,
+    prototype_from_bytes,
+    prototype_to_bytes,
+)
 from solver.repair.triangulation import triangulated
 from solver.shape import Shape
 from solver.signature import signature
@@ -28,6 +36,7 @@ from worker.meshes import mesh_from_bytes, mesh_to_bytes
 from worker.picture import draw_match
 from worker.signatures import options_of
 from worker.telemetry import logger
+from worker.torus import torus_file
 
 log = logger("isomatch.worker")
 
@@ -39,7 +48,7 @@ def warm_up() -> None:
     """
     start = time.perf_counter()
     triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
-    mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(_torus_file(), "off")))
+    mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
     side = Side(simplified(mesh, mesh.n_vertices - 1), None)
     few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
     for structures in (
@@ -50,6 +59,7 @@ def warm_up() -> None:
         result = match_shapes(side, side, _payload(few, structures), Control())
     draw_match(mesh, mesh, result)
     _compare(mesh)
+    _learn(mesh)
     # What is here by now stays: a collection in a fork would copy all its pages for nothing.
     gc.collect()
     gc.freeze()
@@ -59,7 +69,7 @@ def warm_up() -> None:
 def compile_rest() -> None:
     """Compile what few jobs need, to be kept with the rest: nothing that forks would inherit."""
     start = time.perf_counter()
-    side = Side(read_mesh(_torus_file(), "off"), None)
+    side = Side(read_mesh(torus_file(), "off"), None)
     few = MatchParameters(points=8, coarse_points=4, eigenpairs=20)
     for rare in ({"objective": "linf"}, {"metric": "geodesic", "geodesic_method": "exact"}):
         match_shapes(side, side, _payload(few, rare), Control())
@@ -85,23 +95,9 @@ def _compare(mesh: TriangleMesh) -> None:
     draw_matrix(result, ("a", "b"))
 
 
-def _torus_file() -> bytes:
-    """A painted torus whose tube gets wider, as an OFF file: it has no symmetry to speak of."""
-    vertices, faces = _torus(24, 12)
-    colors = 0.5 + 0.25 * vertices
-    lines = ["COFF", f"{len(vertices)} {len(faces)} 0"]
-    lines += [" ".join(map(str, row)) for row in np.hstack([vertices, colors]).tolist()]
-    lines += ["3 " + " ".join(map(str, face)) for face in faces.tolist()]
-    return "\n".join(lines).encode()
-
-
-def _torus(around: int, across: int) -> tuple[FloatArray, IntArray]:
-    i, j = np.divmod(np.arange(around * across), across)
-    u, v = 2.0 * np.pi * i / around, 2.0 * np.pi * j / across
-    tube = 0.3 + 0.1 * np.sin(u) + 0.05 * np.cos(2.0 * u + 1.0) + 0.03 * np.cos(v)
-    radius = 1.0 + tube * np.cos(v)
-    vertices = np.stack([radius * np.cos(u), radius * np.sin(u), tube * np.sin(v)], axis=1)
-    east = (i + 1) % around * across
-    north = (j + 1) % across
-    corners = np.stack([i * across + j, east + j, east + north, i * across + north], axis=1)
-    return vertices, np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+def _learn(mesh: TriangleMesh) -> None:
+    shape = Shape(mesh, eigenpairs=20)
+    options = PrototypeOptions(points=12, components=1)
+    examples = connected_examples([shape, shape], options).examples
+    prototype = prototype_from_bytes(prototype_to_bytes(learn_prototype(examples, options)))
+    match_prototype(prototype, shape, MatchOptions(points=12, coarse_points=4))

@@ -18,7 +18,7 @@ from tests.worker.families import family
 
 @pytest.fixture(scope="module")
 def archive(http: httpx2.Client, upload: Callable[..., Json]) -> bytes:
-    examples = [upload(data)["id"] for data in family(5)]
+    examples = [upload(data)["id"] for data in family(5, first=300)]
     record = learn(http, {"shapes": examples, "name": "sound", **SHARED}).prototype
     return http.get(f"/v1/prototypes/{record.id}/archive").content
 
@@ -69,7 +69,7 @@ def vast() -> bytes:
     return stream.getvalue()
 
 
-FLAT = np.zeros((28, 2, 1, 1))
+FLAT, AXES = np.zeros((28, 2, 1, 1)), 4
 
 HOSTILE: dict[str, Callable[[bytes], bytes]] = {
     "nothing": lambda archive: b"",
@@ -91,6 +91,11 @@ HOSTILE: dict[str, Callable[[bytes], bytes]] = {
     "too many eigenpairs": lambda archive: about(archive, eigenpairs=100_000),
     "infinite": lambda archive: about(archive, distance_backgrounds=[float("inf")]),
     "deep": lambda archive: changed(archive, about=np.frombuffer(b"[" * 10**6, dtype=np.uint8)),
+    "far away": lambda archive: changed(archive, positions=np.full((8, 3), 1e300)),
+    "far apart": lambda archive: changed(archive, distances0_means=np.full((28, 2, 1), 1e300)),
+    "of few values": lambda archive: changed(
+        archive, descriptors0_centre=np.zeros(2), descriptors0_axes=np.ones((2, AXES))
+    ),
     "bomb": lambda archive: bomb(),
     "vast": lambda archive: vast(),
 }
@@ -118,6 +123,32 @@ def test_what_is_no_prototype_is_refused_and_leaves_nothing(
     assert len(document["detail"]) > 10
     problem(http.get(f"/v1/prototypes/p-{name}"), 404, "prototype-not-found")
     assert [key for key in api.store.client.keys("*") if name.encode() in key] == []
+
+
+ODD: dict[str, Callable[[bytes], bytes]] = {
+    "in one place": lambda archive: changed(archive, positions=np.zeros((8, 3))),
+    "small": lambda archive: changed(archive, positions=np.eye(8, 3) * 1e-300),
+    "narrow": lambda archive: changed(archive, distances0_covariances=FLAT + 1e-300),
+    "wide": lambda archive: changed(archive, distances0_covariances=FLAT + 1e300),
+    "unreadable": lambda archive: about(archive, warnings=["\x1b[31mred\n", "x" * 10**5]),
+}
+
+
+@pytest.mark.parametrize("what", ODD)
+def test_what_is_odd_and_sound_can_be_matched_and_drawn(
+    http: httpx2.Client, upload: Callable[..., Json], archive: bytes, what: str
+) -> None:
+    target = upload(family(1, first=60)[0])["id"]
+    answer = send(http, ODD[what](archive))
+    assert answer.status_code == 201, answer.text
+    assert all(len(warning) <= 300 for warning in answer.json()["warnings"])
+    assert all(warning.isprintable() for warning in answer.json()["warnings"])
+    body = {"source": answer.json()["id"], "target": target}
+    job = http.post("/v1/matches", json=body).json()
+    assert http.get(job["links"]["self"], params={"wait": 60}).json()["state"] == "succeeded"
+    result = http.get(job["links"]["result"]).json()
+    assert sorted(pair["source"] for pair in result["correspondences"]) == list(range(8))
+    assert http.get(job["links"]["picture"]).content.startswith(b"\x89PNG")
 
 
 def test_after_all_that_a_good_archive_still_works(http: httpx2.Client, archive: bytes) -> None:
