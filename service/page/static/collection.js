@@ -24,7 +24,8 @@ export function partialView(place, path, signal) {
       const map = place.querySelector(".heat") ?? h("div", { class: "heat", role: "img", "aria-label": "Heat map" });
       const said = `${count(known.pairs_done)} of ${count(known.pairs)} pairs are known.`;
       if (signal.aborted || place.dataset.done) return;
-      fill(place, h("p", { class: "faint" }, said), map);
+      fill(place, h("p", { class: "faint" }, said), known.pairs_done ? map : null);
+      if (!known.pairs_done) return;
       await drawHeatMap(map, known.matrix, names, known.labels, () => {}, signal);
     } catch {
       // There is another one at the next change, and at the end the result.

@@ -20,7 +20,7 @@ export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
   const data = {
     type: "heatmap", colorscale: "Viridis", xgap: 1, ygap: 1, hoverinfo: "text",
     // Energies are squares: their roots tell the small ones apart, which matter.
-    z: order.map((i) => order.map((j) => root(matrix[i][j]))),
+    z: order.map((i) => order.map((j) => root(matrix[i][j]))), zmin: 0, zmax: greatest(matrix),
     text: order.map((i) => order.map((j) => cellText(names[i], names[j], matrix[i][j]))),
     colorbar: { title: { text: "√ dissimilarity", side: "right" }, thickness: 12, exponentformat: "e" },
   };
@@ -36,6 +36,9 @@ export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
   drawn.add(node);
   signal.addEventListener("abort", () => Plotly.purge(node));
 }
+
+const greatest = (matrix) =>
+  matrix.reduce((most, row) => row.reduce((least, value) => Math.max(least, root(value) ?? 0), most), 0) || 1;
 
 const root = (value) => (value === null ? null : Math.sqrt(Math.max(0, value)));
 

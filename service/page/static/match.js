@@ -67,7 +67,7 @@ async function recordOr(kind, id, signal) {
   }
 }
 
-/** The best answer and the alternatives, with what is drawn and listed of each. */
+/** The answer that was chosen and the alternatives, with what is drawn and listed of each. */
 function hypotheses(result) {
   return [result, ...result.alternatives].map((answer, which) => ({
     which,
@@ -92,10 +92,10 @@ function alternatives(result, choose) {
     h("input", {
       type: "radio", name: "hypothesis", value: which, checked: which === 0,
       onchange: () => choose(which),
-    }), " ", which === 0 ? "Best" : `${which}`,
+    }), " ", which === 0 ? "Chosen" : `${which}`,
     h("span", { class: "faint" }, which === 0 ? ` ${digits(energy)}` : ` ${more(energy, result.energy)}`)));
   return h("fieldset", { class: "alternatives" },
-    h("legend", {}, "Answers, by energy: among the others is most often the mirror image"), options);
+    h("legend", {}, "Answers and their energies, each among candidates of its own; one is most often the mirror image"), options);
 }
 
 function more(energy, least) {
@@ -103,12 +103,15 @@ function more(energy, least) {
   return share >= 0 ? `+${percent(share)}` : `−${percent(-share)}`;
 }
 
+// Bounds are of the problem whose candidates the chosen answer has.
+const OTHER = "of the chosen one only";
+
 function figures(result, { which, energy, distortion }) {
   const best = which === 0;
   const entries = [
     ["Energy", figure(energy), "energy"],
-    ["Lower bound", figure(result.lower_bound), "lower_bound"],
-    ["Gap", best ? h("data", { value: result.gap, title: String(result.gap) }, percent(result.gap)) : "of the best only", "gap"],
+    ["Lower bound", best ? figure(result.lower_bound) : OTHER, "lower_bound"],
+    ["Gap", best ? h("data", { value: result.gap, title: String(result.gap) }, percent(result.gap)) : OTHER, "gap"],
     ["Distortion of distances", figure(distortion.second_order), "second_order"],
     ["Distortion of descriptors", figure(distortion.first_order), "first_order"],
     ["Greatest distortion", figure(distortion.linf), "linf"],

@@ -47,11 +47,11 @@ export function figure(number) {
 /** What is proven of an answer. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
   if (certified) {
-    return "Proven optimal: no other correspondence of the problem solved has less energy.";
+    return "Proven optimal: no other correspondence of the same candidates has less energy.";
   }
   if (energy > 0 && bound <= 0) return "Nothing is proven of how good this answer is.";
   return (
-    `Within ${percent(gap)} of the optimum: no correspondence of the problem solved has an energy`
+    `Within ${percent(gap)} of the optimum: no correspondence of the same candidates has an energy`
     + ` below ${digits(bound)}.`
   );
 }
