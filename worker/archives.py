@@ -123,6 +123,7 @@ def record_of(
             choice_of(NoDescriptor() if level is None else level.descriptor)
             for level in prototype.descriptors
         ),
+        "sampling": tuple(map(choice_of, prototype.sampling)),
         "eigenpairs": prototype.eigenpairs,
         "geodesic_method": prototype.geodesic_method,
         "normalise": prototype.normalise,

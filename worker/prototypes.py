@@ -58,6 +58,7 @@ def options_of(parameters: PrototypeParameters) -> PrototypeOptions:
         select_components=parameters.select_components,
         metric=tuple(map(metric_of, parameters.metrics)),
         descriptor=tuple(map(descriptor_of, parameters.descriptors)),
+        sampling=tuple(map(metric_of, parameters.samplings)),
         seed=parameters.seed,
     )
 

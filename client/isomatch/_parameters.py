@@ -177,6 +177,9 @@ class PrototypeParameters(TypedDict, total=False):
         all levels, or a list from the coarsest on [``"geodesic"``].
     descriptor
         Local descriptor of every point, likewise; ``"none"`` for distances alone [``"si_hks"``].
+    sampling
+        Metrics, given like `metric`, in which points of a shape are sampled, farthest first and by
+        turns [``["commute_time", "geodesic"]``].
     eigenpairs
         Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
     geodesic_method
@@ -196,6 +199,7 @@ class PrototypeParameters(TypedDict, total=False):
     correspondence: str
     metric: StructureChoice | list[StructureChoice]
     descriptor: StructureChoice | list[StructureChoice]
+    sampling: StructureChoice | list[StructureChoice]
     eigenpairs: int
     geodesic_method: str
     normalise: bool

@@ -59,6 +59,9 @@ def learn(
         typer.Option(help="A metric, as in diffusion:time=0.02; once for each level, coarsest on."),
     ] = None,
     descriptor: Annotated[list[str] | None, typer.Option(help="A descriptor, likewise.")] = None,
+    sampling: Annotated[
+        list[str] | None, typer.Option(help="A metric in which points are sampled, by turns.")
+    ] = None,
     eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
     geodesic_method: Annotated[
         str | None, typer.Option(help="fast_marching, graph, heat or exact.")
@@ -83,6 +86,7 @@ def learn(
         "correspondence": "shared_connectivity" if shared_connectivity else None,
         "metric": structure_choices(metric),
         "descriptor": structure_choices(descriptor),
+        "sampling": structure_choices(sampling),
         "eigenpairs": eigenpairs,
         "geodesic_method": geodesic_method,
         "normalise": normalise,

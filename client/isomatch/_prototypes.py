@@ -51,7 +51,7 @@ class Prototype(Answer):
         Number of the shapes it was learned from.
     parameters
         What is measured of shapes that are compared with it: ``"metric"``, ``"descriptor"``,
-        ``"eigenpairs"``, ``"geodesic_method"`` and ``"normalise"``.
+        ``"sampling"``, ``"eigenpairs"``, ``"geodesic_method"`` and ``"normalise"``.
     learned_from
         What became of each shape it was to be learned from; None if it was uploaded.
     reference

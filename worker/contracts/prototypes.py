@@ -52,6 +52,11 @@ class PrototypeStructures(BaseModel):
         " alone. Eigenfunctions have no signs that shapes have in common, and cannot be learned.",
         examples=["none", "hks"],
     )
+    sampling: MetricByLevel = Field(
+        default=("commute_time", "geodesic"),
+        description="Metrics, given like `metric`, in which points of a shape are sampled, farthest"
+        " first and by turns; those of the prototype are sampled on the reference in the first.",
+    )
     eigenpairs: int = Field(
         default=100,
         ge=10,
@@ -80,9 +85,16 @@ class PrototypeStructures(BaseModel):
         return tuple(map(descriptor_choice, given))
 
     @property
+    def samplings(self) -> tuple[Choice, ...]:
+        """The metrics in which points are sampled."""
+        given = self.sampling if isinstance(self.sampling, tuple) else (self.sampling,)
+        return tuple(map(metric_choice, given))
+
+    @property
     def spectral(self) -> bool:
-        """Whether Laplace-Beltrami eigenpairs are needed: points are sampled by commute times."""
-        return True
+        """Whether Laplace-Beltrami eigenpairs are looked at, be it to sample points."""
+        choices = (*self.metrics, *self.descriptors, *self.samplings)
+        return any(choice.about.spectral for choice in choices)
 
 
 class PrototypeParameters(PrototypeStructures):
@@ -181,6 +193,7 @@ class PrototypeRecord(BaseModel):
                     "parameters": {
                         "metric": [{"name": "geodesic"}],
                         "descriptor": [{"name": "si_hks", "frequencies": 6}],
+                        "sampling": [{"name": "commute_time"}, {"name": "geodesic"}],
                         "eigenpairs": 100,
                         "geodesic_method": "fast_marching",
                         "normalise": True,
