@@ -62,6 +62,7 @@ def main() -> None:
     parser.add_argument("--pairs", type=Path, help="file of two names a line; else all in a class")
     parser.add_argument("--points", type=int, default=32)
     parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
+    parser.add_argument("--orientation", action="store_true", help="tell left from right")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
     shapes = (
@@ -76,7 +77,7 @@ def main() -> None:
         pairs = [(by_name[a], by_name[b]) for a, b in names]
     for shape in by_name.values():
         shape.shape.spectrum()
-    options = MatchOptions(points=arguments.points)
+    options = MatchOptions(points=arguments.points, orientation=arguments.orientation)
     rows = []
     print(f"{'pair':34}{'direct':>8}{'better':>8}{'gap':>9}{'proven':>8}{'seconds':>9}")
     for source, target in pairs:
