@@ -121,12 +121,10 @@ def test_the_commands(url: str, meshes: list[Path], tmp_path: Path) -> None:
     plain = run("prototype", "learn", *meshes[:4], *options, *metric, "--json", url=url)
     second = json.loads(plain.stdout)["prototype"]
     assert (second["name"], second["version"]) == ("shell", 2)
-    assert first in run("prototype", "list", url=url).stdout
-    listed = json.loads(run("prototype", "list", "--name", "shell", "--json", url=url).stdout)
-    assert [item["id"] for item in listed] == [second["id"], first]
+    table = run("prototype", "list", "--name", "shell", url=url).stdout
+    assert first in table
+    assert second["id"] in table
     assert "commute_time" in run("prototype", "show", second["id"], url=url).stdout
-    shown = json.loads(run("prototype", "show", second["id"], "--json", url=url).stdout)
-    assert shown["id"] == second["id"]
 
     file = tmp_path / "shell.npz"
     assert run("prototype", "download", first, file, url=url).returncode == 0
@@ -140,7 +138,6 @@ def test_the_commands(url: str, meshes: list[Path], tmp_path: Path) -> None:
     assert (gone.returncode, gone.stdout) == (1, "")
     uploaded = run("prototype", "upload", file, "--json", url=url)
     assert json.loads(uploaded.stdout)["id"] == first
-    assert run("prototype", "upload", file, "-q", url=url).stdout.strip() == first
     wrong = run("prototype", "upload", meshes[0], url=url)
     assert wrong.returncode == 1
     assert "not a prototype" in wrong.stderr

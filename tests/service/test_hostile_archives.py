@@ -43,7 +43,7 @@ def about(archive: bytes, **entries: Any) -> bytes:
 def bomb() -> bytes:
     """A small archive of a great many zeros."""
     stream = io.BytesIO()
-    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         header = io.BytesIO()
         shape = (200 * 2**20,)
         np.lib.format.write_array_header_1_0(
@@ -53,7 +53,7 @@ def bomb() -> bytes:
             member.write(header.getvalue())
             for _ in range(200):
                 member.write(bytes(2**20))
-        archive.writestr("positions.npy", bytes(100 * 2**20))
+        archive.writestr("positions.npy", bytes(60 * 2**20))
     return stream.getvalue()
 
 

@@ -334,7 +334,7 @@ def test_uploads_as_they_should_be_and_not(http: httpx2.Client, archive: bytes) 
 
 
 def test_a_learning_that_is_cancelled_leaves_nothing(http: httpx2.Client, upload: Upload) -> None:
-    shapes = [upload(data)["id"] for data in family(12, subdivisions=3)]
+    shapes = [upload(data)["id"] for data in family(8, subdivisions=3)]
     body = {"shapes": shapes, "points": 64, "eigenpairs": 40, "name": "never"}
     job: Json = http.post("/v1/prototypes", json=body).json()
     seen = []
