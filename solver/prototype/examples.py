@@ -1,7 +1,7 @@
 """Examples of a class put into correspondence: given, by shared connectivity, or by matching."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from solver.errors import OptionError, PrototypeError
 from solver.match import Correspondence
 from solver.matching import match
 from solver.options import MatchOptions
-from solver.prototype.learning import Example
+from solver.prototype.learning import Example, learn_prototype
+from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
 from solver.prototype.prototype import all_pairs
 from solver.shape import Shape
@@ -22,8 +23,8 @@ _SPREAD_SAMPLES = 2.0
 """Examples that it counts for."""
 _POOR = 3.0
 """Times the median misfit beyond which an example is poor."""
-_HOPELESS = 0.15
-"""Mean squared relative misfit of distances that is poor whatever the others are."""
+_FEW = 4
+"""Examples below which a preliminary prototype would say nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +38,8 @@ class CorrespondingExamples:
     kept
         (M',) their places among the shapes offered.
     misfits
-        (M,) of all shapes offered: mean squared deviation of their distances from the mean of the
-        others', relative to the mean square distance; 0 where nothing was matched.
+        (M,) of all shapes offered: energy of their match with a preliminary prototype; 0 where
+        nothing was matched.
     warnings
         What the user should know, with places of shapes that were left out.
     """
@@ -135,7 +136,9 @@ def matched_examples(
     Distances can hardly tell a match from its mirror image, and which of the two comes first
     changes from shape to shape. So of each match's answer and alternatives, all good by
     themselves, the one is taken whose distances are most likely given those of the examples taken
-    before, the best matches first. Then those are left out that misfit the others most.
+    before, the best matches first. Proportions can make single matches wrong; so a preliminary
+    prototype, with one Gaussian of each distance and descriptor, is matched with all shapes, and
+    its matches take the place of the first ones. Then those are left out that misfit it most.
 
     Parameters
     ----------
@@ -172,9 +175,10 @@ def matched_examples(
             _in_order(first, shape, one, own) for one in (answer.best, *answer.alternatives)
         ]
     order = sorted(found, key=lambda number: energies[number])
-    chosen, misfits = _consistent(shapes, found, order, options)
-    limit = max(_POOR * float(np.median(misfits)), 1e-6)
-    poor = [n for n in range(len(shapes)) if n != reference and misfits[n] > min(limit, _HOPELESS)]
+    chosen = _consistent(shapes, found, order, options)
+    chosen, misfits = _matched_again(shapes, chosen, reference, options, control)
+    limit = _POOR * float(np.median(np.delete(misfits, reference))) if len(shapes) > 2 else np.inf
+    poor = [n for n in range(len(shapes)) if n != reference and misfits[n] > limit]
     warnings = tuple(
         f"shape {number} was left out: its match with the reference misfits those of the others"
         for number in poor
@@ -237,31 +241,52 @@ def _consistent(
     found: dict[int, list[IntArray]],
     order: list[int],
     options: PrototypeOptions,
-) -> tuple[dict[int, IntArray], FloatArray]:
-    """Choose one correspondence of each shape, and measure how it misfits the others."""
+) -> dict[int, IntArray]:
+    """Choose one correspondence of each shape, such that they agree."""
     metric = options.metrics[0]
     chosen: dict[int, IntArray] = {}
-    rows: dict[int, FloatArray] = {}
     total = square = np.zeros(0)
-    for number in order:
+    for taken, number in enumerate(order):
         offers = [
             shapes[number].metric(metric).between(one)[all_pairs(len(one))] for one in found[number]
         ]
-        if not rows:
+        if not taken:
             best = 0
             prior = _SPREAD_SAMPLES * (_FIRST_SPREAD**2) * float((offers[0] ** 2).mean())
             total, square = np.zeros_like(offers[0]), np.zeros_like(offers[0])
         else:
-            mean = total / len(rows)
-            variance = (np.maximum(square - len(rows) * mean**2, 0.0) + prior) / (
-                len(rows) + _SPREAD_SAMPLES
+            mean = total / taken
+            variance = (np.maximum(square - taken * mean**2, 0.0) + prior) / (
+                taken + _SPREAD_SAMPLES
             )
             best = int(np.argmin([((row - mean) ** 2 / variance).sum() for row in offers]))
-        chosen[number], rows[number] = found[number][best], offers[best]
+        chosen[number] = found[number][best]
         total, square = total + offers[best], square + offers[best] ** 2
+    return chosen
+
+
+def _matched_again(
+    shapes: Sequence[Shape],
+    chosen: dict[int, IntArray],
+    reference: int,
+    options: PrototypeOptions,
+    control: Control,
+) -> tuple[dict[int, IntArray], FloatArray]:
+    """Match a preliminary prototype with all shapes but the reference; return its energies too."""
     misfits = np.zeros(len(shapes))
-    if len(rows) > 2:
-        for number, row in rows.items():
-            rest = (total - row) / (len(rows) - 1)
-            misfits[number] = float(((row - rest) ** 2).mean() / max((rest**2).mean(), 1e-300))
-    return chosen, misfits
+    if len(shapes) < _FEW:
+        return chosen, misfits
+    order = [reference, *(number for number in chosen if number != reference)]
+    quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
+    examples = [Example(shapes[number], chosen[number]) for number in order]
+    preliminary = learn_prototype(examples, replace(options, components=1), quiet)
+    again = dict(chosen)
+    for number in order[1:]:
+        control.check()
+        answer = match_prototype(
+            preliminary, shapes[number], MatchOptions(points=options.points), quiet
+        )
+        misfits[number] = answer.best.energy
+        target = _places_of(shapes[number], answer.best.target, "target")
+        again[number] = target[np.argsort(answer.best.source)]
+    return again, misfits

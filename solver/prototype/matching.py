@@ -68,7 +68,7 @@ def match_prototype(
         control = control.within(options.time_limit)
     if options.coarse_points == MatchOptions().coarse_points:
         options = replace(options, coarse_points=MAX_COARSE_POINTS)
-    run = _PrototypeRun(options, control, prototype=prototype, target=target)
+    run = PrototypeRun(options, control, prototype=prototype, target=target)
     levels = run.build_levels()
     return run.answer(run.best_first(levels), levels)
 
@@ -128,7 +128,7 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
 
 
 @dataclass(kw_only=True)
-class _PrototypeRun(HierarchicalRun):
+class PrototypeRun(HierarchicalRun):
     """A match of a prototype under way."""
 
     prototype: Prototype
