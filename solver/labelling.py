@@ -178,10 +178,10 @@ class LabellingProblem:
         the same target point), 0 on the diagonal. Memory grows with V².
         """
         x, y = self.candidates.T
-        difference = self.source_distances[np.ix_(x, x)] - self.target_distances[np.ix_(y, y)]
-        costs = self.beta * difference**2
-        if len(self.table):
-            costs += self.table
+        costs = self.table.copy() if len(self.table) else np.zeros((len(x), len(x)))
+        if self.beta > 0.0:
+            difference = self.source_distances[np.ix_(x, x)] - self.target_distances[np.ix_(y, y)]
+            costs += self.beta * difference**2
         terms = self.terms
         np.add.at(costs, (terms.first, terms.second), terms.costs)
         np.add.at(costs, (terms.second, terms.first), terms.costs)

@@ -20,8 +20,7 @@ class Example(Answer):
     used
         Whether the prototype was learned from it.
     misfit
-        How its distances deviate from the mean of the others': mean squares, relative to those of
-        the distances; 0 where nothing had to be matched.
+        Energy of its match with a preliminary prototype of all; 0 where nothing had to be matched.
     reason
         Why it was not used; None if it was.
     """

@@ -12,6 +12,9 @@ from solver.level import Level
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.prototype import LearntDescriptors, LearntDistances
 
+_NOTHING = -40.0
+"""Logarithm of a share of a density below the last digit of a double."""
+
 
 @dataclass(frozen=True, eq=False)
 class PrototypeLevel(Level):
@@ -137,26 +140,54 @@ def likelihood_table(
     -------
     (V, V) float64, symmetric, at least 0; 0 where candidates exclude one another.
     """
-    count, components = len(candidates), means.shape[1]
+    count = len(candidates)
     table = np.zeros((count, count))
+    place = np.full((candidates[:, 0].max() + 1, len(distances)), -1)
+    for a in range(count):
+        place[candidates[a, 0], candidates[a, 1]] = a
     for a in range(count):
         x, y = candidates[a]
         for b in range(a + 1, count):
             other, z = candidates[b]
             if other == x or z == y:
                 continue
+            # Exchanging the two samples leaves their distance: the cost is computed once.
+            one, two = place[x, z], place[other, y]
+            if z < y and one >= 0 and two >= 0:
+                continue
             p = other * (other - 1) // 2 + x
-            greatest = log_background
-            for k in range(components):
-                apart = roots[p, k] * (distances[y, z] - means[p, k])
-                greatest = max(greatest, log_scales[p, k] - 0.5 * apart * apart)
-            total = np.exp(log_background - greatest)
-            for k in range(components):
-                apart = roots[p, k] * (distances[y, z] - means[p, k])
-                total += np.exp(log_scales[p, k] - 0.5 * apart * apart - greatest)
-            cost = max(least[p] - greatest - np.log(total), 0.0)
+            cost = _cost(
+                distances[y, z], log_scales[p], means[p], roots[p], least[p], log_background
+            )
             table[a, b] = table[b, a] = cost
+            if one >= 0 and two >= 0:
+                table[one, two] = table[two, one] = cost
     return table
+
+
+@kernel
+def _cost(
+    distance: float,
+    log_scales: FloatArray,
+    means: FloatArray,
+    roots: FloatArray,
+    least: float,
+    log_background: float,
+) -> float:
+    greatest = log_background
+    for k in range(len(means)):
+        apart = roots[k] * (distance - means[k])
+        greatest = max(greatest, log_scales[k] - 0.5 * apart * apart)
+    total = 0.0
+    if log_background - greatest > _NOTHING:
+        total = np.exp(log_background - greatest)
+    for k in range(len(means)):
+        apart = roots[k] * (distance - means[k])
+        exponent = log_scales[k] - 0.5 * apart * apart - greatest
+        if exponent > _NOTHING:
+            total += np.exp(exponent)
+    cost: float = max(least - greatest - np.log(total), 0.0)
+    return cost
 
 
 def mean_distances(mixtures: GaussianMixtures, count: int) -> FloatArray:
