@@ -169,8 +169,8 @@ class ExampleReport(BaseModel):
     shape: str = Field(description="Id of the shape.")
     used: bool = Field(description="Whether the prototype was learned from it.")
     misfit: float = Field(
-        description="Energy of its match with a preliminary prototype of all; 0 where nothing had to"
-        " be matched."
+        description="Energy of its match with a preliminary prototype; 0 where nothing had to be"
+        " matched."
     )
     reason: str | None = Field(description="Why it was not used; null if it was.")
 
