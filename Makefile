@@ -4,6 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
+# Processes that run tests; a file's tests are run by one. Many wait for services, so two are as many as two cores need.
+TESTERS ?= 2
+
 .DEFAULT_GOAL := help
 .PHONY: help demo serve test browser test-containers lint format openapi bench lock clean
 
@@ -29,7 +32,7 @@ serve: $(VENV)/runtime  ## run the whole service on this machine until interrupt
 
 test: $(VENV)/dev browser  ## the checks and all tests
 	$(MAKE) --no-print-directory lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile
 
 # Playwright's own browsers come from a host of their own; Debian's serves as well.
 APT := apt-get -o Acquire::Retries=1 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=120 -qq

@@ -29,7 +29,6 @@ from service.problems import (
 from service.state import Caller, RequestId, Service, ServiceOf
 from worker.contracts import (
     DissimilarityResult,
-    JobKind,
     MatchResult,
     Order,
     PicturePayload,
@@ -80,7 +79,7 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     `refined_weights`.
     """
     record = job_with_result(service, job_id)
-    if record.kind not in (JobKind.DISSIMILARITIES, JobKind.MATCH):
+    if not record.kind.has_arrays:
         raise JobWithoutResult(f"A {record.kind.value} makes no arrays; ask for its result.")
     packed_result(service, job_id)
     arrays = service.store.jobs.arrays(job_id)

@@ -116,7 +116,7 @@ class Job(BaseModel):
                 events=f"{path}/events",
                 result=f"{path}/result" if has_result else None,
                 picture=f"{path}/result.png" if record.kind.has_picture else None,
-                arrays=f"{path}/result.npz" if in_parts else None,
+                arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
                 partial=f"/v1/dissimilarities/{record.id}" if in_parts else None,
             ),
         )

@@ -33,6 +33,11 @@ class JobKind(StrEnum):
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE)
 
     @property
+    def has_arrays(self) -> bool:
+        """Whether jobs of this kind leave a result as NumPy arrays too."""
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
+
+    @property
     def has_picture(self) -> bool:
         """Whether their result can be drawn."""
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
