@@ -1,8 +1,9 @@
 """Figure 6, a prototype of the human shape against unfamiliar figures: ``python -m bench.figure6``.
 
-A prototype is learnt from humans with varied heads, arms and legs, in random poses. Figures outside
-of this family, each triangulated on its own, are matched with one human of standard proportions
-(deterministic) and with the prototype (probabilistic), by the same structures and as many points.
+A prototype is learned from humans with varied heads, arms and legs, in random poses. Figures
+outside of this family, each triangulated on its own, are matched with one human of standard
+proportions (deterministic) and with the prototype (probabilistic), by the same structures and as
+many points.
 Both are judged by where the points are in truth, up to the left-right symmetry of the whole body: a
 figure is right if no point is farther from its place than 0.5 √area, which is nearer than from the
 end of a limb to that of another, or to the head. By a stricter measure, it is exact if every point
@@ -308,7 +309,7 @@ def main() -> None:
     started = time.perf_counter()
     prototype = learn(family, arguments.examples, arguments.components, arguments.points)
     learning = time.perf_counter() - started
-    print(f"{arguments.examples} examples, learnt in {learning:.1f} s; {len(figures)} figures")
+    print(f"{arguments.examples} examples, learned in {learning:.1f} s; {len(figures)} figures")
     columns = {
         "by default": deterministic(family, figures, MatchOptions(points=arguments.points)),
         "deterministic": deterministic(family, figures, usual_options(arguments.points)),

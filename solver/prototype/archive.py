@@ -12,7 +12,7 @@ from solver.geodesics import GEODESIC_METHODS
 from solver.options import MAX_POINTS, MIN_POINTS
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.options import MAX_COMPONENTS
-from solver.prototype.prototype import LearntDescriptors, LearntDistances, Prototype
+from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, Prototype
 from solver.structures import (
     DESCRIPTORS,
     METRICS,
@@ -152,16 +152,16 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
 
 def _distances(
     about: dict[str, Any], arrays: dict[str, NDArray[Any]], level: int, points: int
-) -> LearntDistances:
+) -> LearnedDistances:
     metric = _metric(about["metrics"][level])
     mixtures = _mixtures(arrays, f"distances{level}", points * (points - 1) // 2)
     _require(mixtures.dimension == 1, "dimension of distances")
-    return LearntDistances(metric, mixtures, _finite(about["distance_backgrounds"][level]))
+    return LearnedDistances(metric, mixtures, _finite(about["distance_backgrounds"][level]))
 
 
 def _descriptors(
     about: dict[str, Any], arrays: dict[str, NDArray[Any]], level: int, points: int
-) -> LearntDescriptors | None:
+) -> LearnedDescriptors | None:
     descriptor = _choice(about["descriptors"][level], DESCRIPTORS)
     assert isinstance(descriptor, DescriptorChoice)
     if isinstance(descriptor, NoDescriptor):
@@ -172,7 +172,7 @@ def _descriptors(
     _require(len(centre) <= _MOST_DIMENSIONS, "dimension of descriptors")
     _require(axes.shape == (len(centre), mixtures.dimension), "axes of descriptors")
     background = _finite(about["descriptor_backgrounds"][level])
-    return LearntDescriptors(descriptor, centre, axes, mixtures, background)
+    return LearnedDescriptors(descriptor, centre, axes, mixtures, background)
 
 
 def _metric(given: dict[str, Any]) -> MetricChoice:

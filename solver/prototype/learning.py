@@ -1,4 +1,4 @@
-"""Prototypes learnt from examples in correspondence: section 5."""
+"""Prototypes learned from examples in correspondence: section 5."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,8 +12,8 @@ from solver.errors import OptionError, PrototypeError
 from solver.prototype.expectation_maximisation import fit_mixtures
 from solver.prototype.options import PrototypeOptions
 from solver.prototype.prototype import (
-    LearntDescriptors,
-    LearntDistances,
+    LearnedDescriptors,
+    LearnedDistances,
     Prototype,
     all_pairs,
 )
@@ -75,7 +75,7 @@ def learn_prototype(
         reference that pictures show. All of them normalised, or none, and with structures computed
         in the same way.
     options
-        Of the prototype. More than N points cannot be learnt from examples with N points; of more,
+        Of the prototype. More than N points cannot be learned from examples with N points; of more,
         the first ones are taken.
     control
         Reports progress and cancels.
@@ -177,7 +177,7 @@ def _structure(example: Example, choice: Structure) -> FloatArray:
 
 def _learn_distances(
     metric: MetricChoice, samples: FloatArray, options: PrototypeOptions
-) -> LearntDistances:
+) -> LearnedDistances:
     size = float(np.sqrt((samples**2).mean())) or 1.0
     floor = np.array([(_DISTANCE_FLOOR * size) ** 2])
     fit = fit_mixtures(
@@ -188,12 +188,12 @@ def _learn_distances(
         seed=options.seed,
     )
     widest = float(samples.max()) or 1.0
-    return LearntDistances(metric, fit.mixtures, float(np.log(_BACKGROUND / (2.0 * widest))))
+    return LearnedDistances(metric, fit.mixtures, float(np.log(_BACKGROUND / (2.0 * widest))))
 
 
 def _learn_descriptors(
     descriptor: DescriptorChoice, samples: FloatArray, options: PrototypeOptions
-) -> LearntDescriptors | None:
+) -> LearnedDescriptors | None:
     if isinstance(descriptor, NoDescriptor) or samples.shape[2] == 0:
         return None
     centre = samples.mean(axis=(0, 1))
@@ -213,7 +213,7 @@ def _learn_descriptors(
     # As high as the peak of a Gaussian twice as wide as everything that was seen.
     peak = -float(np.log(2.0 * np.sqrt(2.0 * np.pi) * np.maximum(spread, 1.0)).sum())
     background = float(np.log(_BACKGROUND)) + peak
-    return LearntDescriptors(descriptor, centre, axes, fit.mixtures, background)
+    return LearnedDescriptors(descriptor, centre, axes, fit.mixtures, background)
 
 
 def discriminant_axes(samples: FloatArray, most: int) -> FloatArray:

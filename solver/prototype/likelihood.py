@@ -10,7 +10,7 @@ from solver.kernel import kernel
 from solver.labelling import LabellingProblem
 from solver.level import Level
 from solver.prototype.mixture import GaussianMixtures
-from solver.prototype.prototype import LearntDescriptors, LearntDistances
+from solver.prototype.prototype import LearnedDescriptors, LearnedDistances
 
 _NOTHING = -40.0
 """Logarithm of a share of a density below the last digit of a double."""
@@ -22,12 +22,12 @@ class PrototypeLevel(Level):
 
     Parameters
     ----------
-    learnt_distances, learnt_descriptors
+    learned_distances, learned_descriptors
         The prototype's distributions at this level.
     """
 
-    learnt_distances: LearntDistances
-    learnt_descriptors: LearntDescriptors | None
+    learned_distances: LearnedDistances
+    learned_descriptors: LearnedDescriptors | None
 
     def problem(self, candidates: IntArray) -> LabellingProblem:
         """Problem (6) on given candidates.
@@ -54,10 +54,10 @@ class PrototypeLevel(Level):
         )
 
     def _table(self, candidates: IntArray) -> FloatArray:
-        mixtures = self.learnt_distances.mixtures
+        mixtures = self.learned_distances.mixtures
         roots = mixtures.roots[:, :, 0, 0]
         log_scales = mixtures.log_weights + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
-        background = self.learnt_distances.log_background
+        background = self.learned_distances.log_background
         return likelihood_table(
             candidates,
             self.target.distances,
@@ -77,13 +77,13 @@ class PrototypeLevel(Level):
     def _descriptor_costs(self) -> FloatArray:
         """(N, M) first-order costs of (6) without their weight."""
         n, m = len(self.source.vertices), len(self.target.vertices)
-        learnt, described = self.learnt_descriptors, self.target.descriptors
-        if learnt is None or described is None:
+        learned, described = self.learned_descriptors, self.target.descriptors
+        if learned is None or described is None:
             return np.zeros((n, m))
-        everywhere = np.broadcast_to(described, (len(learnt.mixtures), *described.shape))
-        densities = learnt.mixtures.log_density(everywhere)
-        peaks = learnt.mixtures.log_peaks[:, None]
-        return negative_log_likelihoods(densities, peaks, learnt.log_background)[:n]
+        everywhere = np.broadcast_to(described, (len(learned.mixtures), *described.shape))
+        densities = learned.mixtures.log_density(everywhere)
+        peaks = learned.mixtures.log_peaks[:, None]
+        return negative_log_likelihoods(densities, peaks, learned.log_background)[:n]
 
 
 def negative_log_likelihoods(

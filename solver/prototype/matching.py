@@ -123,7 +123,7 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     for field in ("normalise", "eigenpairs", "geodesic_method"):
         if getattr(target, field) != getattr(prototype, field):
             raise OptionError(
-                field, f"it must be as the prototype was learnt: {getattr(prototype, field)}"
+                field, f"it must be as the prototype was learned: {getattr(prototype, field)}"
             )
 
 
@@ -171,32 +171,32 @@ class PrototypeRun(HierarchicalRun):
     def _level(self, index: int, size: tuple[int, int]) -> Level:
         options, prototype = self.options, self.prototype
         distances = prototype.distances[min(index, len(prototype.distances) - 1)]
-        learnt = prototype.descriptors[min(index, len(prototype.descriptors) - 1)]
+        learned = prototype.descriptors[min(index, len(prototype.descriptors) - 1)]
         vertices = samples_by_turns(self.target, prototype.sampling, size[1])
         between = self.target.metric(distances.metric).between(vertices)
         check_distances(distances.metric, between, "metric")
         described = None
-        if learnt is not None and options.first_order_weight > 0.0:
-            if learnt.descriptor.colored and self.target.mesh.colors is None:
+        if learned is not None and options.first_order_weight > 0.0:
+            if learned.descriptor.colored and self.target.mesh.colors is None:
                 raise OptionError("descriptor", WITHOUT_COLORS.replace("shape", "target", 1))
-            found = self.target.descriptor(learnt.descriptor, vertices)
-            described = learnt.coordinates(found)
+            found = self.target.descriptor(learned.descriptor, vertices)
+            described = learned.coordinates(found)
         points = np.arange(size[0], dtype=np.int64)
         means = None
-        if learnt is not None and described is not None:
-            means = learnt.mixtures.averages[: size[0]]
+        if learned is not None and described is not None:
+            means = learned.mixtures.averages[: size[0]]
         source = SampledStructure(points, mean_distances(distances.mixtures, size[0]), means)
         return PrototypeLevel(
             index,
             distances.metric,
-            options.descriptor_at(0) if learnt is None else learnt.descriptor,
+            options.descriptor_at(0) if learned is None else learned.descriptor,
             source,
             SampledStructure(vertices, between, described),
             options.beta,
             options.first_order_weight,
             np.inf if options.occlusion_cost is None else options.occlusion_cost,
             distances,
-            learnt,
+            learned,
         )
 
     def answer(self, hypotheses: list[Hypothesis], levels: list[Level]) -> Match:

@@ -1,4 +1,4 @@
-"""What a caller may choose when a prototype is learnt."""
+"""What a caller may choose when a prototype is learned."""
 
 from dataclasses import dataclass
 

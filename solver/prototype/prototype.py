@@ -10,7 +10,7 @@ from solver.structures import DescriptorChoice, MetricChoice
 
 
 @dataclass(frozen=True, eq=False)
-class LearntDistances:
+class LearnedDistances:
     """Distributions 𝒟 of the distances between all points, in one metric.
 
     Parameters
@@ -31,7 +31,7 @@ class LearntDistances:
 
 
 @dataclass(frozen=True, eq=False)
-class LearntDescriptors:
+class LearnedDescriptors:
     """Distributions ℱ of one descriptor at all points.
 
     Parameters
@@ -60,7 +60,7 @@ class LearntDescriptors:
 
 @dataclass(frozen=True, eq=False)
 class Prototype:
-    """A class of shapes, learnt from examples.
+    """A class of shapes, learned from examples.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ class Prototype:
         What the user should know.
     """
 
-    distances: tuple[LearntDistances, ...]
-    descriptors: tuple[LearntDescriptors | None, ...]
+    distances: tuple[LearnedDistances, ...]
+    descriptors: tuple[LearnedDescriptors | None, ...]
     sampling: tuple[MetricChoice, ...]
     positions: FloatArray
     vertices: IntArray

@@ -1,4 +1,4 @@
-"""Prototypes: learnt from examples, stored, and matched."""
+"""Prototypes: learned from examples, stored, and matched."""
 
 from dataclasses import replace
 from functools import cache
@@ -33,7 +33,7 @@ from solver.prototype import (
 from solver.prototype.learning import discriminant_axes
 from solver.prototype.likelihood import PrototypeLevel, mean_distances
 from solver.prototype.mixture import GaussianMixtures
-from solver.prototype.prototype import LearntDescriptors, LearntDistances, all_pairs, pair_places
+from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, all_pairs, pair_places
 from solver.shape import Shape
 from solver.structures import Geodesic, ScaleInvariantHeatKernelSignature
 from solver.synthetic import HUMAN_POSES, human
@@ -81,8 +81,8 @@ def tiny_level(seed: int, n: int, m: int, gamma: float) -> PrototypeLevel:
         1.0,
         0.3,
         gamma,
-        LearntDistances(Geodesic(), distances, -20.0),
-        LearntDescriptors(
+        LearnedDistances(Geodesic(), distances, -20.0),
+        LearnedDescriptors(
             ScaleInvariantHeatKernelSignature(), np.zeros(2), np.eye(2), descriptors, -20.0
         ),
     )
@@ -129,15 +129,15 @@ def test_energies_are_log_likelihoods_but_for_a_constant() -> None:
     one, two = np.array([0, 1, 2, 3]), np.array([5, 3, 0, 1])
 
     def likelihood(partners: IntArray) -> float:
-        learnt = level.learnt_distances
+        learned = level.learned_distances
         i, j = all_pairs(4)
         between = level.target.distances[partners[i], partners[j]]
-        pairs = learnt.mixtures.log_density(between[:, None, None])[:, 0]
-        points = level.learnt_descriptors
+        pairs = learned.mixtures.log_density(between[:, None, None])[:, 0]
+        points = level.learned_descriptors
         assert points is not None
         assert level.target.descriptors is not None
         fields = points.mixtures.log_density(level.target.descriptors[partners][:, None])[:, 0]
-        background = learnt.log_background
+        background = learned.log_background
         pairwise = np.logaddexp(pairs, background).sum() * 2.0 / 3.0
         unary = 0.3 * np.logaddexp(fields, background).sum()
         return float(pairwise + unary)
@@ -187,8 +187,8 @@ def test_a_prototype_finds_its_own_points_on_an_example() -> None:
 
 def test_levels_carry_a_prototype_of_more_points() -> None:
     options = PrototypeOptions(points=14, components=1)
-    learnt = learn_prototype(connected_examples(humans(), options).examples, options)
-    answer = match_prototype(learnt, humans()[2], MatchOptions(points=14))
+    learned = learn_prototype(connected_examples(humans(), options).examples, options)
+    answer = match_prototype(learned, humans()[2], MatchOptions(points=14))
     assert [level.points for level in answer.levels] == [10, 14]
     assert sorted(answer.best.source.tolist()) == list(range(14))
     assert answer.lower_bound <= answer.best.energy
