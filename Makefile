@@ -32,7 +32,7 @@ serve: $(VENV)/runtime  ## run the whole service on this machine until interrupt
 
 test: $(VENV)/dev browser  ## the checks and all tests
 	$(MAKE) --no-print-directory lint
-	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile
+	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder
 
 # Playwright's own browsers come from a host of their own; Debian's serves as well.
 APT := apt-get -o Acquire::Retries=1 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=120 -qq
