@@ -1,0 +1,22 @@
+"""Workers start warm: forks of theirs neither compile nor load what most jobs need."""
+
+import json
+import os
+import subprocess
+import sys
+
+from worker.__main__ import ENVIRONMENT
+
+
+def test_jobs_find_every_kernel_ready() -> None:
+    """In a process of its own: here other tests have compiled them."""
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.worker.warm_start"],
+        env={**os.environ, **ENVIRONMENT},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    said = json.loads(done.stdout.splitlines()[-1])
+    assert said["kernels"] > 50
+    assert said["late"] == []
