@@ -39,5 +39,8 @@ def ready(service: ServiceOf) -> Readiness:
         raise NotReady(f"The store answers and takes nothing: {error}") from error
     workers, needed = service.queue.workers(), service.settings.ready_workers
     if workers < needed:
-        raise NotReady(f"{workers} workers are ready of the {needed} that are needed.")
+        raise NotReady(
+            f"{workers} workers are ready of the {needed} that are needed (ISOMATCH_READY_WORKERS);"
+            " `python -m worker` starts one."
+        )
     return Readiness(status="ok", workers=workers)

@@ -24,7 +24,9 @@ _BOUNDS: Final = {
 }
 """Pydantic writes 1e30 with all its zeros."""
 
+_LENGTHS: Final = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 _WORDS: Final = {
+    "extra_forbidden": "There is no such field; /docs says which there are",
     "tuple_type": "Input should be a list of such names",
     "upload_file": "Input should be a file: a part of the form that has a `filename`",
     "not_an_object": "Input should be a JSON object, sent as application/json",
@@ -40,7 +42,11 @@ def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
         As Pydantic lists them.
     """
     messages: dict[str, list[str]] = {}
+    # Pydantic counts the items that are right: a list of one that is wrong is too short to it.
+    within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}
     for error in errors:
+        if error["type"] == "too_short" and error["loc"] in within:
+            continue
         address = [part for part in map(str, error["loc"]) if not _BRANCH.fullmatch(part)]
         said = messages.setdefault(_short(".".join(address)), [])
         message = _message(error)
@@ -78,6 +84,11 @@ def unreadable(request: Request, reason: str) -> str:
 
 def _message(error: Any) -> str:
     kind = error["type"]
+    if kind in _LENGTHS and isinstance(error["ctx"].get("actual_length"), int):
+        words, key = _LENGTHS[kind]
+        count = error["ctx"][key]
+        noun = "item" if count == 1 else "items"
+        return f"Input should have {words} {count} {noun}, not {error['ctx']['actual_length']}"
     if kind in _BOUNDS:
         key, words = _BOUNDS[kind]
         return f"Input should be {words} {error['ctx'][key]:g}"

@@ -202,7 +202,10 @@ def listening(host: str, port: int) -> Iterator[socket.socket]:
         try:
             listener.bind((host, port))
         except OSError as error:
-            raise StartError(f"cannot listen on {host} port {port}: {error.strerror}") from error
+            raise StartError(
+                f"cannot listen on {host} port {port}: {error.strerror};"
+                " ISOMATCH_HOST and ISOMATCH_PORT, or --host and --port, choose another address"
+            ) from error
         yield listener
 
 

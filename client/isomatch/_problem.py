@@ -1,5 +1,7 @@
 """The problem document (RFC 9457) in which the service says what went wrong."""
 
+import re
+
 from pydantic import BaseModel, ConfigDict
 
 
@@ -52,9 +54,9 @@ class Problem(BaseModel):
     def summary(self) -> str:
         """The document in one line."""
         line = self.detail or self.title
-        if not self.errors:
+        fields = [f"{error.field.removeprefix('body.')}: {error.message}" for error in self.errors]
+        if all(field in line for field in fields):
             return line
-        fields = "; ".join(
-            f"{error.field.removeprefix('body.')}: {error.message}" for error in self.errors
-        )
-        return f"{line.rstrip('.:')}: {fields}"
+        # Where to look in the document is of no use to those who see no document.
+        line = re.sub(r"; `errors` says [a-z ]+\.?$", "", line)
+        return f"{line.rstrip('.:')}: {'; '.join(fields)}"

@@ -51,7 +51,16 @@ def test_a_bad_parameter(client: isomatch.Client) -> None:
     fields = [wrong.field for wrong in refusal.value.errors]
     assert "body.points" in fields
     assert any(field.startswith("body.metric") for field in fields)
+    assert str(refusal.value).startswith("The request is not valid: ")
     assert "points: " in str(refusal.value)
+
+
+def test_what_is_wrong_is_said_once(
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+) -> None:
+    with pytest.raises(isomatch.JobFailed, match="not part of the target's surface") as failure:
+        client.match(*pair, points=6, landmarks=[(0, 10**6)]).result()
+    assert str(failure.value).count("landmarks.0.1") == 1
 
 
 def test_a_result_that_is_not_there_yet(
