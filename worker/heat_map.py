@@ -8,10 +8,10 @@ from itertools import groupby
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import PowerNorm
+from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from worker.contracts import DissimilarityResult
 
 _INK, _FAINT = "#2b2f36", "#6b7280"
@@ -22,6 +22,8 @@ _MOST_NAMES = 48
 
 _MOST_CLASSES = 60
 _LONGEST_NAME = 22
+_LABEL = 0.03
+"""Height of a label, as a share of that of the colour bar."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,7 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     norm = PowerNorm(gamma, 0.0, float(np.quantile(others, 0.98)) or 1.0, clip=True)
     image = axes.imshow(matrix, norm=norm, cmap="magma", interpolation="nearest", aspect="equal")
     bar = figure.colorbar(image, cax=figure.add_axes((0.905, 0.17, 0.022, 0.73)))
+    bar.set_ticks(told_apart(bar.get_ticks(), norm))
     bar.outline.set_visible(False)
     bar.ax.tick_params(labelsize=8, colors=_FAINT, length=2)
     _label_axes(axes, [names[k] for k in order], blocks)
@@ -72,6 +75,24 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     canvas = FigureCanvasAgg(figure)
     canvas.print_figure(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "isomatch"})
     return png.getvalue()
+
+
+def told_apart(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list[float]:
+    """Return ticks on a colour bar whose labels do not touch, the greatest first to stay.
+
+    Parameters
+    ----------
+    ticks
+        Values, in ascending order.
+    norm
+        Where on the bar, from 0 to 1, a value is.
+    """
+    kept: list[float] = []
+    for tick in map(float, reversed(ticks)):
+        within = norm.vmin is not None and norm.vmax is not None and norm.vmin <= tick <= norm.vmax
+        if within and (not kept or float(norm(kept[-1])) - float(norm(tick)) > _LABEL):
+            kept.append(tick)
+    return kept[::-1]
 
 
 def _order(labels: Sequence[str] | None, count: int) -> IntArray:
