@@ -115,6 +115,16 @@ class Dissimilarities(Result):
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 
+    def __repr__(self) -> str:
+        line = f"<Dissimilarities of {len(self.shapes)} shapes"
+        if self.certified:
+            line += ", certified"
+        if self.mean_average_precision is not None:
+            line += f", mean average precision {self.mean_average_precision:.3f}"
+        return line + ">"
+
+    __str__ = __repr__
+
     @cached_property
     def lower_bound_matrix(self) -> npt.NDArray[np.float64]:
         """`lower_bounds` in the places of `matrix`, (K, K) float64."""

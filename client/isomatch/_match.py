@@ -82,6 +82,14 @@ class Match(Result, Correspondences):
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 
+    def __repr__(self) -> str:
+        proof = "certified" if self.certified else f"gap {self.gap:.2%}"
+        others = f"{len(self.alternatives)} alternatives"
+        points = f"{len(self.correspondences)} points"
+        return f"<Match of {points}, energy {self.energy:.6g}, {proof}, {others}>"
+
+    __str__ = __repr__
+
     @cached_property
     def unmatched_vertices(self) -> npt.NDArray[np.int64]:
         """Source vertices left unmatched, shape (m,), int64."""

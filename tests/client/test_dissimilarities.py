@@ -41,6 +41,8 @@ def test_a_collection(client: isomatch.Client, meshes: list[Path], tmp_path: Pat
     assert found.nearest.shape == (6, 5)
     assert (found.nearest[:, 0] == [1, 0, 3, 2, 5, 4]).all()
     assert found.mean_average_precision == found.precision_at_1 == 1.0
+    shown = "<Dissimilarities of 6 shapes, certified, mean average precision 1.000>"
+    assert repr(found) == str(found) == shown
     job.save_arrays(tmp_path / "matrix.npz")
     with np.load(tmp_path / "matrix.npz", allow_pickle=False) as arrays:
         assert arrays["matrix"] == pytest.approx(found.matrix, rel=1e-8)

@@ -39,6 +39,9 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
     for alternative in match.alternatives:
         assert alternative.pairs.shape == (8, 2)
 
+    assert repr(match) == str(match)
+    assert repr(match).startswith(f"<Match of 8 points, energy {match.energy:.6g}, ")
+
     match.save(tmp_path / "match.json")
     saved = (tmp_path / "match.json").read_bytes()
     assert isomatch.Match.from_json(saved) == match
