@@ -63,6 +63,10 @@ def shapes_given(given: GivenT) -> GivenT:
     """
     for one in [given] if isinstance(given, str) else given:
         if not Path(one).is_file() and not _SHAPE_ID.fullmatch(one):
+            if names_prototype(one):
+                raise typer.BadParameter(
+                    f"{one!r} is a prototype: only the source of a match can be one"
+                )
             raise typer.BadParameter(f"{one!r} is neither a file nor the id of a shape")
     return given
 
@@ -77,30 +81,52 @@ def names_prototype(given: str) -> bool:
     return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
 
 
+def writable(given: Path | None) -> Path | None:
+    """Return the name of a file to write, if one can be there: better known before the work."""
+    if given is not None and not given.parent.is_dir():
+        raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
+    if given is not None and given.is_dir():
+        raise typer.BadParameter(f"{str(given)!r} is a folder")
+    return given
+
+
+def picture_given(given: Path | None) -> Path | None:
+    """Return the name of a picture to write, as :func:`writable`, if it says what will be in it."""
+    if given is not None and given.suffix.lower() != ".png":
+        raise typer.BadParameter(f"pictures are PNG files: {given.stem}.png")
+    return writable(given)
+
+
 Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
-_FORMATS = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
+FORMATS: Final = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print ids and nothing else.")]
 Mesh = Annotated[
     str,
-    typer.Argument(callback=shapes_given, help=f"A file ({_FORMATS}) or a shape's id."),
+    typer.Argument(callback=shapes_given, help=f"A file ({FORMATS}) or a shape's id."),
 ]
 Source = Annotated[
     str,
     typer.Argument(
         callback=source_given,
-        help="A file (OFF, OBJ, PLY, STL, GLB), a shape's id or that of a prototype.",
+        help=f"A file ({FORMATS}), a shape's id or that of a prototype.",
     ),
 ]
 Meshes = Annotated[
     list[str],
-    typer.Argument(callback=shapes_given, help=f"Files ({_FORMATS}) or shapes' ids."),
+    typer.Argument(callback=shapes_given, help=f"Files ({FORMATS}) or shapes' ids."),
 ]
 Output = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Write the result to this JSON file.")
+    Path | None,
+    typer.Option("--output", "-o", callback=writable, help="Write the result to this JSON file."),
 ]
 Picture = Annotated[
-    Path | None, typer.Option("--picture", help="Write a picture of the result to this PNG file.")
+    Path | None,
+    typer.Option(
+        "--picture",
+        callback=picture_given,
+        help="Write a picture of the result to this PNG file.",
+    ),
 ]
 Wait = Annotated[
     bool,

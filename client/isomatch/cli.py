@@ -1,6 +1,7 @@
 """The command line: ``isomatch match a.off b.obj`` and what goes with it."""
 
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, cast
 
@@ -14,6 +15,7 @@ from isomatch._prototype_commands import prototypes
 from isomatch._serve import serve as start_service
 from isomatch._shell import (
     EXIT_CODES,
+    FORMATS,
     AsJson,
     Mesh,
     Meshes,
@@ -44,6 +46,24 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"isomatch {version('isomatch')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    shown: Annotated[
+        bool,
+        typer.Option("--version", callback=_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    del shown
+
+
 app.add_typer(jobs)
 app.add_typer(prototypes)
 
@@ -229,7 +249,7 @@ def compare(
 def upload(
     meshes: Annotated[
         list[str],
-        typer.Argument(help="Files (OFF, OBJ, PLY, STL, GLB); - is the standard input."),
+        typer.Argument(help=f"Files ({FORMATS}); - is the standard input."),
     ],
     file_type: Annotated[
         str | None, typer.Option(help="Format, where the file's name does not tell: off, ply, ...")

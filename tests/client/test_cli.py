@@ -158,7 +158,6 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
         ["match", *blobs, "--metric", "euclidean"],
         ["match", *blobs, "--metric", "diffusion:time=soon"],
         ["jobs", "result", "nothing"],
-        ["match", *blobs, *QUICK, "-o", tmp_path / "no" / "such" / "folder.json"],
     ]
     for command in commands:
         done = run(*command, url=url)
@@ -178,14 +177,21 @@ def test_refusals_are_problem_documents_for_programs(url: str, blobs: tuple[Path
 
 def test_wrong_usage(url: str, tmp_path: Path) -> None:
     odd = ["match", __file__, __file__, "--metric", "diffusion:time"]
+    nowhere = tmp_path / "no" / "such" / "folder.json"
     for command in (
         ["match"],
         odd,
         ["match", tmp_path / "a.off", tmp_path / "b.off"],
+        ["match", __file__, "p-" + 32 * "0"],
+        ["match", __file__, __file__, "-o", nowhere],
+        ["match", __file__, __file__, "-o", tmp_path],
+        ["match", __file__, __file__, "--picture", nowhere.with_suffix(".png")],
+        ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
         ["frobnicate"],
     ):
         done = run(*command, url=url)
         assert (done.returncode, done.stdout) == (2, "")
+    assert run("--version", url=url).stdout.split() == ["isomatch", isomatch.__version__]
     shown = run("--help", url=url)
     assert shown.returncode == 0
     for word in ("serve", "upload", "match", "compare", "jobs", "Exit codes", "130"):
