@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
+from solver.normals import vertex_normals
 from solver.shape import Shape
 from solver.simplification import simplified
 from solver.synthetic import (
@@ -27,7 +28,6 @@ from solver.synthetic import (
     noisy,
     punched,
 )
-from solver.synthetic.nearest_surface import vertex_normals
 
 GLUED, APART = 2, 0.6
 """Places that are glued, of all so far from one another along the surface, per √area."""
@@ -116,7 +116,7 @@ def lit(scan: ScannedShape, light: Light) -> ScannedShape:
     mesh = scan.shape.mesh
     rng = np.random.default_rng(list(scan.name.encode()))
     direction = rng.standard_normal(3)
-    facing = vertex_normals(mesh) @ (direction / np.linalg.norm(direction))
+    facing = vertex_normals(mesh.vertices, mesh.faces) @ (direction / np.linalg.norm(direction))
     shade = 1.0 - light.shade * 0.5 * (1.0 - facing)
     tint = rng.uniform(1.0 - light.tint, 1.0 + light.tint, 3)
     noise = COLOR_NOISE * rng.standard_normal((mesh.n_vertices, 3))

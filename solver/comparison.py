@@ -7,8 +7,8 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.descriptors import wave_kernel_signature
-from solver.mesh import TriangleMesh
 from solver.metrics import EmbeddedMetric
+from solver.normals import vertex_normals
 from solver.sampling import farthest_point_sampling
 from solver.shape import Shape
 from solver.spectrum import Spectrum
@@ -64,7 +64,7 @@ class Side:
             spectrum.eigenfunctions[samples],
             signatures[samples],
             shape.surface.vertices[samples] / shape.size,
-            _normals(shape.surface)[samples],
+            vertex_normals(shape.surface.vertices, shape.surface.faces)[samples],
         )
 
     def coefficients(self, size: int) -> FloatArray:
@@ -129,14 +129,3 @@ def _signed_areas(
     across = np.cross(positions[b] - positions[a], positions[c] - positions[a])
     areas: FloatArray = np.einsum("ij,ij->i", across, normals[a])
     return areas
-
-
-def _normals(mesh: TriangleMesh) -> FloatArray:
-    """(V, 3) of unit length, or 0 where faces cancel out."""
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    across = np.cross(b - a, c - a)
-    normals = np.zeros_like(mesh.vertices)
-    for corner in range(3):
-        np.add.at(normals, mesh.faces[:, corner], across)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    return normals

@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
+from solver.normals import vertex_normals
 from worker.coloring import colors_by_place, colors_carried
 from worker.contracts import MatchResult
 from worker.view import source_view, target_view
@@ -155,7 +156,7 @@ def _scenes(
     first = _unit(source)
     second = _unit(target)
     numbers = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
-    here = first[_vertices(source, numbers)]
+    here = first[source.vertices_of(numbers)]
     there = _target_points(target, second, result)
     left, right = _beside((first, source.faces, here), (second, target.faces, there))
     if result.dense is None:
@@ -187,22 +188,16 @@ def _target_points(target: TriangleMesh, vertices: FloatArray, result: MatchResu
     """(K, 3) where the matched points lie on the target: between its vertices, if known so."""
     if result.refinement is None:
         numbers = np.array([pair.target for pair in result.correspondences], dtype=np.int64)
-        return vertices[_vertices(target, numbers)]
+        return vertices[target.vertices_of(numbers)]
     refined = result.refinement.points
     corners = np.array([point.vertices for point in refined], dtype=np.int64)
     weights = np.array([point.weights for point in refined])
-    places: FloatArray = np.einsum("kc,kcd->kd", weights, vertices[_vertices(target, corners)])
+    places: FloatArray = np.einsum("kc,kcd->kd", weights, vertices[target.vertices_of(corners)])
     return places
 
 
 def _unit(mesh: TriangleMesh) -> FloatArray:
     return mesh.scaled(1.0 / np.sqrt(mesh.area)).vertices
-
-
-def _vertices(mesh: TriangleMesh, numbers: IntArray) -> IntArray:
-    """Indices of the vertices that the user knows by these numbers."""
-    order = np.argsort(mesh.vertex_ids, kind="stable")
-    return order[np.searchsorted(mesh.vertex_ids, numbers, sorter=order)].astype(np.int64)
 
 
 def _draw_surface(axes: Axes, scene: _Scene) -> None:
@@ -233,12 +228,7 @@ def _draw_skeleton(axes: Axes, scene: _Scene) -> None:
 
 def _shades(scene: _Scene) -> FloatArray:
     """(F,) brightness: smooth normals, lit from the upper left, from both sides alike."""
-    a, b, c = np.moveaxis(scene.vertices[scene.faces], 1, 0)
-    across = np.cross(b - a, c - a)
-    normals = np.zeros_like(scene.vertices)
-    for corner in range(3):
-        np.add.at(normals, scene.faces[:, corner], across)
-    smooth = normals[scene.faces].sum(axis=1)
+    smooth = vertex_normals(scene.vertices, scene.faces)[scene.faces].sum(axis=1)
     smooth /= np.maximum(np.linalg.norm(smooth, axis=1), 1e-300)[:, None]
     smooth *= np.where(smooth[:, 2] < 0.0, -1.0, 1.0)[:, None]
     lit = np.clip(smooth @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)

@@ -8,8 +8,8 @@ from scipy.spatial import KDTree
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.mesh import TriangleMesh
+from solver.normals import vertex_normals
 from solver.synthetic.implicit import Skin
-from solver.synthetic.remeshing import face_normals
 
 _NEIGHBOURS = 12
 """Triangles looked at for each point: those whose centres are nearest."""
@@ -45,7 +45,7 @@ class NearestSurface:
     def __init__(self, mesh: TriangleMesh) -> None:
         self._faces = mesh.faces
         self._corners = mesh.vertices[mesh.faces]
-        self._normals = vertex_normals(mesh)
+        self._normals = vertex_normals(mesh.vertices, mesh.faces)
         self._centres = KDTree(self._corners.mean(axis=1))
 
     def __call__(self, points: FloatArray) -> Skin:
@@ -70,20 +70,6 @@ class NearestSurface:
         normals /= np.linalg.norm(normals, axis=1, keepdims=True) + 1e-30
         places = np.einsum("pc,pcd->pd", share, self._corners[which])
         return Nearest(places, face[rows, share.argmax(axis=1)], normals)
-
-
-def vertex_normals(mesh: TriangleMesh) -> FloatArray:
-    """(V, 3) float64, unit normals: the mean over the triangles around, by area."""
-    normals = face_normals(mesh.vertices, mesh.faces)
-    summed = np.stack(
-        [
-            np.bincount(mesh.faces.ravel(), np.repeat(normals[:, d], 3), mesh.n_vertices)
-            for d in range(3)
-        ],
-        axis=1,
-    )
-    unit: FloatArray = summed / (np.linalg.norm(summed, axis=1, keepdims=True) + 1e-30)
-    return unit
 
 
 @kernel

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.normals import face_normals
 from solver.synthetic.implicit import Skin
 
 Surface = Callable[[FloatArray], Skin]
@@ -25,12 +26,6 @@ def edges_of(faces: IntArray) -> IntArray:
     tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     forward = tail < head  # each edge is passed once in each direction
     return np.stack([tail[forward], head[forward]], axis=1)
-
-
-def face_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """(F, 3) float64, of length twice the area."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
 
 
 def collapse_edges(

@@ -6,7 +6,8 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
-from solver.synthetic.nearest_surface import NearestSurface, vertex_normals
+from solver.normals import vertex_normals
+from solver.synthetic.nearest_surface import NearestSurface
 from solver.synthetic.remeshing import collapse_edges, flip_edges, relax
 
 
@@ -57,7 +58,8 @@ def noisy(mesh: TriangleMesh, amount: float, seed: int = 0) -> Transformed:
     ends = mesh.vertices[mesh.edges]
     edge = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).mean())
     distance = amount * edge * np.random.default_rng(seed).standard_normal(mesh.n_vertices)
-    return _with_vertices(mesh, mesh.vertices + distance[:, None] * vertex_normals(mesh))
+    normals = vertex_normals(mesh.vertices, mesh.faces)
+    return _with_vertices(mesh, mesh.vertices + distance[:, None] * normals)
 
 
 def remeshed(mesh: TriangleMesh, resolution: int, seed: int = 0) -> Transformed:

@@ -256,3 +256,8 @@ DescriptorByLevel: TypeAlias = Annotated[
 def descriptor_choice(given: Choice | str) -> Choice:
     """Return a descriptor with its parameters, for a name those by default."""
     return DESCRIPTORS[given](name=given) if isinstance(given, str) else given
+
+
+def descriptor_choices(given: DescriptorByLevel) -> tuple[Choice, ...]:
+    """Return descriptors with their parameters, of one for all levels or of one for each."""
+    return tuple(map(descriptor_choice, given if isinstance(given, tuple) else (given,)))

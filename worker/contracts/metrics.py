@@ -120,3 +120,8 @@ MetricByLevel: TypeAlias = Annotated[
 def metric_choice(given: Choice | str) -> Choice:
     """Return a metric with its parameters, for a name those by default."""
     return METRICS[given](name=given) if isinstance(given, str) else given
+
+
+def metric_choices(given: MetricByLevel) -> tuple[Choice, ...]:
+    """Return metrics with their parameters, of one for all levels or of one for each."""
+    return tuple(map(metric_choice, given if isinstance(given, tuple) else (given,)))

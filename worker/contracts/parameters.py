@@ -4,8 +4,8 @@ from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
-from worker.contracts.descriptors import DescriptorByLevel, descriptor_choice
-from worker.contracts.metrics import MetricByLevel, metric_choice
+from worker.contracts.descriptors import DescriptorByLevel, descriptor_choices
+from worker.contracts.metrics import MetricByLevel, metric_choices
 from worker.contracts.spectra import SpectrumKey
 from worker.contracts.structures import Choice
 
@@ -193,14 +193,12 @@ class MatchParameters(BaseModel):
     @property
     def metrics(self) -> tuple[Choice, ...]:
         """The metrics by level, coarsest first; the last holds for all further levels."""
-        given = self.metric if isinstance(self.metric, tuple) else (self.metric,)
-        return tuple(map(metric_choice, given))
+        return metric_choices(self.metric)
 
     @property
     def descriptors(self) -> tuple[Choice, ...]:
         """The descriptors by level, coarsest first; the last holds for all further levels."""
-        given = self.descriptor if isinstance(self.descriptor, tuple) else (self.descriptor,)
-        return tuple(map(descriptor_choice, given))
+        return descriptor_choices(self.descriptor)
 
     @property
     def needs_spectrum(self) -> bool:

@@ -6,8 +6,8 @@ from typing import Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from worker.contracts.descriptors import DescriptorByLevel, descriptor_choice
-from worker.contracts.metrics import MetricByLevel, metric_choice
+from worker.contracts.descriptors import DescriptorByLevel, descriptor_choices
+from worker.contracts.metrics import MetricByLevel, metric_choices
 from worker.contracts.parameters import GeodesicMethod
 from worker.contracts.spectra import SpectrumKey
 from worker.contracts.structures import Choice
@@ -75,20 +75,17 @@ class PrototypeStructures(BaseModel):
     @property
     def metrics(self) -> tuple[Choice, ...]:
         """The metrics by level, coarsest first; the last holds for all further levels."""
-        given = self.metric if isinstance(self.metric, tuple) else (self.metric,)
-        return tuple(map(metric_choice, given))
+        return metric_choices(self.metric)
 
     @property
     def descriptors(self) -> tuple[Choice, ...]:
         """The descriptors by level, coarsest first; the last holds for all further levels."""
-        given = self.descriptor if isinstance(self.descriptor, tuple) else (self.descriptor,)
-        return tuple(map(descriptor_choice, given))
+        return descriptor_choices(self.descriptor)
 
     @property
     def samplings(self) -> tuple[Choice, ...]:
         """The metrics in which points are sampled."""
-        given = self.sampling if isinstance(self.sampling, tuple) else (self.sampling,)
-        return tuple(map(metric_choice, given))
+        return metric_choices(self.sampling)
 
     @property
     def spectral(self) -> bool:
