@@ -1,8 +1,10 @@
 """Hierarchical matching, section 4.1: exact where points are few, then closer and closer."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
@@ -58,10 +60,7 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
     near = _neighbourhoods(source, target, rho) & allowed
     # However far the coarser levels have taken it, a landmark's partner is near.
     near[: fine.landmarks] = allowed[: fine.landmarks]
-    per_point = max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // len(near)), 1)
-    # Where points compete for too few candidates, they look further; all pairs always suffice.
-    for where, count in (near, per_point), (near, 2 * per_point), (allowed, near.shape[1]):
-        candidates = _closest(disagreement, where, count)
+    for candidates in _candidates(disagreement, near, allowed):
         problem = fine.problem(candidates)
         try:
             start = assign(problem, disagreement[candidates[:, 0], candidates[:, 1]])
@@ -70,6 +69,24 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
         found = local_search(problem, start)
         return Refinement(problem, found, problem.energy(found))
     raise InfeasibleError("there are fewer target points than source points")
+
+
+def _candidates(
+    disagreement: FloatArray, near: BoolArray, allowed: BoolArray
+) -> Iterator[IntArray]:
+    """(V, 2) candidates, and more where points compete for too few: the last always suffice."""
+    per_point = max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // len(near)), 1)
+    yield _closest(disagreement, near, per_point)
+    yield _closest(disagreement, near, 2 * per_point)
+    if allowed.size <= 2 * _MOST_CANDIDATES:
+        yield np.argwhere(allowed).astype(np.int64)
+        return
+    # The pairwise costs of all pairs would take tens of gigabytes.
+    closest = _closest(disagreement, allowed, 2 * per_point)
+    chosen = np.zeros_like(allowed)
+    chosen[closest[:, 0], closest[:, 1]] = True
+    chosen[linear_sum_assignment(np.where(allowed, disagreement, np.inf))] = True
+    yield np.argwhere(chosen).astype(np.int64)
 
 
 def _disagreement(source: FloatArray, target: FloatArray) -> FloatArray:

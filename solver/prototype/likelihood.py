@@ -142,6 +142,8 @@ def likelihood_table(
     """
     count = len(candidates)
     table = np.zeros((count, count))
+    if count == 0:  # nothing was matched at the level before
+        return table
     place = np.full((candidates[:, 0].max() + 1, len(distances)), -1)
     for a in range(count):
         place[candidates[a, 0], candidates[a, 1]] = a

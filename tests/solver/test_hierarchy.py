@@ -95,3 +95,15 @@ def test_too_narrow_neighbourhoods_are_widened(levels: list[Level]) -> None:
     found = refine(np.array([0, *[UNMATCHED] * 7]), levels[2], rho=1.0)
     assert sorted(set(found.partners.tolist())) == sorted(found.partners.tolist())
     assert UNMATCHED not in found.partners
+
+
+def test_candidates_stay_few_where_the_sizes_of_shapes_differ_a_thousandfold() -> None:
+    """Pairwise costs of all 40 000 pairs would take more memory than there is."""
+    small = Shape(shapes.icosphere(2), normalise=False)  # 162 vertices
+    large = Shape(shapes.moved(shapes.blob(), seed=0, scale=1000.0), normalise=False)
+    size = (162, min(648, large.n_vertices))
+    level = build_level(small, large, 1, size, OPTIONS)
+    found = refine(np.arange(8), level, rho=1.0)
+    assert len(found.problem.candidates) < 5000
+    assert UNMATCHED not in found.partners
+    assert len(set(found.partners.tolist())) == 162

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from solver.arrays import IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.errors import OptionError, PrototypeError
+from solver.hierarchy import refine
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.level import SampledStructure
 from solver.mesh import triangle_mesh
@@ -197,6 +198,13 @@ def test_levels_carry_a_prototype_of_more_points() -> None:
 def test_with_little_occlusion_cost_unlikely_points_stay_unmatched() -> None:
     answer = match_prototype(prototype(), humans()[1], MatchOptions(points=8, occlusion_cost=1e-6))
     assert len(answer.best.unmatched) == 8
+
+
+def test_points_that_all_stay_unmatched_do_so_at_finer_levels() -> None:
+    coarse = np.full(4, UNMATCHED)
+    found = refine(coarse, tiny_level(0, 6, 8, 1e-6), rho=1.5)
+    assert (found.partners == UNMATCHED).all()
+    assert found.energy == pytest.approx(6e-6)
 
 
 def test_a_single_example_and_any_order_of_examples_will_do() -> None:
