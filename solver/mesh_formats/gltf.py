@@ -225,7 +225,7 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
 def _paint(parts: Sequence[_Part]) -> Paint:
     """The materials on all triangles, part after part."""
     textures: list[Texture] = []
-    coordinates, colors, numbers = [], [], []
+    coordinates, colors, numbers, lights = [], [], [], []
     for part in parts:
         number, texture = -1, part.material.texture
         placed = np.zeros((len(part.faces), 3, 2))
@@ -237,9 +237,11 @@ def _paint(parts: Sequence[_Part]) -> Paint:
         coordinates.append(placed)
         colors.append(np.broadcast_to(part.material.color, (len(part.faces), 3)))
         numbers.append(np.full(len(part.faces), number, dtype=np.int64))
+        lights.append(np.broadcast_to(part.material.light, (len(part.faces), 3)))
     return Paint(
         np.concatenate(coordinates),
         np.concatenate(colors),
         np.concatenate(numbers),
         tuple(textures),
+        np.concatenate(lights),
     )

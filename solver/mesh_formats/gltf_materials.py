@@ -89,7 +89,7 @@ class GltfMaterials:
         transform = place.get("extensions", {}).get(_TRANSFORM, {})
         return GltfMaterial(
             light,
-            None if texture is None else texture.tinted(light),
+            texture,
             int(transform.get("texCoord", place.get("texCoord", 0))),
             _matrix(transform),
         )

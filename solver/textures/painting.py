@@ -14,6 +14,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
+from solver.textures.light import tinted
 from solver.textures.texture import Texture
 
 _FEWEST, _MOST = 2, 8
@@ -44,12 +45,16 @@ class Paint:
         (F,) index into `textures`, -1 for none.
     textures
         The textures.
+    light
+        (F, 3) factors of linear light on textures, in 0..1; ``None`` for 1. What is looked up is
+        tinted, for an image of its own for every material would be larger than any file.
     """
 
     coordinates: FloatArray
     colors: FloatArray
     texture_of_face: IntArray
     textures: tuple[Texture, ...]
+    light: FloatArray | None = None
 
 
 def painted_colors(vertices: FloatArray, faces: IntArray, paint: Paint) -> FloatArray:
@@ -93,7 +98,8 @@ def painted_colors(vertices: FloatArray, faces: IntArray, paint: Paint) -> Float
     for number, texture in enumerate(paint.textures):
         mine = paint.texture_of_face == number
         for chosen, parts, level in _alike(paint.coordinates, mine, texture):
-            add(chosen, _corner_means(texture, paint.coordinates[chosen], parts, level))
+            light = np.ones(3) if paint.light is None else paint.light[chosen][:, None]
+            add(chosen, _corner_means(texture, paint.coordinates[chosen], parts, level, light))
     colors: FloatArray = sums / np.where(totals > 0.0, totals, 1.0)[:, None]
     return colors.clip(0.0, 1.0)
 
@@ -132,12 +138,14 @@ def _alike(
             yield chosen[start : start + step], count, level
 
 
-def _corner_means(texture: Texture, coordinates: FloatArray, parts: int, level: int) -> FloatArray:
+def _corner_means(
+    texture: Texture, coordinates: FloatArray, parts: int, level: int, light: FloatArray
+) -> FloatArray:
     """(n, 3, 3) mean colour of each corner's third of each triangle."""
     points, of_corner = _pattern(parts)
     places = np.einsum("pc,ncd->npd", points, coordinates)
     found = texture.sample(places.reshape(-1, 2), level).reshape(len(coordinates), len(points), 3)
-    means: FloatArray = np.einsum("pc,npk->nck", of_corner, found)
+    means: FloatArray = np.einsum("pc,npk->nck", of_corner, tinted(found, light))
     return means
 
 

@@ -1,6 +1,6 @@
 """An image as a function of texture coordinates: bilinear, and coarser where texels are small."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 
@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from solver.arrays import FloatArray, IntArray
 from solver.textures.images import Pixels
-from solver.textures.light import tinted
 
 DeepPixels = npt.NDArray[np.uint16]
 
@@ -53,21 +52,6 @@ class Texture:
         while max(levels[-1].shape[:2]) > 1:
             levels.append(_halved(levels[-1]))
         return tuple(levels)
-
-    def tinted(self, light: FloatArray) -> "Texture":
-        """Return the texture under a coloured light.
-
-        Parameters
-        ----------
-        light
-            (3,) factors in 0..1.
-        """
-        if (light == 1.0).all():
-            return self
-        table = tinted(np.repeat(np.arange(256.0)[:, None] / 255.0, 3, axis=1), light)
-        codes = np.rint(255.0 * table).astype(np.uint8)
-        changed = np.stack([codes[self.pixels[..., c], c] for c in range(3)], axis=2)
-        return replace(self, pixels=changed)
 
     def sample(self, coordinates: FloatArray, level: int = 0) -> FloatArray:
         """Interpolate bilinearly between the centres of texels.
