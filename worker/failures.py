@@ -1,5 +1,7 @@
 """Why a job failed, in the words of a problem document."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import ClassVar
 
 from rq.timeouts import JobTimeoutException
@@ -57,15 +59,35 @@ class UnusableShape(Exception):  # noqa: N818 - said of the shape
 
     Parameters
     ----------
-    place
-        Which of the shapes it is, counted from 0.
+    field
+        Which of the shapes it is, as the request has it.
     reason
         What is wrong with it.
     """
 
-    def __init__(self, place: int, reason: str) -> None:
-        super().__init__(f"shapes.{place}: {reason}")
-        self.field = FieldProblem(field=f"body.shapes.{place}", message=reason)
+    def __init__(self, field: str, reason: str) -> None:
+        super().__init__(f"{field}: {reason}")
+        self.field = FieldProblem(field=f"body.{field}", message=reason)
+
+
+@contextmanager
+def blaming(field: str) -> Iterator[None]:
+    """Say which shape it is that cannot be compared.
+
+    Parameters
+    ----------
+    field
+        What the request calls the shape.
+
+    Raises
+    ------
+    UnusableShape
+        For any :class:`MeshError` inside.
+    """
+    try:
+        yield
+    except MeshError as error:
+        raise UnusableShape(field, str(error)) from error
 
 
 class TooLarge(Exception):  # noqa: N818 - said of the shape

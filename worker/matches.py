@@ -19,6 +19,7 @@ from solver.shape import Shape
 from solver.spectrum import Spectrum
 from worker import contracts
 from worker.contracts import MatchParameters, MatchPayload, MatchResult, is_prototype
+from worker.failures import blaming
 from worker.structures import descriptor_of, metric_of
 
 
@@ -75,18 +76,17 @@ def match_shapes(
 
     Raises
     ------
-    MeshError, OptionError
-        The shapes cannot be matched, or not so.
+    UnusableShape, OptionError
+        A shape cannot be matched, or the two not so.
     Cancelled
         Through `control`.
     """
     parameters = payload.parameters
-    found = match(
-        source.shape(parameters),
-        target.shape(parameters),
-        options_of(parameters),
-        control,
-    )
+    with blaming("source"):
+        first = source.shape(parameters)
+    with blaming("target"):
+        second = target.shape(parameters)
+    found = match(first, second, options_of(parameters), control)
     refined = None
     if found.refinement is not None:
         refined = _refinement(found.refinement, source.mesh, target.mesh)
@@ -100,7 +100,7 @@ def match_prototype(
 
     Raises
     ------
-    MeshError, OptionError
+    UnusableShape, OptionError
         The shape cannot be matched, or not so.
     Cancelled
         Through `control`.
@@ -109,7 +109,9 @@ def match_prototype(
     # Metric and descriptor are the prototype's, which has them itself.
     usual = MatchOptions()
     options = replace(options_of(parameters), metric=usual.metric, descriptor=usual.descriptor)
-    found = match_with_prototype(prototype, target.shape(parameters), options, control)
+    with blaming("target"):
+        shape = target.shape(parameters)
+    found = match_with_prototype(prototype, shape, options, control)
     return _document(found, payload)
 
 

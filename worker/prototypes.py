@@ -130,7 +130,7 @@ def _shapes(payload: PrototypePayload, store: Store, holder: str, control: Contr
         try:
             shapes.append(_shape(shape, whole, payload.parameters, store, holder, control))
         except MeshError as error:
-            raise UnusableShape(place, str(error)) from error
+            raise UnusableShape(f"shapes.{place}", str(error)) from error
     return shapes
 
 

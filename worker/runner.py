@@ -4,6 +4,7 @@ import gzip
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Literal
 
 from redis.exceptions import RedisError
 
@@ -29,7 +30,7 @@ from worker.contracts import (
     is_prototype,
 )
 from worker.delivery import deliver
-from worker.failures import ResultGone, ShapeGone, problem_of
+from worker.failures import ResultGone, ShapeGone, blaming, problem_of
 from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
 from worker.matches import Side, arrays_of, match_prototype, match_shapes, result_from_blob
@@ -174,14 +175,14 @@ class Runner:
         if is_prototype(payload.source):
             prototype = stored_prototype(self.store, payload.source)
             control.report("spectrum of the target", 0.0)
-            target = self._side(payload.target, payload, control)
+            target = self._side("target", payload, control)
             waited = time.perf_counter() - start
             result = match_prototype(prototype, target, payload, matching)
         else:
             control.report("spectrum of the source", 0.0)
-            source = self._side(payload.source, payload, control)
+            source = self._side("source", payload, control)
             control.report("spectrum of the target", 0.5)
-            target = self._side(payload.target, payload, control)
+            target = self._side("target", payload, control)
             waited = time.perf_counter() - start
             result = match_shapes(source, target, payload, matching)
         timings = dict(result.timings)
@@ -191,14 +192,20 @@ class Runner:
         self.store.jobs.set_arrays(job, arrays_of(result))
         return result.model_copy(update={"timings": timings}).model_dump_json().encode()
 
-    def _side(self, shape: str, payload: MatchPayload, control: Control) -> Side:
+    def _side(
+        self, field: Literal["source", "target"], payload: MatchPayload, control: Control
+    ) -> Side:
+        shape = payload.source if field == "source" else payload.target
         whole = self._mesh(shape)
         parameters = payload.parameters
         key = parameters.spectrum_key(shape, whole.n_vertices, whole.components)
-        mesh = mesh_of(key, whole, self.store.spectra)
+        with blaming(field):
+            mesh = mesh_of(key, whole, self.store.spectra)
         if not payload.needs_spectrum or mesh.components > 1:
             return Side(mesh, None)
-        return Side(mesh, spectrum_of(key, mesh, self.store.spectra, self.name, control))
+        with blaming(field):
+            spectrum = spectrum_of(key, mesh, self.store.spectra, self.name, control)
+        return Side(mesh, spectrum)
 
     def _draw(self, payload: PicturePayload) -> None:
         packed = self.store.jobs.result(payload.job)

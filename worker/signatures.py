@@ -93,10 +93,10 @@ def compute_signature(
         solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)
         found = signature(solid, options_of(parameters)).to_bytes()
     except MeshError as error:
-        raise UnusableShape(place, str(error)) from error
+        raise UnusableShape(f"shapes.{place}", str(error)) from error
     except OptionError as error:
         if error.field == "points":
-            raise UnusableShape(place, error.message) from error
+            raise UnusableShape(f"shapes.{place}", error.message) from error
         raise
     store.spectra.put(parameters.signature_name(key), found)
     return found

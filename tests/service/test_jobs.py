@@ -204,6 +204,7 @@ def test_a_failed_job_says_why(http: httpx2.Client, upload: Upload) -> None:
     assert job["error"]["status"] == 422
     assert job["error"]["instance"] == job["links"]["self"]
     assert "component" in job["error"]["detail"]
+    assert [error["field"] for error in job["error"]["errors"]] == ["body.source"]
     refused = problem(http.get(job["links"]["result"]), 409, "job-without-result")
     assert job["error"]["detail"] in refused["detail"]
 
