@@ -11,7 +11,7 @@ from prometheus_client import CollectorRegistry
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
-from service import health, problems, webhooks
+from service import error_handlers, health, webhooks
 from service.dissimilarities import endpoints as dissimilarities
 from service.jobs import endpoints as jobs
 from service.jobs import results
@@ -61,7 +61,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         lifespan=_lifespan(settings, closing or asyncio.Event(), registry),
         redirect_slashes=False,
     )
-    problems.install(app)
+    error_handlers.install(app)
     app.add_middleware(Authentication, keys=settings.api_keys)
     app.add_middleware(
         BodyLimit,

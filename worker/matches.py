@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from solver.control import Control
-from solver.match import Correspondence, Match
+from solver.match import Correspondence, DenseCorrespondence, LevelReport, Match
 from solver.matching import match
 from solver.mesh import TriangleMesh
 from solver.options import MatchOptions
@@ -162,35 +162,38 @@ def _document(
             )
             for other in found.alternatives
         ),
-        levels=tuple(
-            contracts.Level(
-                points=level.points,
-                target_points=level.target_points,
-                candidates=level.candidates,
-                metric=level.metric,
-                descriptor=level.descriptor,
-                energy=level.energy,
-                lower_bound=level.lower_bound,
-                gap=level.gap,
-                certified=level.certified,
-                iterations=level.iterations,
-                method=level.method.value,
-                seconds=level.seconds,
-                rank=level.rank,
-            )
-            for level in found.levels
-        ),
+        levels=tuple(map(_level, found.levels)),
         unmatched=tuple(best.unmatched.tolist()),
-        dense=None
-        if found.dense is None
-        else contracts.DenseCorrespondence(
-            hypothesis=found.dense.hypothesis,
-            source=tuple(found.dense.source.tolist()),
-            target=tuple(found.dense.target.tolist()),
-        ),
+        dense=None if found.dense is None else _dense(found.dense),
         refinement=refinement,
         warnings=found.warnings,
         timings=dict(found.timings),
+    )
+
+
+def _level(level: LevelReport) -> contracts.Level:
+    return contracts.Level(
+        points=level.points,
+        target_points=level.target_points,
+        candidates=level.candidates,
+        metric=level.metric,
+        descriptor=level.descriptor,
+        energy=level.energy,
+        lower_bound=level.lower_bound,
+        gap=level.gap,
+        certified=level.certified,
+        iterations=level.iterations,
+        method=level.method.value,
+        seconds=level.seconds,
+        rank=level.rank,
+    )
+
+
+def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
+    return contracts.DenseCorrespondence(
+        hypothesis=found.hypothesis,
+        source=tuple(found.source.tolist()),
+        target=tuple(found.target.tolist()),
     )
 
 

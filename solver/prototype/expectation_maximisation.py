@@ -6,12 +6,11 @@ spread that is known beforehand, keeps it finite: no variance in any direction i
 that end with less than one sample's worth of weight are dropped.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.special import logsumexp
 
 from solver.arrays import FloatArray, IntArray
+from solver.prototype.fit import Fit
 from solver.prototype.mixture import GaussianMixtures
 
 _STARTS = 3
@@ -21,42 +20,6 @@ _TOLERANCE = 1e-4
 _LEAST_SHARE = 1.0
 """Samples' worth of weight below which a component is dropped."""
 _NOTHING = 1e-100
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Mixtures with their likelihoods.
-
-    Parameters
-    ----------
-    mixtures
-        B of K components.
-    log_likelihood
-        (B,) sum over the samples of each data set.
-    history
-        (iterations, B) log-likelihood before each iteration.
-    """
-
-    mixtures: GaussianMixtures
-    log_likelihood: FloatArray
-    history: FloatArray
-
-    def information_criterion(self, samples: int, diagonal: bool = False) -> FloatArray:
-        """(B,) Bayesian information criterion; less is better (Schwarz 1978).
-
-        Parameters
-        ----------
-        samples
-            Number M of samples of each data set.
-        diagonal
-            Whether only the diagonals of the covariances were fitted.
-        """
-        m = self.mixtures.dimension
-        used = (self.mixtures.weights > 0.0).sum(axis=1)
-        shape = m if diagonal else m * (m + 1) / 2
-        parameters = used * (1 + m + shape) - 1
-        criterion: FloatArray = parameters * np.log(samples) - 2.0 * self.log_likelihood
-        return criterion
 
 
 def fit_mixtures(
@@ -97,11 +60,11 @@ def fit_mixtures(
     for count in tried:
         fit = _fit_from_starts(samples, count, floor, diagonal, seed)
         if best is None:
-            best = _padded(fit, components)
+            best = fit.padded(components)
             continue
         before = best.information_criterion(samples.shape[1], diagonal)
         after = fit.information_criterion(samples.shape[1], diagonal)
-        best = _better(best, _padded(fit, components), after < before)
+        best = best.exchanged(fit.padded(components), after < before)
     assert best is not None
     return best
 
@@ -119,7 +82,10 @@ def _fit_from_starts(
         )
         started = initial_mixtures(ordered, centres, floor, diagonal)
         fit = _pruned(ordered, maximise(ordered, started, floor, diagonal), floor, diagonal)
-        best = fit if best is None else _better(best, fit, fit.log_likelihood > best.log_likelihood)
+        if best is None:
+            best = fit
+        else:
+            best = best.exchanged(fit, fit.log_likelihood > best.log_likelihood)
     assert best is not None
     return best
 
@@ -283,46 +249,4 @@ def _pruned(samples: FloatArray, fit: Fit, floor: FloatArray, diagonal: bool) ->
         left = weights[rows] / weights[rows].sum(axis=1, keepdims=True)
         old = fit.mixtures.chosen(rows)
         start = GaussianMixtures(left, old.means, old.covariances)
-        fit = _replaced(fit, rows, maximise(samples[rows], start, floor, diagonal))
-
-
-def _replaced(fit: Fit, rows: IntArray, other: Fit) -> Fit:
-    """Put other fits in the place of some."""
-    old, new = fit.mixtures, other.mixtures
-    arrays = []
-    for before, after in (
-        (old.weights, new.weights),
-        (old.means, new.means),
-        (old.covariances, new.covariances),
-        (fit.log_likelihood, other.log_likelihood),
-    ):
-        changed = before.copy()
-        changed[rows] = after
-        arrays.append(changed)
-    return Fit(GaussianMixtures(*arrays[:3]), arrays[3], fit.history)
-
-
-def _padded(fit: Fit, components: int) -> Fit:
-    """Return the fit with components of weight 0 added."""
-    extra = components - fit.mixtures.weights.shape[1]
-    if extra <= 0:
-        return fit
-    m = fit.mixtures
-    mixtures = GaussianMixtures(
-        np.pad(m.weights, ((0, 0), (0, extra))),
-        np.concatenate([m.means, np.repeat(m.means[:, :1], extra, axis=1)], axis=1),
-        np.concatenate([m.covariances, np.repeat(m.covariances[:, :1], extra, axis=1)], axis=1),
-    )
-    return Fit(mixtures, fit.log_likelihood, fit.history)
-
-
-def _better(one: Fit, two: Fit, second: "np.ndarray[tuple[int], np.dtype[np.bool_]]") -> Fit:
-    """For each data set the second fit where it is said to be better."""
-    a, b = one.mixtures, two.mixtures
-    mixtures = GaussianMixtures(
-        np.where(second[:, None], b.weights, a.weights),
-        np.where(second[:, None, None], b.means, a.means),
-        np.where(second[:, None, None, None], b.covariances, a.covariances),
-    )
-    likelihood = np.where(second, two.log_likelihood, one.log_likelihood)
-    return Fit(mixtures, likelihood, one.history)
+        fit = fit.replaced(rows, maximise(samples[rows], start, floor, diagonal))
