@@ -72,7 +72,8 @@ def given_examples(
     Raises
     ------
     OptionError
-        A correspondence does not suit its shape, or is shorter than the others.
+        A correspondence does not suit its shape, is shorter than the others, or names fewer places
+        than points.
     """
     _check_reference(shapes, reference)
     if len(correspondences) != len(shapes):
@@ -86,6 +87,13 @@ def given_examples(
                 f"correspondences.{number}", f"it must have at least {options.points} vertices"
             )
         places.append(_places_of(shape, np.asarray(ids), f"correspondences.{number}"))
+    apart = len(np.unique(places[reference]))
+    if apart < options.points:
+        raise OptionError(
+            f"correspondences.{reference}",
+            f"only {apart} of its vertices are in places of their own; it must have at least"
+            f" {options.points}",
+        )
     between = shapes[reference].metric(options.sampling_metrics[0]).between(places[reference])
     order = _farthest_first(between, options.points)
     return _together(shapes, [vertices[order] for vertices in places], reference)
@@ -108,9 +116,10 @@ def connected_examples(
     Raises
     ------
     OptionError
-        The shapes do not share their connectivity.
+        The shapes do not share their connectivity, or have fewer vertices than points.
     """
     _check_reference(shapes, reference)
+    _check_vertices(shapes, options.points)
     first = shapes[reference]
     for number, shape in enumerate(shapes):
         ids = shape.mesh.vertex_ids, shape.mesh.faces
@@ -156,10 +165,11 @@ def matched_examples(
     Cancelled
         Through `control`.
     OptionError
-        An option does not suit the shapes.
+        An option does not suit the shapes, or one of them has fewer vertices than points.
     """
     control = control or Control()
     _check_reference(shapes, reference)
+    _check_vertices(shapes, options.points)
     first = shapes[reference]
     own = first.sampling("commute_time", options.points).indices
     found: dict[int, list[IntArray]] = {reference: [own]}
@@ -196,6 +206,16 @@ def _check_reference(shapes: Sequence[Shape], reference: int) -> None:
         raise OptionError("reference", "it is none of the shapes")
 
 
+def _check_vertices(shapes: Sequence[Shape], points: int) -> None:
+    for number, shape in enumerate(shapes):
+        if shape.n_vertices < points:
+            raise OptionError(
+                f"shapes.{number}",
+                f"it has {shape.n_vertices} vertices, and {points} points are taken; simplify it"
+                " less, or take fewer",
+            )
+
+
 def _together(
     shapes: Sequence[Shape], vertices: Sequence[IntArray], reference: int
 ) -> CorrespondingExamples:
@@ -205,14 +225,10 @@ def _together(
 
 
 def _places_of(shape: Shape, ids: IntArray, field: str) -> IntArray:
-    """Vertices of the shape's mesh that have the user's numbers."""
-    known = shape.mesh.vertex_ids
-    order = np.argsort(known, kind="stable")
-    place = np.minimum(np.searchsorted(known[order], ids), len(known) - 1)
-    found: IntArray = order[place]
-    if (known[found] != ids).any():
-        missing = int(ids[known[found] != ids][0])
-        raise OptionError(field, f"vertex {missing} is not on the shape")
+    """Vertices of the shape's mesh that have the user's numbers, or stand for those that have."""
+    found = shape.mesh.vertices_of(ids)
+    if (found < 0).any():
+        raise OptionError(field, f"vertex {int(ids[found < 0][0])} is not on the shape")
     return found
 
 

@@ -1,5 +1,6 @@
 """Prototypes: learned from examples, stored, and matched."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from itertools import permutations
@@ -20,6 +21,7 @@ from solver.minimise import minimise
 from solver.options import MatchOptions
 from solver.primal import local_search
 from solver.prototype import (
+    CorrespondingExamples,
     Example,
     Prototype,
     PrototypeOptions,
@@ -38,6 +40,7 @@ from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, all
 from solver.shape import Shape
 from solver.structures import Geodesic, ScaleInvariantHeatKernelSignature
 from solver.synthetic import HUMAN_POSES, human
+from tests.solver import shapes
 
 _RESOLUTION = 500
 _SMALL = PrototypeOptions(points=8, components=2)
@@ -231,6 +234,35 @@ def test_given_correspondences_are_those_of_shared_connectivity() -> None:
         given_examples(humans()[:2], [every, every[:9]], _SMALL)
     with pytest.raises(OptionError, match="not on the shape"):
         given_examples(humans()[:2], [every, every + 1], _SMALL)
+
+
+def test_given_vertices_may_be_some_that_repair_has_merged() -> None:
+    """A seam: two vertices of the file are one of the surface, and either names it."""
+    mesh = shapes.blob(1)
+    seam = mesh.n_vertices
+    faces = mesh.faces.copy()
+    row, corner = np.argwhere(faces == 0)[0]
+    faces[row, corner] = seam
+    seamed = Shape(triangle_mesh(np.concatenate([mesh.vertices, mesh.vertices[:1]]), faces))
+    options = PrototypeOptions(points=8, components=1)
+    every = np.arange(mesh.n_vertices)
+    other_name = np.where(every == 0, seam, every)
+    one, two = (given_examples([seamed], [ids], options).examples[0] for ids in (every, other_name))
+    np.testing.assert_array_equal(one.vertices, two.vertices)
+    few = np.array([0, seam, 1, 2, 3, 4, 5, 6])
+    with pytest.raises(OptionError, match="only 7 of its vertices"):
+        given_examples([seamed], [few], options)
+
+
+@pytest.mark.parametrize("examples_of", [matched_examples, connected_examples])
+def test_shapes_of_fewer_vertices_than_points_are_refused(
+    examples_of: Callable[[list[Shape], PrototypeOptions], CorrespondingExamples],
+) -> None:
+    """As those are that were simplified too much."""
+    large, small = Shape(shapes.blob(2)), Shape(shapes.blob(1))
+    with pytest.raises(OptionError, match="has 42 vertices, and 64 points") as caught:
+        examples_of([large, small], PrototypeOptions(points=64))
+    assert caught.value.field == "shapes.1"
 
 
 def test_shapes_without_shared_connectivity_are_refused() -> None:
