@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from solver.errors import PrototypeError
 from solver.mesh import read_mesh
 from solver.prototype import Prototype, prototype_from_bytes
+from solver.prototype.mixture import GaussianMixtures
 from solver.shape import Shape
 from solver.structures import NoDescriptor
 from worker.contracts import (
@@ -67,6 +68,10 @@ def _check(prototype: Prototype) -> None:
         numbers += [level.centre, level.axes, level.mixtures.means]
     if any(np.abs(array).max(initial=0.0) > GREATEST for array in numbers):
         raise PrototypeError(f"not a sound prototype: it has numbers beyond {GREATEST:g}")
+    mixtures = [level.mixtures for level in prototype.distances]
+    mixtures += [level.mixtures for level in described]
+    if not all(map(_peaks, mixtures)):
+        raise PrototypeError("not a sound prototype: a distribution is too narrow for any number")
     shape = Shape(read_mesh(torus_file(), "off"), eigenpairs=prototype.eigenpairs)
     for level in described:
         usual = shape.descriptor(level.descriptor, np.zeros(1, dtype=np.int64)).shape[1]
@@ -75,6 +80,15 @@ def _check(prototype: Prototype) -> None:
                 f"not a sound prototype: {level.descriptor.name} has {usual} values at a point,"
                 f" and {len(level.centre)} were learned"
             )
+
+
+def _peaks(mixtures: GaussianMixtures) -> bool:
+    """Whether the greatest densities, which costs are relative to, can be computed."""
+    with np.errstate(all="ignore"):
+        try:
+            return bool(np.isfinite(mixtures.log_peaks).all())
+        except np.linalg.LinAlgError:
+            return False
 
 
 def stored_prototype(store: Store, prototype: str) -> Prototype:

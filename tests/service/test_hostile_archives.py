@@ -85,6 +85,7 @@ HOSTILE: dict[str, Callable[[bytes], bytes]] = {
     "nan": lambda archive: changed(archive, positions=np.full((8, 3), np.nan)),
     "weights": lambda archive: changed(archive, distances0_weights=np.ones((28, 2))),
     "no variance": lambda archive: changed(archive, distances0_covariances=FLAT),
+    "hardly any variance": lambda archive: changed(archive, distances0_covariances=FLAT + 1e-320),
     "a newer format": lambda archive: about(archive, version=99),
     "no structures": lambda archive: about(archive, metrics=[]),
     "unknown structures": lambda archive: about(archive, metrics=[{"name": "euclid"}]),
