@@ -207,7 +207,7 @@ def test_examples_are_matched_or_their_correspondences_given(
         ({"correspondences": [[0, 1, 2]] * 2, "points": 4}, "body.points", "3"),
         ({"correspondence": "shared_connectivity", "simplify": 100}, "body.simplify", "vertices"),
         ({"seed": -1}, "body.seed", "0"),
-        ({"colour": "red"}, "body.colour", "Extra"),
+        ({"colour": "red"}, "body.colour", "no such field"),
     ],
 )
 def test_a_wrong_request_is_told_what_is_wrong(
