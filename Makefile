@@ -14,14 +14,16 @@ help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 24
 
 $(VENV)/runtime: requirements/runtime.txt client/pyproject.toml
-	$(PYTHON) -c 'import sys; sys.exit("isomatch needs Python 3.11 or newer") if sys.version_info < (3, 11) else None'
-	$(PYTHON) -m venv $(VENV)
-	$(PIP_INSTALL) --require-hashes -r requirements/runtime.txt
-	$(PIP_INSTALL) --no-deps --no-build-isolation --editable client
+	@$(PYTHON) -c 'import sys; sys.exit("isomatch needs Python 3.11 or newer") if sys.version_info < (3, 11) else None'
+	@echo "Making the environment in $(VENV): once, and some minutes where packages come slowly ..."
+	@$(PYTHON) -m venv $(VENV)
+	@$(PIP_INSTALL) --require-hashes -r requirements/runtime.txt
+	@$(PIP_INSTALL) --no-deps --no-build-isolation --editable client
 	@touch $@
 
 $(VENV)/dev: $(VENV)/runtime requirements/dev.txt
-	$(PIP_INSTALL) --require-hashes -r requirements/dev.txt
+	@echo "Adding what the tests need ..."
+	@$(PIP_INSTALL) --require-hashes -r requirements/dev.txt
 	@touch $@
 
 demo: $(VENV)/runtime  ## start everything, match two generated shapes, draw the answer

@@ -67,7 +67,7 @@ def demonstrate(console: Console, output: Path, vertices: int) -> None:
         write_off(path, shape)
         console.print(f"  {path}: {len(shape.vertices)} vertices, {len(shape.faces)} triangles")
 
-    console.print("Starting the service ...")
+    console.print("Starting the service; the first time, its numerics are compiled: minutes ...")
     with running_stack() as stack:
         console.print(f"  it listens on {stack.url}")
         console.print("Uploading and matching ...")

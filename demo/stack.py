@@ -20,7 +20,7 @@ LINUX = sys.platform == "linux"
 ROOT = Path(__file__).resolve().parents[1]
 LISTENS = re.compile(r"isomatch listens on (http://\S+)")
 
-START_SECONDS = 300.0
+START_SECONDS = 600.0
 """Compiling the numerics on a machine that never ran them takes most of it."""
 
 STOP_SECONDS = 30.0
