@@ -190,7 +190,7 @@ def matched_examples(
     limit = _POOR * float(np.median(np.delete(misfits, reference))) if len(shapes) > 2 else np.inf
     poor = [n for n in range(len(shapes)) if n != reference and misfits[n] > limit]
     warnings = tuple(
-        f"shape {number} was left out: its match with the reference misfits those of the others"
+        f"shapes.{number}: left out, for its match with the reference misfits those of the others"
         for number in poor
     )
     kept = [n for n in range(len(shapes)) if n not in poor]
