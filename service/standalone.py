@@ -100,6 +100,8 @@ async def _run(
         if ready.done():
             ready.result()
             print(f"isomatch listens on {_url(listener)}", flush=True)
+            if _alive(queue) == 0:
+                log.warning("no worker is there, and jobs wait: `python -m worker` starts one")
         else:
             ready.cancel()
         await asyncio.wait({serving, stopping, tending}, return_when=asyncio.FIRST_COMPLETED)

@@ -8,6 +8,7 @@ import json
 import re
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -39,6 +40,9 @@ REFUSED: Final = 1
 NO_SERVICE: Final = 3
 NO_RESULT: Final = 4
 INTERRUPTED: Final = 130
+
+SLOW: Final = 8.0
+"""Seconds after which an upload that waits is spoken of."""
 
 EXIT_CODES: Final = (
     "Exit codes: 0 done, 1 refused or not possible, 2 wrong usage, 3 no service answers, "
@@ -295,12 +299,40 @@ def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:
     """
     shapes = []
     for source in sources:
-        shape = client.upload(source) if Path(source).is_file() else client.shape(source)
+        with slowness_told(source, as_json):
+            shape = client.upload(source) if Path(source).is_file() else client.shape(source)
         warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
         if not as_json:
             render.print_warnings(warnings, render.standard_error())
         shapes.append(shape)
     return shapes
+
+
+@contextmanager
+def slowness_told(source: str, as_json: bool, after: float = SLOW) -> Iterator[None]:
+    """Say after some seconds what an upload waits for: where no worker is, that is for ever.
+
+    Parameters
+    ----------
+    source
+        What is uploaded.
+    as_json
+        Whether nothing may be on the standard error but problems.
+    after
+        Seconds.
+    """
+    text = (
+        f"{source} waits to be read: the service's workers are busy, or there are none;"
+        " its /health/ready says which"
+    )
+    timer = threading.Timer(after, typer.echo, (text,), {"err": True})
+    timer.daemon = True
+    if not as_json:
+        timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def shape_name(source: str, shape: Shape) -> str:

@@ -33,6 +33,7 @@ from isomatch._shell import (
     names_prototype,
     run,
     shape_name,
+    slowness_told,
     structure_choices,
     uploaded,
 )
@@ -261,12 +262,11 @@ def upload(
 ) -> None:
     """Upload meshes; the same file again costs nothing."""
     with connected(url, as_json) as client:
-        shapes = [
-            client.upload(
-                sys.stdin.buffer.read() if mesh == "-" else mesh, name, file_type=file_type
-            )
-            for mesh in meshes
-        ]
+        shapes = []
+        for mesh in meshes:
+            with slowness_told(mesh, as_json):
+                data = sys.stdin.buffer.read() if mesh == "-" else mesh
+                shapes.append(client.upload(data, name, file_type=file_type))
         if as_json:
             echo_models(shape.model_dump_json() for shape in shapes)
         elif quiet:

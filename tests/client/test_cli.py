@@ -16,6 +16,7 @@ from typing import IO
 
 import isomatch
 import pytest
+from isomatch._shell import slowness_told
 
 from demo.stack import ROOT
 
@@ -240,6 +241,17 @@ def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
     )
     assert here.returncode == 2  # the application itself refuses such a port
     assert "PORT" in here.stderr
+
+
+def test_an_upload_that_waits_says_what_for(capsys: pytest.CaptureFixture[str]) -> None:
+    with slowness_told("a.off", as_json=False, after=0.01):
+        time.sleep(0.3)
+    assert "a.off waits to be read" in capsys.readouterr().err
+    with slowness_told("a.off", as_json=True, after=0.01):
+        time.sleep(0.3)
+    with slowness_told("a.off", as_json=False, after=30.0):
+        pass
+    assert capsys.readouterr().err == ""
 
 
 def test_no_service() -> None:
