@@ -7,19 +7,8 @@ import typer
 from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
 from isomatch._models import JobState
-from isomatch._shell import (
-    EXIT_CODES,
-    NO_RESULT,
-    AsJson,
-    Output,
-    Picture,
-    Quiet,
-    Url,
-    connected,
-    echo_models,
-    finish,
-    job_left_alone,
-)
+from isomatch._options import AsJson, Output, Picture, Quiet, Url
+from isomatch._shell import EXIT_CODES, NO_RESULT, connected, echo_models, finish, job_left_alone
 
 JobId = Annotated[str, typer.Argument(help="Id of the job.")]
 JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs.")]

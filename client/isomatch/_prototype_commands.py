@@ -6,23 +6,11 @@ from typing import Annotated, Any, cast
 import typer
 
 from isomatch._address import DEFAULT_URL
+from isomatch._options import AsJson, Meshes, Output, Quiet, Url, Wait, structure_choices
 from isomatch._parameters import PrototypeParameters
 from isomatch._prototype_rendering import print_prototype, print_prototypes
 from isomatch._render import standard_error, standard_output
-from isomatch._shell import (
-    EXIT_CODES,
-    AsJson,
-    Meshes,
-    Output,
-    Quiet,
-    Url,
-    Wait,
-    connected,
-    echo_models,
-    run,
-    structure_choices,
-    uploaded,
-)
+from isomatch._shell import EXIT_CODES, connected, echo_models, run, uploaded
 
 PrototypeId = Annotated[str, typer.Argument(help="Id of the prototype.")]
 Name = Annotated[

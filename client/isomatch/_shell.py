@@ -1,4 +1,4 @@
-"""What the commands have in common: their options, and how they end.
+"""What the commands have in common: how they ask, wait and end.
 
 Exit codes: 0 done, 1 refused or not possible, 2 wrong usage, 3 no service answers, 4 the job ended
 without a result, 130 interrupted.
@@ -13,12 +13,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, MappingProxyType
-from typing import Annotated, Any, Final, NoReturn, TypeVar
+from typing import Any, Final, NoReturn
 
 import typer
 
 from isomatch import _render as render
-from isomatch._address import URL_VARIABLE
 from isomatch._client import Client
 from isomatch._dissimilarities import Dissimilarities
 from isomatch._errors import (
@@ -32,7 +31,6 @@ from isomatch._errors import (
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._models import Shape
-from isomatch._parameters import StructureChoice, structure_choice
 from isomatch._prototype_rendering import print_learned
 from isomatch._prototypes import LearnedPrototype
 
@@ -49,95 +47,6 @@ EXIT_CODES: Final = (
     "4 the job ended without a result, 130 interrupted. With --json the standard output is JSON "
     "and nothing else, and an error is a problem document (RFC 9457) on the standard error."
 )
-
-_SHAPE_ID = re.compile(r"[0-9a-f]{32}")
-_PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
-
-
-GivenT = TypeVar("GivenT", str, list[str])
-
-
-def shapes_given(given: GivenT) -> GivenT:
-    """Return what names shapes, files or ids, if it does.
-
-    Raises
-    ------
-    typer.BadParameter
-        One is neither.
-    """
-    for one in [given] if isinstance(given, str) else given:
-        if not Path(one).is_file() and not _SHAPE_ID.fullmatch(one):
-            if names_prototype(one):
-                raise typer.BadParameter(
-                    f"{one!r} is a prototype: only the source of a match can be one"
-                )
-            raise typer.BadParameter(f"{one!r} is neither a file nor the id of a shape")
-    return given
-
-
-def source_given(given: str) -> str:
-    """Return what names the source of a match: as :func:`shapes_given`, or a prototype's id."""
-    return given if names_prototype(given) else shapes_given(given)
-
-
-def names_prototype(given: str) -> bool:
-    """Whether something is the id of a prototype, and no file."""
-    return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
-
-
-def writable(given: Path | None) -> Path | None:
-    """Return the name of a file to write, if one can be there: better known before the work."""
-    if given is not None and not given.parent.is_dir():
-        raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
-    if given is not None and given.is_dir():
-        raise typer.BadParameter(f"{str(given)!r} is a folder")
-    return given
-
-
-def picture_given(given: Path | None) -> Path | None:
-    """Return the name of a picture to write, as :func:`writable`, if it says what will be in it."""
-    if given is not None and given.suffix.lower() != ".png":
-        raise typer.BadParameter(f"pictures are PNG files: {given.stem}.png")
-    return writable(given)
-
-
-Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
-FORMATS: Final = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print ids and nothing else.")]
-Mesh = Annotated[
-    str,
-    typer.Argument(callback=shapes_given, help=f"A file ({FORMATS}) or a shape's id."),
-]
-Source = Annotated[
-    str,
-    typer.Argument(
-        callback=source_given,
-        help=f"A file ({FORMATS}), a shape's id or that of a prototype.",
-    ),
-]
-Meshes = Annotated[
-    list[str],
-    typer.Argument(callback=shapes_given, help=f"Files ({FORMATS}) or shapes' ids."),
-]
-Output = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", callback=writable, help="Write the result to this JSON file."),
-]
-Picture = Annotated[
-    Path | None,
-    typer.Option(
-        "--picture",
-        callback=picture_given,
-        help="Write a picture of the result to this PNG file.",
-    ),
-]
-Wait = Annotated[
-    bool,
-    typer.Option(
-        "--wait/--no-wait", help="Wait for the result, or print the job's id and leave it to run."
-    ),
-]
 
 
 @contextmanager
@@ -202,24 +111,6 @@ def problem_document(error: Exception, message: str) -> dict[str, Any]:
         "title": " ".join(words).capitalize(),
         "detail": message,
     }
-
-
-def structure_choices(given: list[str] | None) -> list[StructureChoice]:
-    """Return the structures that options name."""
-    try:
-        return [structure_choice(text) for text in given or ()]
-    except ValueError as error:
-        raise typer.BadParameter(str(error)) from error
-
-
-def landmarks(given: list[str] | None) -> list[tuple[int, int]]:
-    try:
-        pairs = [tuple(map(int, text.split(":"))) for text in given or ()]
-    except ValueError as error:
-        raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203") from error
-    if any(len(pair) != 2 for pair in pairs):
-        raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203")
-    return [(pair[0], pair[1]) for pair in pairs]
 
 
 def run(

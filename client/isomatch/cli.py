@@ -10,11 +10,7 @@ import typer
 from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
 from isomatch._job_commands import jobs
-from isomatch._parameters import DissimilarityParameters, MatchParameters
-from isomatch._prototype_commands import prototypes
-from isomatch._serve import serve as start_service
-from isomatch._shell import (
-    EXIT_CODES,
+from isomatch._options import (
     FORMATS,
     AsJson,
     Mesh,
@@ -25,16 +21,22 @@ from isomatch._shell import (
     Source,
     Url,
     Wait,
+    landmarks,
+    names_prototype,
+    structure_choices,
+)
+from isomatch._parameters import DissimilarityParameters, MatchParameters
+from isomatch._prototype_commands import prototypes
+from isomatch._serve import serve as start_service
+from isomatch._shell import (
+    EXIT_CODES,
     class_of,
     connected,
     echo_models,
-    landmarks,
     leave,
-    names_prototype,
     run,
     shape_name,
     slowness_told,
-    structure_choices,
     uploaded,
 )
 
