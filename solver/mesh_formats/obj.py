@@ -182,7 +182,8 @@ class _Painter:
     def _materials(self) -> tuple[list[ObjMaterial], list[str]]:
         """Materials as the faces number them."""
         known: dict[str, ObjMaterial] = {}
-        for library in self.lines.libraries:
+        seen: set[bytes] = set()  # a file may be named on every line
+        for library in dict.fromkeys(self.lines.libraries):
             files = [self.companions.find(name) for name in (library, *library.split())]
             found = files[:1] if files[0] is not None else files[1:]
             for data in found:
@@ -191,7 +192,9 @@ class _Painter:
                         f"the OBJ file refers to the material file {library[:100]!r}, which is "
                         "not in the archive"
                     )
-                known |= read_materials(data)
+                if data not in seen:
+                    seen.add(data)
+                    known |= read_materials(data)
         missing = [name for name in self.lines.materials[1:] if name not in known]
         notes = [f"the material {missing[0][:100]!r} is not defined: white"] if missing else []
         return [known.get(name, ObjMaterial()) for name in self.lines.materials], notes

@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+import time
 import tracemalloc
 import zipfile
 from collections.abc import Callable
@@ -246,6 +247,18 @@ def test_obj_with_its_materials_has_v_upwards_and_keeps_its_numbers() -> None:
     uv = np.stack([vertices[:, 0], 1.0 - vertices[:, 1]], axis=1)
     inner = INNER[np.argsort(order)]
     np.testing.assert_allclose(colors_of(mesh)[inner, :2], on_ramp(uv[inner]), atol=1e-5)
+
+
+def test_a_material_file_that_is_named_thousands_of_times_is_read_once() -> None:
+    """Read as often as it is named, it would keep a worker busy for minutes."""
+    text = b"mtllib m.mtl\n" * 5000 + b"mtllib " + b"m.mtl ./m.mtl " * 5000 + b"\n"
+    text += b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl a\nf 1 2 3\nusemtl b7\nf 1 2 4\n"
+    others = b"".join(b"newmtl b%d\nKd 0 0 1\n" % number for number in range(2000))
+    data = zipped({"a.obj": text, "m.mtl": b"newmtl a\nKd 1 0 0\n" + others})
+    started = time.process_time()
+    mesh = read_mesh(data, "zip")
+    assert time.process_time() - started < 10.0
+    np.testing.assert_allclose(colors_of(mesh)[[2, 3]], [[1, 0, 0], [0, 0, 1]])
 
 
 def test_obj_and_glb_of_the_same_shape_have_the_same_colors() -> None:
