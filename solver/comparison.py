@@ -84,9 +84,10 @@ class Comparison:
 
     def __init__(self, source: Shape, target: Shape) -> None:
         self.source, self.target = Side.of(source, _SAMPLES[0]), Side.of(target, _SAMPLES[1])
-        places = self.source.positions
-        count = min(_NEIGHBOURS + 1, len(places))
-        near = np.asarray(KDTree(places).query(places, k=count)[1])[:, 1:]
+        count = min(_NEIGHBOURS + 1, len(self.source.positions))
+        # Near by commute times: a hand on a hip is near it in space alone.
+        spectral = self.source.embedded[:, 1:] / np.sqrt(self.source.spectrum.eigenvalues[1:])
+        near = np.asarray(KDTree(spectral).query(spectral, k=count)[1])[:, 1:]
         self._ends = np.repeat(np.arange(len(near)), near.shape[1]), near.ravel()
         one, two = np.triu_indices(near.shape[1], 1)
         middle = np.repeat(np.arange(len(near)), len(one))

@@ -49,7 +49,12 @@ _COMPARED = 64
 _ORIENTED = 0.2
 """Orientation of maps of which it can be said at all: of right ones it is 0.3 to 0.9."""
 
-_MUCH = 1.5
+_MUCH = 2.0
+"""Maps that preserve so much less than another are not taken, however they turn the surface."""
+
+_NEARLY = 0.7
+"""Share of the best orientation that others must have: mixtures of a map and its mirror image can
+preserve as much."""
 
 _NEAR = 0.05
 """Distances below count alike, in units of √area."""
@@ -210,12 +215,13 @@ def oriented_first(found: Sequence[DenseMap]) -> list[DenseMap]:
 
     Returns
     -------
-    Those that keep orientation by `change`, unless they preserve far less than some other; then
-    all, by `change` alone.
+    Those that keep orientation nearly best, by `change`, without those that preserve far less than
+    some other; if there are none, all, by `change` alone.
     """
     ranked = sorted(found, key=lambda one: one.change)
-    wanted = [one for one in ranked if one.keeps]
-    return wanted if wanted and wanted[0].change <= _MUCH * ranked[0].change else ranked
+    wanted = [one for one in ranked if one.keeps and one.change <= _MUCH * ranked[0].change]
+    most = max((one.orientation for one in wanted), default=0.0)
+    return [one for one in wanted if one.orientation >= _NEARLY * most] or ranked
 
 
 def best_map(comparison: Comparison, ranked: Sequence[DenseMap], vertices: IntArray) -> DenseMap:

@@ -3,7 +3,7 @@
 Intrinsically a correspondence and its mirror image cannot be told apart, and the energy takes
 either. Extended to all vertices they can: one keeps the surface's orientation, the other turns it
 inside out. Where all hypotheses do that, the best of them is composed with the reflection of the
-source.
+source; where it is not clear what they do, further ones are made of the eigenfunctions' signs.
 """
 
 from collections.abc import Sequence
@@ -16,13 +16,17 @@ from solver.control import Control
 from solver.dense import DenseMap, best_map, extensions, oriented_first
 from solver.match import DenseCorrespondence
 from solver.shape import Shape
-from solver.symmetry import reflection
+from solver.symmetry import maps_by_signs, reflection
 
 LEAST_EXTENDED = 3
 """Matched points that a map of all vertices takes at least."""
 
 _HYPOTHESES = 4
 """Looked at first; as many again if none of them keeps orientation."""
+
+_CLEAR = 0.55
+"""Orientation, or its opposite, that maps of nearly isometric shapes have; others may be right in
+part, and mirrored in part."""
 
 _LITTLE = 1.1
 """Where a map keeps orientation and changes that much more than one that reverses it, the latter's
@@ -52,8 +56,8 @@ def extended_map(
 
     Returns
     -------
-    Its `hypothesis` is a place among those given, or their number for the mirror image of one of
-    them; ``None`` if the first has too few points.
+    Its `hypothesis` is a place among those given, or their number for one that is none of them;
+    ``None`` if the first has too few points.
     """
     if len(hypotheses[0][0]) < LEAST_EXTENDED:
         return None
@@ -65,19 +69,29 @@ def extended_map(
             found += extensions(comparison, [hypotheses[place]], control, first=place)
         if oriented_first(found)[0].keeps:
             break
-    best, least = oriented_first(found)[0], min(found, key=lambda one: one.change)
-    worse = not best.keeps or best.change > _LITTLE * least.change
-    if least.reverses and worse and not landmarks and control.seconds_left():
-        mirrored = _mirrored(least, hypotheses[0][0], control)
-        if mirrored is not None:
-            found += extensions(comparison, [mirrored], control, first=len(hypotheses))
+    if not landmarks and abs(oriented_first(found)[0].orientation) < _CLEAR:
+        found += maps_by_signs(comparison, control, len(hypotheses))
+    mirrored = None if landmarks else _mirrored(found, hypotheses[0][0], control)
+    if mirrored is not None:
+        found += extensions(comparison, [mirrored], control, first=len(hypotheses))
     return best_map(comparison, oriented_first(found), hypotheses[0][0])
 
 
 def _mirrored(
-    reversing: DenseMap, vertices: IntArray, control: Control
+    found: Sequence[DenseMap], vertices: IntArray, control: Control
 ) -> tuple[IntArray, IntArray] | None:
-    """Where vertices of X go if they are reflected first."""
+    """Where vertices of X go by the best map that reverses orientation, if reflected before.
+
+    ``None`` where that is not worth it: a map that keeps orientation preserves as much.
+    """
+    best = oriented_first(found)[0]
+    reversing = min(
+        (one for one in found if one.reverses), key=lambda one: one.change, default=None
+    )
+    if reversing is None or control.seconds_left() <= 0.0:
+        return None
+    if best.orientation >= _CLEAR and best.change <= _LITTLE * reversing.change:
+        return None
     reflected = reflection(reversing.source, control)
     if reflected is None:
         return None

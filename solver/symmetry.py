@@ -1,4 +1,4 @@
-"""The reflection of a shape that is bilaterally symmetric but for its pose."""
+"""Maps of shapes with a symmetry, by the signs of eigenfunctions."""
 
 from itertools import product
 
@@ -15,12 +15,47 @@ _FINALISTS = 8
 _STEP = 10
 
 
+def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0) -> list[DenseMap]:
+    """Find maps between shapes from nothing but the order of their eigenfunctions.
+
+    Isometric shapes have the same eigenfunctions but for signs, as long as eigenvalues are simple;
+    an intrinsic symmetry is a change of signs (Ovsjanikov, Sun, Guibas: Global intrinsic symmetries
+    of shapes, CGF 27(5), 2008). All signs of the first few are tried; the maps that preserve most
+    are refined by spectral upsampling.
+
+    Parameters
+    ----------
+    comparison
+        Of the shapes.
+    control
+        May cancel.
+    hypothesis
+        What the maps shall say they come from.
+
+    Returns
+    -------
+    At most eight maps.
+    """
+    x, y = comparison.source, comparison.target
+    k = min(x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
+    found = []
+    # The first eigenfunction is constant.
+    for signs in product((1.0, -1.0), repeat=min(_EIGENFUNCTIONS, k - 1)):
+        control.check()
+        start = FunctionalMap(np.diag((1.0, *signs)))
+        found.append(measured(comparison, start, hypothesis))
+    found.sort(key=lambda one: one.change)
+    refined = []
+    for one in found[:_FINALISTS]:
+        control.check()
+        sizes = [*range(one.functional_map.size + _STEP, k, _STEP), k, k]
+        functional = spectral_upsampling(one.functional_map, x.embedded, y.embedded, sizes)
+        refined.append(measured(comparison, functional, hypothesis))
+    return refined
+
+
 def reflection(shape: Shape, control: Control) -> DenseMap | None:
     """Find the map of a shape to itself that reverses orientation and preserves most.
-
-    An intrinsic symmetry takes an eigenfunction of a simple eigenvalue to itself or to its negative
-    (Ovsjanikov, Sun, Guibas: Global intrinsic symmetries of shapes, CGF 27(5), 2008). All signs of
-    the first few are tried; those that preserve most are refined by spectral upsampling.
 
     Parameters
     ----------
@@ -33,27 +68,5 @@ def reflection(shape: Shape, control: Control) -> DenseMap | None:
     -------
     ``None`` if no map was found that reverses orientation.
     """
-    comparison = Comparison(shape, shape)
-    embedded, k = comparison.source.embedded, comparison.source.spectrum.n_eigenpairs
-    target = comparison.target.embedded
-    # The first eigenfunction is constant, and the second may change sign or not.
-    flips = list(product((1.0, -1.0), repeat=min(_EIGENFUNCTIONS, k - 1)))[1:]
-    starts = [FunctionalMap(np.diag((1.0, *signs))) for signs in flips]
-    found = []
-    for start in starts:
-        control.check()
-        found.append(measured(comparison, start, 0))
-    found.sort(key=lambda one: one.change)
-    refined = []
-    for one in found[:_FINALISTS]:
-        control.check()
-        sizes = [*range(one.functional_map.size + _STEP, k, _STEP), k, k]
-        refined.append(
-            measured(
-                comparison,
-                spectral_upsampling(one.functional_map, embedded, target, sizes),
-                0,
-            )
-        )
-    reversing = [one for one in refined if one.reverses]
-    return min(reversing, key=lambda one: one.change) if reversing else None
+    found = maps_by_signs(Comparison(shape, shape), control)
+    return min((one for one in found if one.reverses), key=lambda one: one.change, default=None)
