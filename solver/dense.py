@@ -53,8 +53,8 @@ _MUCH = 2.0
 """Maps that preserve so much less than another are not taken, however they turn the surface."""
 
 _NEARLY = 0.7
-"""Share of the best orientation that others must have: mixtures of a map and its mirror image can
-preserve as much."""
+"""Share of the clearest orientation that a map must have: a mixture of one map and its mirror image
+can preserve as much."""
 
 _NEAR = 0.05
 """Distances below count alike, in units of √area."""
@@ -205,23 +205,25 @@ def measured(comparison: Comparison, functional: FunctionalMap, hypothesis: int)
     )
 
 
-def oriented_first(found: Sequence[DenseMap]) -> list[DenseMap]:
+def oriented_first(found: Sequence[DenseMap], turn: int = 1) -> list[DenseMap]:
     """Put maps in order by what they preserve, and those that keep orientation alone, if they can.
 
     Parameters
     ----------
     found
         Maps between the same shapes.
+    turn
+        -1 for those that reverse orientation instead.
 
     Returns
     -------
-    Those that keep orientation nearly best, by `change`, without those that preserve far less than
-    some other; if there are none, all, by `change` alone.
+    Those that keep orientation as clearly as any map keeps or reverses it, by `change`, without
+    those that preserve far less than some other; if there are none, all, by `change` alone.
     """
     ranked = sorted(found, key=lambda one: one.change)
-    wanted = [one for one in ranked if one.keeps and one.change <= _MUCH * ranked[0].change]
-    most = max((one.orientation for one in wanted), default=0.0)
-    return [one for one in wanted if one.orientation >= _NEARLY * most] or ranked
+    sound = [one for one in ranked if one.change <= _MUCH * ranked[0].change]
+    least = max(_ORIENTED, _NEARLY * max(abs(one.orientation) for one in sound))
+    return [one for one in sound if turn * one.orientation >= least] or ranked
 
 
 def best_map(comparison: Comparison, ranked: Sequence[DenseMap], vertices: IntArray) -> DenseMap:

@@ -85,17 +85,16 @@ def _mirrored(
     ``None`` where that is not worth it: a map that keeps orientation preserves as much.
     """
     best = oriented_first(found)[0]
-    reversing = min(
-        (one for one in found if one.reverses), key=lambda one: one.change, default=None
-    )
-    if reversing is None or control.seconds_left() <= 0.0:
+    reversing = [one for one in found if one.reverses]
+    if not reversing or control.seconds_left() <= 0.0:
         return None
-    if best.orientation >= _CLEAR and best.change <= _LITTLE * reversing.change:
+    chosen = oriented_first(reversing, turn=-1)[0]
+    if best.orientation >= _CLEAR and best.change <= _LITTLE * chosen.change:
         return None
-    reflected = reflection(reversing.source, control)
+    reflected = reflection(chosen.source, control)
     if reflected is None:
         return None
-    return vertices, reversing.images(reflected.images(vertices))
+    return vertices, chosen.images(reflected.images(vertices))
 
 
 def dense_correspondence(found: DenseMap) -> DenseCorrespondence:

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import DenseMap, measured
+from solver.dense import DenseMap, measured, oriented_first
 from solver.functional_map import FunctionalMap, spectral_upsampling
 from solver.shape import Shape
 
@@ -69,4 +69,6 @@ def reflection(shape: Shape, control: Control) -> DenseMap | None:
     ``None`` if no map was found that reverses orientation.
     """
     found = maps_by_signs(Comparison(shape, shape), control)
-    return min((one for one in found if one.reverses), key=lambda one: one.change, default=None)
+    # Without the identity, than which nothing preserves more.
+    reversing = [one for one in found if one.reverses]
+    return oriented_first(reversing, turn=-1)[0] if reversing else None
