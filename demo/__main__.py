@@ -73,7 +73,7 @@ def demonstrate(console: Console, output: Path, vertices: int) -> None:
         console.print("Uploading and matching ...")
         with Client(stack.url) as client:
             source, target = (client.upload(path) for path in files)
-            job = client.match(source, target, points=POINTS)
+            job = client.match(source, target, points=POINTS, orientation=True)
             match = job.result(progress=True)
             match.save(output / "match.json")
             job.save_picture(output / "match.png")
@@ -106,8 +106,7 @@ def show(console: Console, match: Match, figures: Figures) -> None:
         f"alternatives  {len(match.alternatives)} more\n"
         f"time          {match.timings['total']:.1f} s in the worker\n"
         f"mean error    {errors.mean():.4f}, where the square root of the area is 1, from the "
-        f"{'mirror image of the ' if flipped else ''}truth\n"
-        f"              (the figure is symmetric: left is told from right by nothing on its skin)"
+        f"{'mirror image of the ' if flipped else ''}truth"
     )
 
 

@@ -20,7 +20,7 @@ from service.problems import (
     TooManyJobs,
     response,
 )
-from service.requests import MOST_FIELDS, field_problems, no_json, unreadable
+from service.requests import MOST_CONSIDERED, MOST_FIELDS, field_problems, no_json, unreadable
 from worker.contracts import Problem
 from worker.store import KeyReused, TooManyQueued
 from worker.telemetry import logger
@@ -61,13 +61,15 @@ def _too_many(request: Request, error: Exception) -> Response:
 def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     path = request.url.path
-    broken = no_json(error.errors())
+    errors = error.errors()
+    broken = no_json(errors)
     if broken is not None:
         return response(BadRequest(unreadable(request, broken)).problem(path))
-    fields = field_problems(error.errors())
+    fields = field_problems(errors)
     detail = "The request is not valid; `errors` says where."
     if len(fields) > MOST_FIELDS:
-        detail += f" The first {MOST_FIELDS} of {len(fields)} fields are named."
+        many = "more than " if len(errors) > MOST_CONSIDERED else ""
+        detail += f" The first {MOST_FIELDS} of {many}{len(fields)} fields are named."
     return response(InvalidRequest(detail, fields[:MOST_FIELDS]).problem(path))
 
 

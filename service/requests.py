@@ -11,6 +11,9 @@ from worker.contracts import FieldProblem
 MOST_FIELDS: Final = 20
 """So many fields are named; a body of wrong fields only would have an answer many times as long."""
 
+MOST_CONSIDERED: Final = 1000
+"""So many errors are looked at: formatting hundreds of thousands would keep everybody waiting."""
+
 _LONGEST_FIELD: Final = 100
 _BRANCH: Final = re.compile(r"(literal|tuple|choice)\[.*\]", re.DOTALL)
 """Where Pydantic says which of several types it tried, which is no part of the field's address."""
@@ -39,8 +42,9 @@ def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
     Parameters
     ----------
     errors
-        As Pydantic lists them.
+        As Pydantic lists them; the first `MOST_CONSIDERED` are looked at.
     """
+    errors = errors[:MOST_CONSIDERED]
     messages: dict[str, list[str]] = {}
     # Pydantic counts the items that are right: a list of one that is wrong is too short to it.
     within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}

@@ -6,6 +6,7 @@ from typing import Any
 import httpx2
 import pytest
 
+from service.requests import MOST_CONSIDERED, field_problems
 from tests.service.conftest import Json, problem
 
 MESH = ("m.off", b"OFF\n")
@@ -133,3 +134,11 @@ def test_forms_beyond_all_bounds(http: httpx2.Client, form: Any) -> None:
 def test_a_field_where_a_file_should_be(http: httpx2.Client) -> None:
     named = fields(problem(http.post("/v1/shapes", data={"file": "x"}), 422, "invalid-request"))
     assert "filename" in named["body.file"]
+
+
+def test_hundreds_of_thousands_of_errors_keep_nobody_waiting() -> None:
+    errors = [
+        {"type": "int_type", "loc": ("body", "landmarks", i, 0), "msg": "Input", "input": "x"}
+        for i in range(3 * MOST_CONSIDERED)
+    ]
+    assert len(field_problems(errors)) == MOST_CONSIDERED
