@@ -95,7 +95,7 @@ def test_the_picture(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     assert plain.content == first.content
     # Jobs that only serve others are not listed.
     kinds = {item["kind"] for item in http.get("/v1/jobs").json()["items"]}
-    assert {"match"} <= kinds <= {"match", "dissimilarities"}
+    assert {"match"} <= kinds <= {"match", "dissimilarities", "prototype"}
 
 
 def test_a_picture_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> None:
