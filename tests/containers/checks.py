@@ -209,7 +209,7 @@ def test_the_queue_is_killed(service: Installation, shape: str) -> None:
     service.engine.docker("start", queue)
     for job in jobs:
         service.result(job)
-    assert service.ready() == 2
+    assert service.ready() >= 2
 
 
 def test_the_api_is_stopped_and_started(service: Installation, shape: str) -> None:
