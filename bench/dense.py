@@ -19,7 +19,7 @@ from bench.collection import (
     read_collection,
 )
 from bench.surface_error import surface_errors, truths_of
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints
 from solver.matching import match
 from solver.options import MatchOptions
@@ -84,8 +84,8 @@ def mean_errors(
     return errors[0], min(errors)
 
 
-def summary(rows: "np.ndarray[tuple[int, int], np.dtype[np.float64]]") -> dict[str, float]:
-    """Figures of all pairs."""
+def summary(rows: FloatArray) -> dict[str, float]:
+    """Figures of the (P, 4) rows: errors, direct and better, seconds of matching and mapping."""
     direct, better, matching, mapping = rows.T
     return {
         "pairs": len(rows),

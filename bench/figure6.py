@@ -15,6 +15,7 @@ import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import permutations
 from pathlib import Path
 
@@ -116,7 +117,7 @@ def usual_options(points: int) -> MatchOptions:
 def deterministic(family: Family, figures: list[Unfamiliar], options: MatchOptions) -> list[Answer]:
     """Match every figure with the standard human."""
     return [
-        judged(lambda f=figure: match(family.reference, f.shape, options), None, family, figure)  # type: ignore[misc]
+        judged(partial(match, family.reference, figure.shape, options), None, family, figure)
         for figure in figures
     ]
 
@@ -128,7 +129,7 @@ def probabilistic(
     options = MatchOptions(points=points)
     return [
         judged(
-            lambda f=figure: match_prototype(prototype, f.shape, options),  # type: ignore[misc]
+            partial(match_prototype, prototype, figure.shape, options),
             prototype.vertices,
             family,
             figure,

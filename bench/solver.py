@@ -13,6 +13,7 @@ import json
 import time
 import tracemalloc
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def gaps(seconds: float, count: int) -> dict[str, float]:
             for seed in range(count):
                 found = DualDecomposition(instance(n, n, seed, 0.3), None, subproblems)
                 control = Control().within(seconds)
-                times.append(elapsed(lambda f=found, c=control: f.run(10**9, control=c)))  # type: ignore[misc]
+                times.append(elapsed(partial(found.run, 10**9, control=control)))
                 left.append(found.gap)
             figures[f"gap_{name}_{n}"] = median(left)
             reached = [t for t, gap in zip(times, left, strict=True) if gap <= CERTIFIED_GAP]
@@ -99,7 +100,7 @@ def proofs(count: int) -> dict[str, float]:
         times, proven, fast = [], 0, 0
         for seed in range(count):
             problem = instance(n, n, seed, noise)
-            times.append(elapsed(lambda p=problem: minimise(p)))  # type: ignore[misc]
+            times.append(elapsed(partial(minimise, problem)))
             proven += minimise(problem).certified
             fast += minimise(problem, control=Control().within(0.5)).gap <= 0.01
         print(
@@ -150,7 +151,7 @@ def scaling() -> dict[str, float]:
         found.run(3)
         memory = tracemalloc.get_traced_memory()[1] / 1e6
         tracemalloc.stop()
-        each = elapsed(lambda f=found: f.run(97)) / 97  # type: ignore[misc]
+        each = elapsed(partial(found.run, 97)) / 97
         print(f"  N = {n:3}: {1e3 * each:9.2f}{memory:9.1f}{100 * found.gap:9.2f} %", flush=True)
         figures[f"ms_per_iteration_{n}"] = 1e3 * each
         figures[f"megabytes_{n}"] = memory

@@ -1,6 +1,7 @@
 """What a map between two shapes does to signatures, to short chords, and to orientation."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -67,10 +68,10 @@ class Side:
             vertex_normals(shape.surface.vertices, shape.surface.faces)[samples],
         )
 
-    def coefficients(self, size: int) -> FloatArray:
-        """(size, m) of the signatures, in the first eigenfunctions."""
-        functions = self.spectrum.eigenfunctions[:, :size]
-        return functions.T @ (self.spectrum.mass[:, None] * self.signatures)
+    @cached_property
+    def coefficients(self) -> FloatArray:
+        """(k, m) of the signatures, in the eigenfunctions."""
+        return self.spectrum.eigenfunctions.T @ (self.spectrum.mass[:, None] * self.signatures)
 
     def heat_coefficients(self, vertices: IntArray, time: float, size: int) -> FloatArray:
         """(size, n) of the heat kernels h_t(x, ·) of (2), from some vertices x."""
@@ -80,7 +81,13 @@ class Side:
 
 
 class Comparison:
-    """What a map does to signatures and to short chords of two shapes."""
+    """What a map does to signatures, to short chords, and to the orientation of two shapes.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y, of which 500 and 2000 points are looked at.
+    """
 
     def __init__(self, source: Shape, target: Shape) -> None:
         self.source, self.target = Side.of(source, _SAMPLES[0]), Side.of(target, _SAMPLES[1])
@@ -92,12 +99,25 @@ class Comparison:
         one, two = np.triu_indices(near.shape[1], 1)
         middle = np.repeat(np.arange(len(near)), len(one))
         self._triples = middle, near[:, one].ravel(), near[:, two].ravel()
+        # The same for every map that is compared.
+        self._chords = self._lengths(self.source.positions)
+        self._areas = _signed_areas(self.source.positions, self.source.normals, *self._triples)
 
     def differences(self, partners: IntArray) -> tuple[float, float]:
-        """Mean change of the signature, and root mean square change of a chord's length."""
+        """Mean change of the signature, and root mean square change of a chord's length.
+
+        Parameters
+        ----------
+        partners
+            (S,) the point of Y, of those looked at, to which each one of X goes.
+
+        Returns
+        -------
+        The second in units of √area.
+        """
         x, y = self.source, self.target
         signature = x.sampled_signatures - y.sampled_signatures[partners]
-        chord = self._lengths(x.positions) - self._lengths(y.positions[partners])
+        chord = self._chords - self._lengths(y.positions[partners])
         return (
             float(np.linalg.norm(signature, axis=1).mean()),
             float(np.sqrt((chord**2).mean())),
@@ -110,9 +130,13 @@ class Comparison:
         Y, each negative where its corners go round clockwise as seen from outside. A map that is
         right keeps orientation, its mirror image reverses it, and intrinsically there is no
         difference. A mixture of both is near 0.
+
+        Parameters
+        ----------
+        partners
+            (S,) as for :meth:`differences`.
         """
-        x, y = self.source, self.target
-        here = _signed_areas(x.positions, x.normals, *self._triples)
+        y, here = self.target, self._areas
         there = _signed_areas(y.positions[partners], y.normals[partners], *self._triples)
         norms = float(np.sqrt((here**2).sum() * (there**2).sum()))
         return float((here * there).sum()) / norms if norms > 0.0 else 0.0

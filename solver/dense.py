@@ -47,7 +47,7 @@ _COMPARED = 64
 """Points between which finalists' geodesic distances are compared."""
 
 _ORIENTED = 0.2
-"""Orientation of maps of which it can be said at all: of right ones it is 0.3 to 0.9."""
+"""Orientation of maps of which it can be said at all: of right ones it is 0.5 to 0.9."""
 
 _MUCH = 2.0
 """Maps that preserve so much less than another are not taken, however they turn the surface."""
@@ -164,6 +164,17 @@ def extensions(
         As for :func:`dense_map`.
     first
         Number of the first hypothesis.
+
+    Returns
+    -------
+    Five for each hypothesis, unless a deadline cuts it short.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    ValueError
+        There is no hypothesis, or one of less than three points.
     """
     if not hypotheses or min(len(x) for x, _ in hypotheses) < 3:
         raise ValueError("at least one hypothesis of three points is needed")
@@ -242,7 +253,9 @@ def best_map(comparison: Comparison, ranked: Sequence[DenseMap], vertices: IntAr
     if len(finalists) == 1:
         return finalists[0]
     compared = vertices[:_COMPARED]
-    return min(finalists, key=lambda one: one.signature_change * _stress(one, compared))
+    shape = comparison.source.shape
+    before = shape.metric("geodesic").between(compared) / shape.size
+    return min(finalists, key=lambda one: one.signature_change * _stress(one, compared, before))
 
 
 def _completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
@@ -259,11 +272,13 @@ def _completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
     return measured(comparison, functional, chosen.hypothesis)
 
 
-def _stress(dense: DenseMap, vertices: IntArray) -> float:
-    """Root mean square change of geodesic distances, each weighed by its inverse square."""
-    source, target = dense.source, dense.target
+def _stress(dense: DenseMap, vertices: IntArray, before: FloatArray) -> float:
+    """Root mean square change of geodesic distances, each weighed by its inverse square.
+
+    They are (n, n) `before` among the (n,) vertices, over √area.
+    """
+    target = dense.target
     images = dense.images(vertices)
-    before = source.metric("geodesic").between(vertices) / source.size
     after = target.metric("geodesic").between(images) / target.size
     weights = np.maximum(before, _NEAR) ** -2.0
     return float(np.sqrt((weights * (before - after) ** 2).sum() / weights.sum()))
@@ -278,7 +293,7 @@ def _starts(x: Side, y: Side, points: tuple[IntArray, IntArray], k: int) -> Iter
     first = points[0][:_LANDMARKS], points[1][:_LANDMARKS]
     for weight, most in _FITS:
         size = min(most, k)
-        parts = [_weighed(x.coefficients(size), y.coefficients(size), weight)]
+        parts = [_weighed(x.coefficients[:size], y.coefficients[:size], weight)]
         for time in _HEAT_TIMES:
             heats = (
                 x.heat_coefficients(first[0], time, size),

@@ -38,7 +38,7 @@ def extended_map(
     target: Shape,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
-    landmarks: bool = False,
+    further: bool = True,
 ) -> DenseMap | None:
     """Extend the best of a match's hypotheses to all vertices.
 
@@ -51,13 +51,19 @@ def extended_map(
         of less than three points are passed over.
     control
         May cancel; past its deadline, less is tried.
-    landmarks
-        Whether some say which of two symmetric solutions is meant: then nothing is reflected.
+    further
+        Whether hypotheses may be made beyond those given, by reflection and by signs. Where
+        landmarks say which of two symmetric solutions is meant, they should not.
 
     Returns
     -------
     Its `hypothesis` is a place among those given, or their number for one that is none of them;
     ``None`` if the first has too few points.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
     """
     if len(hypotheses[0][0]) < LEAST_EXTENDED:
         return None
@@ -69,9 +75,9 @@ def extended_map(
             found += extensions(comparison, [hypotheses[place]], control, first=place)
         if oriented_first(found)[0].keeps:
             break
-    if not landmarks and abs(oriented_first(found)[0].orientation) < _CLEAR:
+    if further and abs(oriented_first(found)[0].orientation) < _CLEAR:
         found += maps_by_signs(comparison, control, len(hypotheses))
-    mirrored = None if landmarks else _mirrored(found, hypotheses[0][0], control)
+    mirrored = _mirrored(found, hypotheses[0][0], control) if further else None
     if mirrored is not None:
         found += extensions(comparison, [mirrored], control, first=len(hypotheses))
     return best_map(comparison, oriented_first(found), hypotheses[0][0])

@@ -187,9 +187,9 @@ class _Run(HierarchicalRun):
         started = time.perf_counter()
         finest = levels[-1]
         points = [_matched(hypothesis, finest) for hypothesis in hypotheses]
-        found = extended_map(
-            self.source, self.target, points, self.control, bool(self.options.landmarks)
-        )
+        # Of least greatest distortion are only those given.
+        further = not self.options.landmarks and self.options.objective != LINF
+        found = extended_map(self.source, self.target, points, self.control, further)
         if found is None:
             self.warnings.append("too few points were matched for a map of all vertices")
             return None, hypotheses
@@ -199,8 +199,6 @@ class _Run(HierarchicalRun):
                 near = self._distances_to_images(found, levels[0])
                 hypotheses = [*hypotheses, self.carried(levels, near, hypotheses)]
             hypotheses = [hypotheses[place], *hypotheses[:place], *hypotheses[place + 1 :]]
-            found = replace(found, hypothesis=0)
-        elif found.hypothesis == len(hypotheses):
             found = replace(found, hypothesis=0)
         self.spend("dense map", started)
         return found, hypotheses

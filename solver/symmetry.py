@@ -35,6 +35,11 @@ def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0)
     Returns
     -------
     At most eight maps.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
     """
     x, y = comparison.source, comparison.target
     k = min(x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
@@ -67,6 +72,11 @@ def reflection(shape: Shape, control: Control) -> DenseMap | None:
     Returns
     -------
     ``None`` if no map was found that reverses orientation.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
     """
     found = maps_by_signs(Comparison(shape, shape), control)
     # Without the identity, than which nothing preserves more.

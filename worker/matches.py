@@ -116,7 +116,12 @@ def match_prototype(
 
 
 def arrays_of(result: MatchResult) -> bytes:
-    """Return a result as the bytes of an ``.npz`` file, which needs no pickle to be read."""
+    """Return a result as the bytes of an ``.npz`` file, which needs no pickle to be read.
+
+    `source`, `target` (n,) int64 and `costs` (n,) float64 of the pairs, `unmatched` (u,) int64;
+    `dense_source`, `dense_target` (K,) int64 and `refined_vertices` (n, 3) int64,
+    `refined_weights` (n, 3) float64 if there are any.
+    """
     arrays = {
         "source": np.array([pair.source for pair in result.correspondences], dtype=np.int64),
         "target": np.array([pair.target for pair in result.correspondences], dtype=np.int64),

@@ -76,7 +76,7 @@ def test_a_mirror_image_alone_is_reflected(
 def test_where_landmarks_say_what_is_meant_nothing_is_reflected(
     pair: tuple[Shape, Shape], right: Hypothesis, wrong: Hypothesis
 ) -> None:
-    found = extended_map(*pair, [wrong], Control(), landmarks=True)
+    found = extended_map(*pair, [wrong], Control(), further=False)
     assert found is not None
     assert found.hypothesis == 0
     assert found.reverses

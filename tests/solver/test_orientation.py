@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.comparison import Comparison
 from solver.control import Control
 from solver.matching import match
@@ -85,7 +85,7 @@ def test_orientation_of_known_maps() -> None:
     comparison = Comparison(shape, shape)
     places, targets = comparison.source.positions, comparison.target.positions
 
-    def nearest(images: "np.ndarray[tuple[int, int], np.dtype[np.float64]]") -> IntArray:
+    def nearest(images: FloatArray) -> IntArray:
         apart = np.linalg.norm(images[:, None] - targets[None], axis=2)
         found: IntArray = np.argmin(apart, axis=1)
         return found
