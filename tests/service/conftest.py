@@ -92,8 +92,9 @@ def settings(server: EmbeddedServer) -> Settings:
     return Settings(redis_url=server.url, max_upload_bytes=LIMIT)
 
 
-@pytest.fixture(scope="session")
-def api(settings: Settings) -> Iterator[Api]:
+@contextmanager
+def served_api(settings: Settings) -> Iterator[Api]:
+    """Run an API with workers, which are there when it begins."""
     assert settings.redis_url is not None
     pool = WorkerPool(WORKERS, settings.redis_url)
     pool.start()
@@ -105,6 +106,12 @@ def api(settings: Settings) -> Iterator[Api]:
             time.sleep(0.05)
         yield running
         pool.stop()
+
+
+@pytest.fixture(scope="session")
+def api(settings: Settings) -> Iterator[Api]:
+    with served_api(settings) as running:
+        yield running
 
 
 @pytest.fixture(scope="session")

@@ -4,13 +4,15 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import httpx2
 import pytest
 
-from tests.service.conftest import Api, Json
+from service.embedded import EmbeddedServer
+from service.settings import Settings
+from tests.service.conftest import LIMIT, Api, served_api
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -18,10 +20,24 @@ EXAMPLES = 8
 """Requests of each kind for each call."""
 
 
+@pytest.fixture(scope="module")
+def api(server: EmbeddedServer) -> Iterator[Api]:
+    """A service of its own: what it lists is followed, and deleted."""
+    with served_api(Settings(redis_url=f"{server.url}?db=13", max_upload_bytes=LIMIT)) as running:
+        yield running
+
+
 @pytest.fixture
-def real_ids(http: httpx2.Client, upload: Callable[..., Json]) -> Iterator[dict[str, str]]:
+def http(api: Api) -> Iterator[httpx2.Client]:
+    with httpx2.Client(base_url=api.url, timeout=60.0) as http:
+        yield http
+
+
+@pytest.fixture
+def real_ids(http: httpx2.Client) -> Iterator[dict[str, str]]:
     """Shapes, and jobs of them with results, as the hooks want them; no job is left behind."""
-    shapes = [upload(blob_file(2, seed=seed))["id"] for seed in (91, 92)]
+    files = [{"file": ("blob.off", blob_file(2, seed=seed))} for seed in (91, 92)]
+    shapes = [http.post("/v1/shapes", files=file).json()["id"] for file in files]
     asked = (
         ("matches", {"source": shapes[0], "target": shapes[1], "points": 8, "eigenpairs": 30}),
         ("dissimilarities", {"shapes": shapes, "eigenpairs": 30}),
