@@ -60,10 +60,24 @@ def picture_given(given: Path | None) -> Path | None:
     return writable(given)
 
 
-Url = Annotated[str, typer.Option("--url", envvar=URL_VARIABLE, help="Address of the service.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+OUTPUT: Final = "Output and service"
+"""Heading of the options that all commands have in common."""
+
+Url = Annotated[
+    str,
+    typer.Option(
+        "--url", envvar=URL_VARIABLE, help="Address of the service.", rich_help_panel=OUTPUT
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option("--json", help="Print JSON and nothing else.", rich_help_panel=OUTPUT),
+]
 FORMATS: Final = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print ids and nothing else.")]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Print ids and nothing else.", rich_help_panel=OUTPUT),
+]
 Mesh = Annotated[
     str,
     typer.Argument(callback=shapes_given, help=f"A file ({FORMATS}) or a shape's id."),
@@ -81,7 +95,13 @@ Meshes = Annotated[
 ]
 Output = Annotated[
     Path | None,
-    typer.Option("--output", "-o", callback=writable, help="Write the result to this JSON file."),
+    typer.Option(
+        "--output",
+        "-o",
+        callback=writable,
+        help="Write the result to this JSON file.",
+        rich_help_panel=OUTPUT,
+    ),
 ]
 Picture = Annotated[
     Path | None,
@@ -89,12 +109,15 @@ Picture = Annotated[
         "--picture",
         callback=picture_given,
         help="Write a picture of the result to this PNG file.",
+        rich_help_panel=OUTPUT,
     ),
 ]
 Wait = Annotated[
     bool,
     typer.Option(
-        "--wait/--no-wait", help="Wait for the result, or print the job's id and leave it to run."
+        "--wait/--no-wait",
+        help="Wait for the result, or print the job's id and leave it to run.",
+        rich_help_panel=OUTPUT,
     ),
 ]
 

@@ -1,11 +1,13 @@
 """``isomatch prototype``: what classes of shapes are like."""
 
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, Final, cast
 
 import typer
 
+from isomatch import _parameter_options as options
 from isomatch._address import DEFAULT_URL
+from isomatch._examples import LEARN_EXAMPLES
 from isomatch._options import AsJson, Meshes, Output, Quiet, Url, Wait, structure_choices
 from isomatch._parameters import PrototypeParameters
 from isomatch._prototype_rendering import print_prototype, print_prototypes
@@ -17,6 +19,8 @@ Name = Annotated[
     str | None, typer.Option(help="What to call it; one that is taken gets a next version.")
 ]
 
+MIXTURES: Final = "Mixtures"
+
 prototypes = typer.Typer(
     name="prototype",
     help="Learn, list, show, exchange and delete prototypes of classes of shapes.",
@@ -25,15 +29,12 @@ prototypes = typer.Typer(
 )
 
 
-@prototypes.command()
+@prototypes.command(epilog=LEARN_EXAMPLES)
 def learn(
     meshes: Meshes,
     name: Name = None,
-    points: Annotated[int | None, typer.Option(help="Points of the prototype.")] = None,
-    components: Annotated[int | None, typer.Option(help="Gaussians of each mixture.")] = None,
-    select_components: Annotated[
-        bool | None,
-        typer.Option("--select-components", help="Choose their number by the BIC, up to that."),
+    points: Annotated[
+        int | None, typer.Option(help="Points of the prototype, 3 to 256 [32].")
     ] = None,
     shared_connectivity: Annotated[
         bool,
@@ -42,27 +43,31 @@ def learn(
             help="The same vertex of every mesh corresponds; by default the first is matched.",
         ),
     ] = False,
-    metric: Annotated[
-        list[str] | None,
-        typer.Option(help="A metric, as in diffusion:time=0.02; once for each level, coarsest on."),
+    normalise: options.Normalise = None,
+    simplify: options.Simplify = None,
+    metric: options.Metrics = None,
+    descriptor: options.Descriptors = None,
+    sampling: options.Samplings = None,
+    eigenpairs: options.Eigenpairs = None,
+    geodesic_method: options.GeodesicMethod = None,
+    components: Annotated[
+        int | None,
+        typer.Option(help="Gaussians of each mixture, 1 to 16 [5].", rich_help_panel=MIXTURES),
     ] = None,
-    descriptor: Annotated[list[str] | None, typer.Option(help="A descriptor, likewise.")] = None,
-    sampling: Annotated[
-        list[str] | None, typer.Option(help="A metric in which points are sampled, by turns.")
+    select_components: Annotated[
+        bool | None,
+        typer.Option(
+            "--select-components",
+            help="Choose their number by the BIC, up to that.",
+            rich_help_panel=MIXTURES,
+        ),
     ] = None,
-    eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
-    geodesic_method: Annotated[
-        str | None, typer.Option(help="fast_marching, graph, heat or exact.")
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Of what is random in learning [0].", rich_help_panel=MIXTURES),
     ] = None,
-    normalise: Annotated[
-        bool | None, typer.Option(help="Scale all meshes to unit area first, or keep their units.")
-    ] = None,
-    simplify: Annotated[
-        int | None, typer.Option(help="Vertices to which larger meshes are simplified.")
-    ] = None,
-    seed: Annotated[int | None, typer.Option(help="Of what is random in learning.")] = None,
-    as_json: AsJson = False,
     output: Output = None,
+    as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:

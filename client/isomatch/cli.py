@@ -7,8 +7,10 @@ from typing import Annotated, Any, cast
 
 import typer
 
+from isomatch import _parameter_options as options
 from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
+from isomatch._examples import COMPARE_EXAMPLES, MATCH_EXAMPLES
 from isomatch._job_commands import jobs
 from isomatch._options import (
     FORMATS,
@@ -71,78 +73,37 @@ app.add_typer(jobs)
 app.add_typer(prototypes)
 
 
-@app.command()
+@app.command(epilog=MATCH_EXAMPLES)
 def match(
     source: Source,
     target: Mesh,
-    points: Annotated[int | None, typer.Option(help="Points matched at the finest level.")] = None,
-    metric: Annotated[
-        list[str] | None,
-        typer.Option(help="A metric, as in diffusion:time=0.02; once for each level, coarsest on."),
+    points: Annotated[
+        int | None, typer.Option(help="Points matched at the finest level, 3 to 256 [32].")
     ] = None,
-    descriptor: Annotated[
-        list[str] | None,
-        typer.Option(help="A descriptor, likewise; `isomatch structures` lists what there is."),
-    ] = None,
-    coarse_points: Annotated[
-        int | None, typer.Option(help="Points of the coarsest level, solved to optimality.")
-    ] = None,
-    level_factor: Annotated[
-        int | None, typer.Option(help="How many times more points each level has.")
-    ] = None,
-    oversampling: Annotated[
-        int | None, typer.Option(help="Target samples for each source sample.")
-    ] = None,
-    rho: Annotated[
-        float | None, typer.Option(help="Neighbourhood between levels, in covering radii.")
-    ] = None,
-    beta: Annotated[float | None, typer.Option(help="Weight of the second-order term.")] = None,
-    first_order_weight: Annotated[
-        float | None, typer.Option(help="Weight of the first-order term.")
-    ] = None,
-    occlusion_cost: Annotated[
-        float | None, typer.Option(help="Cost of leaving a point unmatched.")
-    ] = None,
-    eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
-    geodesic_method: Annotated[
-        str | None, typer.Option(help="fast_marching, graph, heat or exact.")
-    ] = None,
-    alternatives: Annotated[
-        int | None, typer.Option(help="Best coarse solutions that are kept and refined.")
-    ] = None,
-    objective: Annotated[
-        str | None, typer.Option(help="l2, or linf: the least greatest distortion.")
-    ] = None,
-    refine: Annotated[
-        str | None, typer.Option(help="gmds: find the points between the target's vertices.")
-    ] = None,
-    orientation: Annotated[
-        bool | None, typer.Option("--orientation", help="Tell left from right; takes seconds.")
-    ] = None,
-    dense: Annotated[
-        bool | None, typer.Option("--dense", help="Extend the match to all vertices.")
-    ] = None,
-    landmark: Annotated[
-        list[str] | None,
-        typer.Option(help="Vertices known to correspond, as in 17:203; may be repeated."),
-    ] = None,
-    normalise: Annotated[
-        bool | None,
-        typer.Option(help="Scale both shapes to unit area first, or keep the files' units."),
-    ] = None,
-    largest_component: Annotated[
-        bool | None,
-        typer.Option("--largest-component", help="Match the largest component of a shape."),
-    ] = None,
-    simplify: Annotated[
-        int | None, typer.Option(help="Vertices to which larger shapes are simplified first.")
-    ] = None,
-    time_limit: Annotated[
-        float | None, typer.Option(help="Seconds; the best answer so far is returned.")
-    ] = None,
-    as_json: AsJson = False,
-    output: Output = None,
+    dense: options.Dense = None,
+    orientation: options.Orientation = None,
+    landmark: options.Landmarks = None,
+    refine: options.Refine = None,
+    normalise: options.Normalise = None,
+    largest_component: options.LargestComponent = None,
+    simplify: options.Simplify = None,
+    occlusion_cost: options.OcclusionCost = None,
+    metric: options.Metrics = None,
+    descriptor: options.Descriptors = None,
+    eigenpairs: options.Eigenpairs = None,
+    geodesic_method: options.GeodesicMethod = None,
+    objective: options.Objective = None,
+    first_order_weight: options.FirstOrderWeight = None,
+    beta: options.Beta = None,
+    coarse_points: options.CoarsePoints = None,
+    level_factor: options.LevelFactor = None,
+    oversampling: options.Oversampling = None,
+    rho: options.Rho = None,
+    alternatives: options.Alternatives = None,
+    time_limit: options.TimeLimit = None,
     picture: Picture = None,
+    output: Output = None,
+    as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
@@ -182,39 +143,30 @@ def match(
         run(lambda: client.match(first, second, **wanted), as_json, output, picture, wait=wait)
 
 
-@app.command()
+@app.command(epilog=COMPARE_EXAMPLES)
 def compare(
     meshes: Meshes,
-    labels: Annotated[
-        str | None,
-        typer.Option(help="Class of each mesh, as in cat,cat,dog: retrieval is scored by them."),
-    ] = None,
+    points: Annotated[int | None, typer.Option(help="Points of each mesh, 3 to 10 [6].")] = None,
     labels_from_names: Annotated[
         bool,
         typer.Option(
             "--labels-from-names", help="A mesh's class is its file's name up to the first digit."
         ),
     ] = False,
-    points: Annotated[int | None, typer.Option(help="Points of each mesh, 3 to 10.")] = None,
-    metric: Annotated[str | None, typer.Option(help="A metric, as in diffusion:time=0.02.")] = None,
-    descriptor: Annotated[str | None, typer.Option(help="A descriptor, likewise.")] = None,
-    first_order_weight: Annotated[
-        float | None, typer.Option(help="Weight of the first-order term.")
+    labels: Annotated[
+        str | None,
+        typer.Option(help="Class of each mesh, as in cat,cat,dog: retrieval is scored by them."),
     ] = None,
-    objective: Annotated[
-        str | None, typer.Option(help="l2, or linf: the greatest distortion.")
-    ] = None,
-    eigenpairs: Annotated[int | None, typer.Option(help="Laplace-Beltrami eigenpairs.")] = None,
-    largest_component: Annotated[
-        bool | None,
-        typer.Option("--largest-component", help="Compare the largest component of a mesh."),
-    ] = None,
-    simplify: Annotated[
-        int | None, typer.Option(help="Vertices to which larger meshes are simplified.")
-    ] = None,
-    as_json: AsJson = False,
-    output: Output = None,
+    largest_component: options.LargestComponent = None,
+    simplify: options.Simplify = None,
+    metric: options.Metric = None,
+    descriptor: options.Descriptor = None,
+    eigenpairs: options.Eigenpairs = None,
+    objective: options.Objective = None,
+    first_order_weight: options.FirstOrderWeight = None,
     picture: Picture = None,
+    output: Output = None,
+    as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:

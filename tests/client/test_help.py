@@ -1,0 +1,98 @@
+"""What ``--help`` shows: options under headings, true defaults, and examples that are accepted."""
+
+import json
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from isomatch import cli
+from typer.main import get_command
+
+from demo.stack import ROOT
+
+PANELS = {
+    "match": ["Options", "What is compared of the shapes", "Structures", "Solver"],
+    "compare": ["Options", "What is compared of the shapes", "Structures", "Solver"],
+    "prototype learn": ["Options", "What is compared of the shapes", "Structures", "Mixtures"],
+}
+LAST = "Output and service"
+SCHEMAS = {
+    "match": "MatchParameters",
+    "compare": "DissimilarityParameters",
+    "prototype learn": "PrototypeParameters",
+}
+longer = pytest.mark.parametrize("command", PANELS)
+
+
+def asked(command: str) -> Any:
+    """A command as it is known to what reads command lines."""
+    found: Any = get_command(cli.app)
+    for name in command.split():
+        found = found.commands[name]
+    return found
+
+
+def epilog(command: str) -> list[str]:
+    """The lines that its help ends with."""
+    lines: list[str] = asked(command).epilog.splitlines()
+    return lines
+
+
+@longer
+def test_options_are_under_headings(command: str) -> None:
+    shown = subprocess.run(
+        [sys.executable, "-m", "isomatch.cli", *command.split(), "--help"],
+        env={"COLUMNS": "80", "NO_COLOR": "1"},
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    assert re.findall(r"╭─ (.*?) ─+╮", shown) == ["Arguments", *PANELS[command], LAST]
+    first = shown.split("╭─ ")[2]
+    assert "--points" in first
+    assert "--url" in shown.split("╭─ ")[-1]
+    # No line of an example is broken, and no default was taken for markup.
+    lines = {line.strip() for line in shown.splitlines()}
+    assert {re.sub(r"\[/?(dim|bold)\]", "", line).strip() for line in epilog(command)} <= lines
+    assert not re.search(r"\s\.\s", shown)
+
+
+@longer
+def test_defaults_are_those_of_the_service(command: str) -> None:
+    schema = json.loads((ROOT / "openapi" / "openapi.json").read_text())["components"]["schemas"]
+    served = schema[SCHEMAS[command]]["properties"]
+    told = 0
+    for option in asked(command).params:
+        if not (found := re.search(r"(?:, (\d+) to (\d+))? \[([\d.]+)\]\.$", option.help or "")):
+            continue
+        told += 1
+        about = served[option.name]
+        assert float(found[3]) == about["default"]
+        if found[1]:
+            assert [about["minimum"], about["maximum"]] == [float(found[1]), float(found[2])]
+    assert told > 1
+
+
+@longer
+def test_examples_are_accepted(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.off", "b.obj", "cat0.off", "human0.off", "scan0.ply", "stranger.off"):
+        Path(name).touch()
+    examples = [line.strip() for line in epilog(command) if line.startswith("  isomatch ")]
+    assert len(examples) > 1
+    for example in examples:
+        words = [
+            path
+            for word in shlex.split(example.split(" | ")[0])[1:]
+            for path in (sorted(map(str, Path().glob(word))) if "*" in word else [word])
+        ]
+        name = "prototype learn" if words[0] == "prototype" else words[0]
+        with asked(name).make_context(name, words[len(name.split()) :]) as context:
+            assert not context.args
