@@ -88,7 +88,7 @@ def test_a_cancelled_task_leaves_the_job_and_nothing_else(
                 task.cancel()
                 with pytest.raises(asyncio.CancelledError):
                     await task
-                assert time.monotonic() - start < 1.0
+                assert time.monotonic() - start < 10.0
             assert len(asyncio.all_tasks()) == 1
             assert not (await job.refresh()).finished
             with pytest.raises(isomatch.WaitTimeout):

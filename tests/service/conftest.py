@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Any
 
 import httpx2
@@ -21,11 +22,14 @@ from service.pool import WorkerPool
 from service.settings import Settings
 from tests.worker.figures import blob_file
 from worker.queue import JobQueue
-from worker.store import Store, keys
+from worker.store import Store, connect, keys
 
 WORKERS = 2
 LIMIT = 2 * 1024**2
 """Bytes of an upload that the tested service takes."""
+
+DATABASES = cycle(range(1, 16))
+"""Numbers of those of a server that the shared workers do not serve, one after the other."""
 
 Json = dict[str, Any]
 
@@ -160,12 +164,18 @@ def put_shapes(api: Api) -> tuple[str, str]:
     return "a" * 32, "b" * 32
 
 
+def empty_database(server: EmbeddedServer) -> str:
+    """Address of an empty database that nobody else has now."""
+    address = f"{server.url}?db={next(DATABASES)}"
+    with connect(address, patience=1) as client:
+        client.flushdb()
+    return address
+
+
 @contextmanager
-def idle_api(server: EmbeddedServer, database: int, **settings: Any) -> Iterator[Api]:
+def idle_api(server: EmbeddedServer, **settings: Any) -> Iterator[Api]:
     """Run an API with settings of its own on an empty store that no worker serves."""
-    where = f"{server.url}?db={database}"
-    with running_api(Settings(redis_url=where, **settings)) as api:
-        api.store.client.flushdb()
+    with running_api(Settings(redis_url=empty_database(server), **settings)) as api:
         yield api
 
 

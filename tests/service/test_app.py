@@ -17,7 +17,7 @@ from service.app import create_app
 from service.embedded import EmbeddedServer
 from service.openapi import text
 from service.settings import Settings
-from tests.service.conftest import Api, Json, problem, running_api
+from tests.service.conftest import Api, Json, idle_api, problem, running_api
 from worker.store import keys
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,6 +53,7 @@ def test_request_ids_go_with_the_jobs(
     record = api.store.jobs.get(answer.json()["id"])
     assert record is not None
     assert record.request_id == "from-me"
+    http.get(answer.json()["links"]["self"], params={"wait": 60})
 
 
 def test_probes(http: httpx2.Client) -> None:
@@ -71,10 +72,7 @@ def test_the_documentation_needs_no_other_host(http: httpx2.Client, path: str) -
 
 
 def test_without_workers_it_is_not_ready(server: EmbeddedServer) -> None:
-    with (
-        running_api(Settings(redis_url=f"{server.url}?db=4")) as api,
-        httpx2.Client(base_url=api.url) as http,
-    ):
+    with idle_api(server) as api, httpx2.Client(base_url=api.url) as http:
         problem(http.get("/health/ready"), 503, "not-ready")
         assert http.get("/health/live").status_code == 200
 

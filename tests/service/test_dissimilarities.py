@@ -101,6 +101,7 @@ def test_a_match_is_no_collection(http: httpx2.Client, shapes: tuple[str, str]) 
     problem(http.get(f"/v1/dissimilarities/{job['id']}"), 409, "job-without-result")
     for unknown in ("/v1/dissimilarities/nobody", "/v1/jobs/nobody/result.npz"):
         problem(http.get(unknown), 404, "job-not-found")
+    http.get(job["links"]["self"], params={"wait": 60})
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedSer
 @pytest.fixture
 def idle(own_server: EmbeddedServer) -> Iterator[tuple[httpx2.Client, Api]]:
     with (
-        idle_api(own_server, 0, redis_patience=0.2) as api,
+        idle_api(own_server, redis_patience=0.2) as api,
         httpx2.Client(base_url=api.url, timeout=30.0) as http,
     ):
         yield http, api
@@ -173,7 +173,7 @@ def test_a_worker_that_is_silent_or_leaving_is_none(idle: tuple[httpx2.Client, A
 
 def test_where_workers_come_with_the_jobs_none_is_needed(own_server: EmbeddedServer) -> None:
     with (
-        idle_api(own_server, 1, ready_workers=0) as api,
+        idle_api(own_server, ready_workers=0) as api,
         httpx2.Client(base_url=api.url) as http,
     ):
         assert http.get("/health/ready").json() == {"status": "ok", "workers": 0}

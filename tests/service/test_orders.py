@@ -18,7 +18,7 @@ KEY = "Idempotency-Key"
 
 @pytest.fixture(scope="module")
 def api(server: EmbeddedServer) -> Iterator[Api]:
-    with idle_api(server, 7, max_queued_jobs=LIMIT, idempotency_ttl=100) as api:
+    with idle_api(server, max_queued_jobs=LIMIT, idempotency_ttl=100) as api:
         yield api
 
 

@@ -370,7 +370,7 @@ def test_a_match_whose_prototype_is_deleted_meanwhile(
     http: httpx2.Client, server: EmbeddedServer, archive: bytes
 ) -> None:
     # No worker serves this database: the test does what one would do.
-    with idle_api(server, 11) as api, httpx2.Client(base_url=api.url) as idle:
+    with idle_api(server) as api, httpx2.Client(base_url=api.url) as idle:
         (target, _) = put_shapes(api)
         record = PrototypeRecord.model_validate_json(send(http, archive).content)
         api.store.prototypes.add(record, archive)

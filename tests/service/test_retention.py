@@ -12,7 +12,7 @@ from worker.store import keys
 
 @pytest.fixture(scope="module")
 def api(server: EmbeddedServer) -> Iterator[Api]:
-    with idle_api(server, 10, shape_ttl=1000) as api:
+    with idle_api(server, shape_ttl=1000) as api:
         yield api
 
 

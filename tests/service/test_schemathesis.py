@@ -12,7 +12,7 @@ import pytest
 
 from service.embedded import EmbeddedServer
 from service.settings import Settings
-from tests.service.conftest import LIMIT, Api, served_api
+from tests.service.conftest import LIMIT, Api, empty_database, served_api
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,7 +23,8 @@ EXAMPLES = 8
 @pytest.fixture(scope="module")
 def api(server: EmbeddedServer) -> Iterator[Api]:
     """A service of its own: what it lists is followed, and deleted."""
-    with served_api(Settings(redis_url=f"{server.url}?db=13", max_upload_bytes=LIMIT)) as running:
+    settings = Settings(redis_url=empty_database(server), max_upload_bytes=LIMIT)
+    with served_api(settings) as running:
         yield running
 
 

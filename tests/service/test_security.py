@@ -26,7 +26,7 @@ MATCH = {"source": "a" * 32, "target": "b" * 32, "metric": "geodesic", "descript
 
 @pytest.fixture(scope="module")
 def api(server: EmbeddedServer) -> Iterator[Api]:
-    with idle_api(server, 8, api_keys=KEYS, max_queued_jobs=2) as api:
+    with idle_api(server, api_keys=KEYS, max_queued_jobs=2) as api:
         yield api
 
 

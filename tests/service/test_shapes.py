@@ -15,8 +15,7 @@ import pytest
 import trimesh
 
 from service.embedded import EmbeddedServer
-from service.settings import Settings
-from tests.service.conftest import LIMIT, Api, Json, problem, running_api
+from tests.service.conftest import LIMIT, Api, Json, idle_api, problem
 from tests.worker.figures import blob, blob_file, off
 from worker.contracts import Problem
 
@@ -287,8 +286,7 @@ def test_a_sender_that_asks_first_is_spared_the_sending(api: Api) -> None:
 def test_a_sender_that_stops_sending_is_not_waited_for(
     server: EmbeddedServer, framing: bytes, status: int
 ) -> None:
-    settings = Settings(redis_url=f"{server.url}?db=6", max_upload_bytes=LIMIT, body_patience=0.2)
-    with running_api(settings) as api:
+    with idle_api(server, max_upload_bytes=LIMIT, body_patience=0.2) as api:
         address = urlsplit(api.url)
         for path in (b"/v1/shapes", b"/v1/matches"):
             with socket.create_connection((address.hostname, address.port), timeout=5) as sender:
@@ -314,9 +312,7 @@ def test_after_all_that_a_good_upload_still_works(http: httpx2.Client) -> None:
 
 def test_an_upload_that_takes_long_is_answered_before(server: EmbeddedServer) -> None:
     # No worker serves this database: nothing is ever validated.
-    settings = Settings(redis_url=f"{server.url}?db=2", validation_wait=0.05)
-    with running_api(settings) as api, httpx2.Client(base_url=api.url) as http:
-        api.store.client.flushdb()
+    with idle_api(server, validation_wait=0.05) as api, httpx2.Client(base_url=api.url) as http:
         answer = post(http, WHOLE)
         assert answer.status_code == 202
         job = answer.json()
@@ -343,13 +339,11 @@ def test_an_upload_that_takes_long_is_answered_before(server: EmbeddedServer) ->
 
 def test_an_upload_that_others_meddle_with_while_it_is_read(server: EmbeddedServer) -> None:
     # No worker serves this database: the test does what one would do.
-    settings = Settings(redis_url=f"{server.url}?db=5")
     with (
-        running_api(settings) as api,
+        idle_api(server) as api,
         httpx2.Client(base_url=api.url) as http,
         ThreadPoolExecutor(1) as threads,
     ):
-        api.store.client.flushdb()
         jobs = api.store.jobs
 
         def asked() -> tuple[Future[httpx2.Response], str]:

@@ -202,12 +202,10 @@ def horse_of(served: JobQueue, job_id: str) -> int:
 def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
     job = served.submit_match(slow(upload(blob_file(4))))
     horse = horse_of(served, job.id)
-    start = time.monotonic()
     assert served.store.jobs.cancel(job.id) is JobState.RUNNING
     record = ended(served, job.id)
     assert record.state is JobState.CANCELLED
     assert record.error is None
-    assert time.monotonic() - start < 5.0
     assert served.store.jobs.result(job.id) is None
     assert horse > 0
 

@@ -307,12 +307,12 @@ def test_proxies_of_the_environment_are_not_asked(
 def test_a_receiver_that_takes_its_time_is_not_waited_for(
     queue: JobQueue, receiver: Receiver
 ) -> None:
-    receiver.pause = 0.1
+    receiver.pause = 0.3
     settings = SETTINGS.model_copy(update={"webhook_timeout": 0.5, "webhook_attempts": 1})
     job = ended(queue, here(receiver))
     start = time.monotonic()
     until_settled(queue, job, settings)
-    assert 0.4 < time.monotonic() - start < 3.0
+    assert 0.4 < time.monotonic() - start < 10.0
     delivery = told(queue, job).delivery
     assert delivery is not None
     assert delivery.error == "the receiver did not answer within 0.5 s"
@@ -391,9 +391,9 @@ def test_who_queued_nothing_before_it_died_is_made_up_for(
     job = ended(queue, here(receiver))
     ((name, since),) = queue.store.webhooks.due(time.time() + 1, 10)
     assert name == job
-    assert queue.store.webhooks.claim(job, since, time.time() + 0.2)
+    assert queue.store.webhooks.claim(job, since, time.time() + 1.0)
     # Somebody else looked at the list at the same time, and another comes too early.
-    assert not queue.store.webhooks.claim(job, since, time.time() + 0.2)
+    assert not queue.store.webhooks.claim(job, since, time.time() + 1.0)
     assert go_round(queue) == 0
     assert until_settled(queue, job) == 1
     assert len(receiver.received) == 1

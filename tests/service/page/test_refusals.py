@@ -99,7 +99,7 @@ def test_names_are_text(page: Page, http: httpx2.Client) -> None:
 
 def test_a_key_is_asked_for_and_kept(browser: Browser, server: EmbeddedServer) -> None:
     with (
-        idle_api(server, 11, api_keys=read_keys("alice:wonderland")) as api,
+        idle_api(server, api_keys=read_keys("alice:wonderland")) as api,
         opened(browser, api.url) as page,
     ):
         page.goto("/")
