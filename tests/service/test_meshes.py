@@ -12,7 +12,19 @@ from solver.mesh import read_mesh
 from solver.shape import Shape
 from tests.service.conftest import Json, problem
 from tests.service.test_jobs import matched
-from tests.solver import damage, mesh_files, shapes
+from tests.solver import mesh_files, shapes
+from tests.solver.damage import (
+    HARMLESS,
+    HOPELESS,
+    Damage,
+    Damaged,
+    coordinates,
+    degenerate,
+    distorting,
+    numbering,
+    repetition,
+    seams,
+)
 from tests.solver.test_damage import name_of
 
 Upload = Callable[..., Json]
@@ -20,7 +32,7 @@ Upload = Callable[..., Json]
 QUICK = {"points": 8, "eigenpairs": 30}
 
 
-def ply(damaged: damage.Damaged) -> bytes:
+def ply(damaged: Damaged) -> bytes:
     return mesh_files.ply(damaged.vertices, damaged.faces)
 
 
@@ -33,21 +45,21 @@ def pairs(http: httpx2.Client, source: str, target: str, **parameters: object) -
 @pytest.mark.parametrize(
     "cause",
     [
-        damage.unused_vertices_without_place,
-        damage.all_twice_and_turned,
-        damage.loose_faces_turned_at_random,
-        damage.needles,
-        damage.t_junctions_and_seams,
-        damage.huge,
-        damage.moved_by_a_hundred_million,
+        numbering.unused_vertices_without_place,
+        repetition.all_twice_and_turned,
+        seams.loose_faces_turned_at_random,
+        degenerate.needles,
+        degenerate.t_junctions_and_seams,
+        coordinates.huge,
+        coordinates.moved_by_a_hundred_million,
     ],
     ids=name_of,
 )
 def test_a_repaired_mesh_is_matched_by_the_numbers_of_its_file(
-    http: httpx2.Client, upload: Upload, cause: damage.Damage
+    http: httpx2.Client, upload: Upload, cause: Damage
 ) -> None:
     original, damaged = shapes.blob(3), cause(shapes.blob(3))
-    told = damage.HARMLESS[cause]
+    told = HARMLESS[cause]
     sound = upload(mesh_files.ply(original.vertices, original.faces.tolist()), "a.ply")
     shape = upload(ply(damaged), "b.ply")
     assert any(told in warning for warning in shape["warnings"]) if told else not shape["warnings"]
@@ -58,18 +70,16 @@ def test_a_repaired_mesh_is_matched_by_the_numbers_of_its_file(
     assert [numbers[source] for source, _ in found] == [target for _, target in found]
 
 
-@pytest.mark.parametrize("cause", damage.HOPELESS, ids=name_of)
-def test_what_is_no_surface_is_refused_with_the_reason(
-    http: httpx2.Client, cause: damage.Damage
-) -> None:
+@pytest.mark.parametrize("cause", HOPELESS, ids=name_of)
+def test_what_is_no_surface_is_refused_with_the_reason(http: httpx2.Client, cause: Damage) -> None:
     data = ply(cause(shapes.blob(3)))
     answer = http.post("/v1/shapes", files={"file": ("m.ply", data)})
     document = problem(answer, 422, "unusable-mesh")
-    assert damage.HOPELESS[cause] in document["detail"]
+    assert HOPELESS[cause] in document["detail"]
 
 
 def test_a_result_repeats_what_was_repaired(http: httpx2.Client, upload: Upload) -> None:
-    shape = upload(ply(damage.a_fin(shapes.blob(3))), "fin.ply")["id"]
+    shape = upload(ply(distorting.a_fin(shapes.blob(3))), "fin.ply")["id"]
     job = matched(http, (shape, shape), **QUICK)
     warnings = http.get(job["links"]["result"]).json()["warnings"]
     for side in ("source", "target"):

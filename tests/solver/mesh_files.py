@@ -9,6 +9,12 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 
+SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+"""Corners of the unit square."""
+
+TWO = [[0, 1, 2], [0, 2, 3]]
+"""The two triangles that it is cut into."""
+
 
 def off(vertices: FloatArray, faces: Sequence[Sequence[int]]) -> bytes:
     """Text OFF."""

@@ -14,15 +14,15 @@ from solver.matching import match
 from solver.mesh import TriangleMesh, largest_component, read_mesh, triangle_mesh
 from solver.options import MatchOptions
 from solver.shape import Shape
-from tests.solver import damage, mesh_files, shapes
-from tests.solver.damage import DISTORTING, HARMLESS, HOPELESS, Damage, Damaged
+from tests.solver import mesh_files, shapes
+from tests.solver.damage import DISTORTING, HARMLESS, HOPELESS, Damage, Damaged, degenerate, seams
 
 PROBES = np.arange(0, 642, 13)
 RETRIANGULATED = {
-    damage.caps,
-    damage.t_junction,
-    damage.t_junctions_on_both_sides,
-    damage.t_junctions_and_seams,
+    degenerate.caps,
+    degenerate.t_junction,
+    degenerate.t_junctions_on_both_sides,
+    degenerate.t_junctions_and_seams,
 }
 """The same surface, but with vertices more: discrete operators differ by their own error."""
 
@@ -113,7 +113,7 @@ def test_what_is_no_surface_is_refused_with_the_reason(cause: Damage, reason: st
 
 
 def test_all_names_of_merged_vertices_lead_to_the_same_vertex() -> None:
-    original, damaged = shapes.blob(3), damage.loose_faces(shapes.blob(3))
+    original, damaged = shapes.blob(3), seams.loose_faces(shapes.blob(3))
     mesh = read(damaged)
     numbers = np.array(damaged.faces)
     np.testing.assert_array_equal(

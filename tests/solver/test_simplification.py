@@ -10,7 +10,8 @@ from solver.options import MatchOptions
 from solver.repair.edges import edges_of
 from solver.shape import Shape
 from solver.simplification import simplified
-from tests.solver import damage, shapes
+from tests.solver import shapes
+from tests.solver.damage import Damage, distorting, seams
 from tests.solver.test_damage import read
 
 
@@ -103,7 +104,7 @@ def test_a_mesh_of_few_vertices_is_itself() -> None:
 
 
 def test_names_of_merged_vertices_still_lead_somewhere() -> None:
-    damaged = damage.loose_faces(shapes.blob(3))
+    damaged = seams.loose_faces(shapes.blob(3))
     coarse = simplified(read(damaged), 100)
     numbers = np.array(damaged.faces).reshape(-1)
     heirs = coarse.vertices_of(numbers)
@@ -136,8 +137,10 @@ def test_matches_on_simplified_shapes_name_the_users_vertices() -> None:
     assert errors.mean() < 0.06
 
 
-@pytest.mark.parametrize("cause", [damage.a_fin, damage.glued_points, damage.an_interior_wall])
-def test_where_the_surface_is_no_manifold_it_stays(cause: damage.Damage) -> None:
+@pytest.mark.parametrize(
+    "cause", [distorting.a_fin, distorting.glued_points, distorting.an_interior_wall]
+)
+def test_where_the_surface_is_no_manifold_it_stays(cause: Damage) -> None:
     mesh = read(cause(shapes.blob(3)))
     coarse = simplified(mesh, 150)
     assert coarse.n_vertices == 150

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from solver.mesh import TriangleMesh, triangle_mesh
-from tests.solver import damage, shapes
+from tests.solver import shapes
+from tests.solver.damage import seams
 from tests.solver.test_damage import read
 from worker.contracts import SpectrumKey
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
@@ -13,9 +14,7 @@ from worker.store import Store
 PAINTED = triangle_mesh(shapes.cube(3).vertices, shapes.cube(3).faces, shapes.cube(3).vertices)
 
 
-@pytest.mark.parametrize(
-    "mesh", [shapes.blob(2), PAINTED, read(damage.loose_faces(shapes.blob(3)))]
-)
+@pytest.mark.parametrize("mesh", [shapes.blob(2), PAINTED, read(seams.loose_faces(shapes.blob(3)))])
 def test_stored_meshes_come_back(mesh: TriangleMesh) -> None:
     again = mesh_from_bytes(mesh_to_bytes(mesh))
     for field in ("vertices", "faces", "vertex_ids", "merged"):
