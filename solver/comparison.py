@@ -1,6 +1,6 @@
 """What a map between two shapes does to signatures, to short chords, and to orientation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -68,6 +68,16 @@ class Side:
             vertex_normals(shape.surface.vertices, shape.surface.faces)[samples],
         )
 
+    def first(self, count: int) -> "Side":
+        """Look at the first of its points only, which are those of a sampling of so many."""
+        return replace(
+            self,
+            embedded=self.embedded[:count],
+            sampled_signatures=self.sampled_signatures[:count],
+            positions=self.positions[:count],
+            normals=self.normals[:count],
+        )
+
     @cached_property
     def coefficients(self) -> FloatArray:
         """(k, m) of the signatures, in the eigenfunctions."""
@@ -90,7 +100,9 @@ class Comparison:
     """
 
     def __init__(self, source: Shape, target: Shape) -> None:
-        self.source, self.target = Side.of(source, _SAMPLES[0]), Side.of(target, _SAMPLES[1])
+        self.target = Side.of(target, _SAMPLES[1])
+        itself = source is target
+        self.source = self.target.first(_SAMPLES[0]) if itself else Side.of(source, _SAMPLES[0])
         count = min(_NEIGHBOURS + 1, len(self.source.positions))
         # Near by commute times: a hand on a hip is near it in space alone.
         spectral = self.source.embedded[:, 1:] / np.sqrt(self.source.spectrum.eigenvalues[1:])

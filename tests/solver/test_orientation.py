@@ -98,3 +98,15 @@ def test_orientation_of_known_maps() -> None:
     anywhere = np.random.default_rng(0).permutation(len(places))
     assert abs(comparison.orientation(anywhere)) < 0.2
     assert comparison.orientation(np.zeros(len(places), dtype=np.int64)) == 0.0
+
+
+def test_compared_with_itself_a_shape_is_looked_at_as_with_another() -> None:
+    shape, other = (Shape(shapes.blob(3)) for _ in range(2))
+    itself, apart = Comparison(shape, shape).source, Comparison(shape, other).source
+    for here, there in (
+        (itself.positions, apart.positions),
+        (itself.normals, apart.normals),
+        (itself.embedded, apart.embedded),
+        (itself.sampled_signatures, apart.sampled_signatures),
+    ):
+        np.testing.assert_array_equal(here, there)
