@@ -60,6 +60,7 @@ from isomatch._models import (
 )
 from isomatch._parameters import DissimilarityParameters, MatchParameters, PrototypeParameters
 from isomatch._problem import FieldProblem, Problem
+from isomatch._prototype_points import PrototypePoints
 from isomatch._prototypes import Example, LearnedPrototype, Prototype
 from isomatch._refinement import RefinedPoint, Refinement
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
@@ -106,6 +107,7 @@ __all__ = [
     "Progress",
     "Prototype",
     "PrototypeParameters",
+    "PrototypePoints",
     "RefinedPoint",
     "Refinement",
     "ServiceError",

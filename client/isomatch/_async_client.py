@@ -7,6 +7,7 @@ from typing import Unpack
 
 import httpx2
 
+from isomatch import _drawing_operations as drawing
 from isomatch import _operations as operations
 from isomatch._address import address, key
 from isomatch._async_job import AsyncJob
@@ -94,7 +95,7 @@ class AsyncClient(AsyncPrototypeClient):
 
     @documented_as(Client.geometry)
     async def geometry(self, shape: Shape | str) -> Geometry:
-        return await self._transport.run(operations.get_geometry(shape))
+        return await self._transport.run(drawing.get_geometry(shape))
 
     @documented_as(Client.delete_shape)
     async def delete_shape(self, shape: Shape | str) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
 
+from isomatch import _drawing_operations as drawing
 from isomatch import _operations as operations
 from isomatch._async_transport import AsyncTransport
 from isomatch._dissimilarities import PartialDissimilarities
@@ -60,7 +61,7 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
 
     @documented_as(Job.plot)
     async def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
-        return await self._transport.run(operations.plot_result(self._record, path))
+        return await self._transport.run(drawing.plot_result(self._record, path))
 
     @documented_as(Job.cancel)
     async def cancel(self) -> Self:

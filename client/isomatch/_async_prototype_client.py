@@ -5,6 +5,7 @@ from collections.abc import AsyncIterator, Iterable
 from functools import partial
 from typing import Unpack
 
+from isomatch import _drawing_operations as drawing
 from isomatch import _prototype_operations as operations
 from isomatch._async_job import AsyncJob
 from isomatch._async_transport import AsyncTransport
@@ -12,6 +13,7 @@ from isomatch._models import Shape
 from isomatch._parameters import PrototypeParameters
 from isomatch._prototype_client import PrototypeClient
 from isomatch._prototype_operations import ArchiveSource
+from isomatch._prototype_points import PrototypePoints
 from isomatch._prototypes import LearnedPrototype, Prototype
 from isomatch._twins import documented_as
 from isomatch._webhooks import Webhook
@@ -52,6 +54,10 @@ class AsyncPrototypeClient:
         self, prototype: Prototype | str, path: str | os.PathLike[str]
     ) -> None:
         await self._transport.run(operations.download_prototype(prototype, path))
+
+    @documented_as(PrototypeClient.prototype_points)
+    async def prototype_points(self, prototype: Prototype | str) -> PrototypePoints:
+        return await self._transport.run(drawing.get_points(prototype))
 
     @documented_as(PrototypeClient.upload_prototype)
     async def upload_prototype(

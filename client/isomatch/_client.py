@@ -7,6 +7,7 @@ from typing import Unpack
 
 import httpx2
 
+from isomatch import _drawing_operations as drawing
 from isomatch import _operations as operations
 from isomatch._address import address, key
 from isomatch._dissimilarities import Dissimilarities
@@ -162,7 +163,7 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return self._transport.run(operations.get_geometry(shape))
+        return self._transport.run(drawing.get_geometry(shape))
 
     def delete_shape(self, shape: Shape | str) -> None:
         """Delete a shape, given itself or its id.

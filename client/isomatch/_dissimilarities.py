@@ -1,5 +1,6 @@
 """The result of comparing a collection of shapes."""
 
+import os
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -15,11 +16,10 @@ from pydantic import (
     WithJsonSchema,
 )
 
-from isomatch._geometry import Geometry
 from isomatch._models import Answer, JobState
 from isomatch._parameters import DissimilarityParameters
-from isomatch._plotting import plot_matrix
-from isomatch._result import Result
+from isomatch._plotting import plot_matrix, saved
+from isomatch._result import Drawable, Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -132,7 +132,7 @@ class Dissimilarities(Result):
         square[np.triu_indices(len(square), 1)] = self.lower_bounds
         return square + square.T
 
-    def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
+    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
         names = self.labels or [shape[:8] for shape in self.shapes]
         title = f"{len(self.shapes)} shapes"
         if self.mean_average_precision is not None:
@@ -164,3 +164,22 @@ class PartialDissimilarities(Answer):
     pairs: int
     pairs_done: int
     matrix: _Partly
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
+        """Draw what is known, as :meth:`Dissimilarities.plot` draws all; the rest stays white.
+
+        Parameters
+        ----------
+        path
+            File to write the figure to; its ending tells the format.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed.
+        OSError
+            The file cannot be written.
+        """
+        names = self.labels or [shape[:8] for shape in self.shapes]
+        title = f"{len(self.shapes)} shapes, {self.pairs_done} of {self.pairs} pairs known"
+        return saved(plot_matrix(self.matrix, names, self.labels, title), path)

@@ -1,12 +1,19 @@
 """A shape as it is looked at: vertices, triangles, and what the user's file calls the vertices."""
 
+import os
 import struct
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import numpy.typing as npt
+
+from isomatch._plotting import saved
+from isomatch._surface_plotting import Scene, plot_scenes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MAGIC: Final = b"isogeom1"
 _HEADER: Final = "<8s3I4x4d"
@@ -76,12 +83,53 @@ class Geometry:
         ValueError
             The shape has no vertex of such a number.
         """
+        found: npt.NDArray[np.float64] = self.vertices[self.rows(numbers)]
+        return found
+
+    def rows(self, numbers: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Return the rows of `vertices` that vertices are in.
+
+        Parameters
+        ----------
+        numbers
+            The user's own numbers of vertices, any shape.
+
+        Returns
+        -------
+        int64, of that shape.
+
+        Raises
+        ------
+        ValueError
+            The shape has no vertex of such a number.
+        """
         wanted = np.asarray(numbers, dtype=np.int64)
         order = np.argsort(self.vertex_ids, kind="stable")
         places = np.searchsorted(self.vertex_ids, wanted, sorter=order)
-        rows = order[np.minimum(places, len(order) - 1)]
+        rows: npt.NDArray[np.int64] = order[np.minimum(places, len(order) - 1)]
         unknown = wanted[self.vertex_ids[rows] != wanted]
         if unknown.size:
             raise ValueError(f"the shape has no vertex {unknown.flat[0]}")
-        found: npt.NDArray[np.float64] = self.vertices[rows]
-        return found
+        return rows
+
+    def plot(self, path: str | os.PathLike[str] | None = None, title: str = "") -> "Figure":
+        """Draw the shape with matplotlib, in its own colours if it has any.
+
+        Parameters
+        ----------
+        path
+            File to write the figure to; its ending tells the format.
+        title
+            Goes above.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed.
+        OSError
+            The file cannot be written.
+        """
+        white = np.full((len(self.vertices), 3), 255, dtype=np.uint8)
+        colors = (white if self.colors is None else self.colors) / 255.0
+        scene = Scene(self.vertices, np.zeros((0, 3)), self.faces, colors)
+        return saved(plot_scenes([scene], title), path)

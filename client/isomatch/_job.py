@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
 
+from isomatch import _drawing_operations as drawing
 from isomatch import _operations as operations
 from isomatch._dissimilarities import PartialDissimilarities
 from isomatch._job_record import RecordedJob
@@ -83,7 +84,7 @@ class Job(RecordedJob, Generic[ResultT]):
             self._transport.run(wait(self.id, timeout, self._remember))
         found = self._transport.run(operations.get_result(self._record))
         found._geometries = GeometrySource(
-            lambda shape: self._transport.run(operations.get_geometry(shape))
+            lambda wanted: self._transport.run(drawing.get_drawable(wanted))
         )
         return cast(ResultT, found)
 
@@ -104,7 +105,7 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        return self._transport.run(operations.plot_result(self._record, path))
+        return self._transport.run(drawing.plot_result(self._record, path))
 
     def cancel(self) -> Self:
         """Cancel the job, whether it is queued or running, and return it.

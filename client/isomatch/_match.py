@@ -9,12 +9,10 @@ import numpy.typing as npt
 from pydantic import FiniteFloat
 
 from isomatch._dense import DenseCorrespondence
-from isomatch._geometry import Geometry
 from isomatch._models import Alternative, Correspondences, Level
 from isomatch._parameters import MatchParameters
-from isomatch._plotting import plot_correspondence
 from isomatch._refinement import Refinement
-from isomatch._result import Result
+from isomatch._result import Drawable, Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,20 +93,11 @@ class Match(Result, Correspondences):
         """Source vertices left unmatched, shape (m,), int64."""
         return np.array(self.unmatched, dtype=np.int64)
 
-    def shapes_drawn(self) -> tuple[str, ...]:
-        """Return the ids of the shapes whose surfaces :meth:`plot` needs.
+    def drawn_ids(self) -> tuple[str, ...]:
+        """Return the ids of source and target."""
+        return (self.source, self.target)
 
-        Source and target; of a match with a prototype the target, for the source is no surface.
-        """
-        return (self.target,) if self.source_kind == "prototype" else (self.source, self.target)
+    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+        from isomatch._match_plotting import plot_match
 
-    def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
-        target = surfaces[-1]
-        places = [one.positions(self.pairs[:, 0]) for one in surfaces[:-1]]
-        places.append(target.positions(self.pairs[:, 1]))
-        if self.refinement is not None:
-            corners = target.positions(self.refinement.refined_vertices)
-            places[-1] = np.einsum("nc,ncd->nd", self.refinement.refined_weights, corners)
-        proof = "proven optimal" if self.certified else f"gap {self.gap:.2g}"
-        title = f"{len(self.pairs)} corresponding points, energy {self.energy:.4g}, {proof}"
-        return plot_correspondence(surfaces, places, title)
+        return plot_match(self, *drawn)

@@ -4,7 +4,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 from urllib.parse import quote
 from uuid import uuid4
 
@@ -40,7 +40,6 @@ from isomatch._exchange import (
     send,
     unexpected,
 )
-from isomatch._geometry import Geometry
 from isomatch._match import Match
 from isomatch._meshes import MeshSource, mesh_file
 from isomatch._models import JobRecord, JobState, Page, Shape, Structures
@@ -49,9 +48,6 @@ from isomatch._progress import ProgressBar
 from isomatch._prototypes import LearnedPrototype, Prototype
 from isomatch._result import Result
 from isomatch._webhooks import Webhook
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LONG_POLL: Final = 20.0
 """Seconds the service is asked to hold an answer back while a job goes on."""
@@ -129,15 +125,6 @@ def get_mesh(shape: Shape | str) -> Operation[bytes]:
     """Ask for the file of a shape."""
     response = yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))
     return response.content
-
-
-def get_geometry(shape: Shape | str) -> Operation[Geometry]:
-    """Ask for the surface of a shape."""
-    response = yield from send(Call("GET", path_to("shapes", id_of(shape), "geometry")))
-    try:
-        return Geometry.from_bytes(response.content)
-    except ValueError as error:
-        raise UnexpectedResponse(f"{response.request.url} answered what {error}") from error
 
 
 def list_structures() -> Operation[Structures]:
@@ -354,15 +341,6 @@ def get_result(record: JobRecord) -> Operation[Result]:
         return _RESULTS.get(record.kind, Match).from_json(response.content)
     except ValidationError as error:
         raise unexpected(response, error) from error
-
-
-def plot_result(record: JobRecord, path: str | os.PathLike[str] | None) -> Operation["Figure"]:
-    """Ask for the result of a job that has ended, and for its shapes, and draw it."""
-    result = yield from get_result(record)
-    surfaces = []
-    for shape in result.shapes_drawn():
-        surfaces.append((yield from get_geometry(shape)))  # noqa: PERF401 - yields cannot be in a list
-    return result.plot(*surfaces, path=path)
 
 
 def get_picture(job_id: str) -> Operation[bytes]:

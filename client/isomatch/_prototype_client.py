@@ -5,11 +5,13 @@ from collections.abc import Iterable, Iterator
 from functools import partial
 from typing import Unpack
 
+from isomatch import _drawing_operations as drawing
 from isomatch import _prototype_operations as operations
 from isomatch._job import Job
 from isomatch._models import Shape
 from isomatch._parameters import PrototypeParameters
 from isomatch._prototype_operations import ArchiveSource
+from isomatch._prototype_points import PrototypePoints
 from isomatch._prototypes import LearnedPrototype, Prototype
 from isomatch._transport import BlockingTransport
 from isomatch._webhooks import Webhook
@@ -96,6 +98,16 @@ class PrototypeClient:
             The file cannot be written.
         """
         self._transport.run(operations.download_prototype(prototype, path))
+
+    def prototype_points(self, prototype: Prototype | str) -> PrototypePoints:
+        """Return the points of a prototype, given itself or its id, and their distances.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return self._transport.run(drawing.get_points(prototype))
 
     def upload_prototype(
         self, archive: ArchiveSource, name: str | None = None, *, timeout: float | None = 600.0

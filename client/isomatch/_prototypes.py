@@ -1,13 +1,18 @@
 """Prototypes of classes of shapes, and what comes of learning one."""
 
+from collections.abc import Sequence
 from datetime import datetime
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import FiniteFloat
 
 from isomatch._models import Answer
 from isomatch._parameters import PrototypeParameters
-from isomatch._result import Result
+from isomatch._prototype_points import PrototypePoints
+from isomatch._result import Drawable, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Example(Answer):
@@ -97,3 +102,22 @@ class LearnedPrototype(Result):
     parameters: PrototypeParameters
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
+
+    def __repr__(self) -> str:
+        made = self.prototype
+        about = f"{made.points} points of {made.examples} examples"
+        return f"<LearnedPrototype {made.name!r}, version {made.version}, {about}>"
+
+    __str__ = __repr__
+
+    def drawn_ids(self) -> tuple[str, ...]:
+        """Return the id of the prototype."""
+        return (self.prototype.id,)
+
+    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+        from isomatch._prototype_plotting import plot_points
+
+        made, (known,) = self.prototype, drawn
+        assert isinstance(known, PrototypePoints)
+        about = f"{made.points} points, learned from {made.examples} examples"
+        return plot_points(known, f"{made.name}, version {made.version}: {about}")

@@ -1,26 +1,37 @@
 """What all results have in common: the document they are read from."""
 
 import os
+from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 from pydantic import PrivateAttr
 
 from isomatch._geometry import Geometry
 from isomatch._models import Answer
 from isomatch._plotting import saved
+from isomatch._prototype_points import PrototypePoints
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+Drawable: TypeAlias = Geometry | PrototypePoints
+"""A shape, or a prototype, as it is drawn."""
+
+
+def is_prototype(given: str) -> bool:
+    """Whether an id is that of a prototype."""
+    return given.startswith("p-")
+
+
 @dataclass(frozen=True)
 class GeometrySource:
-    """Where the surfaces of shapes can be had; it does not make one result another."""
+    """Where what is drawn can be had, by its id; it does not make one result another."""
 
-    ask: Callable[[str], Geometry] | None = field(default=None, compare=False)
+    ask: Callable[[str], Drawable] | None = field(default=None, compare=False)
 
 
 class Result(Answer):
@@ -56,16 +67,19 @@ class Result(Answer):
         """
         Path(path).write_bytes(self.to_json())
 
-    def plot(self, *surfaces: Geometry, path: str | os.PathLike[str] | None = None) -> "Figure":
+    def plot(self, *drawn: Drawable, path: str | os.PathLike[str] | None = None) -> "Figure":
         """Draw the result with matplotlib, which ``pip install isomatch[plot]`` brings.
 
-        Of a match, both shapes, matched points in common colours; of dissimilarities, a heat map.
+        Of a match, both shapes, matched points in common colours; with a dense map each vertex of
+        the source has the colour of the target's vertex it goes to. Of dissimilarities, a heat
+        map. Of a prototype, its points and how much their distances vary.
 
         Parameters
         ----------
-        surfaces
-            The shapes that :meth:`shapes_drawn` names, as :meth:`isomatch.Client.geometry` has
-            them. A result of a :class:`isomatch.Client` that is still open asks for them itself.
+        drawn
+            What :meth:`drawn_ids` names: shapes as :meth:`isomatch.Client.geometry` has them, and
+            prototypes as :meth:`isomatch.Client.prototype_points` has. A result of a
+            :class:`isomatch.Client` that is still open asks for them itself.
         path
             File to write the figure to; its ending tells the format.
 
@@ -78,24 +92,29 @@ class Result(Answer):
         MissingExtra
             matplotlib is not installed.
         ValueError
-            Not all surfaces that are needed are given, and none can be asked for.
+            Not all that is needed is given, and it cannot be asked for.
         OSError
             The file cannot be written.
         """
-        needed = self.shapes_drawn()
-        if not surfaces and self._geometries.ask is not None:
-            surfaces = tuple(map(self._geometries.ask, needed))
-        if len(surfaces) != len(needed):
-            raise ValueError(
-                f"give the {len(needed)} shapes that are drawn, as in "
-                "match.plot(client.geometry(match.source), client.geometry(match.target)), "
-                "or use job.plot()"
-            )
-        return saved(self._figure(surfaces), path)
+        needed = self.drawn_ids()
+        if not drawn and self._geometries.ask is not None:
+            drawn = tuple(map(self._geometries.ask, needed))
+        if [isinstance(one, PrototypePoints) for one in drawn] != list(map(is_prototype, needed)):
+            raise ValueError(f"give what is drawn, as in {_call(needed)}, or use job.plot()")
+        return saved(self._figure(drawn), path)
 
-    def shapes_drawn(self) -> tuple[str, ...]:
-        """Return the ids of the shapes whose surfaces :meth:`plot` needs."""
+    def drawn_ids(self) -> tuple[str, ...]:
+        """Return the ids of the shapes, and of the prototype, that :meth:`plot` needs."""
         return ()
 
-    def _figure(self, surfaces: Sequence[Geometry]) -> "Figure":
-        raise NotImplementedError(f"there is no figure of a {type(self).__name__} yet")
+    @abstractmethod
+    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+        """Draw the result and what :meth:`drawn_ids` names, in that order."""
+
+
+def _call(needed: Sequence[str]) -> str:
+    asked = (
+        f"client.{'prototype_points' if is_prototype(one) else 'geometry'}({one!r})"
+        for one in needed
+    )
+    return f"result.plot({', '.join(asked)})"

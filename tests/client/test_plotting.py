@@ -11,8 +11,10 @@ import isomatch
 import matplotlib as mpl
 import numpy as np
 import pytest
-from isomatch._plotting import place_colors, plot_correspondence
+from isomatch._surface_plotting import Scene, place_colors, plot_scenes, surface_colors
+from isomatch._view import View
 from matplotlib import pyplot
+from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d.art3d import Path3DCollection, Poly3DCollection
@@ -29,10 +31,12 @@ def no_display() -> Iterator[None]:
     pyplot.close("all")
 
 
-def drawn_points(figure: Figure) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Positions and colours of the points in each part of a figure."""
+def drawn_points(
+    figure: Figure, parts: list[Axes] | None = None
+) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Positions and colours of the points in each part of a figure, or in some of them."""
     found = []
-    for axes in figure.axes:
+    for axes in parts or figure.axes:
         (points,) = (part for part in axes.collections if isinstance(part, Path3DCollection))
         found.append(
             (np.column_stack(points._offsets3d), np.asarray(PathCollection.get_facecolor(points)))
@@ -89,9 +93,9 @@ def test_a_match_is_drawn(client: isomatch.Client, pair: Pair, tmp_path: Path) -
 
     match.save(tmp_path / "match.json")
     kept = isomatch.Match.from_json((tmp_path / "match.json").read_bytes())
-    with pytest.raises(ValueError, match="give the 2 shapes"):
+    with pytest.raises(ValueError, match=rf"client.geometry\('{match.source}'\)"):
         kept.plot()
-    again = kept.plot(*map(client.geometry, kept.shapes_drawn()))
+    again = kept.plot(*map(client.geometry, kept.drawn_ids()))
     np.testing.assert_array_equal(drawn_points(again)[1][0], target)
 
 
@@ -101,6 +105,95 @@ def test_refined_points_are_drawn_where_they_are(client: isomatch.Client, pair: 
     assert match.refinement is not None
     places = match.refinement.refined_positions(blob_meshes()[1].vertices)
     np.testing.assert_allclose(drawn_points(job.plot())[1][0], places, atol=1e-6)
+
+
+def skin_colors(axes: Axes) -> np.ndarray:
+    """Colours of the triangles of a surface, without its light: shares of their sum."""
+    (skin,) = (part for part in axes.collections if isinstance(part, Poly3DCollection))
+    colors = np.asarray(skin._facecolor3d)[:, :3]
+    shares: np.ndarray = colors / colors.sum(axis=1, keepdims=True)
+    return shares
+
+
+def test_a_dense_map_is_drawn(client: isomatch.Client, pair: Pair, tmp_path: Path) -> None:
+    match = client.match(*pair, points=8, coarse_points=6, dense=True, eigenpairs=30).result()
+    assert match.dense is not None
+    figure = match.plot(path=tmp_path / "dense.png")
+    source, target = map(client.geometry, pair)
+    # A vertex has the colour of the one it goes to: so has each triangle the mean of its corners'.
+    there = surface_colors(target.vertices)
+    image = np.zeros(len(source.vertices), dtype=np.int64)
+    image[source.rows(match.dense.source)] = target.rows(match.dense.target)
+    for axes, colors, faces in (
+        (figure.axes[0], there[image], source.faces),
+        (figure.axes[1], there, target.faces),
+    ):
+        expected = colors[faces].mean(axis=1)
+        expected /= expected.sum(axis=1, keepdims=True)
+        np.testing.assert_allclose(skin_colors(axes), expected, atol=1e-6)
+    assert len(np.unique(np.round(there[image], 6), axis=0)) > 300
+    (_, colors), (_, same) = drawn_points(figure)
+    np.testing.assert_array_equal(colors, same)
+
+    # What no map reaches is gray, and an alternative's map is drawn with its pairs.
+    half = match.dense.model_copy(
+        update={
+            "source": match.dense.source[:100],
+            "target": match.dense.target[:100],
+            "hypothesis": 1,
+        }
+    )
+    assert match.alternatives
+    other = match.model_copy(update={"dense": half}).plot(source, target)
+    places = source.positions(match.alternatives[0].pairs[:, 0])
+    np.testing.assert_allclose(drawn_points(other)[0][0], places)
+    left_out = ~np.isin(source.vertex_ids[source.faces], half.source).any(axis=1)
+    assert left_out.sum() > 500
+    np.testing.assert_allclose(skin_colors(other.axes[0])[left_out], 1 / 3, atol=1e-6)
+
+
+def test_targets_are_turned_as_their_sources_stand() -> None:
+    rng = np.random.default_rng(8)
+    here = rng.normal(size=(60, 3)) * [1.0, 3.0, 0.4]
+    here[:20, 1] = here[:, 1].min()
+    angle = 0.7
+    cosine, sine = np.cos(angle), np.sin(angle)
+    turn = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    there = here @ turn.T + [5.0, 0.0, 1.0]
+    scenes = [Scene(points, points[:12]) for points in (here, there)]
+    axes: list[Any] = plot_scenes(scenes, "").axes
+    first, second = (View(one._vertical_axis, one.azim).axes for one in axes)
+    assert first[1].tolist() == [0.0, 1.0, 0.0]
+    seen = [points @ rows.T for points, rows in ((here, first), (there, second))]
+    seen = [points - points.mean(axis=0) for points in seen]
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-9)
+    # That is what matplotlib shows from there: rows of its camera are the same.
+    axes[0].figure.canvas.draw()
+    np.testing.assert_allclose(axes[0]._view_u, first[0], atol=1e-6)
+
+
+def test_one_shape_is_drawn_in_its_colours(client: isomatch.Client, tmp_path: Path) -> None:
+    mesh = blob_meshes()[0]
+    colors = np.zeros((len(mesh.vertices), 3), dtype=np.uint8)
+    colors[:, 1] = 200
+    shape = client.upload((mesh.vertices, mesh.faces, colors))
+    figure = client.geometry(shape).plot(tmp_path / "shape.png", title=shape.name)
+    np.testing.assert_allclose(skin_colors(figure.axes[0]), [[0.0, 1.0, 0.0]] * 1280, atol=1e-6)
+    assert (tmp_path / "shape.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_matrix_that_is_not_complete(tmp_path: Path) -> None:
+    matrix = np.array([[0.0, 2.0, np.nan], [2.0, 0.0, 1.0], [np.nan, 1.0, 0.0]])
+    partial = isomatch.PartialDissimilarities(
+        job="j", state="running", shapes=("a" * 32, "b" * 32, "c" * 32), labels=None,
+        pairs=3, pairs_done=2, matrix=matrix,
+    )  # fmt: skip
+    figure = partial.plot(tmp_path / "part.png")
+    (image,) = figure.axes[0].images
+    drawn = image.get_array()
+    assert drawn is not None
+    np.testing.assert_array_equal(np.ma.getmaskarray(drawn), np.isnan(matrix))
+    assert "2 of 3 pairs" in figure.axes[0].get_title()
 
 
 def test_a_matrix_is_drawn_in_the_order_of_its_labels(
@@ -145,8 +238,7 @@ def test_shapes_stand_and_are_seen_from_their_broad_side(up: str, lengths: list[
         points = points[:, [1, 2, 0]]
     points = points * lengths
     faces = np.array([[leg, 4 + leg, 4 + (leg + 1) % 4] for leg in range(4)])
-    table = isomatch.Geometry(points, faces, np.arange(8), None)
-    axes: Any = plot_correspondence([table], [points[:1]], "").axes[0]
+    axes: Any = plot_scenes([Scene(points, points[:1], faces)], "").axes[0]
     assert axes._vertical_axis == "xyz".index(up)
     axes.figure.canvas.draw()
     # The thinner of the two horizontal directions points to whoever looks.
@@ -158,11 +250,13 @@ def test_shapes_stand_and_are_seen_from_their_broad_side(up: str, lengths: list[
 
 def test_near_points_have_like_colours() -> None:
     points = np.random.default_rng(7).normal(size=(50, 3)) * [1.0, 10.0, 0.0]
-    colors = place_colors(points)
+    colors = place_colors(points, points)
     assert colors.min() >= 0.0
     assert colors.max() <= 1.0
-    np.testing.assert_allclose(colors, place_colors(points * 5.0 - 3.0), atol=1e-12)
-    assert place_colors(points[:0]).shape == (0, 3)
+    other = points * 5.0 - 3.0
+    np.testing.assert_allclose(colors, place_colors(other, other), atol=1e-12)
+    np.testing.assert_allclose(colors[:7], place_colors(points[:7], points))
+    assert place_colors(points[:0], points).shape == (0, 3)
 
 
 def test_without_matplotlib_it_says_what_to_install(
