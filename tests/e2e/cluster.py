@@ -65,14 +65,21 @@ class Cluster:
         """Kill the store, and start it again on what it has written."""
         assert self.store.pid is not None
         os.kill(self.store.pid, signal.SIGKILL)
-        self.until(lambda: not self.store.alive(), 10)
+        self.until(lambda: not self.store.alive(), 60)
         self.store.start()
 
     def worker_of(self, job: str) -> tuple[subprocess.Popen[str], int]:
         """Return the worker that runs a job, and the process it forked for it."""
-        (worker,) = self.workers_of(job)
-        (horse,) = Path(f"/proc/{worker.pid}/task/{worker.pid}/children").read_text().split()
-        return worker, int(horse)
+        (found,) = self.horses_of(job)
+        return found
+
+    def horses_of(self, job: str) -> list[tuple[subprocess.Popen[str], int]]:
+        """Return the workers that run a job, each with the process it forked for it."""
+        return [
+            (worker, int(horse))
+            for worker in self.workers_of(job)
+            for horse in Path(f"/proc/{worker.pid}/task/{worker.pid}/children").read_text().split()
+        ]
 
     def workers_of(self, job: str) -> list[subprocess.Popen[str]]:
         """Return the workers alive that say that they run a job."""

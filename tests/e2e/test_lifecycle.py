@@ -17,7 +17,7 @@ from tests.e2e.processes import descendants, running
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
 
-def gone(pids: set[int], within: float = 5.0) -> bool:
+def gone(pids: set[int], within: float = 30.0) -> bool:
     deadline = time.monotonic() + within
     while running(pids) and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -30,12 +30,16 @@ def http(api: Api) -> Iterator[httpx2.Client]:
         yield http
 
 
-@pytest.fixture
-def job(http: httpx2.Client, api: Api) -> Json:
+def asked(http: httpx2.Client, api: Api) -> Json:
     source, target = put_shapes(api)
     body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
-    asked: Json = http.post("/v1/matches", json=body).json()
-    return asked
+    job: Json = http.post("/v1/matches", json=body).json()
+    return job
+
+
+@pytest.fixture
+def job(http: httpx2.Client, api: Api) -> Json:
+    return asked(http, api)
 
 
 def events(stream: httpx2.Response) -> Iterator[dict[str, str]]:
@@ -112,18 +116,30 @@ def test_a_record_that_expires_ends_it(http: httpx2.Client, api: Api, job: Json)
     problem(http.get(job["links"]["events"]), 410, "job-expired")
 
 
-def test_a_client_that_goes_away_costs_nothing_more(
-    http: httpx2.Client, api: Api, job: Json
-) -> None:
-    with follow(http, job) as stream:
-        next(events(stream))
-    # Long before its time is over nobody looks at the job any more.
-    time.sleep(0.5)
-    end = time.monotonic() + 0.8
+def looked_at(api: Api, job: Json, seconds: float) -> bool:
+    """Whether anybody looks at a job within a time."""
+    end = time.monotonic() + seconds
     with api.store.client.monitor() as monitor:  # type: ignore[no-untyped-call]
         while (left := end - time.monotonic()) > 0:
-            if monitor.connection.can_read(timeout=left):
-                assert job["id"] not in monitor.next_command()["command"]
+            told = monitor.connection.can_read(timeout=left)
+            if told and job["id"] in monitor.next_command()["command"]:
+                return True
+    return False
+
+
+def test_a_client_that_goes_away_costs_nothing_more(server: EmbeddedServer) -> None:
+    with (
+        idle_api(server, events_heartbeat=HEARTBEAT, events_lifetime=300.0) as api,
+        httpx2.Client(base_url=api.url, timeout=30.0) as http,
+    ):
+        job = asked(http, api)
+        with follow(http, job) as stream:
+            next(events(stream))
+            assert looked_at(api, job, 10.0)
+        # Long before its time is over nobody looks at the job any more.
+        deadline = time.monotonic() + 30.0
+        while looked_at(api, job, 0.8):
+            assert time.monotonic() < deadline
 
 
 def test_jobs_of_nobody_have_no_events(http: httpx2.Client) -> None:

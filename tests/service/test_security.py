@@ -99,7 +99,7 @@ def test_an_upload_without_a_key_is_told_so(api: Api) -> None:
 
 def test_an_upload_that_asks_first_sends_nothing(api: Api) -> None:
     url = httpx2.URL(api.url)
-    with socket.create_connection((url.host, url.port or 80), timeout=10) as connection:
+    with socket.create_connection((url.host, url.port or 80), timeout=30) as connection:
         connection.sendall(
             b"POST /v1/shapes HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\n"
             b"Content-Length: 1000000\r\nContent-Type: multipart/form-data; boundary=b\r\n\r\n"

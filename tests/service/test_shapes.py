@@ -265,7 +265,7 @@ def test_a_file_over_the_limit_that_does_not_say_so(http: httpx2.Client) -> None
 
 def test_a_sender_that_asks_first_is_spared_the_sending(api: Api) -> None:
     address = urlsplit(api.url)
-    with socket.create_connection((address.hostname, address.port), timeout=5) as connection:
+    with socket.create_connection((address.hostname, address.port), timeout=30) as connection:
         connection.sendall(
             b"POST /v1/shapes HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\n"
             b"Content-Type: multipart/form-data; boundary=x\r\n"
@@ -289,7 +289,7 @@ def test_a_sender_that_stops_sending_is_not_waited_for(
     with idle_api(server, max_upload_bytes=LIMIT, body_patience=0.2) as api:
         address = urlsplit(api.url)
         for path in (b"/v1/shapes", b"/v1/matches"):
-            with socket.create_connection((address.hostname, address.port), timeout=5) as sender:
+            with socket.create_connection((address.hostname, address.port), timeout=30) as sender:
                 sender.sendall(
                     b"POST %s HTTP/1.1\r\nHost: x\r\n"
                     b"Content-Type: multipart/form-data; boundary=x\r\n%s" % (path, framing)

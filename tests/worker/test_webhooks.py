@@ -92,7 +92,7 @@ def go_round(queue: JobQueue, settings: WebhookSettings = SETTINGS) -> int:
 def until_settled(queue: JobQueue, job: str, settings: WebhookSettings = SETTINGS) -> int:
     """Go round until the receiver took it or is given up; how many tries that took."""
     count = 0
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 60
     while queue.store.webhooks.pending():
         assert time.monotonic() < deadline
         count += go_round(queue, settings)
