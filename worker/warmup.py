@@ -9,6 +9,7 @@ import numpy as np
 
 from solver.control import Control
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
+from solver.mesh_formats.ply_data import Element, Property, binary_columns
 from solver.options import MatchOptions
 from solver.prototype import (
     PrototypeOptions,
@@ -47,6 +48,7 @@ def warm_up() -> None:
     A forked job then starts in milliseconds where it would take a good part of a second.
     """
     start = time.perf_counter()
+    binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
     triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
     side = Side(simplified(mesh, mesh.n_vertices - 1), None)

@@ -1,7 +1,8 @@
 """ZIP archives: one mesh file and the files that it refers to, materials and images.
 
 Nothing is unpacked: members are read from memory, only those that the mesh refers to, and never
-more of one than the archive's own directory promises, nor of all than `MOST_BYTES`.
+more of one than the archive's own directory promises, nor of all than `MOST_BYTES` or than an
+archive of its size may come to.
 """
 
 import io
@@ -23,6 +24,12 @@ MOST_MEMBERS = 1000
 
 MOST_BYTES = 512 * 2**20
 """Read of an archive, unpacked; a bomb promises or delivers more."""
+
+_MOST_FOLD = 24
+"""Bytes that come of one of an archive; of meshes some five do, of very regular ones some ten."""
+
+_ANY_ARCHIVE = 8 * 2**20
+"""Bytes that may come of an archive in any case: files of a few lines are packed even smaller."""
 
 _ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl}
 _WITH_COMPANIONS = {"obj": read_obj, "gltf": read_gltf, "glb": read_glb}
@@ -64,7 +71,8 @@ def read_zip(data: bytes) -> TriangleSoup:
 class _Archive:
     file: zipfile.ZipFile
     names: tuple[str, ...]
-    left: int = MOST_BYTES
+    most: int
+    left: int
     seen: dict[str, bytes] = field(default_factory=dict)
 
     @staticmethod
@@ -87,7 +95,8 @@ class _Archive:
             raise MeshError("the archive has two files of the same name; pack it again")
         # macOS packs notes of its own beside the files, under their names.
         names = [name for name in names if not posixpath.basename(name).startswith("._")]
-        return _Archive(file, tuple(names))
+        most = min(_MOST_FOLD * len(data) + _ANY_ARCHIVE, MOST_BYTES)
+        return _Archive(file, tuple(names), most, most)
 
     def mesh_name(self) -> str:
         meshes = [name for name in self.names if _extension(name) in {*_ALONE, *_WITH_COMPANIONS}]
@@ -109,10 +118,7 @@ class _Archive:
         if member.flag_bits & _ENCRYPTED:
             raise MeshError(f"{name[:100]} in the archive is encrypted; pack it without a password")
         if member.file_size > self.left:
-            raise MeshError(
-                f"the archive is larger than {MOST_BYTES >> 20} MiB when unpacked; simplify the "
-                "mesh, or save its images smaller"
-            )
+            raise MeshError(self._too_large())
         try:
             with self.file.open(member) as stream:
                 contents = stream.read(member.file_size + 1)
@@ -129,6 +135,17 @@ class _Archive:
         self.left -= len(contents)
         self.seen[name] = contents
         return contents
+
+    def _too_large(self) -> str:
+        if self.most == MOST_BYTES:
+            return (
+                f"the archive is larger than {MOST_BYTES >> 20} MiB when unpacked; simplify the "
+                "mesh, or save its images smaller"
+            )
+        return (
+            f"the archive is larger than {self.most >> 20} MiB when unpacked, which is far too "
+            "much for its size; send the mesh file as it is, and images as PNG or JPEG"
+        )
 
 
 def _extension(name: str) -> str:

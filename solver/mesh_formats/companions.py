@@ -1,8 +1,9 @@
 """The files that come with a mesh file, and how it refers to them."""
 
 import posixpath
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from urllib.parse import unquote
 
 
@@ -41,8 +42,20 @@ class Companions:
         written = unquote(reference).replace("\\", "/").strip().strip('"')
         for folder in (self.folder, ""):
             path = posixpath.normpath(posixpath.join(folder, written))
-            if path in self.names:
+            if path in self._paths:
                 return path
         last = posixpath.basename(written).casefold()
-        alike = [name for name in self.names if posixpath.basename(name).casefold() == last]
+        alike = self._by_last_part.get(last, [])
         return alike[0] if len(alike) == 1 and last else None
+
+    # A file may refer to others on every line.
+    @cached_property
+    def _paths(self) -> frozenset[str]:
+        return frozenset(self.names)
+
+    @cached_property
+    def _by_last_part(self) -> Mapping[str, list[str]]:
+        found: dict[str, list[str]] = {}
+        for name in self.names:
+            found.setdefault(posixpath.basename(name).casefold(), []).append(name)
+        return found

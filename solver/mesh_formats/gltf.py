@@ -224,15 +224,13 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
 
 def _paint(parts: Sequence[_Part]) -> Paint:
     """The materials on all triangles, part after part."""
-    textures: list[Texture] = []
+    textures: dict[Texture, int] = {}
     coordinates, colors, numbers, lights = [], [], [], []
     for part in parts:
         number, texture = -1, part.material.texture
         placed = np.zeros((len(part.faces), 3, 2))
         if texture is not None and part.coordinates is not None:
-            if texture not in textures:
-                textures.append(texture)
-            number = textures.index(texture)
+            number = textures.setdefault(texture, len(textures))
             placed = part.coordinates[part.faces]
         coordinates.append(placed)
         colors.append(np.broadcast_to(part.material.color, (len(part.faces), 3)))

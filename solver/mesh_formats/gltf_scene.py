@@ -11,6 +11,8 @@ from solver.mesh_formats.gltf_data import FLOAT, ITEMS, entry
 
 _MOST_SHARED = 16
 """Values per byte of the file: several meshes may share the same data, but within reason."""
+_MOST_PARTS = 20_000
+"""Primitives where nodes place them; each takes time, however small it is."""
 _DEEPEST = 256
 """Levels of nodes; the bones of a figure are some dozens deep."""
 _COMPRESSED = ("KHR_draco", "EXT_meshopt", "KHR_mesh_quantization")
@@ -123,10 +125,17 @@ def check_tree(tree: Any, size: int) -> None:
     ]
     nodes = tree.get("nodes", [])
     _check_nodes(nodes)
-    placed = sum(entry(drawn, node["mesh"], "mesh") for node in nodes if "mesh" in node)
+    shown = [node["mesh"] for node in nodes if "mesh" in node]
+    placed = sum(entry(drawn, mesh, "mesh") for mesh in shown)
     if placed > _MOST_SHARED * size:
         raise MeshError(
             "the glTF scene shows the same mesh far too often; save only what is to be matched"
+        )
+    parts = sum(len(tree["meshes"][mesh]["primitives"]) for mesh in shown)
+    if parts > _MOST_PARTS:
+        raise MeshError(
+            f"the glTF scene has {parts} parts, more than {_MOST_PARTS}; join them, or save only "
+            "what is to be matched"
         )
 
 
@@ -160,4 +169,9 @@ def _check_primitive(primitive: Any, accessors: Any) -> int:
         raise MeshError("sparse or compressed glTF data is not supported; save it uncompressed")
     if position["componentType"] != FLOAT or position["type"] != "VEC3":
         raise MeshError("quantised glTF positions are not supported; save them as floats")
-    return sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in used)
+    colors = [
+        entry(accessors, index, "accessor")
+        for name, index in primitive["attributes"].items()
+        if name.startswith(("COLOR_", "TEXCOORD_"))
+    ]
+    return sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in (*used, *colors))

@@ -1,5 +1,6 @@
 """Material libraries of Wavefront OBJ (MTL): the colours and images of materials."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -13,6 +14,8 @@ from solver.textures import ImageBudget, Texture, Wrap
 _SWITCHES = frozenset({"-blendu", "-blendv", "-cc", "-clamp"})
 _ONE_WORD = frozenset({"-boost", "-texres", "-bm", "-imfchan", "-type", "-colorspace"})
 _VECTORS = frozenset({"-o", "-s", "-t"})
+_MOST_WORDS = 100
+"""Of the options of an image; all there are, once each, are some thirty."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +40,13 @@ class ObjMaterial:
     scale: FloatArray = field(default_factory=lambda: np.ones(2))
     offset: FloatArray = field(default_factory=lambda: np.zeros(2))
 
-    def texture(self, companions: Companions, budget: ImageBudget) -> Texture | None:
-        """Decode the image.
+    def image_file(self, companions: Companions) -> bytes | None:
+        """Return the bytes of the image; None without one.
 
         Raises
         ------
         MeshError
-            It did not come, or cannot be decoded.
+            It did not come.
         """
         if not self.image:
             return None
@@ -52,6 +55,16 @@ class ObjMaterial:
             raise MeshError(
                 f"a material refers to the image {self.image[:100]!r}, which is not in the archive"
             )
+        return data
+
+    def texture(self, data: bytes, budget: ImageBudget) -> Texture:
+        """Decode the image.
+
+        Raises
+        ------
+        MeshError
+            It cannot be decoded.
+        """
         wrap = Wrap.CLAMP if self.clamped else Wrap.REPEAT
         return Texture(budget.decode(data, self.image[:100]), (wrap, wrap))
 
@@ -73,19 +86,23 @@ def read_materials(data: bytes) -> dict[str, ObjMaterial]:
     MeshError
         A diffuse colour or the options of an image cannot be read.
     """
-    materials: dict[str, ObjMaterial] = {}
-    name = None
+    # What is said again counts last, and only that is read.
+    written: dict[str, dict[str, str]] = {}
+    said: dict[str, str] | None = None
     for line in decode(data).splitlines():
         keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
-        rest = rest.strip()
         if keyword == "newmtl":
-            name = rest
-            materials[name] = ObjMaterial()
-        elif name is not None and keyword.lower() == "kd":
-            materials[name] = replace(materials[name], color=_color(rest))
-        elif name is not None and keyword.lower() == "map_kd":
-            materials[name] = _with_image(materials[name], rest)
-    return materials
+            said = written[rest.strip()] = {}
+        elif said is not None and keyword.lower() in ("kd", "map_kd"):
+            said[keyword.lower()] = rest.strip()
+    return {name: _material(said) for name, said in written.items()}
+
+
+def _material(said: Mapping[str, str]) -> ObjMaterial:
+    material = ObjMaterial()
+    if "kd" in said:
+        material = replace(material, color=_color(said["kd"]))
+    return _with_image(material, said["map_kd"]) if "map_kd" in said else material
 
 
 def _color(rest: str) -> FloatArray:
@@ -104,6 +121,8 @@ def _with_image(material: ObjMaterial, rest: str) -> ObjMaterial:
     words = rest.split()
     place = 0
     while place < len(words) and words[place].startswith("-"):
+        if place > _MOST_WORDS:
+            raise MeshError("an image of the material file has more options than there are")
         option = words[place].lower()
         place += 1
         if option in _SWITCHES or option in _ONE_WORD:

@@ -159,6 +159,7 @@ class _Painter:
     companions: Companions
     sizes: IntArray
     corners: IntArray
+    decoded: dict[tuple[bytes, bool], Texture] = field(default_factory=dict)
 
     def painted(self, contents: TriangleSoup) -> TriangleSoup:
         """Return the triangles with the colours that are on them."""
@@ -169,7 +170,7 @@ class _Painter:
         for material in (materials[number] for number in used):
             key = material.image, material.clamped
             if key not in textures:
-                textures[key] = material.texture(self.companions, budget)
+                textures[key] = self._texture(material, budget)
         contents = contents.noting(*notes)
         if not any(textures.values()):
             colors = np.array([materials[number].color for number in used]).reshape(-1, 3)
@@ -178,6 +179,16 @@ class _Painter:
         paint = self._paint(contents, materials, textures)
         colors = painted_colors(contents.vertices, contents.faces, paint)
         return replace(contents, colors=colors)
+
+    def _texture(self, material: ObjMaterial, budget: ImageBudget) -> Texture | None:
+        """Decode the image of a material, once however it is named."""
+        data = material.image_file(self.companions)
+        if data is None:
+            return None
+        key = data, material.clamped
+        if key not in self.decoded:
+            self.decoded[key] = material.texture(data, budget)
+        return self.decoded[key]
 
     def _materials(self) -> tuple[list[ObjMaterial], list[str]]:
         """Materials as the faces number them."""
@@ -211,16 +222,18 @@ class _Painter:
         polygon = np.repeat(np.arange(len(self.sizes)), self.sizes)[cut[:, 0]]
         material = np.array(self.lines.material, dtype=np.int64)[polygon]
         of_corner, known = self._coordinates()
-        coordinates = of_corner[cut]
+        scale, offset = (
+            np.array([getattr(m, what) for m in materials]) for what in ("scale", "offset")
+        )
+        coordinates = of_corner[cut] * scale[material][:, None] + offset[material][:, None]
         has: BoolArray = np.all(known[cut], axis=1)
-        present = [texture for texture in textures.values() if texture is not None]
-        number = np.full(len(cut), -1, dtype=np.int64)
+        present = list(dict.fromkeys(texture for texture in textures.values() if texture))
+        place = {texture: number for number, texture in enumerate(present)}
+        of_material = np.full(len(materials), -1, dtype=np.int64)
         for index in np.unique(material).tolist():
-            mine = material == index
             texture = textures[materials[index].image, materials[index].clamped]
-            coordinates[mine] = coordinates[mine] * materials[index].scale + materials[index].offset
-            if texture is not None:
-                number[mine & has] = next(k for k, one in enumerate(present) if one is texture)
+            of_material[index] = -1 if texture is None else place[texture]
+        number = np.where(has, of_material[material], -1)
         coordinates[:, :, 1] = 1.0 - coordinates[:, :, 1]  # OBJ counts v from the last row upwards
         colors = np.array([one.color for one in materials])[material]
         return Paint(coordinates, colors, number, tuple(present))

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from solver.arrays import IntArray
 from solver.errors import MeshError
+from solver.mesh_formats.ply_rows import CUT_OFF, NEGATIVE, copy_values, list_sizes
 
 Values: TypeAlias = npt.NDArray[Any]
 
@@ -74,61 +75,40 @@ def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) ->
 def _binary_rows(
     element: Element, body: bytes, position: int, byte_order: str
 ) -> tuple[Columns, int]:
-    """Read rows in runs whose lists have the same lengths."""
-    kinds = {
-        (name, what): np.dtype(byte_order + kind)
-        for name, prop in element.properties.items()
-        for what, kind in (("size", prop.length), ("value", prop.kind))
-        if kind
-    }
-    read = {key: bytearray() for key in kinds}
-    left, longest = element.rows if kinds else 0, 1
-    while left:
-        row = _row_type(element, body, position, byte_order)
-        fitting = min(left, longest, (len(body) - position) // row.itemsize)
-        table = np.frombuffer(body, row, fitting, position)
-        alike = np.ones(fitting, dtype=np.bool_)
-        for number, (_, what) in enumerate(kinds):
-            if what == "size":
-                alike &= table[f"f{number}"] == table[f"f{number}"][0]
-        run = fitting if alike.all() else int(np.argmin(alike))
-        for number, key in enumerate(kinds):
-            read[key] += table[f"f{number}"][:run].tobytes()
-        # Looking further ahead only after success keeps the work linear whatever the lists are.
-        longest = 2 * longest if run == longest else 1
-        left -= run
-        position += run * row.itemsize
+    """Columns of an element, and where its rows end."""
+    kinds = {name: np.dtype(byte_order + prop.kind) for name, prop in element.properties.items()}
+    if not kinds:
+        return {}, position
+    widths = np.array([kind.itemsize for kind in kinds.values()], dtype=np.int64)
+    types = [np.dtype(prop.length or "V0") for prop in element.properties.values()]
+    lengths = np.array([kind.itemsize for kind in types], dtype=np.int64)
+    shortest = int(np.where(lengths > 0, lengths, widths).sum())
+    if element.rows * shortest > len(body) - position:
+        raise _cut_off(element)
+    if not lengths.any():
+        row = np.dtype(list(kinds.items()))
+        table = np.frombuffer(body, row, element.rows, position)
+        return {name: table[name] for name in kinds}, position + element.rows * shortest
+    signed = np.array([kind.kind == "i" for kind in types])
+    octets = np.frombuffer(body, np.uint8)
+    layout = widths, lengths
+    sizes, end = list_sizes(octets, position, element.rows, *layout, signed, byte_order == ">")
+    if end == NEGATIVE:
+        raise MeshError(f"a {element.name} of the PLY file has a list of negative length")
+    if end == CUT_OFF:
+        raise _cut_off(element)
+    counts = np.full(len(widths), element.rows, dtype=np.int64)
+    counts[lengths > 0] = sizes.sum(axis=0)
+    ends = np.cumsum(counts * widths)
+    starts = ends - counts * widths
+    values = np.empty(int(ends[-1]), dtype=np.uint8)
+    copy_values(octets, position, sizes, *layout, starts.copy(), values)
+    lists = iter(sizes.T)
     columns: Columns = {}
-    for name, prop in element.properties.items():
-        values = np.frombuffer(read[name, "value"], kinds[name, "value"])
-        if prop.length is None:
-            columns[name] = values
-        else:
-            sizes = np.frombuffer(read[name, "size"], kinds[name, "size"]).astype(np.int64)
-            columns[name] = (sizes, values)
-    return columns, position
-
-
-def _row_type(element: Element, body: bytes, position: int, byte_order: str) -> np.dtype[np.void]:
-    """Layout of the row that begins at `position`, all of which is there; fields f0, f1, ..."""
-    fields: list[tuple[str, str, tuple[int, ...]]] = []
-    for prop in element.properties.values():
-        items = 1
-        if prop.length is not None:
-            length = np.dtype(byte_order + prop.length)
-            if position + length.itemsize > len(body):
-                raise _cut_off(element)
-            items = int(np.frombuffer(body, length, 1, position)[0])
-            if items < 0:
-                raise MeshError(f"a {element.name} of the PLY file has a list of negative length")
-            fields.append((f"f{len(fields)}", length.str, ()))
-            position += length.itemsize
-        position += items * np.dtype(prop.kind).itemsize
-        if position > len(body):
-            raise _cut_off(element)
-        shape = () if prop.length is None else (items,)
-        fields.append((f"f{len(fields)}", byte_order + prop.kind, shape))
-    return np.dtype(fields)
+    for (name, kind), start, stop, length in zip(kinds.items(), starts, ends, lengths, strict=True):
+        found = values[start:stop].view(kind)
+        columns[name] = (np.ascontiguousarray(next(lists)), found) if length else found
+    return columns, end
 
 
 def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:

@@ -18,6 +18,9 @@ from solver.kernel import kernel
 MOST_CORNERS = 5000
 """The time to cut a polygon grows with the square of its corners: some 0.1 s for these."""
 
+_MOST_STEPS = 1_000_000_000
+"""Looks at corners while polygons are cut, all together: some seconds."""
+
 _CONVEX = 1e-9
 """Twice a triangle's area over its longest edge squared, from which it turns the right way."""
 
@@ -57,7 +60,8 @@ def triangulated(vertices: FloatArray, sizes: IntArray, corners: IntArray) -> Tr
     Raises
     ------
     MeshError
-        A polygon has more than `MOST_CORNERS` corners.
+        A polygon has more than `MOST_CORNERS` corners, or all together so many that cutting them
+        would take minutes.
     """
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise MeshError(
@@ -72,10 +76,23 @@ def triangulated(vertices: FloatArray, sizes: IntArray, corners: IntArray) -> Tr
     crossed = _halve(vertices, sizes == 4, first, offset, corners, triangles)
     many = np.flatnonzero(sizes > 4)
     if len(many):
+        # So much it takes at least.
+        if (sizes[many] * (sizes[many] - 2)).sum() > _MOST_STEPS:
+            raise _too_many_corners(sizes)
         own = np.concatenate([np.arange(first[p], first[p] + sizes[p]) for p in many])
         flat = _in_their_planes(vertices[corners[own]], sizes[many])
-        crossed += _clip_all(flat, corners[own], sizes[many], offset[many], triangles)
+        cut = _clip_all(flat, corners[own], sizes[many], offset[many], triangles)
+        if cut < 0:
+            raise _too_many_corners(sizes)
+        crossed += cut
     return Triangulation(triangles, crossed)
+
+
+def _too_many_corners(sizes: IntArray) -> MeshError:
+    return MeshError(
+        f"the faces, of up to {sizes.max()} corners, would take minutes to be cut into triangles; "
+        "save the mesh as triangles"
+    )
 
 
 def _halve(
@@ -138,44 +155,53 @@ def _in_their_planes(points: FloatArray, sizes: IntArray) -> FloatArray:
 def _clip_all(
     flat: FloatArray, corners: IntArray, sizes: IntArray, offset: IntArray, triangles: IntArray
 ) -> int:
-    """Cut polygons one after the other, and count those whose outlines cross themselves."""
+    """Cut polygons one after the other, and count those whose outlines cross themselves.
+
+    -1 if that takes too long.
+    """
     crossed, start = 0, 0
+    left = np.array([_MOST_STEPS])
     for polygon in range(len(sizes)):
         end = start + sizes[polygon]
         out = triangles[offset[polygon] : offset[polygon] + sizes[polygon] - 2]
-        crossed += _clip(flat[start:end], corners[start:end], out)
+        crossed += _clip(flat[start:end], corners[start:end], out, left)
+        if left[0] < 0:
+            return -1
         start = end
     return crossed
 
 
 @kernel
-def _clip(flat: FloatArray, corners: IntArray, out: IntArray) -> int:
-    """Cut one polygon; 1 if a corner had to be cut that is no ear."""
+def _clip(flat: FloatArray, corners: IntArray, out: IntArray, left: IntArray) -> int:
+    """Cut one polygon; 1 if a corner had to be cut that is no ear, or there is no time `left`."""
     n = len(flat)
     before, after = np.empty(n, np.int64), np.empty(n, np.int64)
     for i in range(n):
         before[i], after[i] = (i - 1) % n, (i + 1) % n
     quality = np.empty(n)
     for i in range(n):
-        quality[i] = _ear_quality(flat, i, before, after)
+        quality[i] = _ear_quality(flat, i, before, after, left)
     forced, stale = 0, False
     for row in range(n - 2):
+        left[0] -= n
+        if left[0] < 0:
+            return 1
         best = _greatest(quality)
         if quality[best] < 0.0 and stale:
             # What lay in an ear may have been cut away since it was looked at.
             for i in range(n):
                 if quality[i] > -np.inf:
-                    quality[i] = _ear_quality(flat, i, before, after)
+                    quality[i] = _ear_quality(flat, i, before, after, left)
             best = _greatest(quality)
             stale = False
         if quality[best] < 0.0:
             forced = 1
-        left, right = before[best], after[best]
-        out[row, 0], out[row, 1], out[row, 2] = corners[left], corners[best], corners[right]
-        after[left], before[right] = right, left
+        a, b = before[best], after[best]
+        out[row, 0], out[row, 1], out[row, 2] = corners[a], corners[best], corners[b]
+        after[a], before[b] = b, a
         quality[best] = -np.inf
-        quality[left] = _ear_quality(flat, left, before, after)
-        quality[right] = _ear_quality(flat, right, before, after)
+        quality[a] = _ear_quality(flat, a, before, after, left)
+        quality[b] = _ear_quality(flat, b, before, after, left)
         stale = True
     return forced
 
@@ -190,7 +216,9 @@ def _greatest(values: FloatArray) -> int:
 
 
 @kernel
-def _ear_quality(flat: FloatArray, i: int, before: IntArray, after: IntArray) -> float:
+def _ear_quality(
+    flat: FloatArray, i: int, before: IntArray, after: IntArray, left: IntArray
+) -> float:
     """Shape of the ear at corner i, 0 (flat) to 1 (equilateral); negative if it is none."""
     a, b, c = before[i], i, after[i]
     turn = _turn(flat, a, b, c)
@@ -202,6 +230,7 @@ def _ear_quality(flat: FloatArray, i: int, before: IntArray, after: IntArray) ->
         return shape - 1.0
     j = after[c]
     while j != a:
+        left[0] -= 1
         # Only corners that are not convex can be the first to reach into an ear.
         if _turn(flat, before[j], j, after[j]) <= _ROUNDING and _inside(flat, j, a, b, c):
             return -1.0

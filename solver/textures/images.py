@@ -5,6 +5,7 @@ anything is decoded, and whatever a decoder does not like is a `MeshError`.
 """
 
 import io
+import re
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -19,20 +20,36 @@ Pixels = npt.NDArray[np.uint8]
 MOST_PIXELS = 8192 * 8192
 """Of all images of a shape together: 192 MiB, and once more while one is decoded."""
 
+MOST_IMAGES = 1000
+"""Of a shape."""
+
+_MOST_BYTES = 512 * 2**20
+"""Of all image files of a shape together; they may be one part of a file, named again and again."""
+
+_MOST_SCANS = 24
+"""Of a JPEG file: each may be a few bytes, and goes over all pixels. Programs write some ten."""
+
 _FORMATS = ("PNG", "JPEG", "WEBP", "BMP")
+
+_MARKER = re.compile(rb"\xff[^\x00\xff]")
+_SCAN, _END = 0xDA, 0xD9
+_ALONE = frozenset({0x01, *range(0xD0, 0xDA)})
+"""Markers of JPEG that no segment follows, such as those within the data of a scan."""
 
 
 @dataclass
 class ImageBudget:
-    """How many pixels may be decoded yet.
+    """How much may be decoded yet.
 
     Parameters
     ----------
-    pixels
-        What is left.
+    pixels, images, octets
+        What is left: pixels, files, and bytes of these.
     """
 
     pixels: int = MOST_PIXELS
+    images: int = MOST_IMAGES
+    octets: int = _MOST_BYTES
 
     def decode(self, data: bytes, name: str) -> Pixels:
         """Decode an image file.
@@ -57,12 +74,18 @@ class ImageBudget:
         # Imported here: most meshes have no images.
         from PIL import Image, UnidentifiedImageError
 
+        self._spend_file(len(data))
         with warnings.catch_warnings():
             # Warnings of the decoder are about sizes, which are checked here, or about damage.
             warnings.simplefilter("error")
             try:
                 with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
                     self._spend(image.size, name)
+                    if image.format == "JPEG" and _scans(data) > _MOST_SCANS:
+                        raise MeshError(
+                            f"the image {name} has more than {_MOST_SCANS} scans; save it again, "
+                            "as a JPEG that is not progressive"
+                        )
                     if getattr(image, "n_frames", 1) > 1:
                         raise MeshError(f"the image {name} is animated; save one picture of it")
                     return _red_green_blue(image)
@@ -80,10 +103,33 @@ class ImageBudget:
                     f"the image {name} cannot be decoded; it is damaged or cut off ({reason})"
                 ) from error
 
+    def _spend_file(self, size: int) -> None:
+        self.images -= 1
+        self.octets -= size
+        if self.images < 0 or self.octets < 0:
+            raise MeshError(
+                f"the shape has more than {MOST_IMAGES} images, or more than "
+                f"{_MOST_BYTES >> 20} MiB of them; save it with fewer"
+            )
+
     def _spend(self, size: tuple[int, int], name: str) -> None:
         self.pixels -= size[0] * size[1]
         if self.pixels < 0:
             raise _too_large(name)
+
+
+def _scans(data: bytes) -> int:
+    """Number of scans of a JPEG file, which are all that decoding takes time for."""
+    scans, place = 0, 2
+    while (found := _MARKER.search(data, place)) is not None:
+        code, place = found.group()[-1], found.end()
+        if code == _END:
+            break
+        if code == _SCAN:
+            scans += 1
+        if code not in _ALONE:
+            place += int.from_bytes(data[place : place + 2])
+    return scans
 
 
 def _too_large(name: str) -> MeshError:

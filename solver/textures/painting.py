@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.textures.light import tinted
 from solver.textures.texture import Texture
@@ -82,24 +82,25 @@ def painted_colors(vertices: FloatArray, faces: IntArray, paint: Paint) -> Float
     textured = paint.texture_of_face >= 0
     if not np.isfinite(paint.coordinates[textured]).all():
         raise MeshError("a texture coordinate is not a finite number")
-    weights = _areas(vertices, faces)
-    sums, totals = np.zeros((len(vertices), 3)), np.zeros(len(vertices))
-
-    def add(chosen: IntArray, corner_sums: FloatArray) -> None:
-        corners = faces[chosen].reshape(-1)
-        shares = np.repeat(weights[chosen] / 3.0, 3)
-        totals[:] += np.bincount(corners, shares, len(vertices))
-        for channel in range(3):
-            values = corner_sums[:, :, channel].reshape(-1)
-            sums[:, channel] += np.bincount(corners, shares * values, len(vertices))
-
-    plain = np.flatnonzero(~textured)
-    add(plain, np.repeat(paint.colors[plain][:, None], 3, axis=1))
+    values = np.repeat(paint.colors[:, None], 3, axis=1).astype(np.float64)
+    by_texture = np.argsort(paint.texture_of_face, kind="stable")
+    bounds = np.searchsorted(paint.texture_of_face[by_texture], np.arange(len(paint.textures) + 1))
     for number, texture in enumerate(paint.textures):
-        mine = paint.texture_of_face == number
+        mine = by_texture[bounds[number] : bounds[number + 1]]
         for chosen, parts, level in _alike(paint.coordinates, mine, texture):
             light = np.ones(3) if paint.light is None else paint.light[chosen][:, None]
-            add(chosen, _corner_means(texture, paint.coordinates[chosen], parts, level, light))
+            coordinates = paint.coordinates[chosen]
+            values[chosen] = _corner_means(texture, coordinates, parts, level, light)
+    corners = faces.reshape(-1)
+    shares = np.repeat(_areas(vertices, faces) / 3.0, 3)
+    totals = np.bincount(corners, shares, len(vertices))
+    sums = np.stack(
+        [
+            np.bincount(corners, shares * values[:, :, channel].reshape(-1), len(vertices))
+            for channel in range(3)
+        ],
+        axis=1,
+    )
     colors: FloatArray = sums / np.where(totals > 0.0, totals, 1.0)[:, None]
     return colors.clip(0.0, 1.0)
 
@@ -118,10 +119,9 @@ def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 
 
 def _alike(
-    coordinates: FloatArray, mine: BoolArray, texture: Texture
+    coordinates: FloatArray, own: IntArray, texture: Texture
 ) -> Iterator[tuple[IntArray, int, int]]:
     """Faces that are cut into as many parts, and looked up in the same level of the image."""
-    own = np.flatnonzero(mine)
     with np.errstate(over="ignore", invalid="ignore"):
         places = coordinates[own] * np.array(texture.size, dtype=np.float64)
         edges = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(axis=1, initial=0)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -42,16 +43,23 @@ class Texture:
         """Width and height in texels."""
         return self.pixels.shape[1], self.pixels.shape[0]
 
-    @cached_property
-    def levels(self) -> tuple[Pixels | DeepPixels, ...]:
-        """The image, and it with both sides halved again and again: means of 2 x 2 texels.
+    @property
+    def last_level(self) -> int:
+        """Number of times that both sides can be halved, until one texel is left."""
+        return (max(self.size) - 1).bit_length()
+
+    def level(self, number: int) -> Pixels | DeepPixels:
+        """Return the image with both sides halved so many times: means of 2 x 2 texels each time.
 
         The means have 16 bits, or rounding would make every one a little brighter.
         """
-        levels: list[Pixels | DeepPixels] = [self.pixels]
-        while max(levels[-1].shape[:2]) > 1:
-            levels.append(_halved(levels[-1]))
-        return tuple(levels)
+        while len(self._levels) <= number:
+            self._levels.append(_halved(self._levels[-1]))
+        return self._levels[number]
+
+    @cached_property
+    def _levels(self) -> list[Pixels | DeepPixels]:
+        return [self.pixels]
 
     def sample(self, coordinates: FloatArray, level: int = 0) -> FloatArray:
         """Interpolate bilinearly between the centres of texels.
@@ -68,8 +76,8 @@ class Texture:
         -------
         (n, 3) in 0..1.
         """
-        level = min(level, len(self.levels) - 1)
-        pixels = self.levels[level]
+        level = min(level, self.last_level)
+        pixels = self.level(level)
         columns, across = self._neighbours(coordinates[:, 0], 0, level)
         rows, down = self._neighbours(coordinates[:, 1], 1, level)
         found = np.zeros((len(coordinates), 3))
@@ -83,7 +91,7 @@ class Texture:
     ) -> tuple[tuple[IntArray, IntArray], FloatArray]:
         """Texels on both sides, and how far from the first to the second a point is."""
         wrap, size = self.wrap[axis], self.size[axis]
-        count = self.levels[level].shape[1 - axis]
+        count = self.level(level).shape[1 - axis]
         if wrap is Wrap.CLAMP:
             inside = np.clip(coordinate, 0.0, 1.0)
         elif wrap is Wrap.REPEAT:
@@ -101,12 +109,14 @@ class Texture:
 def _halved(pixels: Pixels | DeepPixels) -> DeepPixels:
     """Means of 2 x 2 texels; an odd last row or column stands for itself."""
     height, width = pixels.shape[:2]
-    padded = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-    sums = np.zeros((padded.shape[0] // 2, padded.shape[1] // 2, 3), dtype=np.uint32)
-    for row in (0, 1):
-        for column in (0, 1):
-            sums += padded[row::2, column::2]
+    even: npt.NDArray[Any] = pixels
+    if height % 2 or width % 2:
+        even = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    rows = np.add(even[0::2], even[1::2], dtype=np.uint32)
     if pixels.dtype == np.uint8:
-        sums *= 257  # 255 is 65535 then
-    halved: DeepPixels = ((sums + 2) // 4).astype(np.uint16)
+        rows *= 257  # 255 is 65535 then
+    halved: DeepPixels = np.empty((rows.shape[0], rows.shape[1] // 2, 3), dtype=np.uint16)
+    for channel in range(3):  # one by one: three numbers are too few for a loop of their own
+        sums = rows[:, 0::2, channel] + rows[:, 1::2, channel]
+        halved[..., channel] = (sums + 2) >> 2
     return halved

@@ -351,7 +351,7 @@ def lying(size: int) -> bytes:
         (zipped({f"{n}.txt": b"" for n in range(1001)}), "more than 1000 files"),
         (encrypted(), "encrypted"),
         (lying(10), "damaged"),
-        (lying(2**31), "larger than 512 MiB"),
+        (lying(2**31), "larger than 8 MiB when unpacked, which is far too much"),
         (b"PK\3\4", "not a ZIP archive"),
         (zipped({"skin.obj": SIMPLE})[:-30], "not a ZIP archive"),
     ],

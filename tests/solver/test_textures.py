@@ -64,14 +64,16 @@ def test_beyond_the_border_the_image_is_repeated_mirrored_or_ends() -> None:
 
 def test_halved_images_are_means() -> None:
     pixels = np.random.default_rng(0).integers(0, 256, (32, 64, 3), dtype=np.uint8)
-    levels = Texture(pixels).levels
+    texture = Texture(pixels)
+    levels = [texture.level(number) for number in range(texture.last_level + 1)]
     assert [level.shape[:2] for level in levels] == [
         (32, 64), (16, 32), (8, 16), (4, 8), (2, 4), (1, 2), (1, 1)
     ]  # fmt: skip
     np.testing.assert_allclose(levels[-1][0, 0] / 257.0, pixels.mean(axis=(0, 1)), atol=0.01)
     odd = Texture(ramp(5, 3))
-    assert odd.levels[1].shape[:2] == (2, 3)
-    assert np.rint(odd.levels[1][0, :, 0] / 128.5).tolist() == [1, 5, 8]
+    assert odd.last_level == 3
+    assert odd.level(1).shape[:2] == (2, 3)
+    assert np.rint(odd.level(1)[0, :, 0] / 128.5).tolist() == [1, 5, 8]
 
 
 def test_light_adds_up_as_the_standard_says() -> None:
