@@ -13,6 +13,7 @@ from starlette.concurrency import run_in_threadpool
 
 from service import error_handlers, health, webhooks
 from service.dissimilarities import endpoints as dissimilarities
+from service.head import HeadLikeGet
 from service.jobs import endpoints as jobs
 from service.jobs import results
 from service.matches import endpoints as matches
@@ -62,6 +63,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         redirect_slashes=False,
     )
     error_handlers.install(app)
+    app.add_middleware(HeadLikeGet, routes=app.router.routes)
     app.add_middleware(Authentication, keys=settings.api_keys)
     app.add_middleware(
         BodyLimit,

@@ -98,7 +98,8 @@ def _methods_at(request: Request) -> list[str]:
         scope = {**request.scope, "method": method}
         return any(route.matches(scope)[0] is Match.FULL for route in request.app.routes)
 
-    return [method for method in _METHODS if answered(method)]
+    # HEAD is answered wherever GET is.
+    return [m for m in _METHODS if answered(m) or (m == "HEAD" and answered("GET"))]
 
 
 def _store_away(request: Request, error: Exception) -> Response:

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
+from service.head import body_wanted
 from service.jobs.events import EVENT, RETRY_MS, event_id, events, present_job
 from service.jobs.lookup import JobId, missing
 from service.jobs.schemas import Job, JobPage
@@ -94,6 +95,7 @@ async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wai
 async def follow_job(
     job_id: JobId,
     service: ServiceOf,
+    request: Request,
     last_event_id: Annotated[
         str | None,
         Header(
@@ -114,7 +116,7 @@ async def follow_job(
         return Response(status_code=204)
     # Proxies pass each event on as it comes.
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    stream = events(service, job, last_event_id)
+    stream = events(service, job, last_event_id) if body_wanted(request) else iter(())
     return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
 
 

@@ -3,9 +3,11 @@
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Header, Request, Response
+from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.answers import AcceptEncoding
+from service.head import body_wanted
 from service.jobs.lookup import (
     JobId,
     job_with_result,
@@ -112,9 +114,13 @@ async def get_picture(
     Of a match, both shapes, with corresponding points in the same colour; of dissimilarities, a
     heat map, in the order of the labels.
     """
+    plain = accept.partition(";")[0].strip() == _BYTES
+    media_type, headers = _BYTES if plain else _PICTURE, {"Vary": "Accept"}
     picture = await run_in_threadpool(service.store.jobs.picture, job_id)
     if picture is None:
         await run_in_threadpool(_drawable, service, job_id)
+        if not body_wanted(request):
+            return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         order = Order(request_id, caller)
         drawing = await run_in_threadpool(_submit_picture, service, job_id, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
@@ -123,8 +129,7 @@ async def get_picture(
             if record is not None and record.error is not None:
                 raise Reported(record.error)
             raise PictureNotReady("The picture takes long to draw; ask again.")
-    plain = accept.partition(";")[0].strip() == _BYTES
-    return Response(picture, media_type=_BYTES if plain else _PICTURE, headers={"Vary": "Accept"})
+    return Response(picture, media_type=media_type, headers=headers)
 
 
 def _drawable(service: Service, job_id: str) -> None:

@@ -29,10 +29,10 @@ def test_addresses_and_methods_of_nothing(http: httpx2.Client) -> None:
     problem(http.get("/v1/shapes/"), 404, "not-found")
     answer = http.put("/v1/shapes")
     problem(answer, 405, "method-not-allowed")
-    assert answer.headers["allow"] == "GET, POST"
+    assert answer.headers["allow"] == "GET, HEAD, POST"
     answer = http.options("/v1/jobs/x")
     problem(answer, 405, "method-not-allowed")
-    assert answer.headers["allow"] == "DELETE, GET"
+    assert answer.headers["allow"] == "DELETE, GET, HEAD"
 
 
 def test_request_ids(http: httpx2.Client) -> None:
