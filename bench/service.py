@@ -36,6 +36,7 @@ from worker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
     ShapeRecord,
+    spectrum_key,
 )
 from worker.queue import JobQueue, new_job
 from worker.settings import WorkerSettings
@@ -148,7 +149,7 @@ def made_up(
         distances = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)
         indices = np.zeros(distances.shape[:2], dtype=np.int64)
         found = Signature(indices, distances, np.zeros((*indices.shape, 0)))
-        key = parameters.spectrum_key(shape, record.vertices, record.components)
+        key = spectrum_key(parameters, shape, record.vertices, record.components)
         store.spectra.put(parameters.signature_name(key), found.to_bytes())
     labels = tuple(str(place % 20) for place in range(count))
     return DissimilaritiesPayload(shapes=shapes, labels=labels, parameters=parameters)

@@ -9,7 +9,18 @@ from fastapi import Depends, Header, Request, Response
 from pydantic import AfterValidator, BaseModel, Field
 
 from service.jobs.schemas import Job
-from service.problems import InvalidRequest, UnknownPrototype, UnknownShape
+from service.problems import (
+    ApiProblem,
+    BadRequest,
+    BodyStalled,
+    IdempotencyKeyReused,
+    InvalidRequest,
+    TooManyJobs,
+    UnknownPrototype,
+    UnknownShape,
+    UploadTooLarge,
+    responses,
+)
 from service.state import Caller, RequestId, Service, ServiceOf
 from worker.addresses import literal_address, permitted
 from worker.contracts import (
@@ -24,11 +35,33 @@ from worker.contracts import (
 
 LONGEST_KEY: Final = 255
 
-ACCEPTED: Final[dict[str, Any]] = {
+_ACCEPTED: Final[dict[str, Any]] = {
     "description": "The job, which the workers take up",
     "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
 }
-"""The OpenAPI entry of the answer of a request that asked for a job."""
+
+
+def answers(*further: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI entries of the answers to a request for a job.
+
+    Parameters
+    ----------
+    further
+        What such a request may be refused for besides what every one may.
+    """
+    return {
+        202: _ACCEPTED,
+        **responses(
+            InvalidRequest,
+            UnknownShape,
+            *further,
+            BadRequest,
+            UploadTooLarge,
+            BodyStalled,
+            IdempotencyKeyReused,
+            TooManyJobs,
+        ),
+    }
 
 
 def _printable(key: str) -> str:

@@ -1,6 +1,12 @@
 """Which spectra a job will need, so that all workers compute them before it begins."""
 
-from worker.contracts import MatchPayload, PrototypePayload, SpectrumKey, is_prototype
+from worker.contracts import (
+    MatchPayload,
+    PrototypePayload,
+    SpectrumKey,
+    is_prototype,
+    spectrum_key,
+)
 from worker.store import Shapes
 
 
@@ -16,20 +22,13 @@ def wanted_spectra(payload: MatchPayload | PrototypePayload, shapes: Shapes) -> 
     """
     if not payload.needs_spectrum:
         return []
-    if isinstance(payload, MatchPayload):
-        return _of_match(payload, shapes)
-    known = filter(None, shapes.records(payload.shapes))
+    named: tuple[str, ...] = (
+        (payload.source, payload.target) if isinstance(payload, MatchPayload) else payload.shapes
+    )
+    wanted = [shape for shape in dict.fromkeys(named) if not is_prototype(shape)]
+    parameters = payload.parameters
     return [
-        payload.parameters.spectrum_key(shape.id, shape.vertices)
-        for shape in known
-        if shape.components == 1
+        spectrum_key(parameters, shape.id, shape.vertices, shape.components)
+        for shape in shapes.records(wanted)
+        if shape is not None and (shape.components == 1 or parameters.largest_component)
     ]
-
-
-def _of_match(payload: MatchPayload, shapes: Shapes) -> list[SpectrumKey]:
-    parameters, keys = payload.parameters, []
-    for shape_id in dict.fromkeys((payload.source, payload.target)):
-        shape = None if is_prototype(shape_id) else shapes.get(shape_id)
-        if shape is not None and (shape.components == 1 or parameters.largest_component):
-            keys.append(parameters.spectrum_key(shape_id, shape.vertices, shape.components))
-    return keys

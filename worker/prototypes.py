@@ -27,6 +27,7 @@ from worker.contracts import (
     PrototypeParameters,
     PrototypePayload,
     PrototypeResult,
+    spectrum_key,
 )
 from worker.failures import ShapeGone, UnusableShape
 from worker.meshes import mesh_from_bytes, mesh_of
@@ -144,7 +145,7 @@ def _shape(
 ) -> Shape:
     if whole.components > 1:
         raise MeshError(f"it has {whole.components} components; upload one of them")
-    key = parameters.spectrum_key(shape, whole.n_vertices)
+    key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
     mesh = mesh_of(key, whole, store.spectra)
     spectrum = None
     if parameters.needs_spectrum:

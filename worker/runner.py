@@ -28,6 +28,7 @@ from worker.contracts import (
     UploadPayload,
     ValidationPayload,
     is_prototype,
+    spectrum_key,
 )
 from worker.delivery import deliver
 from worker.failures import ResultGone, ShapeGone, blaming, problem_of
@@ -198,7 +199,7 @@ class Runner:
         shape = payload.source if field == "source" else payload.target
         whole = self._mesh(shape)
         parameters = payload.parameters
-        key = parameters.spectrum_key(shape, whole.n_vertices, whole.components)
+        key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
         with blaming(field):
             mesh = mesh_of(key, whole, self.store.spectra)
         if not payload.needs_spectrum or mesh.components > 1:

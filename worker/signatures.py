@@ -11,6 +11,7 @@ from worker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
     ShapeRecord,
+    spectrum_key,
 )
 from worker.failures import ShapeGone, UnusableShape
 from worker.meshes import mesh_from_bytes, mesh_of
@@ -84,7 +85,7 @@ def compute_signature(
     if stored is None:
         raise ShapeGone(shape)
     whole = mesh_from_bytes(stored)
-    key = parameters.spectrum_key(shape, whole.n_vertices, whole.components)
+    key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
     try:
         if whole.components > 1 and not key.largest_component:
             raise MeshError(f"it has {whole.components} components; ask for `largest_component`")
@@ -105,7 +106,7 @@ def compute_signature(
 def _name(record: ShapeRecord | None, shape: str, parameters: DissimilarityParameters) -> str:
     if record is None:
         raise ShapeGone(shape)
-    key = parameters.spectrum_key(shape, record.vertices, record.components)
+    key = spectrum_key(parameters, shape, record.vertices, record.components)
     return parameters.signature_name(key)
 
 

@@ -8,28 +8,21 @@ from typing import Final
 from fastapi import APIRouter, Response
 
 from service.answers import AcceptEncoding
-from service.collections import named, refuse, repeated, several_components, too_few_vertices
 from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
 from service.jobs.schemas import Job
-from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
+from service.orders import JobOrder, accepted, answers, told_to, use_shapes
 from service.problems import (
-    BadRequest,
-    BodyStalled,
-    IdempotencyKeyReused,
     InvalidRequest,
     JobExpired,
     JobNotFound,
     JobWithoutResult,
     ResultExpired,
-    TooManyJobs,
-    UnknownShape,
-    UploadTooLarge,
     responses,
 )
 from service.state import Service, ServiceOf
-from service.structures.colors import check_colors
+from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices
 from worker.contracts import (
     DissimilaritiesPayload,
     JobRecord,
@@ -46,18 +39,7 @@ router = APIRouter(prefix="/v1/dissimilarities", tags=["dissimilarities"])
 @router.post(
     "",
     status_code=202,
-    responses={
-        202: ACCEPTED,
-        **responses(
-            InvalidRequest,
-            UnknownShape,
-            BadRequest,
-            UploadTooLarge,
-            BodyStalled,
-            IdempotencyKeyReused,
-            TooManyJobs,
-        ),
-    },
+    responses=answers(),
     operation_id="create_dissimilarities",
 )
 def create_dissimilarities(
@@ -129,11 +111,7 @@ def _size(size: int, stage: str, found: Mapping[int, bytes], count: int) -> int:
 def _payload(asked: DissimilaritiesRequest, service: Service) -> DissimilaritiesPayload:
     refuse(repeated(asked.shapes), _REFUSED)
     shapes = use_shapes(service, named(asked.shapes))
-    check_colors(asked, shapes)
-    wrong = too_few_vertices(shapes, asked.points)
-    if not asked.largest_component:
-        wrong += several_components(shapes, "ask for `largest_component`, or leave it out")
-    refuse(wrong, _REFUSED)
+    check_shapes(asked, shapes, _REFUSED, too_few_vertices(shapes, asked.points, "are matched"))
     return DissimilaritiesPayload(
         shapes=asked.shapes, labels=asked.labels, parameters=asked.parameters()
     )

@@ -3,22 +3,12 @@
 from fastapi import APIRouter, Response
 
 from service.jobs.schemas import Job
-from service.matches.prototypes import prototype_match
+from service.matches.prototypes import CANNOT_BE_MATCHED, prototype_match
 from service.matches.schemas import MatchRequest
-from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
-from service.problems import (
-    BadRequest,
-    BodyStalled,
-    IdempotencyKeyReused,
-    InvalidRequest,
-    TooManyJobs,
-    UnknownPrototype,
-    UnknownShape,
-    UploadTooLarge,
-    responses,
-)
+from service.orders import JobOrder, accepted, answers, told_to, use_shapes
+from service.problems import UnknownPrototype
 from service.state import Service, ServiceOf
-from service.structures.colors import check_colors
+from service.suitability import check_shapes
 from worker.contracts import MatchPayload, is_prototype
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
@@ -27,19 +17,7 @@ router = APIRouter(prefix="/v1/matches", tags=["matches"])
 @router.post(
     "",
     status_code=202,
-    responses={
-        202: ACCEPTED,
-        **responses(
-            InvalidRequest,
-            UnknownShape,
-            UnknownPrototype,
-            BadRequest,
-            UploadTooLarge,
-            BodyStalled,
-            IdempotencyKeyReused,
-            TooManyJobs,
-        ),
-    },
+    responses=answers(UnknownPrototype),
     operation_id="create_match",
 )
 def create_match(
@@ -62,5 +40,5 @@ def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
     if is_prototype(asked.source):
         return prototype_match(asked, service)
     shapes = use_shapes(service, {"body.source": asked.source, "body.target": asked.target})
-    check_colors(asked, shapes)
+    check_shapes(asked, shapes, CANNOT_BE_MATCHED)
     return MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())

@@ -6,6 +6,7 @@ from service.matches.schemas import MatchRequest
 from service.orders import use_prototype, use_shapes
 from service.problems import InvalidRequest
 from service.state import Service
+from service.suitability import several_components
 from worker.contracts import (
     FieldProblem,
     MatchParameters,
@@ -13,6 +14,8 @@ from worker.contracts import (
     PrototypeRecord,
     ShapeRecord,
 )
+
+CANNOT_BE_MATCHED: Final = "These two cannot be matched, or not so; `errors` says why."
 
 _ITS_OWN: Final = ("metric", "descriptor", "normalise", "eigenpairs", "geodesic_method")
 """Parameters that the prototype was learned with, and that hold for whatever is matched with it."""
@@ -43,9 +46,7 @@ def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
     parameters = in_force(asked.parameters(), prototype)
     wrong = (*_without_meaning(asked, parameters), *_unusable(target, parameters))
     if wrong:
-        raise InvalidRequest(
-            "These two cannot be matched, or not so; `errors` says why.", tuple(wrong)
-        )
+        raise InvalidRequest(CANNOT_BE_MATCHED, tuple(wrong))
     return MatchPayload(source=asked.source, target=asked.target, parameters=parameters)
 
 
@@ -83,13 +84,7 @@ def _plural(name: str) -> str:
 
 
 def _unusable(target: ShapeRecord, parameters: MatchParameters) -> list[FieldProblem]:
-    wrong = []
-    if target.components > 1 and not parameters.largest_component:
-        message = (
-            f"it has {target.components} components, with infinite distances between them; ask for"
-            " `largest_component`"
-        )
-        wrong.append(FieldProblem(field="body.target", message=message))
+    wrong = several_components(parameters, {"body.target": target})
     colored = [choice.name for choice in parameters.descriptors if choice.about.colored]
     if colored and parameters.first_order_weight > 0.0 and not target.has_colors:
         message = f"the prototype knows {colored[0]!r}, and the shape has no vertex colours"

@@ -5,22 +5,15 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Path, Query, Response
 
-from service.collections import named, refuse, repeated, several_components, too_few_vertices
 from service.jobs.schemas import Job
-from service.orders import ACCEPTED, JobOrder, accepted, told_to, use_shapes
+from service.orders import JobOrder, accepted, answers, told_to, use_shapes
 from service.paging import Cursor, Limit, page_of
 from service.problems import (
     ApiProblem,
-    BadRequest,
-    BodyStalled,
-    IdempotencyKeyReused,
     InvalidRequest,
     PrototypeExpired,
     PrototypeNotFound,
-    TooManyJobs,
-    UnknownShape,
     UnusablePrototype,
-    UploadTooLarge,
     responses,
 )
 from service.prototypes.archives import PROTOTYPES, VALIDATING_PROTOTYPE, still_validating
@@ -32,7 +25,7 @@ from service.prototypes.schemas import (
 )
 from service.shapes.names import LONGEST
 from service.state import Service, ServiceOf
-from service.structures.colors import check_colors
+from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices
 from service.uploads import reader
 from worker.contracts import FieldProblem, PrototypePayload, ShapeRecord
 
@@ -48,18 +41,7 @@ _REFUSED: Final = "No prototype can be learned from this; `errors` says why."
 @router.post(
     "",
     status_code=202,
-    responses={
-        202: ACCEPTED,
-        **responses(
-            InvalidRequest,
-            UnknownShape,
-            BadRequest,
-            UploadTooLarge,
-            BodyStalled,
-            IdempotencyKeyReused,
-            TooManyJobs,
-        ),
-    },
+    responses=answers(),
     operation_id="create_prototype",
 )
 def create_prototype(
@@ -166,10 +148,8 @@ def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:
     refuse(repeated(asked.shapes), _REFUSED)
     refuse(_impossible(asked), _REFUSED)
     shapes = use_shapes(service, named(asked.shapes))
-    check_colors(asked, shapes)
-    wrong = [] if asked.correspondences else too_few_vertices(shapes, asked.points, "are taken")
-    wrong += several_components(shapes, "upload one component of it, or leave it out")
-    refuse(wrong + _not_alike(asked, shapes), _REFUSED)
+    few = [] if asked.correspondences else too_few_vertices(shapes, asked.points, "are taken")
+    check_shapes(asked, shapes, _REFUSED, few + _not_alike(asked, shapes))
     return PrototypePayload(
         shapes=asked.shapes,
         reference=0 if asked.reference is None else asked.shapes.index(asked.reference),

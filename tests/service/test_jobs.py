@@ -195,14 +195,14 @@ def test_results_expire(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     problem(http.get(job["links"]["picture"]), 410, "result-expired")
 
 
-def test_a_failed_job_says_why(http: httpx2.Client, upload: Upload) -> None:
-    shape = upload(two_blobs_file())["id"]
-    job = wait(http, ask(http, (shape, shape), **QUICK))
+def test_a_failed_job_says_why(http: httpx2.Client, shapes: Shapes) -> None:
+    job = wait(http, ask(http, shapes, **QUICK, landmarks=[[1, 1], [2, 100_000]]))
     assert job["state"] == "failed"
     assert job["error"]["status"] == 422
     assert job["error"]["instance"] == job["links"]["self"]
-    assert "component" in job["error"]["detail"]
-    assert [error["field"] for error in job["error"]["errors"]] == ["body.source"]
+    assert "landmarks" in job["error"]["detail"]
+    (error,) = job["error"]["errors"]
+    assert error["field"].startswith("body.landmarks")
     refused = problem(http.get(job["links"]["result"]), 409, "job-without-result")
     assert job["error"]["detail"] in refused["detail"]
 
@@ -214,6 +214,29 @@ def test_unknown_shapes(http: httpx2.Client, shapes: Shapes) -> None:
     body = {"source": "nobody", "target": "0" * 32}
     document = problem(http.post("/v1/matches", json=body), 422, "unknown-shape")
     assert [error["field"] for error in document["errors"]] == ["body.source", "body.target"]
+
+
+def test_shapes_that_cannot_be_matched_are_named(
+    http: httpx2.Client, upload: Upload, shapes: Shapes
+) -> None:
+    several = upload(two_blobs_file())["id"]
+
+    def refused(source: str, target: str, **more: object) -> dict[str, str]:
+        body = {"source": source, "target": target, **more}
+        document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
+        return {error["field"]: error["message"] for error in document["errors"]}
+
+    found = refused(several, several)
+    assert found.keys() == {"body.source", "body.target"}
+    assert all("2 components" in said and "largest_component" in said for said in found.values())
+    assert refused(shapes[0], several).keys() == {"body.target"}
+    few = refused(*shapes, points=200, simplify=199)
+    assert few.keys() == {"body.simplify"}
+    assert "source, target would have 199 vertices" in few["body.simplify"]
+    # What has fewer vertices already is not simplified.
+    coarse = upload(blob_file(1, seed=5))["id"]
+    assert "source would" in refused(shapes[0], coarse, points=200, simplify=199)["body.simplify"]
+    matched(http, (coarse, coarse), points=200, simplify=199, eigenpairs=30)
 
 
 BAD_PARAMETERS = {

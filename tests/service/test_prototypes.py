@@ -231,6 +231,8 @@ def test_shapes_that_cannot_be_examples_are_named(
         document = problem(http.post("/v1/prototypes", json=body), 422, slug)
         return {error["field"]: error["message"] for error in document["errors"]}
 
+    few = refused([one, other], simplify=100, points=101)
+    assert "shapes.0, shapes.1 would have 100 vertices" in few["body.simplify"]
     assert refused([one, "nobody"], "unknown-shape").keys() == {"body.shapes.1"}
     assert "shapes.0" in refused([one, other, one])["body.shapes.2"]
     assert "components" in refused([one, several])["body.shapes.1"]

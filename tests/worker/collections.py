@@ -8,7 +8,12 @@ from solver.mesh import triangle_mesh
 from solver.signature import SAMPLINGS, Signature
 from tests.solver.shapes import blob, cube, moved, torus
 from tests.worker.figures import off
-from worker.contracts import DissimilaritiesPayload, DissimilarityParameters, ShapeRecord
+from worker.contracts import (
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    ShapeRecord,
+    spectrum_key,
+)
 from worker.store import Store, keys
 
 VERTICES = 100
@@ -32,7 +37,7 @@ def class_files(each: int = 2) -> list[tuple[str, bytes]]:
 
 def name_of(shape: str, parameters: DissimilarityParameters) -> str:
     """What the signature of an imagined shape is cached by."""
-    return parameters.signature_name(parameters.spectrum_key(shape, VERTICES, 1))
+    return parameters.signature_name(spectrum_key(parameters, shape, VERTICES, 1))
 
 
 def imagined(

@@ -53,7 +53,7 @@ from worker.contracts.results import (
     Refinement,
 )
 from worker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
-from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey
+from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
 from worker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
 
 __all__ = [
@@ -111,4 +111,5 @@ __all__ = [
     "is_prototype",
     "prototype_id",
     "shape_id",
+    "spectrum_key",
 ]

@@ -98,19 +98,10 @@ class DissimilarityParameters(BaseModel):
         """The descriptor with its parameters."""
         return (descriptor_choice(self.descriptor),)
 
-    def spectrum_key(self, shape: str, vertices: int, components: int) -> SpectrumKey:
-        """Return the name of the spectrum that is needed of a shape.
-
-        Parameters
-        ----------
-        shape
-            Id of the shape.
-        vertices, components
-            Their numbers.
-        """
-        largest = self.largest_component and components > 1
-        fewer = self.simplify is not None and vertices > self.simplify
-        return SpectrumKey(shape, self.eigenpairs, largest, self.simplify if fewer else None)
+    @property
+    def spectrum_size(self) -> int:
+        """Eigenpairs that are computed of each shape."""
+        return self.eigenpairs
 
     def signature_name(self, key: SpectrumKey) -> str:
         """Return what a signature is cached by: all that it depends on, which `points` is not.

@@ -6,7 +6,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validat
 
 from worker.contracts.descriptors import DescriptorByLevel, descriptor_choices
 from worker.contracts.metrics import MetricByLevel, metric_choices
-from worker.contracts.spectra import SpectrumKey
 from worker.contracts.structures import Choice
 
 ObjectiveName: TypeAlias = Literal["l2", "linf"]
@@ -216,17 +215,3 @@ class MatchParameters(BaseModel):
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape, and kept: no less than any part needs."""
         return max(self.eigenpairs, DENSE_EIGENPAIRS) if self.extended else self.eigenpairs
-
-    def spectrum_key(self, shape: str, vertices: int, components: int) -> SpectrumKey:
-        """Return the name of the spectrum that is needed of a shape.
-
-        Parameters
-        ----------
-        shape
-            Id of the shape.
-        vertices, components
-            Their numbers.
-        """
-        largest = self.largest_component and components > 1
-        fewer = self.simplify is not None and vertices > self.simplify
-        return SpectrumKey(shape, self.spectrum_size, largest, self.simplify if fewer else None)

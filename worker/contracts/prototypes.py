@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 from worker.contracts.descriptors import DescriptorByLevel, descriptor_choices
 from worker.contracts.metrics import MetricByLevel, metric_choices
 from worker.contracts.parameters import GeodesicMethod
-from worker.contracts.spectra import SpectrumKey
 from worker.contracts.structures import Choice
 
 MOST_EXAMPLES: Final = 256
@@ -144,18 +143,15 @@ class PrototypeParameters(PrototypeStructures):
         """Whether learning looks at the spectrum of the shapes, be it to match them."""
         return self.spectral or self.correspondence == "matches"
 
-    def spectrum_key(self, shape: str, vertices: int) -> SpectrumKey:
-        """Return the name of the spectrum that is needed of a shape.
+    @property
+    def spectrum_size(self) -> int:
+        """Eigenpairs that are computed of each shape."""
+        return self.eigenpairs
 
-        Parameters
-        ----------
-        shape
-            Id of the shape.
-        vertices
-            Their number.
-        """
-        fewer = self.simplify is not None and vertices > self.simplify
-        return SpectrumKey(shape, self.eigenpairs, False, self.simplify if fewer else None)
+    @property
+    def largest_component(self) -> bool:
+        """Whether the largest of several components is meant: examples must have one."""
+        return False
 
 
 class ExampleReport(BaseModel):

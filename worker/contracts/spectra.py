@@ -1,7 +1,7 @@
 """How the spectrum of a shape is named in the cache."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 SPECTRUM_VERSION: Final = 2
 """Raised whenever the solver's spectra change, so that no stale one is taken from a cache."""
@@ -41,3 +41,36 @@ class SpectrumKey:
 
     def __str__(self) -> str:
         return f"{self._part}:{self.eigenpairs}:v{SPECTRUM_VERSION}"
+
+
+class Endowing(Protocol):
+    """Parameters that say what is measured of which part of a shape."""
+
+    @property
+    def spectrum_size(self) -> int:
+        """Eigenpairs that are computed."""
+
+    @property
+    def largest_component(self) -> bool:
+        """Whether the largest of several components is meant."""
+
+    @property
+    def simplify(self) -> int | None:
+        """Vertices to which a shape that has more is simplified first; None for all."""
+
+
+def spectrum_key(asked: Endowing, shape: str, vertices: int, components: int) -> SpectrumKey:
+    """Return the name of the spectrum that is needed of a shape.
+
+    Parameters
+    ----------
+    asked
+        What is measured.
+    shape
+        Id of the shape.
+    vertices, components
+        Their numbers.
+    """
+    largest = asked.largest_component and components > 1
+    fewer = asked.simplify is not None and vertices > asked.simplify
+    return SpectrumKey(shape, asked.spectrum_size, largest, asked.simplify if fewer else None)

@@ -60,14 +60,26 @@ def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[
     expect(page.get_by_role("alert")).to_contain_text("points")
 
 
-def test_a_job_that_fails_says_why(page: Page, upload: Callable[..., Json]) -> None:
+def test_shapes_that_cannot_be_matched_are_said_at_once(
+    page: Page, upload: Callable[..., Json]
+) -> None:
     shapes = [upload(two_blobs_file())["id"], upload(blob_file(2, seed=83))["id"]]
     page.goto(f"/#/with/{'/'.join(shapes)}")
     # What shapes of several parts need is asked for beforehand; here somebody says no.
     page.get_by_label("largest part").uncheck()
     page.get_by_role("button", name="Match", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("2 components")
+
+
+def test_a_job_that_fails_says_why(
+    page: Page, http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
+    shape = upload(blob_file(2, seed=83))["id"]
+    body = {"source": shape, "target": shape, "landmarks": [[0, 100_000]], "eigenpairs": 20}
+    job = http.post("/v1/matches", json=body).json()["id"]
+    page.goto(f"/#/jobs/{job}")
     expect(page.locator("[data-state=failed]")).to_be_visible()
-    expect(page.get_by_role("alert")).to_contain_text("component")
+    expect(page.get_by_role("alert")).to_contain_text("landmarks")
 
 
 def test_names_are_text(page: Page, http: httpx2.Client) -> None:
