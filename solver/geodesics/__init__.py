@@ -5,10 +5,10 @@
 ==================  ===========  ====================================================
 method              mean error   what it does
 ==================  ===========  ====================================================
-``graph``           2 %          shortest paths over straight segments; never too short
+``graph``           1.3 %        shortest paths over straight segments; never too short
 ``fast_marching``   0.2 %        circular waves from edge to vertex, twice the time
-``heat``            1.5 %        two linear systems, factored once; smooth
-``exact``           none         windows of straight lines; forty times the time
+``heat``            1.8 %        two linear systems, factored once; smooth
+``exact``           none         windows of straight lines; fifty times the time
 ==================  ===========  ====================================================
 """
 

@@ -4,7 +4,7 @@ The segments are the edges of a triangulation and, across each of them, the line
 opposite corners in the plane into which both triangles unfold, wherever that line stays inside
 them. Both the mesh and its intrinsic Delaunay triangulation contribute: the latter's edges lead
 where those of thin triangles do not. All paths lie on the surface, so distances are never too
-short; they are too long by about 2 % on average, where edges alone err by 7 %.
+short; they are too long by about 1.3 % on average, where edges alone err by 5 to 8 %.
 """
 
 import numpy as np
