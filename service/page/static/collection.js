@@ -4,11 +4,12 @@ import { get } from "./api.js";
 import { h, fill } from "./dom.js";
 import { download } from "./download.js";
 import { drawHeatMap } from "./heat_map.js";
+import { linkButton } from "./link.js";
+import { namesOf } from "./names.js";
 import { count, figure, percent } from "./words.js";
 
 const NEIGHBOURS = 3;
 const MOST_ROWS = 200;
-const PAGES = 10;
 const PAUSE = 1500;
 
 /** What is known while the job runs: told the job at each change, it draws now and then. */
@@ -54,7 +55,7 @@ export async function collectionView(place, result, job, signal) {
     result.warnings.length ? h("ul", { class: "warnings" }, result.warnings.map((text) => h("li", {}, text))) : null,
     map, detail,
     h("p", { class: "actions" },
-      download(job.links.result, "JSON", `${job.id}.json`), " ",
+      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
       download(job.links.arrays, "Arrays (NPZ)", `${job.id}.npz`)),
     neighbourTable(result, names, choose));
@@ -91,21 +92,4 @@ function neighbourTable(result, names, choose) {
     h("caption", {}, "Nearest neighbours", left > 0 ? ` of the first ${MOST_ROWS} shapes; the JSON has all` : ""),
     h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
     h("tbody", {}, rows)));
-}
-
-// Names by the list's pages, which are few; what is older is called by its id.
-async function namesOf(ids, signal) {
-  const names = new Map();
-  const wanted = new Set(ids);
-  let cursor = null;
-  for (let page = 0; page < PAGES && wanted.size > 0; page++) {
-    const query = new URLSearchParams({ limit: 200, ...(cursor ? { cursor } : {}) });
-    const shapes = await get(`/v1/shapes?${query}`, signal);
-    for (const shape of shapes.items) {
-      if (wanted.delete(shape.id)) names.set(shape.id, shape.name);
-    }
-    cursor = shapes.next_cursor;
-    if (cursor === null) break;
-  }
-  return ids.map((id) => names.get(id) ?? id.slice(0, 8));
 }

@@ -14,6 +14,14 @@ export const numberField = (name, label, value, min, max, about) =>
   labelled(name, label, h("input", { name, type: "number", value, min, max, step: 1 }),
     `${about} From ${min} to ${max}.`);
 
+export const textField = (name, label, value, about) =>
+  labelled(name, label, h("input", { name, type: "text", value, maxlength: 200 }), about);
+
+/** @param {Array<Array<string>>} options values, each with what is said of it */
+export const choiceField = (name, label, options, chosen, about) =>
+  labelled(name, label, h("select", { name }, options.map(([value, text], at) =>
+    h("option", { value, selected: at === chosen }, text))), about);
+
 export function structureField(name, label, structures, recommended, shapes) {
   const colored = shapes.every((shape) => shape.has_colors);
   const field = h("select", { name },
@@ -48,6 +56,7 @@ export function showErrors(form, errors, nameOf) {
     form.querySelector(`#field-${CSS.escape(name)}`).setAttribute("aria-invalid", "true");
     text.textContent = message;
     text.hidden = false;
+    text.closest("details")?.setAttribute("open", "");
   }
 }
 

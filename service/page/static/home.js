@@ -12,6 +12,8 @@ import { count } from "./words.js";
 /** @param {Array<string>} ids shapes that are chosen already, as the address says */
 export async function homeView(place, ids, signal) {
   const chosen = [];
+  let forms = new AbortController();
+  signal.addEventListener("abort", () => forms.abort());
   const selected = h("section", { "aria-labelledby": "chosen-title", class: "card", hidden: true });
   const lists = h("div", { class: "columns" });
 
@@ -26,7 +28,9 @@ export async function homeView(place, ids, signal) {
   const show = () => {
     const hash = chosen.length ? `#/with/${chosen.map((shape) => shape.id).join("/")}` : "#/";
     history.replaceState(null, "", hash);
-    showChosen(selected, chosen, show);
+    forms.abort();
+    forms = new AbortController();
+    showChosen(selected, chosen, show, forms.signal);
   };
   const listShapes = async () => fill(shapes, await shapeList(choose, signal));
   const uploads = dropZone(async (shape) => {
@@ -59,7 +63,7 @@ export async function homeView(place, ids, signal) {
     })]);
 }
 
-function showChosen(node, chosen, changed) {
+function showChosen(node, chosen, changed, signal) {
   node.hidden = chosen.length === 0;
   if (chosen.length === 0) return;
   const swap = () => {
@@ -70,7 +74,7 @@ function showChosen(node, chosen, changed) {
     h("h2", { id: "chosen-title" }, "Chosen shapes"),
     h("ol", { class: "chips" }, chosen.map((shape, at) => chip(shape, at, chosen, changed))),
     chosen.length === 2 && !isPrototype(chosen[0]) ? button("Exchange source and target", swap) : null,
-    chosen.length > 1 ? orderForm(chosen) : h("p", { class: "faint" }, "Choose another one."));
+    chosen.length > 1 ? orderForm(chosen, signal) : h("p", { class: "faint" }, "Choose another one."));
 }
 
 function chip(shape, at, chosen, changed) {
@@ -80,7 +84,7 @@ function chip(shape, at, chosen, changed) {
     changed();
   }, { "aria-label": `Remove ${shape.name}`, class: "small" });
   return h("li", {}, role,
-    isPrototype(shape) ? h("span", {}, `${shape.name}, version ${shape.version}`)
+    isPrototype(shape) ? h("a", { href: `#/prototypes/${shape.id}` }, `${shape.name}, version ${shape.version}`)
       : h("a", { href: `#/shapes/${shape.id}` }, shape.name),
     h("span", { class: "faint" }, isPrototype(shape) ? " prototype " : ` ${count(shape.vertices)} vertices `),
     drop);

@@ -6,10 +6,12 @@ import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { matchView } from "./match.js";
 import { download } from "./download.js";
+import { linkButton } from "./link.js";
 import { problemBox } from "./problem.js";
+import { prototypeDetails } from "./prototype.js";
 import { kindName, percent, stateName, time } from "./words.js";
 
-const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: prototypeView };
+const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: learnedView };
 
 export async function jobView(place, [id], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -74,13 +76,7 @@ function sentence(job) {
   return `${stateName(job.state)[0].toUpperCase()}${stateName(job.state).slice(1)}. ${asked}.`;
 }
 
-function prototypeView(place, { prototype, warnings }, job) {
-  const { id, name, version, points, examples } = prototype;
-  fill(place,
-    h("h2", {}, `${name}, version ${version}`),
-    h("p", {}, `${points} points, learned from ${examples} shapes.`),
-    warnings.length ? h("ul", { class: "warnings" }, warnings.map((text) => h("li", {}, text))) : null,
-    h("p", { class: "actions" },
-      h("a", { href: `#/with/${id}`, class: "button" }, "Match it with a shape"), " ",
-      download(job.links.result, "JSON", `${job.id}.json`)));
+function learnedView(place, result, job, signal) {
+  return prototypeDetails(place, result.prototype, signal,
+    [download(job.links.result, "JSON", `${job.id}.json`), linkButton(job.id)]);
 }

@@ -15,7 +15,7 @@ export const jobList = (signal) =>
 /** Prototypes that can be matched with a shape. */
 export const prototypeList = (choose, signal) =>
   list("Prototypes", "/v1/prototypes", null, (prototype) => h("li", {},
-    h("span", {}, `${prototype.name}, version ${prototype.version} `),
+    h("a", { href: `#/prototypes/${prototype.id}` }, `${prototype.name}, version ${prototype.version}`), " ",
     h("span", { class: "faint" }, `${prototype.points} points `),
     button("Choose", () => choose(prototype), { class: "small", "aria-label": `Choose ${prototype.name}` })),
   signal);

@@ -5,18 +5,20 @@ import { askForKey } from "./key.js";
 import { problemBox } from "./problem.js";
 import { homeView } from "./home.js";
 import { jobView } from "./job.js";
+import { prototypeView } from "./prototype.js";
 import { shapeView } from "./shape.js";
 
 const main = document.getElementById("main");
 let leaving = new AbortController();
 
-const ROUTES = { jobs: jobView, shapes: shapeView, with: homeView, "": homeView };
+const ROUTES = { jobs: jobView, shapes: shapeView, prototypes: prototypeView, with: homeView, "": homeView };
 
 async function show() {
   leaving.abort();
   leaving = new AbortController();
   const { signal } = leaving;
-  const [name, ...rest] = location.hash.replace(/^#\/?/, "").split("/").map(decoded);
+  // "#job=" is what links say that are given to others.
+  const [name, ...rest] = location.hash.replace(/^#job=/, "#/jobs/").replace(/^#\/?/, "").split("/").map(decoded);
   const view = ROUTES[name] ?? nowhere;
   const place = h("div", { class: "view" });
   fill(main, place);

@@ -3,6 +3,7 @@
 import { Problem, get } from "./api.js";
 import { h, fill } from "./dom.js";
 import { download } from "./download.js";
+import { linkButton } from "./link.js";
 import { pairTable } from "./pairs.js";
 import { problemBox } from "./problem.js";
 import { Selection } from "./selection.js";
@@ -40,7 +41,7 @@ export async function matchView(place, result, job, signal) {
     result.warnings.length ? h("ul", { class: "warnings" }, result.warnings.map((text) => h("li", {}, text))) : null,
     alternatives(result, choose), scenes, numbers,
     h("p", { class: "actions" },
-      download(job.links.result, "JSON", `${job.id}.json`), " ",
+      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
       h("a", { href: `#/with/${result.source}/${result.target}` }, "Match these again, otherwise")),
     announced, pairs);

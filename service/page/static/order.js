@@ -2,16 +2,14 @@
 
 import { get, post } from "./api.js";
 import { h, fill } from "./dom.js";
-import { checkbox, numberField, showErrors, structureField } from "./fields.js";
+import { showErrors } from "./fields.js";
 import { fieldName, problemBox } from "./problem.js";
-
-const LARGE = 50000;
-const SIMPLIFIED = 20000;
+import { TASKS } from "./tasks.js";
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
-/** A form for a match of two shapes, or for a comparison of all. */
-export function orderForm(shapes) {
+/** A form for a match of two shapes, for a comparison of all, or for what is usual of them. */
+export function orderForm(shapes, signal) {
   const learned = isPrototype(shapes[0]);
   if (learned && shapes.length > 2) {
     return h("p", { class: "faint" }, "A prototype is matched with one shape: remove the others.");
@@ -22,10 +20,10 @@ export function orderForm(shapes) {
   const form = h("form", { novalidate: true, "aria-label": "What is to be done" });
   let task;
   const take = (name) => {
-    task = { match: matching, compare: comparing, recognise: recognising }[name];
+    task = TASKS[name];
     submit.textContent = task.title;
     fill(parts, h("p", { class: "faint" }, "Loading what can be chosen."));
-    get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes)))
+    get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes, signal)))
       .catch((error) => fill(parts, problemBox(error)));
   };
   form.addEventListener("submit", async (event) => {
@@ -42,79 +40,19 @@ export function orderForm(shapes) {
       submit.disabled = false;
     }
   });
-  fill(form, shapes.length === 2 && !learned ? choiceOf(take) : null, parts, said, h("p", {}, submit));
-  if (learned) take("recognise");
-  else take(shapes.length === 2 ? "match" : "compare");
+  const names = learned ? ["recognise"] : shapes.length === 2 ? ["match", "compare", "learn"] : ["compare", "learn"];
+  fill(form, names.length > 1 ? choiceOf(names, take) : null, parts, said, h("p", {}, submit));
+  take(names[0]);
   return form;
 }
 
-function choiceOf(take) {
-  const option = (name, text) => h("label", {},
+function choiceOf(names, take) {
+  const option = (name, at) => h("label", {},
     h("input", {
-      type: "radio", name: "task", value: name, checked: name === "match", "data-form": true,
+      type: "radio", name: "task", value: name, checked: at === 0, "data-form": true,
       onchange: () => take(name),
-    }), " ", text);
-  return h("fieldset", {}, h("legend", {}, "What is to be done"),
-    option("match", "Match: points of the one to points of the other"),
-    option("compare", "Compare: how different they are"));
-}
-
-const matching = {
-  path: "/v1/matches",
-  title: "Match",
-  named: ([source, target]) => ({ source: source.id, target: target.id }),
-  fields: ({ metrics, descriptors }, shapes) => [
-    numberField("points", "Points", 32, 3, 256, "How many points are matched."),
-    structureField("metric", "Metric", metrics, "recommended: commute time, then geodesic", shapes),
-    structureField("descriptor", "Descriptor", descriptors, "recommended: scale-invariant heat kernel", shapes),
-    h("div", { class: "checks" },
-      checkbox("dense", true, "Extend the match to all vertices (dense map)", sizeOf(shapes) <= SIMPLIFIED),
-      checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", false),
-      common(shapes)),
-  ],
-};
-
-const recognising = {
-  path: "/v1/matches",
-  title: "Match",
-  named: ([source, target]) => ({ source: source.id, target: target.id }),
-  fields: (_, [prototype, target]) => [
-    numberField("points", "Points", prototype.points, 3, prototype.points,
-      "So many of the prototype's points are found on the shape."),
-    h("div", { class: "checks" }, common([target])),
-  ],
-};
-
-const comparing = {
-  path: "/v1/dissimilarities",
-  title: "Compare",
-  named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
-  fields: ({ metrics }, shapes) => [
-    numberField("points", "Points", 6, 3, 10, "So many points of each shape are matched, to proven optimality."),
-    structureField("metric", "Metric", metrics, "recommended: commute time", shapes),
-    h("div", { class: "checks" }, classes(shapes), common(shapes)),
-  ],
-};
-
-const sizeOf = (shapes) => Math.max(...shapes.map((shape) => shape.vertices));
-
-function common(shapes) {
-  const largest = sizeOf(shapes);
-  const several = shapes.some((shape) => shape.components > 1);
-  return [
-    largest <= SIMPLIFIED ? null : checkbox("simplify", SIMPLIFIED,
-      "Simplify to 20,000 vertices first: faster, and the points are still vertices of the files",
-      largest > LARGE),
-    several ? checkbox("largest_component", true, "Take the largest part of shapes that have several", true) : null,
-  ];
-}
-
-// Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
-function classes(shapes) {
-  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].trim() ?? "");
-  const useful = labels.every((label) => label) && new Set(labels).size < labels.length;
-  if (!useful) return null;
-  return checkbox("labels", JSON.stringify(labels), `Names begin with the class: ${[...new Set(labels)].join(", ")}`, true);
+    }), " ", TASKS[name].about);
+  return h("fieldset", {}, h("legend", {}, "What is to be done"), names.map(option));
 }
 
 function values(form) {

@@ -11,14 +11,19 @@ const SKIN = 218;
 // It is this that sizes a shape where the projection is orthographic.
 const ZOOM = { x: 1.75, y: 1.75, z: 1.75 };
 const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: false };
+const SURFACE = 0;
 const POINTS = 1;
 const RING = 2;
+/** Pixels that a hand moves while it presses, and milliseconds until a touch is looked up. */
+const STILL = 5;
+const TOUCH = 150;
 const NOTHING = { points: [], colors: [], names: [], numbered: false, ring: null };
 
 /**
  * A shape that is drawn.
  *
- * `mesh` has `positions` and `faces`; nothing is drawn before it is first shown.
+ * `mesh` has `positions` and `faces`; nothing is drawn before it is first shown. Vertices of one
+ * that is `picked` can be pointed at.
  */
 export class Scene {
   #node;
@@ -29,13 +34,13 @@ export class Scene {
   #size;
   #brightness;
 
-  constructor(node, { positions, faces }, signal) {
+  constructor(node, { positions, faces }, signal, { picked = false } = {}) {
     this.#node = node;
     this.#signal = signal;
     this.#size = positions.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     this.#brightness = brightness(positions, faces);
     this.#surface = {
-      type: "mesh3d", hoverinfo: "skip", ...FLAT,
+      type: "mesh3d", hoverinfo: picked ? "none" : "skip", ...FLAT,
       ...columns(positions, ["x", "y", "z"]), ...columns(faces, ["i", "j", "k"]),
     };
   }
@@ -105,6 +110,23 @@ export class Scene {
       const pair = pairOf(event);
       if (pair !== undefined) setTimeout(() => click(pair));
     });
+  }
+
+  /** Once it is shown, tell which of the drawn vertices is clicked: to turn the shape is no click. */
+  pick(tell) {
+    let [vertex, pressed] = [null, null];
+    const look = ({ points }) => {
+      vertex = points.find((point) => point.curveNumber === SURFACE)?.pointNumber ?? null;
+    };
+    const known = () => vertex !== null && tell(vertex);
+    this.#node.on("plotly_hover", look);
+    this.#node.on("plotly_click", look);
+    this.#node.on("plotly_unhover", () => { vertex = null; });
+    this.#node.addEventListener("pointerdown", (event) => { pressed = event; }, true);
+    this.#node.addEventListener("pointerup", (event) => {
+      if (Math.hypot(event.clientX - pressed?.clientX, event.clientY - pressed?.clientY) > STILL) return;
+      setTimeout(known, vertex === null || event.pointerType === "touch" ? TOUCH : 0);
+    }, true);
   }
 
   /** Tell where the camera is whenever it was moved by hand. */

@@ -1,17 +1,14 @@
 // The shapes of a match, side by side, and what is done to both at once.
 
 import { carried } from "./carry.js";
-import { coarsened } from "./coarsen.js";
 import { h, fill } from "./dom.js";
-import { geometryOf, normals, places, pointAt } from "./geometry.js";
+import { pointAt } from "./geometry.js";
 import { canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
 import { shareDrawn } from "./shape.js";
-import { seen, stance, turned } from "./stance.js";
+import { lifted, sideOf, stand } from "./side.js";
+import { stance, turned } from "./stance.js";
 import { pointColors, tinted } from "./tint.js";
-
-/** Points stand so far out of the surface, in halves of the shape's size. */
-const LIFT = 0.012;
 
 /**
  * Draw the shapes of a match.
@@ -63,15 +60,6 @@ function whatIsLacking(shapes) {
   return canDraw() ? null : "This browser has no WebGL, which shapes are drawn with.";
 }
 
-async function sideOf(shape, end, signal) {
-  const geometry = await geometryOf(shape.id, signal);
-  const { positions, faces } = geometry;
-  return {
-    shape, end, geometry, unturned: geometry, mesh: coarsened(geometry), normals: normals(positions, faces),
-    place: places(geometry),
-  };
-}
-
 const caption = (nodes) => ({ shape, mesh }, at) => h("figure", {}, nodes[at],
   h("figcaption", {}, shape.name, h("span", { class: "faint" }, " ", shareDrawn(mesh.share, shape.faces))));
 
@@ -93,11 +81,7 @@ function toggle(text, options, name, changed) {
 function turn(sides, pairs) {
   const rows = [stance(sides[0].geometry.positions)];
   if (sides.length === 2) rows.push(turnedTarget(rows[0], sides, pairs));
-  sides.forEach((side, k) => {
-    side.geometry = { ...side.geometry, positions: seen(rows[k], side.geometry.positions) };
-    side.normals = seen(rows[k], side.normals);
-    side.mesh = { ...side.mesh, positions: seen(rows[k], side.mesh.positions) };
-  });
+  sides.forEach((side, k) => stand(side, rows[k]));
 }
 
 function turnedTarget(rows, sides, pairs) {
@@ -111,15 +95,6 @@ function pointsOf(side, pairs, refined) {
   return pairs.map((pair, at) => (side.end === "target" && refined !== null
     ? lifted(side, refined[at].vertices.map(side.place), refined[at].weights)
     : lifted(side, [side.place(pair[side.end])], [1])));
-}
-
-function lifted(side, vertices, weights) {
-  const mean = (values) => [0, 1, 2].map((k) =>
-    vertices.reduce((sum, v, at) => sum + weights[at] * values[3 * v + k], 0));
-  const place = mean(side.geometry.positions);
-  const normal = mean(side.normals);
-  const length = Math.hypot(...normal) || 1;
-  return place.map((value, k) => value + (LIFT * normal[k]) / length);
 }
 
 // Colours of the surfaces, computed when they are first wanted.

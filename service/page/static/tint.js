@@ -21,6 +21,9 @@ export function pointColors(points) {
     fromHsv((Math.atan2(y, x) / (2 * Math.PI) + 1) % 1, 0.55 + (0.4 * reach[i]) / most, 0.84));
 }
 
+/** Colours that differ from one another: that of the i-th of any number. */
+export const distinct = (i) => fromHsv((0.05 + 0.618034 * i) % 1, 0.85, 0.8);
+
 export const css = ([red, green, blue]) => `rgb(${red},${green},${blue})`;
 
 /**

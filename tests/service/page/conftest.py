@@ -1,16 +1,17 @@
 """The page in a real browser: the system's Chromium, headless, drawing in software."""
 
-import json
 import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import httpx2
 import pytest
 from playwright.sync_api import (
     Browser,
     ConsoleMessage,
+    Locator,
     Page,
     Playwright,
     ViewportSize,
@@ -40,6 +41,23 @@ def chromium() -> str:
         "no Chromium is installed, and `make browser` installs one only on Debian, for root:"
         " the page is not tested in a browser"
     )
+
+
+# Where a point of a drawn shape is on the screen, by the camera that plotly.js looks through.
+PLACE = """(scene, [trace, number]) => {
+  const drawing = scene._fullLayout.scene._scene;
+  const { model, view, projection } = drawing.glplot.cameraParams;
+  const moved = (m, v) => [0, 1, 2, 3].map(
+    (r) => m[r] * v[0] + m[4 + r] * v[1] + m[8 + r] * v[2] + m[12 + r] * v[3]);
+  const { x, y, z } = scene.data[trace];
+  const point = [x, y, z].map((values, k) => values[number] * drawing.dataScale[k]);
+  const [u, v, , w] = [model, view, projection].reduce((p, m) => moved(m, p), [...point, 1]);
+  const box = scene.getBoundingClientRect();
+  return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
+}"""
+
+SURFACE, POINTS = 0, 1
+"""What is drawn of a shape: its surface, and points upon it."""
 
 
 @pytest.fixture(scope="package")
@@ -102,6 +120,12 @@ def eventually(holds: Callable[[], bool]) -> None:
         time.sleep(0.05)
 
 
+def place(scene: Locator, trace: int, number: int) -> tuple[float, float]:
+    """Where a vertex of the surface, or a point, of a shape that is drawn is on the screen."""
+    x, y = scene.evaluate(PLACE, [trace, number])
+    return x, y
+
+
 def job_of(page: Page) -> str:
     """Id of the job that the page shows."""
     return page.url.rpartition("#/jobs/")[2]
@@ -109,6 +133,5 @@ def job_of(page: Page) -> str:
 
 def result_of(page: Page, api: Api) -> dict[str, Any]:
     """The result of that job, as the API has it."""
-    answer = page.request.get(f"{api.url}/v1/jobs/{job_of(page)}/result")
-    result: dict[str, Any] = json.loads(answer.text())
+    result: dict[str, Any] = httpx2.get(f"{api.url}/v1/jobs/{job_of(page)}/result").json()
     return result

@@ -6,28 +6,24 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from service.page.files import STATIC
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import PATIENCE, eventually, job_of, opened, result_of
+from tests.service.page.conftest import (
+    PATIENCE,
+    POINTS,
+    eventually,
+    job_of,
+    opened,
+    place,
+    result_of,
+)
 from tests.worker.figures import blob_file
 
 FIGURES = [STATIC / "shapes" / f"human-{pose}.off" for pose in ("standing", "walking")]
-
-# Where a point of a drawn shape is on the screen, by the camera that plotly.js looks through.
-PLACE = """(scene, pair) => {
-  const drawing = scene._fullLayout.scene._scene;
-  const { model, view, projection } = drawing.glplot.cameraParams;
-  const moved = (m, v) => [0, 1, 2, 3].map(
-    (r) => m[r] * v[0] + m[4 + r] * v[1] + m[8 + r] * v[2] + m[12 + r] * v[3]);
-  const { x, y, z } = scene.data[1];
-  const point = [x, y, z].map((values, k) => values[pair] * drawing.dataScale[k]);
-  const [u, v, , w] = [model, view, projection].reduce((p, m) => moved(m, p), [...point, 1]);
-  const box = scene.getBoundingClientRect();
-  return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
-}"""
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +121,7 @@ def test_the_partner_of_a_point_that_is_pointed_at(matched: Page) -> None:
     source.scroll_into_view_if_needed()
     # The highest point is in front of nothing.
     pair = source.evaluate("s => s.data[1].y.indexOf(Math.max(...s.data[1].y))")
-    x, y = source.evaluate(PLACE, pair)
+    x, y = place(source, POINTS, pair)
     matched.mouse.move(x - 4, y)
     matched.mouse.move(x, y, steps=3)
     expect(target).to_have_attribute("data-pair", str(pair))
@@ -202,7 +198,7 @@ def test_a_job_is_cancelled(page: Page, api: Api) -> None:
 def test_a_prototype_is_matched(page: Page, api: Api, upload: Callable[..., Json]) -> None:
     shapes = [upload(blob_file(2, seed=seed))["id"] for seed in (95, 96)]
     asked = {"shapes": shapes, "points": 6, "name": "<b>blob", "eigenpairs": 30}
-    answer = page.request.post(f"{api.url}/v1/prototypes", data=asked)
+    answer = httpx2.post(f"{api.url}/v1/prototypes", json=asked)
     page.goto(f"/#/jobs/{answer.json()['id']}")
     page.get_by_role("link", name="Match it with a shape").click()
     expect(page.locator(".chips li")).to_contain_text("<b>blob, version 1")

@@ -1,0 +1,156 @@
+// Landmarks: vertices of two shapes that are known to correspond, pointed at or typed.
+
+import { h, fill, button } from "./dom.js";
+import { pointAt } from "./geometry.js";
+import { canDraw } from "./plotly.js";
+import { problemBox } from "./problem.js";
+import { Scene } from "./scene.js";
+import { lifted, sideOf, stand } from "./side.js";
+import { stance } from "./stance.js";
+import { css, distinct } from "./tint.js";
+
+const ENDS = ["source", "target"];
+const ABOUT = "Click a point on one shape, then the same point on the other; or type their vertex numbers."
+  + " One on a hand tells left from right.";
+
+/** A field for landmarks of two shapes, which are drawn when it is opened. */
+export function landmarkField(shapes, signal) {
+  const pairs = [];
+  const pending = [null, null];
+  let sides = null;
+  let scenes = null;
+  const value = h("input", { type: "hidden", name: "landmarks", id: "field-landmarks", "data-json": true });
+  const list = h("ol", { class: "list" });
+  const said = h("p", { "aria-live": "polite", class: "faint" }, ABOUT);
+  const refused = h("p", { id: "error-landmarks", class: "error", role: "alert", hidden: true });
+  const pictures = h("div", { class: "pair" });
+  const inputs = shapes.map((_, at) => numberInput(ENDS[at], (number) => choose(at, number), () => add()));
+
+  const refuse = (text) => {
+    refused.textContent = text ?? "";
+    refused.hidden = text === null;
+  };
+  const choose = (at, number) => {
+    pending[at] = number;
+    refuse(null);
+    show();
+  };
+  const add = () => {
+    const wrong = whatIsWrong(pending, pairs, shapes, sides);
+    refuse(wrong);
+    if (wrong !== null) return;
+    pairs.push([...pending]);
+    pending.fill(null);
+    inputs.forEach(({ input }) => { input.value = ""; });
+    show();
+  };
+  const pick = (at, number) => {
+    inputs[at].input.value = number;
+    choose(at, number);
+    if (!pending.includes(null)) add();
+  };
+  const show = () => {
+    // A pair that was typed counts, whether it was added or not.
+    const all = pending.includes(null) ? pairs : [...pairs, pending];
+    value.value = all.length === 0 ? "" : JSON.stringify(all);
+    said.textContent = instruction(pending, shapes);
+    fill(list, pairs.map((pair, i) => line(pair, i, () => {
+      pairs.splice(i, 1);
+      show();
+    })));
+    scenes?.forEach((scene, at) => drawMarks(scene, sides[at], [...pairs.map((pair) => pair[at]), pending[at]]));
+  };
+  const open = async () => {
+    if (scenes !== null || sides !== null || !canDraw()) return;
+    try {
+      sides = await Promise.all(shapes.map((shape, at) => sideOf(shape, ENDS[at], signal)));
+      scenes = await drawn(pictures, sides, pick, signal);
+      show();
+    } catch (error) {
+      if (!signal.aborted) fill(pictures, problemBox(error));
+    }
+  };
+  const box = h("details", { class: "landmarks" },
+    h("summary", {}, "Landmarks: points that are known to correspond"),
+    said, pictures,
+    h("div", { class: "actions" }, inputs.map(({ node }) => node), button("Add this pair", add)),
+    refused, list, value);
+  box.addEventListener("toggle", () => box.open && open());
+  return box;
+}
+
+function numberInput(end, changed, entered) {
+  const input = h("input", { id: `landmark-${end}`, type: "number", min: 0, step: 1, class: "short" });
+  input.addEventListener("input", () => changed(input.value === "" ? null : Number(input.value)));
+  input.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter") return;
+    event.preventDefault();
+    entered();
+  });
+  return { input, node: h("span", {}, h("label", { for: input.id }, `Vertex of the ${end} `), input) };
+}
+
+function whatIsWrong(pending, pairs, shapes, sides) {
+  for (const at of [0, 1]) {
+    const number = pending[at];
+    if (number === null) return `Which vertex of the ${ENDS[at]}?`;
+    if (!Number.isInteger(number) || number < 0) return `${number} is no number of a vertex: they count from 0.`;
+    if (sides !== null && sides[at].place(number) === undefined) return `${shapes[at].name} has no vertex ${number}.`;
+    if (pairs.some((pair) => pair[at] === number)) return `Vertex ${number} of ${shapes[at].name} is a landmark already.`;
+  }
+  return null;
+}
+
+function instruction(pending, shapes) {
+  const missing = pending.indexOf(null);
+  if (pending[0] === null && pending[1] === null) return ABOUT;
+  return missing < 0 ? "Add this pair." : `Now the same point on ${shapes[missing].name}.`;
+}
+
+function line([source, target], i, remove) {
+  const swatch = h("span", { class: "swatch" });
+  swatch.style.background = css(distinct(i));
+  return h("li", {}, swatch, `vertex ${source} of the source is vertex ${target} of the target `,
+    button("Remove", remove, { class: "small", "aria-label": `Remove landmark ${i + 1}` }));
+}
+
+async function drawn(place, sides, pick, signal) {
+  const nodes = sides.map(({ shape, end }) => h("div", {
+    class: "scene picked", role: "img", "data-side": end, "aria-label": `${shape.name} in three dimensions, to choose landmarks on`,
+  }));
+  fill(place, sides.map(({ shape, end }, at) => h("figure", {}, nodes[at],
+    h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));
+  sides.forEach((side) => stand(side, stance(side.geometry.positions)));
+  const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal, { picked: true }));
+  await Promise.all(scenes.map((scene, at) => scene.show(sides[at].mesh.colors)));
+  if (signal.aborted) return null;
+  scenes.forEach((scene, at) => scene.pick((vertex) => pick(at, numberOf(sides[at], vertex))));
+  place.dataset.ready = "true";
+  return scenes;
+}
+
+// What is drawn may be coarse: the vertex of the file that is nearest.
+function numberOf({ mesh, geometry }, vertex) {
+  if (mesh.share === 1) return geometry.numbers[vertex];
+  const [x, y, z] = pointAt(mesh.positions, vertex);
+  const { positions, numbers } = geometry;
+  let [best, least] = [0, Infinity];
+  for (let v = 0; v < numbers.length; v++) {
+    const distance = (positions[3 * v] - x) ** 2 + (positions[3 * v + 1] - y) ** 2 + (positions[3 * v + 2] - z) ** 2;
+    if (distance < least) [best, least] = [v, distance];
+  }
+  return numbers[best];
+}
+
+// The last one is being chosen: it has a ring, if there is one.
+function drawMarks(scene, side, numbers) {
+  const there = numbers.map((number) => (number === null ? undefined : side.place(number)));
+  const shown = there.flatMap((place, i) => (place === undefined ? [] : [i]));
+  scene.show(side.mesh.colors, {
+    points: shown.map((i) => lifted(side, [there[i]], [1])),
+    colors: shown.map(distinct),
+    names: shown.map((i) => String(i + 1)),
+    numbered: true,
+    ring: there.at(-1) === undefined ? null : shown.length - 1,
+  });
+}

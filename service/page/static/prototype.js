@@ -1,0 +1,60 @@
+// A prototype: what is known of it, what it was learned from, and what can be done with it.
+
+import { get, remove } from "./api.js";
+import { h, fill, button } from "./dom.js";
+import { download } from "./download.js";
+import { namesOf } from "./names.js";
+import { problemBox } from "./problem.js";
+import { figure, several, time } from "./words.js";
+
+export async function prototypeView(place, [id], signal) {
+  const path = `/v1/prototypes/${encodeURIComponent(id)}`;
+  const forget = button("Delete", async () => {
+    try {
+      await remove(path);
+      location.hash = "#/";
+    } catch (error) {
+      forget.after(problemBox(error));
+    }
+  });
+  await prototypeDetails(place, await get(path, signal), signal, [forget]);
+}
+
+/** @param {Array<Node>} actions what else can be done with it */
+export async function prototypeDetails(place, prototype, signal, actions) {
+  const { id, name, version, examples, components, learned_from: learned } = prototype;
+  document.title = `${name} – isomatch`;
+  const from = h("div");
+  fill(place,
+    h("h2", {}, `${name}, version ${version}`),
+    h("p", {}, `${several(prototype.points, "point")}, learned from ${several(examples, "shape")}, with up to`
+      + ` ${several(components, "Gaussian")} for each distance. Made ${time(prototype.created)}.`),
+    prototype.warnings.length ? h("ul", { class: "warnings" }, prototype.warnings.map((text) => h("li", {}, text))) : null,
+    h("p", { class: "actions" },
+      h("a", { href: `#/with/${id}`, class: "button primary" }, "Match it with a shape"), " ",
+      download(`/v1/prototypes/${id}/archive`, "Archive (NPZ)", `${id}.npz`), " ", actions),
+    h("dl", { class: "figures" }, measured(prototype.parameters).map(([term, value]) =>
+      h("div", {}, h("dt", {}, term), h("dd", {}, value)))),
+    from);
+  if (learned !== null) fill(from, await exampleTable(prototype, signal));
+}
+
+const structures = (choices) => [choices].flat().map((choice) => (choice.name ?? choice).replaceAll("_", " ")).join(", then ");
+
+const measured = ({ metric, descriptor, normalise }) => [
+  ["Distances", structures(metric)],
+  ["Descriptor of points", structures(descriptor)],
+  ["Sizes", normalise ? "do not count" : "count"],
+];
+
+async function exampleTable({ learned_from: learned, reference }, signal) {
+  const names = await namesOf(learned.map((example) => example.shape), signal);
+  const rows = learned.map(({ shape, used, misfit, reason }, at) => h("tr", {},
+    h("th", { scope: "row" }, h("a", { href: `#/shapes/${shape}` }, names[at])),
+    h("td", {}, shape === reference ? "the points were chosen on it" : used ? "used" : `left out: ${reason}`),
+    h("td", {}, figure(misfit))));
+  return h("div", { class: "scroll" }, h("table", {},
+    h("caption", {}, "What it was learned from; misfit is the energy of an example's match with all of them"),
+    h("thead", {}, h("tr", {}, ["Shape", "", "Misfit"].map((text) => h("th", { scope: "col" }, text)))),
+    h("tbody", {}, rows)));
+}

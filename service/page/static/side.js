@@ -1,0 +1,35 @@
+// What is known of a shape that is drawn: its geometry as it came, and as it is seen.
+
+import { coarsened } from "./coarsen.js";
+import { geometryOf, normals, places } from "./geometry.js";
+import { seen } from "./stance.js";
+
+/** Points stand so far out of the surface, in halves of the shape's size. */
+const LIFT = 0.012;
+
+/** @param {string} end "source" or "target" */
+export async function sideOf(shape, end, signal) {
+  const geometry = await geometryOf(shape.id, signal);
+  const { positions, faces } = geometry;
+  return {
+    shape, end, geometry, unturned: geometry, mesh: coarsened(geometry), normals: normals(positions, faces),
+    place: places(geometry),
+  };
+}
+
+/** Turn a side: all places are then as they are seen. */
+export function stand(side, rows) {
+  side.geometry = { ...side.geometry, positions: seen(rows, side.geometry.positions) };
+  side.normals = seen(rows, side.normals);
+  side.mesh = { ...side.mesh, positions: seen(rows, side.mesh.positions) };
+}
+
+/** Where a point of the surface is drawn: the mean of vertices, by their places, and a little out of it. */
+export function lifted(side, vertices, weights) {
+  const mean = (values) => [0, 1, 2].map((k) =>
+    vertices.reduce((sum, v, at) => sum + weights[at] * values[3 * v + k], 0));
+  const place = mean(side.geometry.positions);
+  const normal = mean(side.normals);
+  const length = Math.hypot(...normal) || 1;
+  return place.map((value, k) => value + (LIFT * normal[k]) / length);
+}

@@ -1,0 +1,99 @@
+// What can be done with chosen shapes, and the fields of each.
+
+import { h } from "./dom.js";
+import { checkbox, choiceField, numberField, structureField, textField } from "./fields.js";
+import { landmarkField } from "./landmarks.js";
+
+const LARGE = 50000;
+const SIMPLIFIED = 20000;
+
+const matching = {
+  path: "/v1/matches",
+  title: "Match",
+  about: "Match: points of the one to points of the other",
+  named: ([source, target]) => ({ source: source.id, target: target.id }),
+  fields: ({ metrics, descriptors }, shapes, signal) => [
+    numberField("points", "Points", 32, 3, 256, "How many points are matched."),
+    structureField("metric", "Metric", metrics, "recommended: commute time, then geodesic", shapes),
+    structureField("descriptor", "Descriptor", descriptors, "recommended: scale-invariant heat kernel", shapes),
+    h("div", { class: "checks" },
+      checkbox("dense", true, "Extend the match to all vertices (dense map)", sizeOf(shapes) <= SIMPLIFIED),
+      checkbox("orientation", true, "Tell left from right (a dense map does so too)", false),
+      checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", false),
+      common(shapes)),
+    landmarkField(shapes, signal),
+  ],
+};
+
+const recognising = {
+  path: "/v1/matches",
+  title: "Match",
+  named: ([source, target]) => ({ source: source.id, target: target.id }),
+  fields: (_, [prototype, target]) => [
+    numberField("points", "Points", prototype.points, 3, prototype.points,
+      "So many of the prototype's points are found on the shape."),
+    h("div", { class: "checks" }, common([target])),
+  ],
+};
+
+const comparing = {
+  path: "/v1/dissimilarities",
+  title: "Compare",
+  about: "Compare: how different they are",
+  named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
+  fields: ({ metrics }, shapes) => [
+    numberField("points", "Points", 6, 3, 10, "So many points of each shape are matched, to proven optimality."),
+    structureField("metric", "Metric", metrics, "recommended: commute time", shapes),
+    h("div", { class: "checks" }, classes(shapes), common(shapes)),
+  ],
+};
+
+const learning = {
+  path: "/v1/prototypes",
+  title: "Learn",
+  about: "Learn a prototype: what is usual of a class, from examples of it",
+  named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
+  fields: (_, shapes) => [
+    textField("name", "Name", beginning(shapes), "One that is taken gets a next version."),
+    numberField("points", "Points", 16, 3, 256, "How many points of the first shape are learned."),
+    choiceField("correspondence", "Which points correspond", [
+      ["matches", "those that the first shape is matched to"],
+      ["shared_connectivity", "the same vertex of every file"],
+    ], alike(shapes) ? 1 : 0, "Files of one template, in other poses, have the same triangles and share their vertices' numbers."),
+    h("div", { class: "checks" }, shapes.some((shape) => shape.vertices > SIMPLIFIED) && !alike(shapes)
+      ? checkbox("simplify", SIMPLIFIED, "Simplify to 20,000 vertices first", true) : null),
+  ],
+};
+
+/** What can be done with chosen shapes: how it is asked for, and what can be said of it. */
+export const TASKS = { match: matching, compare: comparing, recognise: recognising, learn: learning };
+
+const alike = ([first, ...others]) =>
+  others.every((shape) => shape.vertices === first.vertices && shape.faces === first.faces);
+
+// What all names begin with, up to a digit.
+function beginning(shapes) {
+  const [first, ...others] = shapes.map((shape) => shape.name.match(/^[^\d.]*/)[0].replace(/[\s_-]+$/, ""));
+  return first && others.every((name) => name === first) ? first : "prototype";
+}
+
+const sizeOf = (shapes) => Math.max(...shapes.map((shape) => shape.vertices));
+
+function common(shapes) {
+  const largest = sizeOf(shapes);
+  const several = shapes.some((shape) => shape.components > 1);
+  return [
+    largest <= SIMPLIFIED ? null : checkbox("simplify", SIMPLIFIED,
+      "Simplify to 20,000 vertices first: faster, and the points are still vertices of the files",
+      largest > LARGE),
+    several ? checkbox("largest_component", true, "Take the largest part of shapes that have several", true) : null,
+  ];
+}
+
+// Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
+function classes(shapes) {
+  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].trim() ?? "");
+  const useful = labels.every((label) => label) && new Set(labels).size < labels.length;
+  if (!useful) return null;
+  return checkbox("labels", JSON.stringify(labels), `Names begin with the class: ${[...new Set(labels)].join(", ")}`, true);
+}

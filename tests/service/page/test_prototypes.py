@@ -1,0 +1,95 @@
+"""A prototype on the page: learned from chosen shapes, looked at, and matched; and links."""
+
+from collections.abc import Callable
+
+import httpx2
+from playwright.sync_api import Page, expect
+
+from tests.service.conftest import Api, Json
+from tests.service.page.conftest import result_of
+from tests.worker.families import family
+
+ADDRESS = "[aria-label='Address of this result']"
+
+
+def examples(upload: Callable[..., Json], first: int) -> list[str]:
+    """Ids of four shapes of one connectivity."""
+    return [upload(data)["id"] for data in family(4, first=first)]
+
+
+def test_a_prototype_is_learned_and_matched(
+    page: Page, api: Api, upload: Callable[..., Json]
+) -> None:
+    shapes = examples(upload, 500)
+    page.goto(f"/#/with/{'/'.join(shapes)}")
+    # By the keyboard: what is to be done, and in which way.
+    page.get_by_label("Compare: how different they are").focus()
+    page.keyboard.press("ArrowDown")
+    correspondence = page.get_by_label("Which points correspond")
+    expect(correspondence).to_have_value("shared_connectivity")
+    name = page.get_by_label("Name", exact=True)
+    name.fill("<b>page")
+    points = page.get_by_label("Points", exact=True)
+    points.fill("2")
+    page.get_by_role("button", name="Learn").click()
+    expect(page.locator("#error-points")).to_contain_text("greater than or equal to 3")
+    assert page.url.count("/with/") == 1
+    points.fill("6")
+    page.keyboard.press("Enter")
+    page.wait_for_url("**/#/jobs/*")
+    expect(page.locator("h2").last).to_have_text("<b>page, version 1")
+    learned = result_of(page, api)
+    assert learned["parameters"]["correspondence"] == "shared_connectivity"
+    assert learned["prototype"]["points"] == 6
+    rows = page.locator("tbody tr")
+    expect(rows).to_have_count(4)
+    expect(rows.first).to_contain_text("the points were chosen on it")
+    expect(rows.nth(1)).to_contain_text("used")
+    links = rows.locator("a").evaluate_all("links => links.map(a => a.getAttribute('href'))")
+    assert links == [f"#/shapes/{shape}" for shape in shapes]
+
+    made = learned["prototype"]["id"]
+    page.get_by_role("link", name="Match it with a shape").click()
+    expect(page.locator(".chips li")).to_have_count(1)
+    page.locator(".chips a").click()
+    expect(page).to_have_url(f"{api.url}/#/prototypes/{made}")
+    with page.expect_download() as saved:
+        page.get_by_role("link", name="Archive (NPZ)").click()
+    assert saved.value.suggested_filename == f"{made}.npz"
+    page.goto(f"/#/with/{made}/{shapes[3]}")
+    page.get_by_role("button", name="Match", exact=True).click()
+    page.locator("[data-drawn]").wait_for()
+    assert result_of(page, api)["source"] == made
+
+    page.goto(f"/#/prototypes/{made}")
+    page.get_by_role("button", name="Delete").click()
+    expect(page.get_by_text("Recent jobs")).to_be_visible()
+    assert httpx2.get(f"{api.url}/v1/prototypes/{made}").status_code == 404
+    page.goto(f"/#/prototypes/{made}")
+    expect(page.get_by_role("alert")).to_contain_text("no prototype")
+
+
+def test_links_are_copied_and_opened(page: Page, api: Api, upload: Callable[..., Json]) -> None:
+    shapes = examples(upload, 600)[:2]
+    asked = {"source": shapes[0], "target": shapes[1], "points": 4, "eigenpairs": 20}
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked).json()["id"]
+    # The clipboard of this page is a variable, and nobody may write to it in the end.
+    page.add_init_script(
+        "window.copied = null;"
+        "if (navigator.clipboard) navigator.clipboard.writeText = async (text) => {"
+        " if (window.denied) throw new Error('no'); window.copied = text; }"
+    )
+    page.goto(f"/#/jobs/{job}")
+    copy = page.get_by_role("button", name="Copy link")
+    copy.click()
+    expect(page.get_by_text("Copied.")).to_be_visible()
+    address = page.evaluate("window.copied")
+    assert address == f"{api.url}/#job={job}"
+    page.evaluate("window.denied = true")
+    copy.click()
+    expect(page.locator(ADDRESS)).to_have_value(address)
+
+    page.goto("about:blank")
+    page.goto(address)
+    page.locator("[data-drawn]").wait_for()
+    expect(page.locator("tr[data-pair]")).to_have_count(4)
