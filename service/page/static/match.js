@@ -34,7 +34,7 @@ export async function matchView(place, result, job, signal) {
     announced.textContent = selection.chosen === null ? "" : `Pair ${selection.chosen + 1} is chosen.`;
   });
   fill(place,
-    h("h2", {}, learned ? source.name : name(source), " and ", name(target)),
+    h("h2", {}, name(source, learned), " and ", name(target)),
     h("p", { class: "proof" },
       h("span", { class: result.certified ? "badge good" : "badge" }, result.certified ? "certified" : "not certified"),
       " ", summary(result), " ", certificate(result)),
@@ -47,14 +47,15 @@ export async function matchView(place, result, job, signal) {
     announced, pairs);
   await choose(0);
   try {
-    drawn = await pairOfScenes(scenes, result, learned ? [target] : [source, target], selection, signal);
+    drawn = await pairOfScenes(scenes, result, source, target, selection, signal);
     if (drawn !== null) await choose(0);
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));
   }
 }
 
-const name = (shape) => (shape.id ? h("a", { href: `#/shapes/${shape.id}` }, shape.name) : shape.name);
+const name = ({ id, name: called }, learned = false) =>
+  (id ? h("a", { href: `#/${learned ? "prototypes" : "shapes"}/${id}` }, called) : called);
 
 // A shape may have been deleted since: the numbers are still there.
 async function recordOr(kind, id, signal) {

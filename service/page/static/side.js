@@ -1,7 +1,9 @@
 // What is known of a shape that is drawn: its geometry as it came, and as it is seen.
 
+import { Problem, request } from "./api.js";
 import { coarsened } from "./coarsen.js";
 import { geometryOf, normals, places } from "./geometry.js";
+import { readArrays } from "./npz.js";
 import { seen } from "./stance.js";
 
 /** Points stand so far out of the surface, in halves of the shape's size. */
@@ -15,6 +17,26 @@ export async function sideOf(shape, end, signal) {
     shape, end, geometry, unturned: geometry, mesh: coarsened(geometry), normals: normals(positions, faces),
     place: places(geometry),
   };
+}
+
+/**
+ * A prototype, on the shape that its points were chosen on; its points take the place of vertices.
+ * @returns {Promise<Object|null>} `points`, their number, as well; null where no such shape is kept
+ */
+export async function prototypeSide({ id, name, version, reference }, signal) {
+  if (id === null || reference === null) return null;
+  try {
+    const answer = await request(`/v1/prototypes/${encodeURIComponent(id)}/archive`, { signal });
+    const [{ vertices }, side] = await Promise.all([
+      answer.arrayBuffer().then((archive) => readArrays(archive, ["vertices"])),
+      sideOf({ id: reference, name: `${name}, version ${version}`, faces: 0 }, "source", signal),
+    ]);
+    const shape = { ...side.shape, faces: side.geometry.faces.length / 3 };
+    return { ...side, shape, points: vertices.length, place: (point) => side.place(vertices[point]) };
+  } catch (error) {
+    if (error instanceof Problem && [404, 410].includes(error.status)) return null;
+    throw error;
+  }
 }
 
 /** Turn a side: all places are then as they are seen. */

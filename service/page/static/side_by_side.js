@@ -6,24 +6,27 @@ import { pointAt } from "./geometry.js";
 import { canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
 import { shareDrawn } from "./shape.js";
-import { lifted, sideOf, stand } from "./side.js";
+import { lifted, prototypeSide, sideOf, stand } from "./side.js";
 import { stance, turned } from "./stance.js";
 import { pointColors, tinted } from "./tint.js";
 
 /**
  * Draw the shapes of a match.
- * @param {Array<Object>} shapes the records of source and target; of a prototype's, the target's
+ * @param {Object} source its record, or that of the prototype
+ * @param {Object} target its record
  * @returns {Promise<Object|null>} `show`, which draws one of the answers and returns the colours of
  *   its pairs; null where nothing can be drawn
  */
-export async function pairOfScenes(place, result, shapes, selection, signal) {
-  const lacking = whatIsLacking(shapes);
+export async function pairOfScenes(place, result, source, target, selection, signal) {
+  const learned = result.source_kind === "prototype";
+  const lacking = whatIsLacking(learned ? [target] : [source, target]);
   if (lacking !== null) {
     fill(place, h("p", { class: "faint" }, lacking));
     return null;
   }
-  const ends = shapes.length === 1 ? ["target"] : ["source", "target"];
-  const sides = await Promise.all(shapes.map((shape, at) => sideOf(shape, ends[at], signal)));
+  const sides = (await Promise.all([
+    learned ? prototypeSide(source, signal) : sideOf(source, "source", signal), sideOf(target, "target", signal),
+  ])).filter((side) => side !== null);
   turn(sides, result.correspondences);
   const options = { numbered: true, together: true, tinted: true };
   let again = () => {};

@@ -15,6 +15,7 @@ from playwright.sync_api import (
     Page,
     Playwright,
     ViewportSize,
+    expect,
     sync_playwright,
 )
 
@@ -63,6 +64,7 @@ SURFACE, POINTS = 0, 1
 @pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
     # It runs an event loop in this thread, which other tests must not find: not for the session.
+    expect.set_options(timeout=PATIENCE)
     with sync_playwright() as running:
         yield running
 

@@ -210,5 +210,9 @@ def test_a_prototype_is_matched(page: Page, api: Api, upload: Callable[..., Json
     result = result_of(page, api)
     assert result["source_kind"] == "prototype"
     assert rows(page) == pairs(result)
-    assert page.locator(".scene").count() == 1
+    # Its points are drawn on the shape they were chosen on, each in the colour of its partner.
+    assert page.locator(".scene").count() == 2
+    source, target = (scene.evaluate("s => s.data[1].marker.color") for scene in scenes(page))
+    assert source == target
+    assert len(set(source)) == 6
     expect(page.get_by_role("columnheader", name="Point of the prototype")).to_be_visible()

@@ -2,10 +2,12 @@
 
 import base64
 import gzip
+import io
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from playwright.sync_api import Page
 
 from solver.arrays import FloatArray
@@ -24,6 +26,34 @@ def call(page: Page, module: str, body: str, given: Any) -> Any:
 
 def flat(array: FloatArray) -> list[float]:
     return [float(value) for value in array.ravel()]
+
+
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_archives_are_read(page: Page, save: Any) -> None:
+    rng = np.random.default_rng(4)
+    arrays: dict[str, NDArray[Any]] = {
+        "positions": rng.normal(size=(5, 3)),
+        "vertices": rng.integers(0, 10**9, 7),
+        "faces": rng.integers(0, 99, (4, 3)).astype(np.int32),
+        "single": rng.normal(size=(6,)).astype(np.float32),
+        "about": np.frombuffer(b"{}", dtype=np.uint8),
+    }
+    archive = io.BytesIO()
+    save(archive, **arrays)
+    body = """
+        const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
+        return m.readArrays(bytes.buffer, ["positions", "vertices", "faces", "single", "none"]);
+    """
+    read = call(page, "npz", body, base64.b64encode(archive.getvalue()).decode())
+    assert set(read) == {"positions", "vertices", "faces", "single"}
+    for name, values in read.items():
+        assert values == arrays[name].ravel().tolist()
+    body = """
+        const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
+        return m.readArrays(bytes.buffer, ["about"]).catch((error) => error.message);
+    """
+    for data, said in ((archive.getvalue(), "kind"), (b"no archive" * 9, "no NumPy archive")):
+        assert said in call(page, "npz", body, base64.b64encode(data).decode())
 
 
 @pytest.mark.parametrize("colored", [False, True])

@@ -1,9 +1,12 @@
 """A prototype on the page: learned from chosen shapes, looked at, and matched; and links."""
 
+import io
 from collections.abc import Callable
 
 import httpx2
+import numpy as np
 from playwright.sync_api import Page, expect
+from scipy.spatial.distance import pdist
 
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import result_of
@@ -48,11 +51,31 @@ def test_a_prototype_is_learned_and_matched(
     links = rows.locator("a").evaluate_all("links => links.map(a => a.getAttribute('href'))")
     assert links == [f"#/shapes/{shape}" for shape in shapes]
 
-    made = learned["prototype"]["id"]
     page.get_by_role("link", name="Match it with a shape").click()
     expect(page.locator(".chips li")).to_have_count(1)
     page.locator(".chips a").click()
-    expect(page).to_have_url(f"{api.url}/#/prototypes/{made}")
+    expect(page).to_have_url(f"{api.url}/#/prototypes/{learned['prototype']['id']}")
+
+
+def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Json]) -> None:
+    shapes = examples(upload, 520)
+    asked = {"shapes": shapes, "points": 6, "correspondence": "shared_connectivity"}
+    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked).json()["id"]
+    page.goto(f"/#job={job}")
+    made = page.get_by_role("link", name="Match it with a shape").get_attribute("href")
+    assert made is not None
+    made = made.rpartition("/")[2]
+    page.goto(f"/#/prototypes/{made}")
+    drawn = page.locator("[data-drawn='6'] .scene")
+    expect(drawn).to_have_count(1)
+    # Its points are where the archive has them, but for a turn, the scale, and a little height.
+    archive = httpx2.get(f"{api.url}/v1/prototypes/{made}/archive").content
+    with np.load(io.BytesIO(archive), allow_pickle=False) as arrays:
+        given = pdist(arrays["positions"])
+    seen = pdist(
+        drawn.evaluate("s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])")
+    )
+    np.testing.assert_allclose(seen / seen.mean(), given / given.mean(), rtol=0.05)
     with page.expect_download() as saved:
         page.get_by_role("link", name="Archive (NPZ)").click()
     assert saved.value.suggested_filename == f"{made}.npz"
