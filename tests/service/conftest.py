@@ -1,7 +1,6 @@
 """The API over real HTTP, with a real server and real workers behind it, once for the session."""
 
 import asyncio
-import json
 import logging
 import threading
 import time
@@ -21,6 +20,7 @@ from service.embedded import EmbeddedServer
 from service.pool import WorkerPool
 from service.settings import Settings
 from tests.worker.figures import blob_file
+from tests.worker.records import shape_record
 from worker.queue import JobQueue
 from worker.store import Store, connect, keys
 
@@ -145,23 +145,10 @@ def shapes(upload: Callable[..., Json]) -> tuple[str, str]:
 
 def put_shapes(api: Api) -> tuple[str, str]:
     """Put the records of two shapes in the store, for jobs that nobody runs."""
-    for name in ("a" * 32, "b" * 32):
-        record = {
-            "id": name,
-            "name": name,
-            "file_type": "off",
-            "bytes": 1,
-            "vertices": 1,
-            "faces": 1,
-            "area": 1.0,
-            "components": 1,
-            "closed": True,
-            "has_colors": False,
-            "warnings": [],
-            "created": "2026-01-01T00:00:00Z",
-        }
-        api.store.client.set(keys.shape(name), json.dumps(record))
-    return "a" * 32, "b" * 32
+    names = "a" * 32, "b" * 32
+    for name in names:
+        api.store.client.set(keys.shape(name), shape_record(name).model_dump_json())
+    return names
 
 
 def empty_database(server: EmbeddedServer) -> str:

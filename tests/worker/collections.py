@@ -1,17 +1,15 @@
 """Collections to compare: real ones of several classes, and large ones that nobody uploaded."""
 
-from datetime import UTC, datetime
-
 import numpy as np
 
 from solver.mesh import triangle_mesh
 from solver.signature import SAMPLINGS, Signature
 from tests.solver.shapes import blob, cube, moved, torus
 from tests.worker.figures import off
+from tests.worker.records import shape_record
 from worker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
-    ShapeRecord,
     spectrum_key,
 )
 from worker.store import Store, keys
@@ -50,10 +48,7 @@ def imagined(
     random = np.random.default_rng(seed)
     shapes = tuple(f"imagined-{seed}-{k}" for k in range(count))
     for shape in shapes:
-        record = ShapeRecord(
-            id=shape, name=shape, file_type="off", bytes=1, vertices=VERTICES, faces=100, area=1.0,
-            components=1, closed=True, has_colors=False, warnings=(), created=datetime.now(UTC),
-        )  # fmt: skip
+        record = shape_record(shape, vertices=VERTICES, faces=100)
         store.client.set(keys.shape(shape), record.model_dump_json())
         points = random.standard_normal((len(SAMPLINGS), 10, int(random.integers(2, 6))))
         distances = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)

@@ -1,15 +1,15 @@
 """What is kept for how long: shapes from their last use on, and traces of what has expired."""
 
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 
+from tests.worker.records import CREATED, shape_record
 from worker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
     PicturePayload,
-    ShapeRecord,
     ValidationPayload,
 )
 from worker.queue import JobQueue, QueueSettings, new_job
@@ -36,20 +36,7 @@ def kept(store: Store, settings: WorkerSettings) -> Store:
 def put_shape(store: Store, name: str = SHAPE) -> None:
     payload = ValidationPayload(shape=name, name="x", file_type="off")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
-    record = ShapeRecord(
-        id=name,
-        name="x",
-        file_type="off",
-        bytes=4,
-        vertices=3,
-        faces=1,
-        area=1.0,
-        components=1,
-        closed=False,
-        has_colors=False,
-        warnings=(),
-        created=datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=len(name)),
-    )
+    record = shape_record(name, created=CREATED + timedelta(seconds=len(name)))
     store.shapes.accept(record, b"mesh", b"geometry", job)
 
 

@@ -4,10 +4,11 @@ import gzip
 import itertools
 import time
 from concurrent.futures import ThreadPoolExecutor
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 
 import pytest
 
+from tests.worker.records import CREATED, shape_record
 from worker.contracts import (
     JobKind,
     JobRecord,
@@ -184,21 +185,9 @@ def test_records_of_ended_jobs_expire_and_leave_the_listings(store: Store) -> No
     assert store.client.zscore(keys.JOBS, job) is None
 
 
-def shape_record(number: int, created: datetime) -> ShapeRecord:
-    return ShapeRecord(
-        id=f"{number:032x}",
-        name=f"shape {number}",
-        file_type="off",
-        bytes=4,
-        vertices=1,
-        faces=1,
-        area=1.0,
-        components=1,
-        closed=True,
-        has_colors=False,
-        warnings=(),
-        created=created,
-    )
+def numbered(number: int, **after: float) -> ShapeRecord:
+    """A shape, made some time after the first."""
+    return shape_record(f"{number:032x}", created=CREATED + timedelta(**after))
 
 
 def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
@@ -211,11 +200,8 @@ def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
 
 @pytest.mark.parametrize("limit", [1, 3, 7, 8, 100])
 def test_pages_hold_everything_once_newest_first(store: Store, limit: int) -> None:
-    start = datetime(2026, 1, 1, tzinfo=UTC)
     # Several of the same time, as a script makes them.
-    records = [
-        accepted(store, shape_record(i, start + timedelta(seconds=i // 3))) for i in range(8)
-    ]
+    records = [accepted(store, numbered(i, seconds=i // 3)) for i in range(8)]
     seen: list[ShapeRecord] = []
     cursor = None
     for _ in itertools.count():
@@ -229,10 +215,9 @@ def test_pages_hold_everything_once_newest_first(store: Store, limit: int) -> No
 
 
 def test_a_page_stays_right_while_entries_come_and_go(store: Store) -> None:
-    start = datetime(2026, 1, 1, tzinfo=UTC)
-    records = [accepted(store, shape_record(i, start + timedelta(seconds=i))) for i in range(6)]
+    records = [accepted(store, numbered(i, seconds=i)) for i in range(6)]
     first = store.shapes.page(2, None)
-    accepted(store, shape_record(99, start + timedelta(days=1)))
+    accepted(store, numbered(99, days=1))
     store.shapes.delete(first.items[1].id)
     second = store.shapes.page(2, first.next_cursor)
     assert list(second.items) == [records[3], records[2]]
@@ -245,7 +230,7 @@ def test_cursors_of_nobody_are_refused(store: Store, cursor: str) -> None:
 
 
 def test_a_shape_is_there_whole_or_not_at_all(store: Store) -> None:
-    record = accepted(store, shape_record(1, datetime(2026, 1, 1, tzinfo=UTC)))
+    record = accepted(store, numbered(1))
     assert store.shapes.get(record.id) == record
     assert store.shapes.upload(record.id) == b"data"
     assert store.shapes.mesh(record.id) == b"mesh"

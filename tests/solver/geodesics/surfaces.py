@@ -29,6 +29,19 @@ def straight(mesh: TriangleMesh, sources: IntArray) -> FloatArray:
 
 
 @cache
+def prism() -> tuple[TriangleMesh, FloatArray]:
+    """Tube of seven flat sides, a strip of the plane rolled up, and its (V, V) distances."""
+    around, radius = 7, 0.15
+    mesh = shapes.tube(around, 15, radius)
+    side = 2.0 * radius * np.sin(np.pi / around)
+    across = side * (np.arange(mesh.n_vertices) % around)
+    apart = np.abs(across[:, None] - across)
+    apart = np.minimum(apart, around * side - apart)
+    exact = np.hypot(apart, mesh.vertices[:, None, 2] - mesh.vertices[:, 2])
+    return mesh, exact
+
+
+@cache
 def cone(sectors: int, angle: float, rings: int = 6) -> tuple[TriangleMesh, FloatArray, FloatArray]:
     """Polyhedral cone: the mesh, and each vertex's distance from the apex and its angle round it.
 

@@ -78,14 +78,7 @@ def test_cone(sectors: int, angle: float) -> None:
 
 
 def test_prism() -> None:
-    """An open tube is a strip of the plane, rolled up."""
-    around, radius = 7, 0.15
-    mesh = shapes.tube(around, 15, radius)
-    side = 2.0 * radius * np.sin(np.pi / around)
-    across = side * (np.arange(mesh.n_vertices) % around)
-    apart = np.abs(across[:, None] - across)
-    apart = np.minimum(apart, around * side - apart)
-    exact = np.hypot(apart, mesh.vertices[:, None, 2] - mesh.vertices[:, 2])
+    mesh, exact = surfaces.prism()
     np.testing.assert_allclose(every(mesh), exact, atol=1e-12)
 
 

@@ -35,13 +35,7 @@ def test_plane(stretch: float) -> None:
 
 
 def test_prism() -> None:
-    around, radius = 7, 0.15
-    mesh = shapes.tube(around, 15, radius)
-    side = 2.0 * radius * np.sin(np.pi / around)
-    across = side * (np.arange(mesh.n_vertices) % around)
-    apart = np.abs(across[:, None] - across)
-    apart = np.minimum(apart, around * side - apart)
-    exact = np.hypot(apart, mesh.vertices[:, None, 2] - mesh.vertices[:, 2])
+    mesh, exact = surfaces.prism()
     found = FastMarching(mesh).distances(np.arange(mesh.n_vertices))
     np.testing.assert_allclose(found, exact, rtol=0.01, atol=1e-12)
     assert np.mean(found - exact) < 0.001 * exact.mean()
