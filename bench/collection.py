@@ -91,6 +91,11 @@ def generated_collection(resolution: int = 3000, classes: int = 1) -> list[Known
     return shapes
 
 
+def collection(folder: Path | None, resolution: int = 3000, classes: int = 1) -> list[KnownShape]:
+    """Read the meshes of a folder, or generate shapes if there is none."""
+    return read_collection(folder) if folder else generated_collection(resolution, classes)
+
+
 def category_of(name: str) -> str:
     """Class of a shape: its name up to the first digit."""
     return re.split(r"\d", name, maxsplit=1)[0]
@@ -99,6 +104,11 @@ def category_of(name: str) -> str:
 def pairs_within_classes(shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
     """All unordered pairs of shapes of one class."""
     return [(a, b) for a, b in combinations(shapes, 2) if a.category == b.category]
+
+
+def pairs_of_known_truth(shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
+    """Those of the pairs of which it is known what corresponds."""
+    return pairs_within_classes([shape for shape in shapes if shape.truth is not None])
 
 
 def _read_vertices(path: Path) -> IntArray | None:

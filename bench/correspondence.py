@@ -12,13 +12,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
-from bench.collection import (
-    KnownShape,
-    default_folder,
-    generated_collection,
-    pairs_within_classes,
-    read_collection,
-)
+from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from solver.arrays import FloatArray, IntArray
 from solver.match import Match
 from solver.matching import match
@@ -65,13 +59,9 @@ def main() -> None:
     parser.add_argument("--orientation", action="store_true", help="tell left from right")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = (
-        read_collection(arguments.data)
-        if arguments.data
-        else generated_collection(classes=arguments.classes)
-    )
+    shapes = collection(arguments.data, classes=arguments.classes)
     by_name = {shape.name: shape for shape in shapes}
-    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    pairs = pairs_of_known_truth(shapes)
     if arguments.pairs:
         names = [line.split() for line in arguments.pairs.read_text().splitlines() if line.strip()]
         pairs = [(by_name[a], by_name[b]) for a, b in names]

@@ -11,13 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import (
-    KnownShape,
-    default_folder,
-    generated_collection,
-    pairs_within_classes,
-    read_collection,
-)
+from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.surface_error import surface_errors, truths_of
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints
@@ -34,8 +28,7 @@ def main() -> None:
     parser.add_argument("--compared", type=int, default=500, help="known points compared, at most")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = read_collection(arguments.data) if arguments.data else generated_collection(classes=3)
-    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    pairs = pairs_of_known_truth(collection(arguments.data, classes=3))
     options = MatchOptions(points=arguments.points, dense=True)
     rows = []
     print(f"{'pair':34}{'direct':>9}{'better':>9}{'hypothesis':>12}{'match s':>9}{'map s':>9}")

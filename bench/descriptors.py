@@ -13,13 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import (
-    KnownShape,
-    default_folder,
-    generated_collection,
-    pairs_within_classes,
-    read_collection,
-)
+from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from solver.arrays import FloatArray, IntArray
 from solver.descriptors import aligned_eigenfunctions
 from solver.structures import DESCRIPTORS, Eigenfunctions
@@ -61,12 +55,8 @@ def main() -> None:
     parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = (
-        read_collection(arguments.data)
-        if arguments.data
-        else generated_collection(classes=arguments.classes)
-    )
-    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    shapes = collection(arguments.data, classes=arguments.classes)
+    pairs = pairs_of_known_truth(shapes)
     random = np.random.default_rng(0)
     figures = {}
     print(f"{'descriptor':20}{'correlation':>12}{'rank':>8}{'seconds a shape':>17}")

@@ -14,13 +14,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bench.collection import (
-    KnownShape,
-    default_folder,
-    generated_collection,
-    pairs_within_classes,
-    read_collection,
-)
+from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.drawing import Matched, draw_pair
 from bench.surface_error import better_errors
 from solver.arrays import FloatArray, IntArray
@@ -142,12 +136,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = read_collection(arguments.data) if arguments.data else generated_collection(3000, 6)
+    shapes = collection(arguments.data, classes=6)
     found: list[Compared] = []
     methods = "GMDS", "ours, geodesic", "ours, default"
     print(f"{'':34}" + "".join(f"{method:^20}" for method in methods))
     print(f"{'pair':34}" + 3 * f"{'error':>9}{'distortion':>11}")
-    for source, target in pairs_within_classes([s for s in shapes if s.truth is not None]):
+    for source, target in pairs_of_known_truth(shapes):
         pair = compare(source, target)
         found.append(pair)
         cells = (f"{one.error:9.3f}{one.distortion:11.3f}" for one in pair.answers)

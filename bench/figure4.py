@@ -17,7 +17,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bench.collection import KnownShape, default_folder, generated_collection, read_collection
+from bench.collection import KnownShape, collection, default_folder
 from solver.arrays import FloatArray
 from solver.gmds import InterpolatedMetric, embed
 from solver.retrieval import retrieval_scores
@@ -105,7 +105,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=6)
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = read_collection(arguments.data) if arguments.data else generated_collection(3000, 6)
+    shapes = collection(arguments.data, classes=6)
     labels = [known.category for known in shapes]
     started = time.perf_counter()
     for known in shapes:

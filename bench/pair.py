@@ -12,12 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import (
-    default_folder,
-    generated_collection,
-    pairs_within_classes,
-    read_collection,
-)
+from bench.collection import collection, default_folder, pairs_within_classes
 from solver.matching import match
 from solver.mesh import TriangleMesh
 from solver.options import MatchOptions
@@ -48,7 +43,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=12, help="pairs to time")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = read_collection(arguments.data) if arguments.data else generated_collection(5000)
+    shapes = collection(arguments.data, 5000)
     pairs = pairs_within_classes(shapes)
     chosen = pairs[:: max(len(pairs) // arguments.most, 1)][: arguments.most]
     times_of(chosen[0][0].shape.mesh, chosen[0][1].shape.mesh)  # compiles

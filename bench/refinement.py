@@ -12,12 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import (
-    default_folder,
-    generated_collection,
-    pairs_within_classes,
-    read_collection,
-)
+from bench.collection import collection, default_folder, pairs_of_known_truth
 from bench.surface_error import better_errors
 from solver.gmds import SurfacePoints
 from solver.matching import match
@@ -32,8 +27,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    shapes = read_collection(arguments.data) if arguments.data else generated_collection(classes=3)
-    pairs = pairs_within_classes([shape for shape in shapes if shape.truth is not None])
+    pairs = pairs_of_known_truth(collection(arguments.data, classes=3))
     options = MatchOptions(points=arguments.points, refine="gmds")
     rows = []
     print(f"{'pair':34}{'matched':>9}{'refined':>9}{'hypothesis':>12}{'match s':>9}{'refine s':>9}")

@@ -24,7 +24,7 @@ import numpy as np
 from isomatch import Client
 from isomatch import Shape as Uploaded
 
-from bench.collection import KnownShape, default_folder, generated_collection, read_collection
+from bench.collection import KnownShape, collection, default_folder
 from demo.stack import running_stack
 from service.embedded import EmbeddedServer
 from service.pool import WorkerPool
@@ -206,7 +206,7 @@ def main() -> None:
     parser.add_argument("--many", type=int, default=1000, help="made-up shapes; 0 for none")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    known = read_collection(arguments.data) if arguments.data else generated_collection(5000, 6)
+    known = collection(arguments.data, 5000, 6)
     served, bare = compare_with_service(known, arguments.rounds)
     figures = {
         "service_seconds": served,
