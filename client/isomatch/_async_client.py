@@ -138,6 +138,14 @@ class AsyncClient(AsyncPrototypeClient):
         return AsyncJob(self._transport, await self._transport.run(operations.get_job(job_id)))
 
     @documented_as(Client.jobs)
-    def jobs(self, state: JobState | None = None) -> AsyncIterator[AsyncJob]:
-        records = self._transport.pages(partial(operations.list_jobs, state=state))
+    def jobs(
+        self,
+        state: JobState | None = None,
+        *,
+        kind: str | None = None,
+        of: str | Shape | Prototype | None = None,
+    ) -> AsyncIterator[AsyncJob]:
+        named = None if of is None else operations.id_of(of)
+        listing = partial(operations.list_jobs, state=state, kind=kind, of=named)
+        records = self._transport.pages(listing)
         return (AsyncJob(self._transport, record) async for record in records)

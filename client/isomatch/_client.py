@@ -273,7 +273,26 @@ class Client(PrototypeClient):
         """
         return Job(self._transport, self._transport.run(operations.get_job(job_id)))
 
-    def jobs(self, state: JobState | None = None) -> Iterator[Job]:
-        """Go through all jobs, or those in one state, newest first."""
-        records = self._transport.pages(partial(operations.list_jobs, state=state))
+    def jobs(
+        self,
+        state: JobState | None = None,
+        *,
+        kind: str | None = None,
+        of: str | Shape | Prototype | None = None,
+    ) -> Iterator[Job]:
+        """Go through all jobs, newest first.
+
+        Parameters
+        ----------
+        state
+            Only those in this state: ``"queued"``, ``"running"``, ``"succeeded"``, ``"failed"``
+            or ``"cancelled"``.
+        kind
+            Only those of this kind: ``"match"``, ``"dissimilarities"`` or ``"prototype"``.
+        of
+            Only those of this shape or prototype.
+        """
+        named = None if of is None else operations.id_of(of)
+        listing = partial(operations.list_jobs, state=state, kind=kind, of=named)
+        records = self._transport.pages(listing)
         return (Job(self._transport, record) for record in records)

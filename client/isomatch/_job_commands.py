@@ -26,13 +26,17 @@ def list_jobs(
     state: Annotated[
         str | None, typer.Option(help="queued, running, succeeded, failed or cancelled.")
     ] = None,
+    kind: Annotated[str | None, typer.Option(help="match, dissimilarities or prototype.")] = None,
+    of: Annotated[
+        str | None, typer.Option(help="Id of a shape or a prototype: only jobs of it.")
+    ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
     """List the jobs, newest first."""
     with connected(url, as_json) as client:
-        found = client.jobs(cast(JobState | None, state))
+        found = client.jobs(cast(JobState | None, state), kind=kind, of=of)
         if as_json:
             echo_models(job.record.model_dump_json() for job in found)
         elif quiet:

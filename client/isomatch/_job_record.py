@@ -39,6 +39,36 @@ class RecordedJob:
         return self._record.state
 
     @property
+    def source(self) -> str | None:
+        """Id of a match's source, a shape or a prototype; None for other kinds."""
+        return self._record.source
+
+    @property
+    def target(self) -> str | None:
+        """Id of a match's target; None for other kinds."""
+        return self._record.target
+
+    @property
+    def shapes(self) -> tuple[str, ...]:
+        """Ids of the shapes it is of, each once; of a large collection, the first."""
+        return self._record.shapes
+
+    @property
+    def shape_count(self) -> int:
+        """How many shapes it is of."""
+        return self._record.shape_count
+
+    @property
+    def prototype(self) -> str | None:
+        """Id of the prototype that is matched, or that was uploaded; None for none."""
+        return self._record.prototype
+
+    @property
+    def name(self) -> str | None:
+        """Name of the prototype that is learned, or of an upload; None for other kinds."""
+        return self._record.name
+
+    @property
     def finished(self) -> bool:
         """Whether the job has ended, in whatever way."""
         return self._record.finished

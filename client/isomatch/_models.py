@@ -200,6 +200,12 @@ class JobRecord(Answer):
     id: str
     kind: str
     state: JobState
+    source: str | None = None
+    target: str | None = None
+    shapes: tuple[str, ...] = ()
+    shape_count: int = 0
+    prototype: str | None = None
+    name: str | None = None
     progress: Progress
     created: datetime
     started: datetime | None

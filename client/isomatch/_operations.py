@@ -257,9 +257,12 @@ def _record_of(document: str, call: Call) -> JobRecord:
         ) from error
 
 
-def list_jobs(cursor: str | None, state: JobState | None) -> Operation[Page[JobRecord]]:
-    """Ask for one page of the jobs, of all or of those in one state."""
-    call = Call("GET", "/v1/jobs", query={"state": state, "cursor": cursor})
+def list_jobs(
+    cursor: str | None, state: JobState | None, kind: str | None, of: str | None
+) -> Operation[Page[JobRecord]]:
+    """Ask for one page of the jobs, of all or of those in a state, of a kind, or of a shape."""
+    query = {"state": state, "kind": kind, "shape": of, "cursor": cursor}
+    call = Call("GET", "/v1/jobs", query=query)
     return parsed(Page[JobRecord], (yield from send(call)))
 
 

@@ -201,6 +201,7 @@ def _parameter(parameter: StructureParameter) -> str:
 def print_jobs(jobs: Iterable[Job], console: Console) -> None:
     """Print jobs, one in a row."""
     table = listing("id", "kind", "state", "done", "queued")
+    table.add_column("of", overflow="fold")
     table.add_column("stage", overflow="fold")
     for job in jobs:
         table.add_row(
@@ -209,9 +210,23 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
             job.state,
             f"{job.progress.fraction:.0%}",
             local(job.created),
+            Text(_subject(job.record, short=True)),
             Text(job.progress.stage),
         )
     console.print(table)
+
+
+def _subject(record: JobRecord, short: bool = False) -> str:
+    """What a job is of, with ids as long as they are or as long as tells them apart."""
+
+    def shown(name: str | None) -> str:
+        return (name or "")[:10] if short else name or ""
+
+    if record.source is not None:
+        return f"{shown(record.source)} -> {shown(record.target)}"
+    few = record.shape_count == len(record.shapes) <= (2 if short else 20)
+    shapes = ", ".join(map(shown, record.shapes)) if few else f"{record.shape_count} shapes"
+    return ": ".join(part for part in (record.name, shown(record.prototype), shapes) if part)
 
 
 def print_job(record: JobRecord, console: Console) -> None:
@@ -219,6 +234,7 @@ def print_job(record: JobRecord, console: Console) -> None:
     rows = {
         "id": record.id,
         "kind": record.kind,
+        "of": _subject(record),
         "state": record.state,
         "progress": f"{record.progress.fraction:.0%}, {record.progress.stage}",
         "queued": local(record.created),

@@ -1,6 +1,6 @@
 """``/v1/jobs``."""
 
-from typing import Annotated, Final
+from typing import Annotated, Final, Literal, TypeAlias
 
 from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
@@ -13,11 +13,13 @@ from service.jobs.schemas import Job, JobPage
 from service.paging import Cursor, Limit, page_of
 from service.problems import InvalidRequest, JobExpired, JobNotFound, responses
 from service.state import Service, ServiceOf
-from worker.contracts import JobRecord, JobState
+from worker.contracts import JobKind, JobRecord, JobState
 
 LONGEST_WAIT: Final = 60.0
 CANCEL_WAIT: Final = 2.0
 """Seconds an answer waits for a cancelled job to leave, which most do at once."""
+
+ListedKind: TypeAlias = Literal[JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE]
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -62,9 +64,21 @@ def list_jobs(
     limit: Limit = 50,
     cursor: Cursor = None,
     state: Annotated[JobState | None, Query(description="Only jobs in this state.")] = None,
+    kind: Annotated[ListedKind | None, Query(description="Only jobs of this kind.")] = None,
+    shape: Annotated[
+        str | None,
+        Query(
+            pattern=r"^[0-9a-zA-Z_-]{1,64}$",
+            description="Only jobs of this shape, or of this prototype: those that name its id.",
+        ),
+    ] = None,
 ) -> JobPage:
-    """List the jobs that were asked for, the newest first."""
-    page = page_of(lambda: service.store.jobs.page(limit, cursor, state))
+    """List the jobs that were asked for, the newest first.
+
+    Where most jobs are not of the kind or in the state that is asked for, a page may have fewer
+    than `limit`, and still a cursor of the next.
+    """
+    page = page_of(lambda: service.store.jobs.page(limit, cursor, state, kind, shape))
     return JobPage(
         items=tuple(Job.of(record, service.queue) for record in page.items),
         next_cursor=page.next_cursor,

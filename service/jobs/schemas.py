@@ -1,13 +1,24 @@
 """Jobs as the API shows them."""
 
 from datetime import datetime
-from typing import Self
+from typing import Final, Self
 from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from worker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress
+from worker.contracts import (
+    Delivery,
+    JobKind,
+    JobRecord,
+    JobState,
+    Problem,
+    Progress,
+    subject_of,
+)
 from worker.queue import JobQueue
+
+MOST_NAMED: Final = 20
+"""Shapes that are named by a job: of a collection there may be thousands, and each event tells."""
 
 
 class JobLinks(BaseModel):
@@ -42,6 +53,15 @@ class Job(BaseModel):
                     "id": "5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
                     "kind": "match",
                     "state": "running",
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                    "shapes": [
+                        "9b74c9897bac770ffc029102a200c5de",
+                        "37b51d194a7513e45b56f6524f2d51f2",
+                    ],
+                    "shape_count": 2,
+                    "prototype": None,
+                    "name": None,
                     "progress": {"stage": "spectrum of the source", "fraction": 0.2},
                     "created": "2026-03-01T12:00:00Z",
                     "started": "2026-03-01T12:00:01Z",
@@ -76,6 +96,22 @@ class Job(BaseModel):
     state: JobState = Field(
         description="queued, running, and then for good succeeded, failed or cancelled."
     )
+    source: str | None = Field(
+        description="Id of the source of a match, a shape or a prototype; null for other kinds."
+    )
+    target: str | None = Field(description="Id of the target of a match; null for other kinds.")
+    shapes: tuple[str, ...] = Field(
+        description=f"Ids of the shapes it is of, each once; of more than {MOST_NAMED}, the first"
+        f" {MOST_NAMED}."
+    )
+    shape_count: int = Field(description="How many shapes it is of.")
+    prototype: str | None = Field(
+        description="Id of the prototype that is matched, or that was uploaded; null for none. The"
+        " one that is learned is named by the job's result."
+    )
+    name: str | None = Field(
+        description="Name of the prototype that is learned, or of an upload; null for other kinds."
+    )
     progress: Progress
     created: datetime
     started: datetime | None
@@ -98,11 +134,17 @@ class Job(BaseModel):
         path = f"/v1/jobs/{record.id}"
         has_result = record.kind.has_result
         in_parts = record.kind is JobKind.DISSIMILARITIES
-        error = record.error
+        error, subject = record.error, subject_of(record.payload)
         return cls(
             id=record.id,
             kind=record.kind,
             state=record.state,
+            source=subject.source,
+            target=subject.target,
+            shapes=subject.shapes[:MOST_NAMED],
+            shape_count=len(subject.shapes),
+            prototype=subject.prototype,
+            name=subject.name,
             progress=record.progress,
             created=record.created,
             started=record.started,

@@ -111,6 +111,11 @@ def test_pipelines(url: str, blobs: tuple[Path, Path]) -> None:
     listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
     assert job_id in {found["id"] for found in listed}
     assert job_id in run("jobs", "list", url=url).stdout
+    (one,) = [job for job in listed if job["id"] == job_id]
+    of_it = ["jobs", "list", "-q", "--of", one["source"]]
+    assert job_id in run(*of_it, "--kind", "match", url=url).stdout.split()
+    assert run(*of_it, "--kind", "prototype", url=url).stdout == ""
+    assert f"{one['source']} -> {one['target']}" in run("jobs", "show", job_id, url=url).stdout
     shown = run("jobs", "show", job_id, url=url).stdout
     assert "succeeded" in shown
     assert "100%" in shown

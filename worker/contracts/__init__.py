@@ -54,6 +54,7 @@ from worker.contracts.results import (
 )
 from worker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
 from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
+from worker.contracts.subjects import Subject, subject_of
 from worker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
 
 __all__ = [
@@ -101,6 +102,7 @@ __all__ = [
     "SpectrumKey",
     "SpectrumPayload",
     "Structures",
+    "Subject",
     "TurnPayload",
     "UploadPayload",
     "ValidationPayload",
@@ -112,4 +114,5 @@ __all__ = [
     "prototype_id",
     "shape_id",
     "spectrum_key",
+    "subject_of",
 ]

@@ -21,7 +21,15 @@ from typing import Final
 from redis import Redis
 from redis.client import Pipeline
 
-from worker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress
+from worker.contracts import (
+    Delivery,
+    JobKind,
+    JobRecord,
+    JobState,
+    Problem,
+    Progress,
+    subject_of,
+)
 from worker.store import keys, scripts
 from worker.store.connections import StoreSettings
 from worker.store.listings import Listing, Page
@@ -71,6 +79,10 @@ class Jobs:
         if record.kind in LISTED_KINDS:
             pipe.zadd(keys.JOBS, {record.id: created})
             pipe.zadd(keys.jobs_in(JobState.QUEUED), {record.id: created})
+            for name in subject_of(record.payload).named:
+                pipe.zadd(keys.jobs_of(name), {record.id: created})
+                pipe.zremrangebyscore(keys.jobs_of(name), "-inf", created - ttl)
+                pipe.expire(keys.jobs_of(name), ttl)
 
     def get(self, job_id: str) -> JobRecord | None:
         """Return a job as it is now, or None if there is no such job (any more)."""
@@ -86,16 +98,39 @@ class Jobs:
         state = self.client.hget(keys.job(job_id), "state")
         return None if state is None else JobState(text(state))
 
-    def page(self, limit: int, cursor: str | None, state: JobState | None) -> Page[JobRecord]:
+    def page(
+        self,
+        limit: int,
+        cursor: str | None,
+        state: JobState | None = None,
+        kind: JobKind | None = None,
+        of: str | None = None,
+    ) -> Page[JobRecord]:
         """Return one page of the listed jobs, the newest first.
+
+        Parameters
+        ----------
+        limit
+            How many there may be on it.
+        cursor
+            Of the page before; None for the first.
+        state, kind
+            Only those in this state, and of this kind.
+        of
+            Only those of this shape or prototype.
 
         Raises
         ------
         InvalidCursor
             The cursor is not one that a page gave.
         """
+
+        def suits(record: JobRecord) -> bool:
+            return state in (None, record.state) and kind in (None, record.kind)
+
         key = keys.JOBS if state is None else keys.jobs_in(state)
-        return Listing(self.client, key).page(limit, cursor, self.get)
+        listing = Listing(self.client, key if of is None else keys.jobs_of(of))
+        return listing.page(limit, cursor, self.get, suits)
 
     def active(self) -> Iterator[JobRecord]:
         """Go through all jobs that have not ended."""

@@ -176,6 +176,11 @@ def jobs_in(state: str) -> str:
     return f"{PREFIX}jobs:{state}"
 
 
+def jobs_of(name: str) -> str:
+    """Sorted set of the ids of the listed jobs of a shape or a prototype, by time of creation."""
+    return f"{PREFIX}jobs:of:{name}"
+
+
 def spectrum_job(spectrum: object) -> str:
     """Id of the job that was queued to compute a spectrum."""
     return f"{PREFIX}spectrum:{spectrum}:job"

@@ -15,6 +15,9 @@ ItemT = TypeVar("ItemT")
 
 SWEPT_AT_ONCE: Final = 500
 
+MOST_PASSED: Final = 1000
+"""Entries that a page passes over, each of which has to be looked at."""
+
 
 class InvalidCursor(ValueError):  # noqa: N818 - said of the cursor
     """A cursor that no page gave."""
@@ -44,15 +47,22 @@ class Listing:
     key: str
 
     def page(
-        self, limit: int, cursor: str | None, fetch: Callable[[str], ItemT | None]
+        self,
+        limit: int,
+        cursor: str | None,
+        fetch: Callable[[str], ItemT | None],
+        suits: Callable[[ItemT], bool] = lambda item: True,
     ) -> Page[ItemT]:
-        """Return the entries after `cursor`, at most `limit`, the newest first.
+        """Return the entries after `cursor` that suit, at most `limit`, the newest first.
 
-        Entries whose record has expired are passed over and taken out of the listing.
+        Entries whose record has expired are passed over and taken out of the listing. No more than
+        `MOST_PASSED` are passed over: then there are fewer on the page, if any, and its cursor goes
+        on behind them.
         """
         last = None if cursor is None else _decode(cursor)
         items: list[ItemT] = []
-        while len(items) < limit:
+        passed = 0
+        while len(items) < limit and passed < MOST_PASSED:
             entries = self._entries(last, limit - len(items))
             if not entries:
                 return Page(tuple(items), None)
@@ -61,8 +71,10 @@ class Listing:
                 item = fetch(member)
                 if item is None:
                     self.client.zrem(self.key, member)
-                else:
+                if item is not None and suits(item):
                     items.append(item)
+                else:
+                    passed += 1
         return Page(tuple(items), _encode(last) if last and self._entries(last, 1) else None)
 
     def sweep(self, cursor: int, record: Callable[[str], str]) -> int:
