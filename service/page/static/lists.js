@@ -1,16 +1,33 @@
 // What there is already: the newest jobs and shapes.
 
 import { get } from "./api.js";
-import { h, button } from "./dom.js";
-import { count, kindName, stateName, time } from "./words.js";
+import { h, fill, button } from "./dom.js";
+import { namesOf } from "./names.js";
+import { ago, count, kindName, stateName, time } from "./words.js";
 
 const PAGE = 8;
+const MOST_NAMED = 3;
 
-export const jobList = (signal) =>
-  list("Recent jobs", "/v1/jobs", "No job yet.", (job) => h("li", {},
-    h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind)), " ",
-    h("span", { class: `state ${job.state}` }, stateName(job.state)), " ",
-    h("time", { datetime: job.created, class: "faint" }, time(job.created))), signal);
+/** The newest jobs of all, or of a shape or a prototype, with the names of what they are of. */
+export const jobList = (signal, of = null) =>
+  list(of === null ? "Recent jobs" : "Jobs with it", of === null ? "/v1/jobs" : `/v1/jobs?shape=${of}`,
+    of === null ? "No job yet." : null, (job) => {
+      const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind));
+      titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
+      return h("li", {}, link, " ",
+        h("span", { class: `state ${job.state}` }, stateName(job.state)), " ",
+        h("time", { datetime: job.created, title: time(job.created), class: "faint" }, ago(job.created)));
+    }, signal);
+
+// What a job is of; names are looked up together, and not far back.
+async function titleOf(job, signal) {
+  const kind = kindName(job.kind);
+  if (job.name !== null) return `${kind}: ${job.name}`;
+  const ids = job.kind === "match" ? [job.source, job.target] : job.shapes.slice(0, MOST_NAMED);
+  const names = await namesOf(ids, signal, 1);
+  const more = job.kind === "match" ? 0 : job.shape_count - names.length;
+  return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;
+}
 
 /** Prototypes that can be matched with a shape. */
 export const prototypeList = (choose, signal) =>
@@ -34,7 +51,7 @@ async function list(title, path, none, line, signal) {
   let cursor = null;
   const add = async () => {
     const query = new URLSearchParams({ limit: PAGE, ...(cursor ? { cursor } : {}) });
-    const page = await get(`${path}?${query}`, signal);
+    const page = await get(`${path}${path.includes("?") ? "&" : "?"}${query}`, signal);
     items.append(...page.items.map(line));
     cursor = page.next_cursor;
     more.hidden = cursor === null;

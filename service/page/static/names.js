@@ -1,22 +1,40 @@
-// What shapes are called, by their ids.
+// What shapes and prototypes are called, by their ids.
 
 import { get } from "./api.js";
 
-const PAGES = 10;
+const PAGE = 200;
+const known = new Map();
+let asking = Promise.resolve();
 
-// Names by the list's pages, which are few; what is older is called by its id.
-export async function namesOf(ids, signal) {
-  const names = new Map();
-  const wanted = new Set(ids);
+/** Names by the lists' first pages, which are few; what is older is called by its id. */
+export async function namesOf(ids, signal, pages = 10) {
+  // Whoever asks meanwhile waits for what is asked already.
+  const before = asking;
+  asking = before.catch(() => {}).then(() => lookUpAll(ids, signal, pages));
+  await asking;
+  return ids.map((id) => known.get(id) ?? id.slice(0, 8));
+}
+
+async function lookUpAll(ids, signal, pages) {
+  const learned = ids.filter((id) => id.startsWith("p-"));
+  const shapes = ids.filter((id) => !id.startsWith("p-"));
+  await Promise.all([
+    lookUp("/v1/shapes", shapes, ({ name }) => name, signal, pages),
+    lookUp("/v1/prototypes", learned, ({ name, version }) => `${name}, version ${version}`, signal, pages),
+  ]);
+}
+
+async function lookUp(path, ids, called, signal, pages) {
+  const wanted = new Set(ids.filter((id) => !known.has(id)));
   let cursor = null;
-  for (let page = 0; page < PAGES && wanted.size > 0; page++) {
-    const query = new URLSearchParams({ limit: 200, ...(cursor ? { cursor } : {}) });
-    const shapes = await get(`/v1/shapes?${query}`, signal);
-    for (const shape of shapes.items) {
-      if (wanted.delete(shape.id)) names.set(shape.id, shape.name);
+  for (let page = 0; page < pages && wanted.size > 0; page++) {
+    const query = new URLSearchParams({ limit: PAGE, ...(cursor ? { cursor } : {}) });
+    const found = await get(`${path}?${query}`, signal);
+    for (const item of found.items) {
+      known.set(item.id, called(item));
+      wanted.delete(item.id);
     }
-    cursor = shapes.next_cursor;
-    if (cursor === null) break;
+    cursor = found.next_cursor;
+    if (cursor === null) return;
   }
-  return ids.map((id) => names.get(id) ?? id.slice(0, 8));
 }

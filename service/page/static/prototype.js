@@ -3,6 +3,7 @@
 import { get, remove } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { download } from "./download.js";
+import { jobList } from "./lists.js";
 import { namesOf } from "./names.js";
 import { canDraw } from "./plotly.js";
 import { problemBox } from "./problem.js";
@@ -23,6 +24,8 @@ export async function prototypeView(place, [id], signal) {
     }
   });
   await prototypeDetails(place, await get(path, signal), signal, [forget]);
+  const list = await jobList(signal, id);
+  if (!signal.aborted) place.append(h("section", {}, list));
 }
 
 /** @param {Array<Node>} actions what else can be done with it */

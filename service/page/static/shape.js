@@ -5,6 +5,7 @@ import { coarsened } from "./coarsen.js";
 import { h, fill, button } from "./dom.js";
 import { download } from "./download.js";
 import { geometryOf } from "./geometry.js";
+import { jobList } from "./lists.js";
 import { canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
 import { seen, stance } from "./stance.js";
@@ -16,6 +17,7 @@ export async function shapeView(place, [id], signal) {
   document.title = `${shape.name} – isomatch`;
   const picture = h("div", { class: "scene", role: "img", "aria-label": `${shape.name} in three dimensions` });
   const drawn = h("p", { class: "faint" });
+  const jobs = h("section", {});
   const forget = button("Delete", async () => {
     await remove(path);
     location.hash = "#/";
@@ -30,7 +32,8 @@ export async function shapeView(place, [id], signal) {
     h("p", { class: "actions" },
       h("a", { href: `#/with/${shape.id}`, class: "button" }, "Match it"), " ",
       download(`${path}/mesh`, "The file", `${shape.id}.${shape.file_type}`), " ", forget),
-    picture, drawn);
+    picture, drawn, jobs);
+  jobList(signal, id).then((list) => fill(jobs, list), () => {});
   if (!canDraw()) {
     drawn.textContent = "This browser has no WebGL, which shapes are drawn with.";
     return;

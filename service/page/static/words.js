@@ -21,6 +21,16 @@ export const stateName = (state) => STATES[state] ?? state;
 export const kindName = (kind) => KINDS[kind] ?? kind;
 export const time = (iso) => new Date(iso).toLocaleString();
 
+const SPANS = [["day", 86400], ["hour", 3600], ["minute", 60]];
+const relative = new Intl.RelativeTimeFormat("en", { numeric: "auto", style: "short" });
+
+/** "3 minutes ago". */
+export function ago(iso) {
+  const seconds = Math.max(0, (Date.now() - new Date(iso)) / 1000);
+  const span = SPANS.find(([, length]) => seconds >= length);
+  return span ? relative.format(-Math.floor(seconds / span[1]), span[0]) : "just now";
+}
+
 /** "3 points", "1 point". */
 export const several = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 

@@ -173,7 +173,11 @@ def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
         matched.get_by_role("link", name="JSON").click()
     assert Path(saved.value.path()).stat().st_size > 1000
     matched.goto("/#/")
-    expect(matched.locator(f"a[href='#/jobs/{job}']")).to_be_visible()
+    listed = matched.locator(f"a[href='#/jobs/{job}']")
+    expect(listed).to_have_text("Match: human-standing.off and human-walking.off")
+    matched.locator(".list a", has_text="human-walking.off").last.click()
+    expect(matched.get_by_text("Jobs with it")).to_be_visible()
+    expect(listed).to_be_visible()
 
 
 def test_a_job_is_cancelled(page: Page, api: Api) -> None:
