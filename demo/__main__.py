@@ -20,7 +20,7 @@ POINTS = 32
 VERTICES = 4000
 
 NEXT = """What next:
-  make serve                                    a service that stays; its API is described at /docs
+  make serve                                    a service that stays, seen at http://127.0.0.1:8000
   .venv/bin/isomatch match YOURS.off OTHER.obj  your own meshes, against that service
   client/README.md                              the same from Python"""
 

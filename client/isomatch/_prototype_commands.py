@@ -96,6 +96,7 @@ def learn(
             output,
             None,
             wait=wait,
+            page=client.base_url,
         )
 
 

@@ -120,6 +120,7 @@ def run(
     picture: Path | None,
     names: Mapping[str, str] = MappingProxyType({}),
     wait: bool = True,
+    page: str | None = None,
 ) -> None:
     """Start a job and print its result; cancel it if the user interrupts.
 
@@ -133,6 +134,8 @@ def run(
         What the shapes are called, by their ids.
     wait
         Whether to wait for the result at all; otherwise the job's id is printed, or its record.
+    page
+        Address of the service, whose page shows the job: readers are told of it.
     """
     job: Job | None = None
     try:
@@ -142,6 +145,8 @@ def run(
             finish(job, as_json, output, picture, names)
         else:
             typer.echo(job.record.model_dump_json() if as_json else job.id)
+        if page is not None and not as_json:
+            typer.echo(f"in a browser: {page.rstrip('/')}/#job={job.id}", err=True)
     except KeyboardInterrupt:
         if job is not None:
             job.cancel()

@@ -140,7 +140,14 @@ def match(
         first = source if names_prototype(source) else uploaded(client, [source], as_json)[0]
         (second,) = uploaded(client, [target], as_json)
         wanted = cast(MatchParameters, parameters)
-        run(lambda: client.match(first, second, **wanted), as_json, output, picture, wait=wait)
+        run(
+            lambda: client.match(first, second, **wanted),
+            as_json,
+            output,
+            picture,
+            wait=wait,
+            page=client.base_url,
+        )
 
 
 @app.command(epilog=COMPARE_EXAMPLES)
@@ -197,6 +204,7 @@ def compare(
             picture,
             names,
             wait,
+            client.base_url,
         )
 
 

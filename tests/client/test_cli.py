@@ -47,6 +47,10 @@ def test_match_prints_a_table_and_writes_files(
     for word in ("source", "target", "cost", "second order", "lower bound", "gap", "certified"):
         assert word in done.stdout
     assert "succeeded" in done.stderr
+    page, job_id = done.stderr.splitlines()[-1].split("#job=")
+    assert page == f"in a browser: {url}/"
+    with isomatch.Client(url) as client:
+        assert client.job(job_id).state == "succeeded"
     match = isomatch.Match.from_json((tmp_path / "out.json").read_bytes())
     for source, target in match.pairs:
         assert any(
