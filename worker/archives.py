@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from pydantic import ValidationError
 
-from solver.errors import PrototypeError
+from solver.errors import MeshError, PrototypeError
 from solver.mesh import read_mesh
 from solver.prototype import Prototype, prototype_from_bytes
 from solver.prototype.mixture import GaussianMixtures
@@ -64,6 +64,8 @@ def _check(prototype: Prototype) -> None:
     """
     numbers = [prototype.positions, *(level.mixtures.means for level in prototype.distances)]
     described = [level for level in prototype.descriptors if level is not None]
+    for surface in prototype.surfaces:
+        numbers += [surface.vertices, surface.eigenvalues]
     for level in described:
         numbers += [level.centre, level.axes, level.mixtures.means]
     if any(np.abs(array).max(initial=0.0) > GREATEST for array in numbers):
@@ -72,6 +74,11 @@ def _check(prototype: Prototype) -> None:
     mixtures += [level.mixtures for level in described]
     if not all(map(_peaks, mixtures)):
         raise PrototypeError("not a sound prototype: a distribution is too narrow for any number")
+    for place, surface in enumerate(prototype.surfaces):
+        try:
+            surface.mesh()
+        except MeshError as error:
+            raise PrototypeError(f"not a sound prototype: surface{place}: {error}") from error
     shape = Shape(read_mesh(torus_file(), "off"), eigenpairs=prototype.eigenpairs)
     for level in described:
         usual = shape.descriptor(level.descriptor, np.zeros(1, dtype=np.int64)).shape[1]
@@ -157,6 +164,7 @@ def record_of(
         components=prototype.components,
         examples=prototype.examples,
         parameters=parameters,
+        surfaces=len(prototype.surfaces),
         learned_from=None,
         reference=None,
         warnings=_readable(prototype.warnings),

@@ -12,7 +12,11 @@ STRUCTURES: Final = "Structures"
 SOLVER: Final = "Solver"
 
 Orientation = Annotated[
-    bool | None, typer.Option("--orientation", help="Tell left from right; takes seconds.")
+    bool | None,
+    typer.Option(
+        "--orientation/--no-orientation",
+        help="Tell left from right; takes seconds. The default with a prototype that can.",
+    ),
 ]
 Dense = Annotated[bool | None, typer.Option("--dense", help="Extend the match to all vertices.")]
 Refine = Annotated[

@@ -66,7 +66,8 @@ class MatchParameters(TypedDict, total=False):
     orientation
         Whether to tell left from right, of which the energy says nothing, by extending the
         hypotheses to all vertices; takes some seconds, and alternatives may then have less energy.
-        `dense` and `refine` include it [False].
+        `dense` and `refine` include it. With a prototype that keeps surfaces of its examples it
+        is the default, and tells too which front leg goes with which hind leg [False].
     dense
         Whether to extend the match to all vertices, which :attr:`Match.dense` then has [False].
     landmarks

@@ -56,6 +56,8 @@ class Prototype(Answer):
     parameters
         What is measured of shapes that are compared with it: ``"metric"``, ``"descriptor"``,
         ``"sampling"``, ``"eigenpairs"``, ``"geodesic_method"`` and ``"normalise"``.
+    surfaces
+        Surfaces of examples that it keeps, by which left is told from right.
     learned_from
         What became of each shape it was to be learned from; None if it was uploaded.
     reference
@@ -74,6 +76,7 @@ class Prototype(Answer):
     components: int
     examples: int
     parameters: dict[str, Any]
+    surfaces: int = 0
     learned_from: tuple[Example, ...] | None
     reference: str | None
     warnings: tuple[str, ...]

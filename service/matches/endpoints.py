@@ -27,7 +27,7 @@ def create_match(
 
     Or a prototype and a shape: find the most likely one of the prototype's points. Then `metric`,
     `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are the prototype's, and `refine`,
-    `orientation`, `dense`, `landmarks` and the objective "linf" have no meaning.
+    `dense`, `landmarks` and the objective "linf" have no meaning.
     """
     record = service.queue.asked_before(order)
     if record is None:

@@ -1,6 +1,6 @@
 """Matches whose source is a prototype: what they take, and what the prototype says instead."""
 
-from typing import Final
+from typing import Any, Final
 
 from service.matches.schemas import MatchRequest
 from service.orders import use_prototype, use_shapes
@@ -43,35 +43,42 @@ def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
     """
     prototype = use_prototype(service, "body.source", asked.source)
     target = use_shapes(service, {"body.target": asked.target})["body.target"]
-    parameters = in_force(asked.parameters(), prototype)
-    wrong = (*_without_meaning(asked, parameters), *_unusable(target, parameters))
+    parameters = in_force(asked, prototype)
+    wrong = (*_without_meaning(asked, parameters, prototype), *_unusable(target, parameters))
     if wrong:
         raise InvalidRequest(CANNOT_BE_MATCHED, tuple(wrong))
     return MatchPayload(source=asked.source, target=asked.target, parameters=parameters)
 
 
-def in_force(asked: MatchParameters, prototype: PrototypeRecord) -> MatchParameters:
+def in_force(asked: MatchRequest, prototype: PrototypeRecord) -> MatchParameters:
     """Return the parameters of a match, those that the prototype has as it has them."""
-    own = {name: getattr(prototype.parameters, name) for name in _ITS_OWN}
+    own: dict[str, Any] = {name: getattr(prototype.parameters, name) for name in _ITS_OWN}
     own["points"] = min(asked.points, prototype.points)
     if asked.coarse_points == MatchParameters().coarse_points:
         own["coarse_points"] = _COARSE_POINTS
-    return asked.model_copy(update=own)
+    if "orientation" not in asked.model_fields_set:
+        own["orientation"] = prototype.surfaces > 0
+    return asked.parameters().model_copy(update=own)
 
 
-def _without_meaning(asked: MatchRequest, parameters: MatchParameters) -> list[FieldProblem]:
+def _without_meaning(
+    asked: MatchRequest, parameters: MatchParameters, prototype: PrototypeRecord
+) -> list[FieldProblem]:
     wrong = []
     for name in _ITS_OWN:
         given, own = (getattr(one, _plural(name)) for one in (asked, parameters))
         if name in asked.model_fields_set and given != own:
             message = "the prototype has its own, with which it was learned; leave it out"
             wrong.append(FieldProblem(field=f"body.{name}", message=message))
-    no_surface = "a prototype has points and no surface between them; leave it out"
+    points_alone = "of a prototype points are matched, and no surface between them; leave it out"
     wrong += [
-        FieldProblem(field=f"body.{name}", message=no_surface)
-        for name in ("refine", "orientation", "dense", "landmarks")
+        FieldProblem(field=f"body.{name}", message=points_alone)
+        for name in ("refine", "dense", "landmarks")
         if getattr(asked, name)
     ]
+    if asked.orientation and not prototype.surfaces:
+        message = "the prototype keeps no surfaces; leave it out, or learn the prototype again"
+        wrong.append(FieldProblem(field="body.orientation", message=message))
     if asked.objective != "l2":
         message = 'a prototype is matched by likelihood; leave it out, or give "l2"'
         wrong.append(FieldProblem(field="body.objective", message=message))

@@ -13,6 +13,12 @@ from solver.options import MAX_POINTS, MIN_POINTS
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.options import MAX_COMPONENTS
 from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, Prototype
+from solver.prototype.surfaces import (
+    EIGENVALUES,
+    MOST_SURFACES,
+    MOST_VERTICES,
+    ExampleSurface,
+)
 from solver.structures import (
     DESCRIPTORS,
     METRICS,
@@ -29,6 +35,7 @@ VERSION = 1
 _MOST_BYTES = 256 * 1024**2
 _MOST_LEVELS = 8
 _MOST_DIMENSIONS = 1024
+_MOST_FACES = 3 * MOST_VERTICES
 
 
 def prototype_to_bytes(prototype: Prototype) -> bytes:
@@ -39,7 +46,7 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
     prototype
         The prototype. Equal ones give equal bytes.
     """
-    about = {
+    about: dict[str, Any] = {
         "format": FORMAT,
         "version": VERSION,
         "components": prototype.components,
@@ -59,6 +66,8 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
             0.0 if one is None else one.log_background for one in prototype.descriptors
         ],
     }
+    if prototype.surfaces:  # which archives of old have not
+        about["surfaces"] = len(prototype.surfaces)
     arrays: dict[str, NDArray[Any]] = {
         "about": np.frombuffer(json.dumps(about, sort_keys=True).encode(), dtype=np.uint8),
         "positions": prototype.positions,
@@ -71,6 +80,8 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
             name = f"descriptors{level}"
             arrays |= _mixture_arrays(name, descriptors.mixtures)
             arrays |= {f"{name}_centre": descriptors.centre, f"{name}_axes": descriptors.axes}
+    for place, surface in enumerate(prototype.surfaces):
+        arrays |= _surface_arrays(f"surface{place}", surface)
     stream = io.BytesIO()
     np.savez_compressed(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
@@ -107,6 +118,15 @@ def _mixture_arrays(name: str, mixtures: GaussianMixtures) -> dict[str, NDArray[
         f"{name}_weights": mixtures.weights,
         f"{name}_means": mixtures.means,
         f"{name}_covariances": mixtures.covariances,
+    }
+
+
+def _surface_arrays(name: str, surface: ExampleSurface) -> dict[str, NDArray[Any]]:
+    return {
+        f"{name}_vertices": surface.vertices.astype(np.float32),
+        f"{name}_faces": surface.faces.astype(np.int32),
+        f"{name}_points": surface.points.astype(np.int32),
+        f"{name}_eigenvalues": surface.eigenvalues,
     }
 
 
@@ -147,7 +167,40 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
         eigenpairs=_whole(about, "eigenpairs", 2, 10**6),
         geodesic_method=about["geodesic_method"],
         warnings=tuple(warnings),
+        surfaces=_surfaces(about, arrays, points),
     )
+
+
+def _surfaces(
+    about: dict[str, Any], arrays: dict[str, NDArray[Any]], points: int
+) -> tuple[ExampleSurface, ...]:
+    """Surfaces; whether each is a sound mesh is only known when one is made of it."""
+    if "surfaces" not in about:
+        return ()
+    count = _whole(about, "surfaces", 1, MOST_SURFACES)
+    return tuple(_surface(arrays, f"surface{place}", points) for place in range(count))
+
+
+def _surface(arrays: dict[str, NDArray[Any]], name: str, points: int) -> ExampleSurface:
+    vertices, faces = arrays[f"{name}_vertices"], arrays[f"{name}_faces"]
+    places, eigenvalues = arrays[f"{name}_points"], _numbers(arrays, f"{name}_eigenvalues", 1)
+    single = vertices.dtype == np.float32 and vertices.ndim == 2 and vertices.shape[1] == 3
+    _require(single and bool(np.isfinite(vertices).all()), f"{name}_vertices")
+    _require(len(vertices) <= MOST_VERTICES, f"{name}_vertices")
+    whole = faces.dtype == np.int32 and faces.ndim == 2 and faces.shape[1] == 3
+    _require(whole and _name_vertices(faces, len(vertices)), f"{name}_faces")
+    _require(len(faces) <= _MOST_FACES, f"{name}_faces")
+    named = places.dtype == np.int32 and places.shape == (points,)
+    _require(named and _name_vertices(places, len(vertices)), f"{name}_points")
+    rising = eigenvalues.shape == (EIGENVALUES,) and bool((np.diff(eigenvalues) >= 0.0).all())
+    _require(rising and eigenvalues[0] > 0.0, f"{name}_eigenvalues")
+    return ExampleSurface(
+        vertices.astype(np.float64), faces.astype(np.int64), places.astype(np.int64), eigenvalues
+    )
+
+
+def _name_vertices(numbers: NDArray[np.int32], count: int) -> bool:
+    return len(numbers) > 0 and bool((numbers >= 0).all() and (numbers < count).all())
 
 
 def _distances(

@@ -17,6 +17,7 @@ from solver.prototype.prototype import (
     Prototype,
     all_pairs,
 )
+from solver.prototype.surfaces import example_surfaces
 from solver.shape import WITHOUT_COLORS, Shape
 from solver.structures import (
     DescriptorChoice,
@@ -108,6 +109,8 @@ def learn_prototype(
     fields = {
         one: _learn_descriptors(one, samples[one], options) for one in dict.fromkeys(descriptors)
     }
+    control.report("surfaces of the examples", 0.98)
+    surfaces = example_surfaces(*zip(*((one.shape, one.vertices) for one in examples), strict=True))
     first = examples[0]
     return Prototype(
         distances=tuple(distances[one] for one in metrics),
@@ -120,6 +123,7 @@ def learn_prototype(
         normalise=first.shape.normalise,
         eigenpairs=first.shape.eigenpairs,
         geodesic_method=first.shape.geodesic_method,
+        surfaces=surfaces,
     )
 
 

@@ -6,20 +6,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import OptionError
 from solver.hypotheses import HierarchicalRun, Hypothesis, distinct, level_reports
+from solver.labelling import UNMATCHED
 from solver.level import Level, SampledStructure, check_distances, sizes_between
 from solver.match import Match
 from solver.options import L2, MAX_COARSE_POINTS, MatchOptions
 from solver.prototype.likelihood import PrototypeLevel, mean_distances
+from solver.prototype.orientation import oriented_images
 from solver.prototype.prototype import Prototype
 from solver.shape import WITHOUT_COLORS, Shape
 from solver.structures import MetricChoice
 
 _OVERSAMPLING = 4
 """Target samples per point of the prototype, at every level."""
+
+_SAME = 0.3
+"""Distance, over √area, within which every point of a hypothesis is where a map has it."""
 
 
 def match_prototype(
@@ -40,9 +45,10 @@ def match_prototype(
     target
         The shape Y.
     options
-        By default ``MatchOptions()``, with 10 points at the coarsest level: that the arms of a
-        body go with its legs, and are not the mirrored ones, a few more points on the trunk tell.
-        Metric and descriptor are the prototype's.
+        By default ``MatchOptions()``, with orientation if the prototype has surfaces. At the
+        coarsest level are 10 points: that the arms of a body go with its legs, and are not the
+        mirrored ones, a few more points on the trunk tell. Metric and descriptor are the
+        prototype's.
     control
         Reports progress and cancels. Past its deadline, or the options' time limit, the best
         answer so far is returned with the bound known by then.
@@ -61,7 +67,7 @@ def match_prototype(
     OptionError
         An option does not suit the prototype or the shape.
     """
-    options = options or MatchOptions()
+    options = options or MatchOptions(orientation=bool(prototype.surfaces))
     control = control or Control()
     check_options(prototype, target, options)
     if options.time_limit is not None:
@@ -70,7 +76,8 @@ def match_prototype(
         options = replace(options, coarse_points=MAX_COARSE_POINTS)
     run = PrototypeRun(options, control, prototype=prototype, target=target)
     levels = run.build_levels()
-    return run.answer(run.best_first(levels), levels)
+    hypotheses = run.oriented(run.ranked(levels), levels)
+    return run.answer([run.bounded(hypotheses[0], levels), *hypotheses[1:]], levels)
 
 
 def samples_by_turns(target: Shape, metrics: Sequence[MetricChoice], count: int) -> IntArray:
@@ -104,11 +111,11 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     OptionError
     """
     if options.refine is not None:
-        raise OptionError("refine", "a prototype has no surface; leave it out")
-    if options.orientation:
-        raise OptionError("orientation", "a prototype has no surface; leave it out")
+        raise OptionError("refine", "of a prototype points are matched alone; leave it out")
     if options.dense:
-        raise OptionError("dense", "a prototype has no surface; leave it out")
+        raise OptionError("dense", "of a prototype points are matched alone; leave it out")
+    if options.orientation and not prototype.surfaces:
+        raise OptionError("orientation", WITHOUT_SURFACES)
     if options.landmarks:
         raise OptionError("landmarks", "a prototype has no vertices; leave them out")
     if options.objective != L2:
@@ -125,6 +132,9 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
             raise OptionError(
                 field, f"it must be as the prototype was learned: {getattr(prototype, field)}"
             )
+
+
+WITHOUT_SURFACES = "the prototype keeps no surfaces; leave it out, or learn the prototype again"
 
 
 @dataclass(kw_only=True)
@@ -198,6 +208,41 @@ class PrototypeRun(HierarchicalRun):
             distances,
             learned,
         )
+
+    def oriented(self, hypotheses: list[Hypothesis], levels: list[Level]) -> list[Hypothesis]:
+        """Put first what agrees with a map that keeps orientation, if that is wanted.
+
+        That is the most likely hypothesis all of whose points are near where the map has them; if
+        there is none, a further one, begun there.
+        """
+        if not self.options.orientation:
+            return hypotheses
+        self.control.report("maps from examples", 0.5)
+        started = time.perf_counter()
+        finest = levels[-1]
+        given = []
+        for one in distinct(hypotheses):
+            matched = np.flatnonzero(one.partners != UNMATCHED)
+            given.append((matched, finest.target.vertices[one.partners[matched]]))
+        images = oriented_images(self.prototype.surfaces, self.target, given, self.control)
+        self.spend("maps from examples", started)
+        if images is None:
+            self.warnings.append(
+                "left and right could not be told apart: the target is like none of the examples"
+            )
+            return hypotheses
+        near = self._distances(images, finest)
+        for place, one in enumerate(hypotheses):
+            matched = np.flatnonzero(one.partners != UNMATCHED)
+            if (near[matched, one.partners[matched]] <= _SAME * self.target.size).all():
+                return [one, *hypotheses[:place], *hypotheses[place + 1 :]]
+        return [self.carried(levels, self._distances(images, levels[0]), hypotheses), *hypotheses]
+
+    def _distances(self, images: IntArray, level: Level) -> FloatArray:
+        """(N, M) from where the level's points are put to its target samples."""
+        places = images[: len(level.source.vertices)]
+        found: FloatArray = self.target.metric("geodesic").distances(places)
+        return found[:, level.target.vertices]
 
     def answer(self, hypotheses: list[Hypothesis], levels: list[Level]) -> Match:
         """Put the answer together, in the prototype's and the user's numbers."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.prototype.mixture import GaussianMixtures
+from solver.prototype.surfaces import ExampleSurface
 from solver.structures import DescriptorChoice, MetricChoice
 
 
@@ -82,6 +83,8 @@ class Prototype:
         How the examples' structures were computed; a target's must be alike.
     warnings
         What the user should know.
+    surfaces
+        Of examples that differ from one another; none in prototypes of old.
     """
 
     distances: tuple[LearnedDistances, ...]
@@ -95,6 +98,7 @@ class Prototype:
     eigenpairs: int
     geodesic_method: str
     warnings: tuple[str, ...] = ()
+    surfaces: tuple[ExampleSurface, ...] = ()
 
     @property
     def points(self) -> int:

@@ -13,7 +13,7 @@ import pytest
 
 from tests.service.conftest import Api, Json, problem
 from tests.service.test_prototypes import SHARED, learn, send
-from tests.worker.families import family
+from tests.worker.families import family, member
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +70,7 @@ def vast() -> bytes:
 
 
 FLAT, AXES = np.zeros((28, 2, 1, 1)), 4
+SURFACE = member(0)[1].astype(np.int32)
 
 HOSTILE: dict[str, Callable[[bytes], bytes]] = {
     "nothing": lambda archive: b"",
@@ -94,6 +95,36 @@ HOSTILE: dict[str, Callable[[bytes], bytes]] = {
     "deep": lambda archive: changed(archive, about=np.frombuffer(b"[" * 10**6, dtype=np.uint8)),
     "far away": lambda archive: changed(archive, positions=np.full((8, 3), 1e300)),
     "far apart": lambda archive: changed(archive, distances0_means=np.full((28, 2, 1), 1e300)),
+    "no surface": lambda archive: about(archive, surfaces=99),
+    "surfaces without number": lambda archive: about(archive, surfaces="all"),
+    "surface of holes": lambda archive: changed(archive, surface0_faces=SURFACE[:40:3]),
+    "surface in pieces": lambda archive: changed(archive, surface0_faces=SURFACE[:0]),
+    "surface of strangers": lambda archive: changed(archive, surface0_faces=SURFACE + 162),
+    "surface of objects": lambda archive: changed(
+        archive, surface0_faces=np.array([{}, []], dtype=object)
+    ),
+    "surface that is flat": lambda archive: changed(
+        archive, surface0_vertices=np.zeros((162, 3), dtype=np.float32)
+    ),
+    "surface that is nowhere": lambda archive: changed(
+        archive, surface0_vertices=np.full((162, 3), np.nan, dtype=np.float32)
+    ),
+    "surface that is far away": lambda archive: changed(
+        archive, surface0_vertices=np.full((162, 3), 1e38, dtype=np.float32)
+    ),
+    "surface too large": lambda archive: changed(
+        archive, surface0_vertices=np.zeros((10**5, 3), dtype=np.float32)
+    ),
+    "points off the surface": lambda archive: changed(
+        archive, surface0_points=np.full(8, 162, dtype=np.int32)
+    ),
+    "points of another number": lambda archive: changed(
+        archive, surface0_points=np.zeros(7, dtype=np.int32)
+    ),
+    "falling eigenvalues": lambda archive: changed(
+        archive, surface0_eigenvalues=np.arange(19.0, 0.0, -1.0)
+    ),
+    "eigenvalues of nothing": lambda archive: changed(archive, surface0_eigenvalues=np.zeros(19)),
     "of few values": lambda archive: changed(
         archive, descriptors0_centre=np.zeros(2), descriptors0_axes=np.ones((2, AXES))
     ),

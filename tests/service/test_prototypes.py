@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import httpx2
@@ -10,8 +11,7 @@ import pytest
 
 from service.embedded import EmbeddedServer
 from solver.mesh import read_mesh
-from solver.options import MatchOptions
-from solver.prototype import match_prototype, prototype_from_bytes
+from solver.prototype import match_prototype, prototype_from_bytes, prototype_to_bytes
 from solver.shape import Shape
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.families import family
@@ -65,6 +65,7 @@ def test_a_prototype_is_learned(
     assert prototype.bytes == len(archive)
     assert (prototype.name, prototype.points, prototype.components) == ("blob", 8, 2)
     assert prototype.examples == len(examples)
+    assert prototype.surfaces == len(examples)
     assert prototype.reference == examples[0]
     assert prototype.learned_from is not None
     assert [one.shape for one in prototype.learned_from] == examples
@@ -148,7 +149,8 @@ def test_a_match_with_a_prototype_is_that_of_the_solver(
     assert ended["state"] == "succeeded", ended["error"]
     result = MatchResult.model_validate_json(http.get(job["links"]["result"]).content)
     shape = Shape(read_mesh(data, "off"), eigenpairs=30)
-    direct = match_prototype(prototype_from_bytes(archive), shape, MatchOptions())
+    direct = match_prototype(prototype_from_bytes(archive), shape)
+    assert result.parameters.orientation
     assert (result.source_kind, result.source, result.target) == ("prototype", prototype, target)
     assert [pair.source for pair in result.correspondences] == direct.best.source.tolist()
     assert [pair.target for pair in result.correspondences] == direct.best.target.tolist()
@@ -270,7 +272,6 @@ def test_what_is_found_out_while_learning_is_told_with_its_field(
     [
         ({"refine": "gmds"}, "body.refine", "surface"),
         ({"dense": True}, "body.dense", "surface"),
-        ({"orientation": True}, "body.orientation", "surface"),
         ({"landmarks": [[0, 3]]}, "body.landmarks", "surface"),
         ({"objective": "linf", "points": 8}, "body.objective", "likelihood"),
         ({"metric": "diffusion"}, "body.metric", "its own"),
@@ -287,6 +288,31 @@ def test_what_has_no_meaning_for_a_prototype(
     document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
     assert [error["field"] for error in document["errors"]] == [field]
     assert word in document["errors"][0]["message"]
+
+
+def test_orientation_is_the_default_of_prototypes_with_surfaces(
+    http: httpx2.Client, archive: bytes, examples: list[str]
+) -> None:
+    """And an archive of old, which has none, is read, and matched without."""
+    bare = prototype_to_bytes(replace(prototype_from_bytes(archive), surfaces=()))
+    ids = {data: send(http, data, "any").json()["id"] for data in (archive, bare)}
+    assert http.get(f"/v1/prototypes/{ids[bare]}").json()["surfaces"] == 0
+    for data, given, expected in (
+        (archive, {}, True),
+        (archive, {"orientation": False}, False),
+        (bare, {}, False),
+        (bare, {"orientation": False}, False),
+    ):
+        body = {"source": ids[data], "target": examples[0], **given}
+        job = http.post("/v1/matches", json=body).json()
+        ended = http.get(job["links"]["self"], params={"wait": 60}).json()
+        assert ended["state"] == "succeeded", ended["error"]
+        result = http.get(job["links"]["result"]).json()
+        assert result["parameters"]["orientation"] is expected
+    body = {"source": ids[bare], "target": examples[0], "orientation": True}
+    document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
+    assert [error["field"] for error in document["errors"]] == ["body.orientation"]
+    assert "surfaces" in document["errors"][0]["message"]
 
 
 def test_what_cannot_be_matched_with_a_prototype(

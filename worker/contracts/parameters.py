@@ -124,7 +124,9 @@ class MatchParameters(BaseModel):
         " to all vertices preserves most and keeps orientation, rather than the one of least"
         " energy, of which the mirror image is as good; alternatives may then have less energy."
         " Takes some seconds. `dense` and `refine` include it. Surfaces must be wound alike, as"
-        " closed ones are after repair.",
+        " closed ones are after repair. With a prototype that keeps surfaces of its examples the"
+        " default is true, and it tells too which of the front legs goes with which of the hind"
+        " legs.",
     )
     dense: bool = Field(
         default=False,

@@ -191,6 +191,7 @@ class PrototypeRecord(BaseModel):
                         "geodesic_method": "fast_marching",
                         "normalise": True,
                     },
+                    "surfaces": 24,
                     "learned_from": None,
                     "reference": None,
                     "warnings": [],
@@ -211,6 +212,11 @@ class PrototypeRecord(BaseModel):
     examples: int = Field(description="Number M of the shapes it was learned from.")
     parameters: PrototypeStructures = Field(
         description="What is measured of shapes that are compared with it."
+    )
+    surfaces: int = Field(
+        default=0,
+        description="Surfaces of examples that it keeps, by which left is told from right; 0 for an"
+        " archive that has none.",
     )
     learned_from: tuple[ExampleReport, ...] | None = Field(
         description="What became of each shape it was to be learned from; null if it was uploaded."

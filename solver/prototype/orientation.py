@@ -1,0 +1,155 @@
+"""Left and right of a match with a prototype, and which legs go together, by its surfaces.
+
+A hypothesis of the most likely correspondence is right or wrong as a whole, which distributions of
+single distances hardly see. Maps of all vertices do: those from the surfaces of the most similar
+examples to the target, begun at the hypotheses, and at what a match of both surfaces finds.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.comparison import Comparison
+from solver.control import Control
+from solver.dense import DenseMap, extensions, oriented_first
+from solver.errors import MeshError
+from solver.extension import LEAST_EXTENDED
+from solver.matching import match
+from solver.options import MatchOptions
+from solver.prototype.surfaces import ExampleSurface, nearest_surfaces
+from solver.shape import Shape
+from solver.symmetry import reflection
+
+_SURFACES = 3
+"""That are tried, the most similar first."""
+
+_POINTS = 16
+_MATCHES = 3
+"""Points and hypotheses of the match of both surfaces."""
+
+_HYPOTHESES = 4
+"""Of the prototype's, that are tried."""
+
+_APART = 0.4
+"""Distance of some point's partners, over √area, from which on two hypotheses are different."""
+
+CLEAR, CERTAIN = 0.55, 0.8
+"""Orientation of a map that is believed, and of one that ends the search."""
+
+_MORE = 1.5
+"""Times the change of a map's mirror image from which on it is not the same, reflected."""
+
+
+def oriented_images(
+    surfaces: Sequence[ExampleSurface],
+    target: Shape,
+    hypotheses: Sequence[tuple[IntArray, IntArray]],
+    control: Control,
+    least: float = CLEAR,
+) -> IntArray | None:
+    """Find where a prototype's points are on a target, by a map that keeps orientation.
+
+    Parameters
+    ----------
+    surfaces
+        Of the prototype.
+    target
+        The shape Y.
+    hypotheses
+        (n,) points of the prototype and (n,) vertices of Y that correspond, the most likely first.
+    control
+        May cancel; past its deadline, less is tried.
+    least
+        Orientation from which on a map is believed.
+
+    Returns
+    -------
+    (N,) vertices of Y, or ``None`` if no map keeps orientation clearly: of shapes that no example
+    is like, none does.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    found: list[tuple[DenseMap, ExampleSurface]] = []
+    different = _different(target, hypotheses)
+    for surface in nearest_surfaces(surfaces, target, _SURFACES):
+        if found and not control.seconds_left():
+            break
+        try:
+            source = surface.shape(target)
+            maps = _maps(source, surface, target, different, control)
+        except MeshError:  # of a surface that anybody may have written
+            continue
+        found += [(one, surface) for one in maps]
+        if _first(found)[0].orientation >= CERTAIN:
+            break
+    if not found:
+        return None
+    best, surface = _first(found)
+    clear = best.orientation >= least
+    reversing, other = _first(found, turn=-1)
+    better = not clear or best.change > _MORE * reversing.change
+    if better and reversing.orientation <= -least and control.seconds_left() > 0.0:
+        # A clear mirror image, reflected before, rather than a mixture that preserves less.
+        reflected = reflection(reversing.source, control)
+        if reflected is not None:
+            return reversing.images(reflected.images(other.points))
+    return best.images(surface.points) if clear else None
+
+
+def _first(
+    found: Sequence[tuple[DenseMap, ExampleSurface]], turn: int = 1
+) -> tuple[DenseMap, ExampleSurface]:
+    """The map that :func:`solver.dense.oriented_first` has first, and where it comes from."""
+    best = oriented_first([one for one, _ in found], turn)[0]
+    return next(entry for entry in found if entry[0] is best)
+
+
+def _maps(
+    source: Shape,
+    surface: ExampleSurface,
+    target: Shape,
+    hypotheses: Sequence[tuple[IntArray, IntArray]],
+    control: Control,
+) -> list[DenseMap]:
+    """Maps from one surface: of its own match with the target, and if need be of the hypotheses."""
+    comparison = Comparison(source, target)
+    points = min(_POINTS, source.n_vertices, target.n_vertices)
+    quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
+    answer = match(source, target, MatchOptions(points=points, alternatives=_MATCHES), quiet)
+    own = [
+        (source.mesh.vertices_of(one.source), target.mesh.vertices_of(one.target))
+        for one in (answer.best, *answer.alternatives)
+    ]
+    maps = extensions(comparison, own[:_MATCHES], control)
+    if hypotheses and oriented_first(maps)[0].orientation < CERTAIN:
+        given = [(surface.points[x], y) for x, y in hypotheses]
+        maps += extensions(comparison, given, control)
+    return maps
+
+
+def _different(
+    target: Shape, hypotheses: Sequence[tuple[IntArray, IntArray]]
+) -> list[tuple[IntArray, IntArray]]:
+    """The first hypotheses that are not nearly the same as one before."""
+    kept: list[tuple[IntArray, IntArray]] = []
+    for one in hypotheses:
+        if len(one[0]) >= LEAST_EXTENDED and all(
+            _apart(target, one, other) > _APART * target.size for other in kept
+        ):
+            kept.append(one)
+        if len(kept) == _HYPOTHESES:
+            break
+    return kept
+
+
+def _apart(
+    target: Shape, one: tuple[IntArray, IntArray], other: tuple[IntArray, IntArray]
+) -> float:
+    """Greatest distance of a point's partners in two hypotheses."""
+    _, here, there = np.intersect1d(one[0], other[0], return_indices=True)
+    distances = target.metric("geodesic").distances(one[1][here])
+    return float(distances[np.arange(len(here)), other[1][there]].max(initial=0.0))

@@ -1,0 +1,195 @@
+"""Matches with a prototype that tell left from right, and which legs go together."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.errors import MeshError, OptionError
+from solver.match import Match
+from solver.mesh import triangle_mesh
+from solver.options import MatchOptions
+from solver.prototype import (
+    Prototype,
+    PrototypeOptions,
+    connected_examples,
+    learn_prototype,
+    match_prototype,
+    prototype_from_bytes,
+    prototype_to_bytes,
+)
+from solver.prototype.orientation import oriented_images
+from solver.prototype.surfaces import (
+    MOST_SURFACES,
+    MOST_VERTICES,
+    ExampleSurface,
+    example_surfaces,
+    nearest_surfaces,
+)
+from solver.shape import Shape
+from solver.synthetic import CLASSES, SyntheticShape, articulated, correspondence
+from tests.solver import shapes
+from tests.solver.test_orientation import mirrored
+
+_OPTIONS = PrototypeOptions(points=10, components=1)
+
+
+def figure(category: str, pose: str, seed: int = 0) -> SyntheticShape:
+    return articulated(category, pose, resolution=700 + 50 * seed, seed=seed)
+
+
+def shape_of(known: SyntheticShape) -> Shape:
+    return Shape(triangle_mesh(known.vertices, known.faces))
+
+
+@cache
+def examples(category: str) -> tuple[Shape, ...]:
+    """Poses of one figure, triangulated alike, the first of them standing."""
+    return tuple(shape_of(figure(category, pose)) for pose in CLASSES[category].poses)
+
+
+@cache
+def prototype(category: str) -> Prototype:
+    return learn_prototype(connected_examples(examples(category), _OPTIONS).examples, _OPTIONS)
+
+
+@cache
+def target(category: str, pose: str) -> Shape:
+    """Triangulated on its own."""
+    return shape_of(figure(category, pose, seed=3))
+
+
+def farthest(category: str, pose: str, answer: Match) -> tuple[float, float]:
+    """Greatest error of a point, direct and against the mirrored truth."""
+    known, other = figure(category, "standing"), figure(category, pose, seed=3)
+    truth = correspondence(known, other)
+    distances = target(category, pose).metric("geodesic").distances(answer.best.target)
+    places = prototype(category).vertices[answer.best.source]
+    rows = np.arange(len(places))
+    direct, reflected = (
+        float(distances[rows, images[places]].max()) for images in (truth, mirrored(other)[truth])
+    )
+    return direct, reflected
+
+
+@pytest.mark.parametrize(
+    ("category", "pose"),
+    [("human", "walking"), ("horse", "galloping")],
+)
+def test_left_is_left_and_every_leg_in_its_place(category: str, pose: str) -> None:
+    answer = match_prototype(prototype(category), target(category, pose))
+    direct, reflected = farthest(category, pose, answer)
+    assert direct < 0.5 < reflected
+    assert answer.levels[0].lower_bound <= answer.best.energy + 1e-9
+    assert sorted(answer.best.source.tolist()) == list(range(10))
+    assert not any("told apart" in warning for warning in answer.warnings)
+
+
+def test_what_is_taken_is_most_likely_of_what_agrees_with_the_surface() -> None:
+    """Unless the most likely hypotheses are wrong, the answer is one of them."""
+    options = MatchOptions(points=10)
+    usual = match_prototype(prototype("human"), target("human", "walking"), options)
+    oriented = match_prototype(
+        prototype("human"), target("human", "walking"), replace(options, orientation=True)
+    )
+    assert oriented.best.energy >= usual.best.energy
+    offered = [one.energy for one in (usual.best, *usual.alternatives)]
+    assert min(abs(oriented.best.energy - one) for one in offered) < 1e-9
+
+
+def test_a_shape_like_none_of_the_examples_is_matched_as_without_surfaces() -> None:
+    stranger = Shape(shapes.blob(3))
+    learned = replace(prototype("human"), surfaces=prototype("human").surfaces[:1])
+    few = MatchOptions(points=8, coarse_points=7, alternatives=2)
+    answer = match_prototype(learned, stranger, replace(few, orientation=True))
+    without = match_prototype(learned, stranger, few)
+    assert answer.best.energy == pytest.approx(without.best.energy)
+    np.testing.assert_array_equal(answer.best.target, without.best.target)
+    assert any("told apart" in warning for warning in answer.warnings)
+
+
+def test_where_only_mirror_images_are_found_they_are_reflected() -> None:
+    """From a surface all of whose points are on the wrong side, they come to the right one."""
+    known = figure("human", "standing")
+    surface = prototype("human").surfaces[0]
+    goal = target("human", "walking")
+    found = oriented_images([surface], goal, [], Control())
+    assert found is not None
+    truth = correspondence(known, figure("human", "walking", seed=3))
+    expected = truth[prototype("human").vertices]
+    distances = goal.metric("geodesic").distances(found)
+    assert distances[np.arange(len(found)), expected].max() < 0.5
+
+
+def test_an_archive_without_surfaces_is_read_and_refuses_orientation() -> None:
+    old = prototype_from_bytes(prototype_to_bytes(replace(prototype("cat"), surfaces=())))
+    assert old.surfaces == ()
+    goal = target("cat", "turning")
+    answer = match_prototype(old, goal)
+    assert answer.best.energy == match_prototype(old, goal, MatchOptions()).best.energy
+    with pytest.raises(OptionError) as caught:
+        match_prototype(old, goal, MatchOptions(orientation=True))
+    assert caught.value.field == "orientation"
+
+
+def test_an_archive_holds_the_surfaces() -> None:
+    learned = prototype("cat")
+    again = prototype_from_bytes(prototype_to_bytes(learned))
+    assert len(learned.surfaces) == len(again.surfaces) == len(examples("cat"))
+    for one, other in zip(learned.surfaces, again.surfaces, strict=True):
+        for name in ("vertices", "faces", "points", "eigenvalues"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+
+
+def test_surfaces_are_simplified_and_keep_the_places_of_the_points() -> None:
+    known = articulated("dog", "standing", resolution=1700)
+    shape = shape_of(known)
+    points = shape.sampling("geodesic", 12).indices
+    (surface,) = example_surfaces([shape], [points])
+    mesh = surface.mesh()
+    assert mesh.n_vertices == MOST_VERTICES < shape.n_vertices
+    centre = shape.mesh.vertices.mean(axis=0)
+    apart = surface.vertices[surface.points] + centre[None] - shape.mesh.vertices[points]
+    apart -= apart.mean(axis=0)
+    assert np.abs(apart).max() < 0.05 * np.sqrt(shape.mesh.area)
+    assert mesh.area == pytest.approx(shape.mesh.area, rel=0.05)
+
+
+def balls(count: int) -> list[Shape]:
+    """Spheres, stretched more and more."""
+    mesh = shapes.icosphere(2)
+    stretches = np.linspace(1.0, 2.0, count)
+    return [
+        Shape(triangle_mesh(mesh.vertices * [1.0, 1.0 + stretch, stretch], mesh.faces))
+        for stretch in stretches
+    ]
+
+
+def test_the_most_different_surfaces_are_kept_whatever_their_order() -> None:
+    points: IntArray = np.arange(5)
+    several = balls(MOST_SURFACES + 3)
+    kept = example_surfaces(several, [points] * len(several))
+    assert len(kept) == MOST_SURFACES
+    turned = [several[0], *several[:0:-1]]
+    again = example_surfaces(turned, [points] * len(several))
+    np.testing.assert_array_equal(_described(kept), _described(again))
+    # The second is the most different from the first: the one stretched most.
+    np.testing.assert_allclose(kept[1].eigenvalues, several[-1].spectrum(20).eigenvalues[1:])
+    assert nearest_surfaces(kept, several[-1], 2)[0] is kept[1]
+
+
+def _described(surfaces: tuple[ExampleSurface, ...]) -> FloatArray:
+    return np.array([one.eigenvalues for one in surfaces])
+
+
+def test_surfaces_that_are_not_sound_are_no_meshes() -> None:
+    surface = prototype("cat").surfaces[0]
+    for faces in (surface.faces[:3], np.repeat(surface.faces, 2, axis=0)):
+        with pytest.raises(MeshError, match="not sound"):
+            replace(surface, faces=faces).mesh()
+    small = shapes.icosphere(1)
+    with pytest.raises(MeshError, match="fewer than"):
+        ExampleSurface(small.vertices, small.faces, np.arange(3), np.ones(19)).mesh()
