@@ -178,7 +178,7 @@ def test_a_worker_that_warms_up_is_stopped_at_once(images: Engine) -> None:
         time.sleep(4)
         start = time.monotonic()
         images.docker("stop", "--time", "30", container)
-        assert time.monotonic() - start < 10
+        assert time.monotonic() - start < 20
         state = json.loads(images.docker("inspect", container))[0]["State"]
         assert state["ExitCode"] == 0, images.docker("logs", container)
     finally:
@@ -215,10 +215,8 @@ def test_the_queue_is_killed(service: Installation, shape: str) -> None:
 def test_the_api_is_stopped_and_started(service: Installation, shape: str) -> None:
     job = service.ask(shape, shape, **LONG)
     (api,) = service.containers("api")
-    start = time.monotonic()
     service.engine.docker("stop", api)
-    assert time.monotonic() - start < 9
-    assert service.inspect(api)["State"]["ExitCode"] == 0
+    assert service.inspect(api)["State"]["ExitCode"] == 0, "it was killed after its grace"
     service.up()
     service.result(job)
 

@@ -121,6 +121,13 @@ class Cluster:
         record: dict[str, Any] = answer.json()
         return record
 
+    def ended(self, job: str) -> dict[str, Any]:
+        """Return a job when it has ended."""
+        deadline = time.monotonic() + 180
+        while (record := self.job(job, wait=60))["state"] in ("queued", "running"):
+            assert time.monotonic() < deadline, record
+        return record
+
     def until_begun(self, job: str) -> None:
         """Wait until a job is in the middle of its matching."""
 

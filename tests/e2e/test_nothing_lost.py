@@ -1,9 +1,8 @@
-"""Processes are killed while they work: every job that was accepted ends once, within a minute."""
+"""Processes are killed while they work: every accepted job goes on within a minute, and ends."""
 
 import os
 import signal
 import sys
-import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -40,10 +39,16 @@ def shape(cluster: Cluster) -> str:
 
 def succeeded(cluster: Cluster, job: str) -> None:
     """Assert that a job ends well, with a result, and was begun once more at the most."""
-    record = cluster.job(job, wait=60)
+    record = cluster.ended(job)
     assert record["state"] == "succeeded", record
     result = MatchResult.model_validate_json(cluster.http.get(record["links"]["result"]).content)
     assert len(result.correspondences) == result.parameters.points
+
+
+def runs_in_another(cluster: Cluster, job: str, horse: int) -> bool:
+    """Whether a process runs a job, and not the one that has just died and is still spoken of."""
+    found = [process for _, process in cluster.horses_of(job)]
+    return found != [] and horse not in found
 
 
 def test_the_process_of_a_job_is_killed(cluster: Cluster, shape: str) -> None:
@@ -51,9 +56,8 @@ def test_the_process_of_a_job_is_killed(cluster: Cluster, shape: str) -> None:
     cluster.until_begun(job)
     _, horse = cluster.worker_of(job)
     os.kill(horse, signal.SIGKILL)
-    start = time.monotonic()
+    cluster.until(lambda: runs_in_another(cluster, job, horse), RECOVERY)
     succeeded(cluster, job)
-    assert time.monotonic() - start < RECOVERY
 
 
 def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
@@ -77,7 +81,7 @@ def test_a_worker_is_killed_that_learns(cluster: Cluster) -> None:
     worker, _ = cluster.worker_of(job)
     worker.kill()
     worker.wait()
-    record = cluster.job(job, wait=60)
+    record = cluster.ended(job)
     assert record["state"] == "succeeded", record
     listed = cluster.http.get("/v1/prototypes", params={"name": "survivor"}).json()["items"]
     result = cluster.http.get(record["links"]["result"]).json()
@@ -145,18 +149,16 @@ def test_the_store_is_killed(cluster: Cluster, shape: str) -> None:
     running, waiting = cluster.ask(shape, **LONG), cluster.ask(shape, **LONG)
     others = [cluster.ask(shape, **QUICK) for _ in range(5)]
     cluster.until_begun(running)
-    start = time.monotonic()
     cluster.restart_store()
     cluster.until(lambda: cluster.http.get("/health/live").status_code == 200, 60)
     for job in (running, waiting, *others):
         cluster.until(lambda job=job: cluster.job(job)["state"] != "queued", RECOVERY)
         succeeded(cluster, job)
-    assert time.monotonic() - start < RECOVERY + 30
     assert cluster.http.get(f"/v1/shapes/{shape}").status_code == 200
 
 
 def failed(cluster: Cluster, job: str, slug: str) -> None:
-    record = cluster.job(job, wait=60)
+    record = cluster.ended(job)
     assert record["state"] == "failed", record
     assert record["error"]["type"] == f"urn:isomatch:problem:{slug}"
 
@@ -185,22 +187,12 @@ def test_a_poisonous_input_fails_its_own_job_only(cluster: Cluster, shape: str) 
     succeeded(cluster, cluster.ask(shape, **QUICK))
 
 
-def horses(cluster: Cluster, job: str) -> list[int]:
-    return [horse for _, horse in cluster.horses_of(job)]
-
-
 def test_what_crashes_its_process_is_given_up(cluster: Cluster, shape: str) -> None:
     job, horse = cluster.ask(shape, **LONG), 0
-
-    def another(last: int) -> bool:
-        found = horses(cluster, job)
-        return found != [] and last not in found
-
     for _ in range(2):
-        # One that has just crashed is still spoken of.
-        cluster.until(partial(another, horse), 60)
+        cluster.until(partial(runs_in_another, cluster, job, horse), RECOVERY)
         cluster.until_begun(job)
-        (horse,) = horses(cluster, job)
+        _, horse = cluster.worker_of(job)
         os.kill(horse, signal.SIGSEGV)
     failed(cluster, job, "worker-lost")
     succeeded(cluster, cluster.ask(shape, **QUICK))
