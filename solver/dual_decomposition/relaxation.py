@@ -23,7 +23,8 @@ from solver.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.dual_decomposition.pairs import PairSubproblems
 from solver.dual_decomposition.reduction import reduced_costs
 from solver.dual_decomposition.shares import Exchange, used_once
-from solver.dual_decomposition.triples import TripleSubproblems, choose_triples
+from solver.dual_decomposition.triple_choice import choose_triples
+from solver.dual_decomposition.triples import TripleSubproblems
 from solver.labelling import LabellingProblem
 
 _MOMENTUM = 0.9

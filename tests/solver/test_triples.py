@@ -7,7 +7,8 @@ import pytest
 
 from solver.dual_decomposition.groups import full_costs, full_groups, sides_of
 from solver.dual_decomposition.pairs import PairSubproblems
-from solver.dual_decomposition.triples import TripleSubproblems, choose_triples
+from solver.dual_decomposition.triple_choice import choose_triples
+from solver.dual_decomposition.triples import TripleSubproblems
 from tests.solver.problems import metric_instance
 
 
