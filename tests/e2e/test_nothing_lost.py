@@ -66,11 +66,11 @@ def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
     worker, _ = cluster.worker_of(job)
     worker.kill()
     worker.wait()
+    cluster.workers.remove(worker)
     assert cluster.workers_of(job) == []
     cluster.until(lambda: cluster.workers_of(job) != [], RECOVERY)
     succeeded(cluster, job)
     succeeded(cluster, waiting)
-    cluster.workers.remove(worker)
     cluster.workers.append(cluster.start_worker())
 
 
@@ -81,12 +81,12 @@ def test_a_worker_is_killed_that_learns(cluster: Cluster) -> None:
     worker, _ = cluster.worker_of(job)
     worker.kill()
     worker.wait()
+    cluster.workers.remove(worker)
     record = cluster.ended(job)
     assert record["state"] == "succeeded", record
     listed = cluster.http.get("/v1/prototypes", params={"name": "survivor"}).json()["items"]
     result = cluster.http.get(record["links"]["result"]).json()
     assert [(item["id"], item["version"]) for item in listed] == [(result["prototype"]["id"], 1)]
-    cluster.workers.remove(worker)
     cluster.workers.append(cluster.start_worker())
 
 
