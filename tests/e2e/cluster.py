@@ -43,7 +43,7 @@ class Cluster:
         self.api = self.start_api()
         self.workers = [self.start_worker() for _ in range(2)]
         self.http = httpx2.Client(base_url=f"http://127.0.0.1:{self._port}", timeout=90.0)
-        self.until(lambda: self.http.get("/health/ready").json().get("workers") == 2, 120)
+        self.until(lambda: self.http.get("/health/ready").json().get("workers") == 2, 270)
 
     def start_api(self, port: str | None = None, **settings: str) -> subprocess.Popen[str]:
         """Start an API where the last one was, and wait until it listens."""

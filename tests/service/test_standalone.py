@@ -44,7 +44,7 @@ class Running:
             )
         self.said: SimpleQueue[str] = SimpleQueue()
         Thread(target=self._listen, daemon=True).start()
-        line = self.said.get(timeout=120)
+        line = self.said.get(timeout=270)
         assert line.startswith("isomatch listens on http://127.0.0.1:"), log.read_text()
         self.http = httpx2.Client(base_url=line.split()[-1], timeout=60.0)
 
