@@ -3,6 +3,7 @@
 import { Problem, get } from "./api.js";
 import { h, fill } from "./dom.js";
 import { download } from "./download.js";
+import { leftAndRight } from "./left_and_right.js";
 import { linkButton } from "./link.js";
 import { pairTable } from "./pairs.js";
 import { problemBox } from "./problem.js";
@@ -39,7 +40,7 @@ export async function matchView(place, result, job, signal) {
       h("span", { class: result.certified ? "badge good" : "badge" }, result.certified ? "certified" : "not certified"),
       " ", summary(result), " ", certificate(result)),
     result.warnings.length ? h("ul", { class: "warnings" }, result.warnings.map((text) => h("li", {}, text))) : null,
-    alternatives(result, choose), scenes, numbers,
+    leftAndRight(result), alternatives(result, choose), scenes, numbers,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",

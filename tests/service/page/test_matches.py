@@ -163,6 +163,28 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
     choices.nth(0).check()
 
 
+def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page) -> None:
+    # The shapes are those of the match before, which had a dense map, and was told of.
+    expect(matched.get_by_role("button", name="Tell left from right")).to_have_count(0)
+    told = result_of(matched, api)
+    asked = {"source": told["source"], "target": told["target"], "points": 10, "metric": "geodesic"}
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked).json()["id"]
+    page.goto(f"/#/jobs/{job}")
+    page.get_by_role("button", name="Tell left from right").click()
+    page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
+    shown(page)
+    again = result_of(page, api)
+    assert again["parameters"]["orientation"]
+    for name in ("points", "metric", "coarse_points", "eigenpairs"):
+        assert again["parameters"][name] == result_named(api, job)["parameters"][name]
+    expect(page.get_by_role("button", name="Tell left from right")).to_have_count(0)
+
+
+def result_named(api: Api, job: str) -> Json:
+    result: Json = httpx2.get(f"{api.url}/v1/jobs/{job}/result").json()
+    return result
+
+
 def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     before, job = rows(matched), job_of(matched)
     matched.reload()
