@@ -11,6 +11,7 @@ from solver.errors import OptionError, PrototypeError
 from solver.match import Correspondence
 from solver.matching import match
 from solver.options import MatchOptions
+from solver.prototype.carrying import carried_points
 from solver.prototype.learning import Example, learn_prototype
 from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
@@ -140,14 +141,16 @@ def matched_examples(
     reference: int = 0,
     control: Control | None = None,
 ) -> CorrespondingExamples:
-    """Examples put into correspondence by matching the reference with each.
+    """Examples put into correspondence by matching.
 
-    Distances can hardly tell a match from its mirror image, and which of the two comes first
-    changes from shape to shape. So of each match's answer and alternatives, all good by
-    themselves, the one is taken whose distances are most likely given those of the examples taken
-    before, the best matches first. Proportions can make single matches wrong; so a preliminary
-    prototype, with one Gaussian of each distance and descriptor, is matched with all shapes, and
-    its matches take the place of the first ones. Then those are left out that misfit it most.
+    Points of the reference are carried from each shape to those most similar to it, by maps that
+    keep orientation: see :func:`solver.prototype.carrying.carried_points`. The reference is matched
+    with every shape that these do not reach. Distances can hardly tell such a match from its mirror
+    image, and which of the two comes first changes from shape to shape. So of each match's answer
+    and alternatives, all good by themselves, the one is taken whose distances are most likely given
+    those of the examples taken before, the best matches first. Proportions can make single matches
+    wrong; so a preliminary prototype, with one Gaussian of each distance and descriptor, is matched
+    with all shapes, and takes their place. Then those are left out that misfit it most.
 
     Parameters
     ----------
@@ -171,22 +174,26 @@ def matched_examples(
     _check_reference(shapes, reference)
     _check_vertices(shapes, options.points)
     first = shapes[reference]
-    own = first.sampling("commute_time", options.points).indices
-    found: dict[int, list[IntArray]] = {reference: [own]}
-    energies = {reference: 0.0}
+    sampling = options.sampling_metrics[0].settled(first.size)
+    own = first.sampling(sampling, options.points).indices
+    carried = carried_points(shapes, reference, own, control)
+    found = {number: [vertices] for number, vertices in carried.items()}
+    energies = dict.fromkeys(carried, 0.0)
     quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
+    matching = MatchOptions(points=options.points, metric=(sampling, "geodesic"))
     for number, shape in enumerate(shapes):
-        control.report("matches of the examples", number / len(shapes))
-        if number == reference:
+        control.check()
+        if number in carried:
             continue
-        answer = match(first, shape, MatchOptions(points=options.points), quiet)
+        answer = match(first, shape, matching, quiet)
         energies[number] = answer.best.energy
         found[number] = [
             _in_order(first, shape, one, own) for one in (answer.best, *answer.alternatives)
         ]
-    order = sorted(found, key=lambda number: energies[number])
+    order = sorted(found, key=lambda number: (number != reference, energies[number]))
     chosen = _consistent(shapes, found, order, options)
-    chosen, misfits = _matched_again(shapes, chosen, reference, options, control)
+    again, misfits = _matched_again(shapes, chosen, reference, options, control)
+    chosen = again | carried
     limit = _POOR * float(np.median(np.delete(misfits, reference))) if len(shapes) > 2 else np.inf
     poor = [n for n in range(len(shapes)) if n != reference and misfits[n] > limit]
     warnings = tuple(

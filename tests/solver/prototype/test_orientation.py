@@ -18,6 +18,7 @@ from solver.prototype import (
     connected_examples,
     learn_prototype,
     match_prototype,
+    matched_examples,
     prototype_from_bytes,
     prototype_to_bytes,
 )
@@ -86,6 +87,19 @@ def test_left_is_left_and_every_leg_in_its_place(category: str, pose: str) -> No
     assert answer.levels[0].lower_bound <= answer.best.energy + 1e-9
     assert sorted(answer.best.source.tolist()) == list(range(10))
     assert not any("told apart" in warning for warning in answer.warnings)
+
+
+def test_examples_are_matched_with_every_leg_in_its_place() -> None:
+    """And points are sampled as the options say."""
+    horses = examples("horse")
+    options = PrototypeOptions(points=10, components=1, sampling=("geodesic",))
+    found = matched_examples(horses, options)
+    own = horses[0].sampling("geodesic", 10).indices
+    assert found.kept == tuple(range(len(horses)))
+    np.testing.assert_array_equal(found.examples[0].vertices, own)
+    for example in found.examples:
+        distances = example.shape.metric("geodesic").distances(example.vertices)
+        assert distances[np.arange(10), own].max() < 0.5
 
 
 def test_what_is_taken_is_most_likely_of_what_agrees_with_the_surface() -> None:
