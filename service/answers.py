@@ -1,10 +1,13 @@
 """Answers that are kept in gzip, and answers that the client has already."""
 
 import gzip
+import re
 from collections.abc import Mapping
-from typing import Annotated
+from typing import Annotated, Final
 
 from fastapi import Header, Response
+
+_REFUSED: Final = re.compile(r"q=0(\.0{0,3})?")
 
 AcceptEncoding = Annotated[str, Header(include_in_schema=False)]
 
@@ -26,9 +29,17 @@ def unpacked_if_need_be(
         Further headers.
     """
     every = {"Vary": "Accept-Encoding", **(headers or {})}
-    if "gzip" in accept_encoding.lower():
+    if _takes_gzip(accept_encoding):
         return Response(packed, media_type=media_type, headers=every | {"Content-Encoding": "gzip"})
     return Response(gzip.decompress(packed), media_type=media_type, headers=every)
+
+
+def _takes_gzip(accept_encoding: str) -> bool:
+    for entry in accept_encoding.lower().split(","):
+        coding, *parameters = (part.replace(" ", "") for part in entry.split(";"))
+        if coding in ("gzip", "x-gzip"):
+            return not any(_REFUSED.fullmatch(parameter) for parameter in parameters)
+    return False
 
 
 def names(if_none_match: str, etag: str) -> bool:

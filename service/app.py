@@ -42,6 +42,10 @@ from worker.webhooks import dispatch
 BODY_LIMIT: Final = 1024**2
 """Bytes of a request that is not an upload."""
 
+SILENCE: Final = 10.0
+"""Seconds after which a Redis that is there and does not answer, hung or cut off, is given up: an
+upload of the largest kind is written within these."""
+
 log = logger("isomatch.api")
 
 
@@ -104,7 +108,7 @@ def _lifespan(
 ) -> Callable[[FastAPI], AbstractAsyncContextManager[State]]:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[State]:
-        store = Store.open(settings, settings.redis_patience, pause=0.2)
+        store = Store.open(settings, settings.redis_patience, pause=0.2, silence=SILENCE)
         service = Service(settings, store, JobQueue(store, settings), closing, registry)
         registry.register(StoreCollector(service.queue))
         tasks = [

@@ -13,7 +13,14 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.problems import ApiProblem, BodyStalled, InternalError, UploadTooLarge, response
+from service.problems import (
+    ApiProblem,
+    BodyStalled,
+    EncodedBody,
+    InternalError,
+    UploadTooLarge,
+    response,
+)
 from worker.telemetry import logger
 
 REQUEST_ID: Final = "X-Request-ID"
@@ -80,7 +87,7 @@ class BodyRefused(HTTPException):
 class BodyLimit:
     """Refuses bodies over a limit, by what they say of their length and while they come in.
 
-    Refuses those as well of which nothing more comes in.
+    Refuses those as well of which nothing more comes in, and those that are compressed.
 
     Parameters
     ----------
@@ -125,6 +132,15 @@ class BodyLimit:
         headers = Headers(scope=scope)
         length = headers.get("content-length", "")
         body = _Body(receive, limit, told, self._patience)
+        encoding = headers.get("content-encoding", "").strip()
+        if encoding.lower() not in ("", "identity"):
+            await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
+            problem = EncodedBody(
+                f"The body came with Content-Encoding {encoding[:40]!r}, which is not undone here; "
+                "send it as it is."
+            )
+            await self._refuse(problem, scope, receive, send)
+            return
         if length.isdigit() and int(length) > limit:
             if headers.get("expect", "").lower() != "100-continue":
                 await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)

@@ -25,6 +25,7 @@
     ├── PrototypeDeleted            410  a prototype was deleted meanwhile
     ├── UploadTooLarge              413  the upload is over the limit
     ├── UnsupportedFormat           415  not a mesh format that is read
+    ├── EncodedBody                 415  the body is compressed
     ├── UnknownShape                422  a match names a shape that does not exist
     ├── UnknownPrototype            422  a match names a prototype that does not exist
     ├── UnusableMesh                422  the file is not a usable mesh
@@ -205,6 +206,12 @@ class UnsupportedFormat(ApiProblem):
     """Not a mesh format that is read."""
 
     status, slug, title = 415, "unsupported-format", "Unsupported mesh format"
+
+
+class EncodedBody(ApiProblem):
+    """The body of the request is compressed, or encoded in another way."""
+
+    status, slug, title = 415, "encoded-body", "Encoded body"
 
 
 class UnknownShape(ApiProblem):

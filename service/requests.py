@@ -32,6 +32,8 @@ _WORDS: Final = {
     "extra_forbidden": "There is no such field; /docs says which there are",
     "tuple_type": "Input should be a list of such names",
     "upload_file": "Input should be a file: a part of the form that has a `filename`",
+    "no_file": "There is no such part in the form, or the form is cut off before its end; send"
+    " multipart/form-data with a part `file` that has a `filename`",
     "not_an_object": "Input should be a JSON object, sent as application/json",
 }
 
@@ -98,6 +100,8 @@ def _message(error: Any) -> str:
         return f"Input should be {words} {error['ctx'][key]:g}"
     if kind in _NOT_AN_OBJECT and tuple(error["loc"]) == ("body",):
         kind = "not_an_object"
+    elif kind == "missing" and tuple(error["loc"]) == ("body", "file"):
+        kind = "no_file"
     elif "UploadFile" in error["msg"]:
         kind = "upload_file"
     return _WORDS.get(kind) or str(error["msg"]).removeprefix("Value error, ")

@@ -19,7 +19,8 @@ LONGEST_WAIT: Final = 60.0
 CANCEL_WAIT: Final = 2.0
 """Seconds an answer waits for a cancelled job to leave, which most do at once."""
 
-ListedKind: TypeAlias = Literal[JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE]
+ListedKind: TypeAlias = Literal["match", "dissimilarities", "prototype"]
+"""Kinds of jobs that requests ask for."""
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -78,7 +79,8 @@ def list_jobs(
     Where most jobs are not of the kind or in the state that is asked for, a page may have fewer
     than `limit`, and still a cursor of the next.
     """
-    page = page_of(lambda: service.store.jobs.page(limit, cursor, state, kind, shape))
+    only = None if kind is None else JobKind(kind)
+    page = page_of(lambda: service.store.jobs.page(limit, cursor, state, only, shape))
     return JobPage(
         items=tuple(Job.of(record, service.queue) for record in page.items),
         next_cursor=page.next_cursor,

@@ -10,6 +10,7 @@ from service.orders import IdempotencyKey
 from service.problems import (
     BadRequest,
     BodyStalled,
+    EncodedBody,
     IdempotencyKeyReused,
     InvalidRequest,
     PrototypeDeleted,
@@ -62,6 +63,7 @@ VALIDATING_PROTOTYPE: Final[dict[str, Any]] = {
             UploadTooLarge,
             BadRequest,
             BodyStalled,
+            EncodedBody,
             IdempotencyKeyReused,
             UploadCancelled,
             PrototypeDeleted,

@@ -11,6 +11,7 @@ from service.paging import Cursor, Limit, page_of
 from service.problems import (
     BadRequest,
     BodyStalled,
+    EncodedBody,
     IdempotencyKeyReused,
     InvalidRequest,
     ShapeDeleted,
@@ -65,6 +66,7 @@ _VALIDATING: Final[dict[str, Any]] = {
             UnsupportedFormat,
             BadRequest,
             BodyStalled,
+            EncodedBody,
             IdempotencyKeyReused,
             UploadCancelled,
             ShapeDeleted,

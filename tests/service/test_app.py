@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -89,6 +90,31 @@ def test_without_its_store(tmp_path: Path) -> None:
         problem(http.post("/v1/shapes", files=files), 503, "store-away")
         assert time.monotonic() - start < 10.0
         assert http.get("/health/live").status_code == 200
+
+
+def test_a_store_that_is_there_and_says_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hung, or cut off from us: nobody is kept waiting for minutes."""
+    monkeypatch.setattr("service.app.SILENCE", 0.5)
+    server = EmbeddedServer(tmp_path)
+    server.start()
+    assert server.pid is not None
+    settings = Settings(redis_url=server.url, redis_patience=2.0)
+    try:
+        with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
+            assert http.get("/v1/shapes").status_code == 200
+            os.kill(server.pid, signal.SIGSTOP)
+            try:
+                for path in ("/health/ready", "/v1/shapes", "/v1/jobs/x"):
+                    problem(http.get(path), 503, "store-away")
+                assert "isomatch_store_up 0.0" in http.get("/metrics").text
+                assert http.get("/health/live").status_code == 200
+            finally:
+                os.kill(server.pid, signal.SIGCONT)
+            assert http.get("/v1/shapes").status_code == 200
+    finally:
+        server.stop()
 
 
 def test_what_nobody_foresaw(http: httpx2.Client, api: Api) -> None:

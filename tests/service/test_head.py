@@ -26,7 +26,7 @@ def headers(answer: httpx2.Response) -> dict[str, str]:
 @pytest.mark.parametrize(
     "path",
     [
-        *("/", "/page/main.css", "/docs", "/openapi.json", "/health/live", "/health/ready"),
+        *("/", "/page/style.css", "/docs", "/openapi.json", "/health/live", "/health/ready"),
         *("/v1/structures", "/v1/prototypes", "/v1/shapes?limit=x", "/v1/jobs?cursor=none"),
         *("/v1/jobs/nobody", "/v1/shapes/nobody/mesh", "/page/nothing.js", "/nothing"),
     ],

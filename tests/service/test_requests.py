@@ -1,5 +1,6 @@
 """Requests that mean nothing: what is wrong is said of the sender's fields, and briefly."""
 
+import gzip
 import json
 from typing import Any
 
@@ -142,3 +143,37 @@ def test_hundreds_of_thousands_of_errors_keep_nobody_waiting() -> None:
         for i in range(3 * MOST_CONSIDERED)
     ]
     assert len(field_problems(errors)) == MOST_CONSIDERED
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "br", "gzip, deflate"])
+def test_bodies_that_are_compressed_are_refused_with_the_reason(
+    http: httpx2.Client, encoding: str
+) -> None:
+    body = gzip.compress(json.dumps({"source": "a", "target": "b"}).encode())
+    headers = {"content-encoding": encoding, "content-type": "application/json"}
+    refused = http.post("/v1/matches", content=body, headers=headers)
+    assert repr(encoding) in problem(refused, 415, "encoded-body")["detail"]
+    form = gzip.compress(b"--x\r\n")
+    headers["content-type"] = "multipart/form-data; boundary=x"
+    problem(http.post("/v1/shapes", content=form, headers=headers), 415, "encoded-body")
+    # What says that it is not encoded is not.
+    headers = {"content-encoding": "identity", "content-type": "application/json"}
+    problem(http.post("/v1/matches", content=b"{}", headers=headers), 422, "invalid-request")
+
+
+def test_a_form_that_is_cut_off_is_told(http: httpx2.Client) -> None:
+    form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.off"\r\n\r\nOFF\n'
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    for body in (form[:30], form[:60], b""):
+        answer = http.post("/v1/shapes", content=body, headers=headers)
+        refused = problem(answer, 422, "invalid-request")
+        assert "cut off before its end" in fields(refused)["body.file"]
+
+
+def test_who_does_not_take_gzip_gets_none(http: httpx2.Client) -> None:
+    for accepted in ("gzip", "br, gzip;q=0.5", "GZIP ; q=1"):
+        answer = http.get("/page/style.css", headers={"accept-encoding": accepted})
+        assert answer.headers["content-encoding"] == "gzip"
+    for accepted in ("gzip;q=0", "gzip; q=0.000, br", "identity", "notgzip", ""):
+        answer = http.get("/page/style.css", headers={"accept-encoding": accepted})
+        assert "content-encoding" not in answer.headers

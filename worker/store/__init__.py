@@ -63,7 +63,13 @@ class Store:
     webhooks: Webhooks
 
     @classmethod
-    def open(cls, settings: StoreSettings, patience: float, pause: float = 1.0) -> Self:
+    def open(
+        cls,
+        settings: StoreSettings,
+        patience: float,
+        pause: float = 1.0,
+        silence: float | None = None,
+    ) -> Self:
         """Connect to the store.
 
         Parameters
@@ -72,6 +78,8 @@ class Store:
             Where it is; `redis_url` must be set.
         patience, pause
             Seconds for which a command is repeated while Redis is away, and between two attempts.
+        silence
+            Seconds after which one without an answer has failed; None to repeat it, too.
 
         Raises
         ------
@@ -80,17 +88,23 @@ class Store:
         """
         if settings.redis_url is None:
             raise ValueError("ISOMATCH_REDIS_URL is not set")
-        return cls.over(connect(settings.redis_url, patience, pause), settings, patience, pause)
+        client = connect(settings.redis_url, patience, pause, silence)
+        return cls.over(client, settings, patience, pause, silence)
 
     @classmethod
     def over(
-        cls, client: Redis, settings: StoreSettings, patience: float, pause: float = 1.0
+        cls,
+        client: Redis,
+        settings: StoreSettings,
+        patience: float,
+        pause: float = 1.0,
+        silence: float | None = None,
     ) -> Self:
         """Return the store over a connection that there is already; otherwise as :meth:`open`."""
         cache = client
         if settings.cache_url is not None:
             # Nothing is lost with it: rather compute again than wait.
-            cache = connect(settings.cache_url, min(patience, CACHE_PATIENCE), pause)
+            cache = connect(settings.cache_url, min(patience, CACHE_PATIENCE), pause, silence)
         return cls(
             client,
             Shapes(client, settings),

@@ -55,7 +55,7 @@ class StoreSettings(BaseSettings):
     )
 
 
-def connect(url: str, patience: float, pause: float = 1.0) -> Redis:
+def connect(url: str, patience: float, pause: float = 1.0, silence: float | None = None) -> Redis:
     """Return a client that repeats what fails while Redis restarts.
 
     Without this a job that ends just then would be lost although it is computed.
@@ -68,14 +68,19 @@ def connect(url: str, patience: float, pause: float = 1.0) -> Redis:
         Seconds for which a command is repeated before its error is raised.
     pause
         Seconds between two attempts.
+    silence
+        Seconds after which a command without an answer has failed, and is not repeated: for those
+        who cannot wait. None for those who can, such as workers.
     """
+    errors = [RedisConnectionError] if silence else [RedisConnectionError, RedisTimeoutError]
+    attempts = max(0, round(patience / pause))
     return Redis.from_url(
         url,
-        socket_timeout=SOCKET_TIMEOUT,
+        socket_timeout=silence or SOCKET_TIMEOUT,
         socket_connect_timeout=5.0,
         # Spectra and meshes are megabytes; the default of 32 KiB takes twice the time for them.
         socket_read_size=1024**2,
         health_check_interval=30,
-        retry=Retry(ConstantBackoff(pause), max(0, round(patience / pause))),
-        retry_on_error=[RedisConnectionError, RedisTimeoutError],
+        retry=Retry(ConstantBackoff(pause), attempts, tuple(errors)),
+        retry_on_error=errors,
     )
