@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from typing import Any
 
 import schemathesis
@@ -10,9 +11,16 @@ SHAPES, JOBS, PROTOTYPES = (
     json.loads(os.environ.get(f"REAL_{what}", "[]")) for what in ("SHAPES", "JOBS", "PROTOTYPES")
 )
 
+_ID = re.compile(r"[0-9a-zA-Z_-]{1,64}")
+
 
 def real(value: object, ids: list[str]) -> object:
-    """A real id for half of the made-up ones, the same for the same."""
+    """A real id for half of the made-up ones, the same for the same.
+
+    What is made up to be refused, because no id is of this form, stays as it is.
+    """
+    if not _ID.fullmatch(str(value)):
+        return value
     number = sum(str(value).encode())
     return ids[number // 2 % len(ids)] if ids and number % 2 else value
 
