@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from isomatch._geometry import Geometry
+from isomatch._prototype_plotting import prototype_scene
 from isomatch._prototype_points import PrototypePoints
 from isomatch._result import Drawable
 from isomatch._surface_plotting import Scene, plot_scenes, surface_colors
@@ -94,5 +95,5 @@ def _places(source: Drawable, numbers: npt.NDArray[np.int64]) -> Floats:
 
 def _scene(shape: Drawable, points: Floats, colors: Floats | None, caption: str) -> Scene:
     if isinstance(shape, PrototypePoints):
-        return Scene(shape.positions, points, bones=shape.bones, caption="points of the prototype")
+        return prototype_scene(shape, points, "points of the prototype")
     return Scene(shape.vertices, points, shape.faces, colors, caption=caption)

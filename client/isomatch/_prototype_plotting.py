@@ -1,5 +1,6 @@
 """Figures of prototypes."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -11,6 +12,8 @@ from isomatch._surface_plotting import Scene, draw_scene, place_colors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Floats = npt.NDArray[np.float64]
 
 _MAP: Final = "viridis"
 _FEW: Final = 40
@@ -35,12 +38,9 @@ def plot_points(known: PrototypePoints, title: str) -> "Figure":
     variation = variations(known)
     scale = Normalize(0.0, float(np.nanpercentile(variation, _MOST)) or 1.0)
     bones = known.bones
-    scene = Scene(
-        vertices=known.positions,
-        points=known.positions,
-        bones=bones,
+    scene = replace(
+        prototype_scene(known, known.positions, "its points, joined by the shortest distances"),
         bone_colors=colormaps[_MAP](scale(variation[bones[:, 0], bones[:, 1]]))[:, :3],
-        caption="points on the reference, joined by the shortest distances",
     )
     # Its type is that of flat axes.
     body: Any = figure.add_subplot(1, 2, 1, projection="3d")
@@ -57,9 +57,29 @@ def plot_points(known: PrototypePoints, title: str) -> "Figure":
     return figure
 
 
-def variations(known: PrototypePoints) -> npt.NDArray[np.float64]:
+def prototype_scene(known: PrototypePoints, points: Floats, caption: str) -> Scene:
+    """Return what is drawn of a prototype: its points, and the reference's surface if it is known.
+
+    Parameters
+    ----------
+    known
+        The prototype.
+    points
+        (n, 3) those that stand out.
+    caption
+        Goes below.
+    """
+    surface, bones = known.surface, known.bones
+    if surface is None:
+        return Scene(known.positions, points, bones=known.positions[bones], caption=caption)
+    return Scene(
+        surface.vertices, points, surface.faces, bones=known.positions[bones], caption=caption
+    )
+
+
+def variations(known: PrototypePoints) -> Floats:
     """Return standard deviations over means of the distances, (N, N); NaN on the diagonal."""
     means = known.mean_distances.copy()
     np.fill_diagonal(means, np.nan)
-    ratios: npt.NDArray[np.float64] = known.spreads / np.where(means == 0.0, np.nan, means)
+    ratios: Floats = known.spreads / np.where(means == 0.0, np.nan, means)
     return ratios

@@ -3,11 +3,12 @@
 import io
 import os
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
+from isomatch._geometry import Geometry
 from isomatch._plotting import saved
 
 if TYPE_CHECKING:
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 Floats = npt.NDArray[np.float64]
 Places = npt.NDArray[np.int64]
+
+_NEAR: Final = 0.05
+"""How far points may be from the surface of few vertices, relative to its size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +36,15 @@ class PrototypePoints:
         shapes of unit area, unless the prototype was learned with ``normalise=False``.
     spreads
         Standard deviations of the same, (N, N) float64.
+    surface
+        The reference's surface, with few vertices; None where the archive does not have it.
     """
 
     positions: Floats
     vertex_ids: Places
     mean_distances: Floats
     spreads: Floats
+    surface: Geometry | None = None
 
     @classmethod
     def from_bytes(cls, archive: bytes) -> "PrototypePoints":
@@ -63,8 +70,8 @@ class PrototypePoints:
         """Draw the points, and how much their distances vary.
 
         On the left the points where they are on the reference, with their numbers, joined by the
-        shortest lines, whose colour tells how much that distance varies within the class: its
-        standard deviation over its mean. On the right the same of all pairs of points.
+        shortest distances, as lines whose colour tells how much these vary within the class: the
+        standard deviation over the mean. On the right the same of all pairs of points.
 
         Parameters
         ----------
@@ -106,7 +113,23 @@ def _read(arrays: Any) -> PrototypePoints:
         vertex_ids=np.asarray(arrays["vertices"], dtype=np.int64).reshape(count),
         mean_distances=_square(mean, count),
         spreads=_square(spread, count),
+        surface=_surface(arrays, positions),
     )
+
+
+def _surface(arrays: Any, positions: Floats) -> Geometry | None:
+    """The first surface that is kept, if it is that of the reference: the points lie on it."""
+    if "surface0_vertices" not in arrays.files:
+        return None
+    vertices = np.asarray(arrays["surface0_vertices"], dtype=np.float64).reshape(-1, 3)
+    there = vertices[np.asarray(arrays["surface0_points"], dtype=np.int64)]
+    # Surfaces are kept without the place that they have in their files.
+    shift = (positions - there).mean(axis=0)
+    vertices, there = vertices + shift, there + shift
+    if np.abs(there - positions).max() > _NEAR * np.ptp(vertices, axis=0).max():
+        return None
+    faces = np.asarray(arrays["surface0_faces"], dtype=np.int64).reshape(-1, 3)
+    return Geometry(vertices, faces, np.arange(len(vertices)), None)
 
 
 def _square(pairs: Floats, count: int) -> Floats:

@@ -24,7 +24,7 @@ _INCHES: Final = 5.5
 
 
 NO_FACES: Final[Places] = np.zeros((0, 3), dtype=np.int64)
-NO_BONES: Final[Places] = np.zeros((0, 2), dtype=np.int64)
+NO_BONES: Final[Floats] = np.zeros((0, 2, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,8 +42,7 @@ class Scene:
     colors
         (V, 3) of the surface, 0 to 1; None to see the points through it.
     bones, bone_colors
-        (m, 2) rows of `vertices` that are joined by lines, and (m, 3) colours of these if they have
-        their own.
+        (m, 2, 3) ends of lines, and (m, 3) colours of these if they have their own.
     caption
         Goes below.
     """
@@ -52,7 +51,7 @@ class Scene:
     points: Floats
     faces: Places = field(default_factory=lambda: NO_FACES)
     colors: Floats | None = None
-    bones: Places = field(default_factory=lambda: NO_BONES)
+    bones: Floats = field(default_factory=lambda: NO_BONES)
     bone_colors: Floats | None = None
     caption: str = ""
 
@@ -166,7 +165,7 @@ def _bones(scene: Scene) -> Any:
 
     colors = FAINT if scene.bone_colors is None else scene.bone_colors
     width = 1.4 if scene.bone_colors is None else 3.5
-    return Line3DCollection(scene.vertices[scene.bones], colors=colors, linewidths=width, zorder=2)
+    return Line3DCollection(scene.bones, colors=colors, linewidths=width, zorder=2)
 
 
 def _brightness(scene: Scene, view: View) -> Floats:

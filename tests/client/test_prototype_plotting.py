@@ -1,6 +1,7 @@
 """Figures of prototypes, and the arrays that they are made of."""
 
 import asyncio
+import io
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib import colormaps, pyplot
 from matplotlib.axes import Axes
-from mpl_toolkits.mplot3d.art3d import Line3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from demo.stack import Stack
@@ -81,6 +82,21 @@ def test_what_is_known_of_the_points(
         np.testing.assert_array_equal(square, square.T)
         assert not square.diagonal().any()
 
+    # The reference's surface, of which the points are vertices, or nearly.
+    assert known.surface is not None
+    mesh = prototype.surfaces[0].mesh()
+    np.testing.assert_array_equal(known.surface.faces, mesh.faces)
+    apart = known.positions[:, None] - known.surface.vertices
+    assert np.linalg.norm(apart, axis=2).min(axis=1).max() < 1e-6
+    with np.load(tmp_path / "drawn.npz", allow_pickle=False) as arrays:
+        kept = {name: arrays[name] for name in arrays.files}
+    elsewhere = io.BytesIO()
+    np.savez(elsewhere, **{**kept, "surface0_vertices": 2 * kept["surface0_vertices"]})
+    assert isomatch.PrototypePoints.from_bytes(elsewhere.getvalue()).surface is None
+    old = io.BytesIO()
+    np.savez(old, **{name: kept[name] for name in kept if "surface" not in name})
+    assert isomatch.PrototypePoints.from_bytes(old.getvalue()).surface is None
+
     lengths = known.mean_distances[known.bones[:, 0], known.bones[:, 1]]
     assert lengths.sum() == pytest.approx(minimum_spanning_tree(known.mean_distances).sum())
     assert set(known.bones.ravel()) == set(range(POINTS))
@@ -115,6 +131,9 @@ def test_a_learned_prototype_is_drawn(
     drawn = image.get_array()
     assert drawn is not None
     np.testing.assert_allclose(np.ma.filled(drawn, np.nan), ratios)
+    assert known.surface is not None
+    (skin,) = (part for part in body.collections if isinstance(part, Poly3DCollection))
+    assert len(skin._facecolor3d) == len(known.surface.faces)
     bones = bones_of(body)
     np.testing.assert_array_equal(np.array(bones._segments3d), known.positions[known.bones])
     told = colormaps["viridis"](image.norm(ratios[known.bones[:, 0], known.bones[:, 1]]))
