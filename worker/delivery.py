@@ -115,8 +115,11 @@ def post(
         status = _status(urlsplit(webhook.url), body, headers, settings)
     except Unacceptable as error:
         return Outcome(error=str(error), final=True)
-    except (OSError, http.client.HTTPException, UnicodeError) as error:
+    except (OSError, UnicodeError) as error:
         return Outcome(error=(str(error) or type(error).__name__)[:_LONGEST_ERROR])
+    except http.client.HTTPException as error:
+        # Its words are the receiver's own, whatever these are.
+        return Outcome(error=f"the receiver's answer is no HTTP ({type(error).__name__})")
     if 200 <= status < 300:
         return Outcome(status)
     redirected = "; redirects are not followed" if 300 <= status < 400 else ""

@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Final
 
 from pydantic import ValidationError
+from redis.exceptions import RedisError
 from rq import Queue, Worker
 from rq.exceptions import AbandonedJobError
 from rq.job import Job
@@ -17,7 +18,7 @@ from worker.jobs import worker_settings
 from worker.limits import die_with_parent, forks_die_with_parent
 from worker.queue import QUEUES
 from worker.recovery import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, give_back
-from worker.store import Store
+from worker.store import Store, connect
 from worker.telemetry import configure_logging, logger
 from worker.warmup import compile_rest, warm_up
 
@@ -55,6 +56,10 @@ def main() -> int:
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
+    away = why_away(settings.redis_url)
+    if away is not None:
+        # Said at once: warming up takes a while, and only then it is waited for.
+        log.warning("Redis does not answer yet, and will be waited for", error=away)
     warm_up()
     store = Store.open(settings, settings.redis_patience)
     # RQ says several lines about each job, and what matters of them is said here as well.
@@ -63,6 +68,16 @@ def main() -> int:
         burst=options.burst, logging_level="DEBUG" if chatty else "WARNING"
     )
     return 0
+
+
+def why_away(url: str) -> str | None:
+    """Return why Redis does not answer now, without waiting for it; None if it does."""
+    with connect(url, patience=0, silence=5.0) as client:
+        try:
+            client.ping()
+        except RedisError as error:
+            return str(error) or type(error).__name__
+    return None
 
 
 def new_worker(store: Store, heartbeat: int) -> Worker:

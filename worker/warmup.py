@@ -48,6 +48,7 @@ def warm_up() -> None:
     A forked job then starts in milliseconds where it would take a good part of a second.
     """
     start = time.perf_counter()
+    log.info("warming up; where nothing is compiled yet, this takes minutes")
     binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
     triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))

@@ -5,12 +5,15 @@ import socket
 import subprocess
 import sys
 from datetime import timedelta
+from pathlib import Path
 
 import pytest
 from rq import Worker
 from rq.utils import utcformat
 
+from service.embedded import EmbeddedServer
 from worker.health import works_on
+from worker.process import why_away
 from worker.queue import JobQueue
 from worker.workforce import SILENCE
 
@@ -62,3 +65,10 @@ def test_a_worker_is_not_blamed_for_redis(queue: JobQueue) -> None:
     done = asked("redis://127.0.0.1:1")
     assert done.returncode == 0
     assert "does not answer" in done.stdout
+
+
+def test_a_worker_knows_at_once_that_its_store_is_away(
+    server: EmbeddedServer, tmp_path: Path
+) -> None:
+    assert why_away(server.url) is None
+    assert "nobody.sock" in (why_away(f"unix://{tmp_path}/nobody.sock") or "")

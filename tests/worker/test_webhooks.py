@@ -1,5 +1,6 @@
 """Webhooks from the end of a job to their receiver, a real server; tried, signed, and given up."""
 
+import contextlib
 import hashlib
 import hmac
 import json
@@ -9,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from datetime import timedelta
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 import pytest
@@ -327,6 +329,33 @@ def test_a_receiver_that_is_not_there(queue: JobQueue) -> None:
     delivery = told(queue, job).delivery
     assert delivery is not None
     assert "refused" in (delivery.error or "")
+
+
+@pytest.mark.parametrize("answer", [b"\x1b[31mgarbage\r\n\r\n", b"HTTP/1.1 200 " + b"x" * 70_000])
+def test_a_receiver_that_speaks_no_http(queue: JobQueue, answer: bytes) -> None:
+    """What it says is shown to nobody: it may be meant for their terminals."""
+    settings = SETTINGS.model_copy(update={"webhook_attempts": 1})
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+
+        def speak() -> None:
+            connection, _ = listening.accept()
+            with connection, contextlib.suppress(OSError):
+                connection.recv(65536)
+                connection.sendall(answer)
+                connection.shutdown(socket.SHUT_WR)
+                while connection.recv(65536):
+                    pass
+
+        thread = Thread(target=speak)
+        thread.start()
+        job = ended(queue, f"http://127.0.0.1:{listening.getsockname()[1]}/")
+        until_settled(queue, job, settings)
+        thread.join()
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert (delivery.error or "").startswith("the receiver's answer is no HTTP (")
 
 
 def test_certificates_are_those_of_the_name(
