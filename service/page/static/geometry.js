@@ -44,6 +44,20 @@ export function places(geometry) {
   return (number) => found.get(number);
 }
 
+/** Positions between -1 and 1, as those that are fetched are. */
+export function centred(positions) {
+  const ends = [0, 1, 2].map((k) => {
+    let [low, high] = [Infinity, -Infinity];
+    for (let at = k; at < positions.length; at += 3) {
+      low = Math.min(low, positions[at]);
+      high = Math.max(high, positions[at]);
+    }
+    return [low, high];
+  });
+  const half = 0.5 * Math.max(...ends.map(([low, high]) => high - low)) || 1;
+  return Float32Array.from(positions, (value, at) => (value - 0.5 * (ends[at % 3][0] + ends[at % 3][1])) / half);
+}
+
 export const pointAt = (positions, place) => [0, 1, 2].map((k) => positions[3 * place + k]);
 
 /** (3 V) the sum of the normals of the triangles round each vertex, of any length. */

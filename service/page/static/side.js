@@ -2,7 +2,7 @@
 
 import { Problem, request } from "./api.js";
 import { coarsened } from "./coarsen.js";
-import { geometryOf, normals, places } from "./geometry.js";
+import { centred, geometryOf, normals, places } from "./geometry.js";
 import { readArrays } from "./npz.js";
 import { seen } from "./stance.js";
 
@@ -11,28 +11,54 @@ const LIFT = 0.012;
 
 /** @param {string} end "source" or "target" */
 export async function sideOf(shape, end, signal) {
-  const geometry = await geometryOf(shape.id, signal);
-  const { positions, faces } = geometry;
-  return {
-    shape, end, geometry, unturned: geometry, mesh: coarsened(geometry), normals: normals(positions, faces),
-    place: places(geometry),
-  };
+  return sideWith(shape, end, await geometryOf(shape.id, signal));
 }
+
+const sideWith = (shape, end, geometry) => ({
+  shape, end, geometry, unturned: geometry, mesh: coarsened(geometry), place: places(geometry),
+  normals: normals(geometry.positions, geometry.faces),
+});
+
+const KEPT = ["vertices", "surface0_vertices", "surface0_faces", "surface0_points"];
 
 /**
  * A prototype, on the shape that its points were chosen on; its points take the place of vertices.
- * @returns {Promise<Object|null>} `points`, their number, as well; null where no such shape is kept
+ * Where that shape is not kept, the first surface of the archive serves.
+ * @returns {Promise<Object|null>} `points`, their number, as well; null where there is no surface
  */
 export async function prototypeSide({ id, name, version, reference }, signal) {
-  if (id === null || reference === null) return null;
+  if (id === null) return null;
+  const shape = { id: reference, name: `${name}, version ${version}` };
+  const [arrays, chosenOn] = await Promise.all([
+    archiveOf(id, signal),
+    reference === null ? null : orNull(sideOf(shape, "source", signal)),
+  ]);
+  if (arrays === null) return null;
+  const side = chosenOn ?? keptSide(shape, arrays);
+  if (side === null) return null;
+  const vertices = chosenOn === null ? arrays.surface0_points : arrays.vertices;
+  return {
+    ...side, points: vertices.length, place: (point) => side.place(vertices[point]),
+    shape: { ...shape, faces: side.geometry.faces.length / 3 },
+  };
+}
+
+const archiveOf = (id, signal) => orNull(request(`/v1/prototypes/${encodeURIComponent(id)}/archive`, { signal })
+  .then((answer) => answer.arrayBuffer()).then((archive) => readArrays(archive, KEPT)));
+
+function keptSide(shape, { surface0_vertices: vertices, surface0_faces: faces }) {
+  if (vertices === undefined) return null;
+  const geometry = {
+    positions: centred(vertices), faces: Uint32Array.from(faces), colors: null,
+    numbers: Uint32Array.from({ length: vertices.length / 3 }, (_, v) => v),
+  };
+  return sideWith(shape, "source", geometry);
+}
+
+// What is no longer kept is nothing.
+async function orNull(asked) {
   try {
-    const answer = await request(`/v1/prototypes/${encodeURIComponent(id)}/archive`, { signal });
-    const [{ vertices }, side] = await Promise.all([
-      answer.arrayBuffer().then((archive) => readArrays(archive, ["vertices"])),
-      sideOf({ id: reference, name: `${name}, version ${version}`, faces: 0 }, "source", signal),
-    ]);
-    const shape = { ...side.shape, faces: side.geometry.faces.length / 3 };
-    return { ...side, shape, points: vertices.length, place: (point) => side.place(vertices[point]) };
+    return await asked;
   } catch (error) {
     if (error instanceof Problem && [404, 410].includes(error.status)) return null;
     throw error;

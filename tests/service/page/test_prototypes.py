@@ -12,6 +12,7 @@ from tests.service.conftest import Api, Json
 from tests.service.page.conftest import result_of
 from tests.worker.families import family
 
+PLACES = "s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])"
 ADDRESS = "[aria-label='Address of this result']"
 
 
@@ -72,9 +73,7 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     archive = httpx2.get(f"{api.url}/v1/prototypes/{made}/archive").content
     with np.load(io.BytesIO(archive), allow_pickle=False) as arrays:
         given = pdist(arrays["positions"])
-    seen = pdist(
-        drawn.evaluate("s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])")
-    )
+    seen = pdist(drawn.evaluate(PLACES))
     np.testing.assert_allclose(seen / seen.mean(), given / given.mean(), rtol=0.05)
     with page.expect_download() as saved:
         page.get_by_role("link", name="Archive (NPZ)").click()
@@ -92,6 +91,23 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     assert httpx2.get(f"{api.url}/v1/prototypes/{made}").status_code == 404
     page.goto(f"/#/prototypes/{made}")
     expect(page.get_by_role("alert")).to_contain_text("no prototype")
+
+
+def test_a_prototype_whose_reference_is_gone(
+    page: Page, api: Api, upload: Callable[..., Json]
+) -> None:
+    shapes = examples(upload, 540)
+    asked = {"shapes": shapes, "points": 6, "correspondence": "shared_connectivity"}
+    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked).json()["id"]
+    page.goto(f"/#job={job}")
+    drawn = page.locator("[data-drawn='6'] .scene")
+    drawn.wait_for()
+    before = pdist(drawn.evaluate(PLACES))
+    assert httpx2.delete(f"{api.url}/v1/shapes/{shapes[0]}").status_code == 204
+    page.reload()
+    drawn.wait_for()
+    # The archive keeps the surface; here it has all vertices, for there are few.
+    np.testing.assert_allclose(pdist(drawn.evaluate(PLACES)), before, rtol=1e-4)
 
 
 def test_links_are_copied_and_opened(page: Page, api: Api, upload: Callable[..., Json]) -> None:
