@@ -7,7 +7,8 @@ many points.
 Both are judged by where the points are in truth, up to the left-right symmetry of the whole body: a
 figure is right if no point is farther from its place than 0.5 √area, which is nearer than from the
 end of a limb to that of another, or to the head. By a stricter measure, it is exact if every point
-was put nearer to its own place than to that of any other point.
+was put nearer to its own place than to that of any other point; and direct if it is right with left
+being left. ``--orientation`` has the prototype tell left from right by its surfaces.
 """
 
 import argparse
@@ -67,6 +68,8 @@ class Answer:
         (N,) geodesic distances from the true places, over √area.
     exact
         (N,) bool, whether no other point's place is nearer than its own.
+    direct
+        Whether all points are right, and left is left.
     certified
         Whether the optimum is proven.
     seconds
@@ -77,6 +80,7 @@ class Answer:
     there: IntArray
     errors: FloatArray
     exact: BoolArray
+    direct: bool
     certified: bool
     seconds: float
 
@@ -105,7 +109,8 @@ def judged(
         errors = np.diagonal(between)
         judgements.append((errors, errors <= between.min(axis=1)))
     errors, exact = max(judgements, key=lambda one: -one[0].max())
-    return Answer(source, there, errors, exact, answer.certified, seconds)
+    direct = bool(judgements[0][0].max() < RIGHT)
+    return Answer(source, there, errors, exact, direct, answer.certified, seconds)
 
 
 def usual_options(points: int) -> MatchOptions:
@@ -123,10 +128,14 @@ def deterministic(family: Family, figures: list[Unfamiliar], options: MatchOptio
 
 
 def probabilistic(
-    prototype: Prototype, family: Family, figures: list[Unfamiliar], points: int
+    prototype: Prototype,
+    family: Family,
+    figures: list[Unfamiliar],
+    points: int,
+    orientation: bool = False,
 ) -> list[Answer]:
     """Match every figure with the prototype."""
-    options = MatchOptions(points=points)
+    options = MatchOptions(points=points, orientation=orientation)
     return [
         judged(
             partial(match_prototype, prototype, figure.shape, options),
@@ -143,12 +152,17 @@ def right_share(answers: list[Answer]) -> float:
     return float(np.mean([answer.errors.max() < RIGHT for answer in answers]))
 
 
+def direct_share(answers: list[Answer]) -> float:
+    """Share of the figures that are right, left being left."""
+    return float(np.mean([answer.direct for answer in answers]))
+
+
 def row_of(answers: list[Answer]) -> str:
     """Show what is known of some answers as a row of the table."""
     errors = np.concatenate([answer.errors for answer in answers])
     exact = float(np.mean([answer.exact.all() for answer in answers]))
     return (
-        f"{right_share(answers):9.1%}{exact:9.1%}"
+        f"{right_share(answers):9.1%}{exact:9.1%}{direct_share(answers):9.1%}"
         f"{np.mean(errors < RIGHT):9.1%}{np.mean(errors < 0.25):9.1%}"
         f"{errors.mean():9.3f}{np.mean([a.certified for a in answers]):9.0%}"
         f"{np.median([a.seconds for a in answers]) * 1e3:9.1f}"
@@ -299,6 +313,7 @@ def main() -> None:
     parser.add_argument(
         "--choosing", action="store_true", help="the figures settings are chosen by"
     )
+    parser.add_argument("--orientation", action="store_true", help="tell left from right")
     parser.add_argument("--sensitivity", action="store_true", help="to examples and components")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
@@ -314,9 +329,11 @@ def main() -> None:
     columns = {
         "by default": deterministic(family, figures, MatchOptions(points=arguments.points)),
         "deterministic": deterministic(family, figures, usual_options(arguments.points)),
-        "probabilistic": probabilistic(prototype, family, figures, arguments.points),
+        "probabilistic": probabilistic(
+            prototype, family, figures, arguments.points, arguments.orientation
+        ),
     }
-    heads = "right", "exact", "points", "< 0.25", "mean", "proven", "ms"
+    heads = "right", "exact", "direct", "points", "< 0.25", "mean", "proven", "ms"
     print(f"{'':14}" + "".join(f"{head:>9}" for head in heads))
     for name, answers in columns.items():
         print(f"{name:14}{row_of(answers)}")
@@ -333,6 +350,7 @@ def main() -> None:
     for name, answers in columns.items():
         key = name.replace(" ", "_")
         figures_out[f"{key}_right"] = right_share(answers)
+        figures_out[f"{key}_direct"] = direct_share(answers)
         figures_out[f"{key}_exact"] = float(np.mean([one.exact.all() for one in answers]))
         figures_out[f"{key}_certified"] = float(np.mean([one.certified for one in answers]))
     if arguments.sensitivity:

@@ -40,16 +40,16 @@ _FIGURE_RESOLUTION = 2500
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Humans triangulated alike: vertex i of one is vertex i of all.
+    """Figures of one kind, triangulated alike: vertex i of one is vertex i of all.
 
     Attributes
     ----------
     reference
-        The standard human, standing.
+        The standard figure, standing.
     examples
         Others, of the family's proportions in random poses.
     rest
-        (V, 3) vertices of the standard human at rest.
+        (V, 3) vertices of the standard figure at rest.
     mirrored
         (V,) each vertex's mirror image.
     """

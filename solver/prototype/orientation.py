@@ -13,7 +13,7 @@ from solver.arrays import IntArray
 from solver.comparison import Comparison
 from solver.control import Control
 from solver.dense import DenseMap, extensions, oriented_first
-from solver.errors import MeshError
+from solver.errors import MeshError, OptionError
 from solver.extension import LEAST_EXTENDED
 from solver.matching import match
 from solver.options import MatchOptions
@@ -81,7 +81,7 @@ def oriented_images(
         try:
             source = surface.shape(target)
             maps = _maps(source, surface, target, different, control)
-        except MeshError:  # of a surface that anybody may have written
+        except (MeshError, OptionError):  # of a surface that anybody may have written
             continue
         found += [(one, surface) for one in maps]
         if _first(found)[0].orientation >= CERTAIN:

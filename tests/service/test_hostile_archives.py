@@ -162,6 +162,9 @@ ODD: dict[str, Callable[[bytes], bytes]] = {
     "small": lambda archive: changed(archive, positions=np.eye(8, 3) * 1e-300),
     "narrow": lambda archive: changed(archive, distances0_covariances=FLAT + 1e-300),
     "wide": lambda archive: changed(archive, distances0_covariances=FLAT + 1e300),
+    "with a flat surface": lambda archive: changed(
+        archive, surface0_vertices=(member(300)[0] * [1e-3, 1.0, 1.0]).astype(np.float32)
+    ),
     "unreadable": lambda archive: about(archive, warnings=["\x1b[31mred\n", "x" * 10**5]),
 }
 
