@@ -42,9 +42,9 @@ from worker.webhooks import dispatch
 BODY_LIMIT: Final = 1024**2
 """Bytes of a request that is not an upload."""
 
-SILENCE: Final = 10.0
-"""Seconds after which a Redis that is there and does not answer, hung or cut off, is given up: an
-upload of the largest kind is written within these."""
+SILENCE: Final = 30.0
+"""Seconds after which a Redis that is there and does not answer, hung or cut off, is given up. Less
+would be too little for large uploads, of which several are written at a time."""
 
 log = logger("isomatch.api")
 

@@ -17,6 +17,10 @@ from worker.store import Store
 FIRST_POLL: Final = 0.01
 LONGEST_POLL: Final = 0.25
 
+UPLOADS_AT_ONCE: Final = 4
+"""Uploads that are held in memory at a time; others wait in files. One may be 256 MiB, twice over
+while it is stored."""
+
 ResultT = TypeVar("ResultT")
 
 
@@ -36,6 +40,8 @@ class Service:
         Set when the server is to stop, so that nobody is kept waiting.
     metrics
         What Prometheus is told.
+    uploading
+        Held while an upload is in memory.
     """
 
     settings: Settings
@@ -43,6 +49,7 @@ class Service:
     queue: JobQueue
     closing: asyncio.Event = field(default_factory=asyncio.Event)
     metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
+    uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
 
     async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
         """Wait until a job has ended, but not longer than `seconds`; return it as it is then.

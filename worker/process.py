@@ -64,9 +64,13 @@ def main() -> int:
     store = Store.open(settings, settings.redis_patience)
     # RQ says several lines about each job, and what matters of them is said here as well.
     chatty = settings.log_level == "DEBUG"
-    new_worker(store, settings.heartbeat).work(
-        burst=options.burst, logging_level="DEBUG" if chatty else "WARNING"
-    )
+    try:
+        new_worker(store, settings.heartbeat).work(
+            burst=options.burst, logging_level="DEBUG" if chatty else "WARNING"
+        )
+    except RedisError as error:
+        log.error("Redis was away for longer than it is waited for: leaving", error=str(error))
+        return 1
     return 0
 
 

@@ -93,16 +93,18 @@ async def upload_prototype(
     """
     if file.size is not None and file.size > service.settings.max_upload_bytes:
         raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
-    data = await file.read()
     stem = base_name(file.filename or "").removesuffix(f".{ARCHIVE_TYPE}")[:LONGEST]
-    payload = PrototypeValidationPayload(
-        prototype=await run_in_threadpool(prototype_id, data),
-        name=(name or "").strip() or stem or DEFAULT_NAME,
-    )
-    await run_in_threadpool(bind, service, payload, caller, PATH, key)
-    known, job_id = await run_in_threadpool(
-        _take_in, service, data, payload, Order(request_id, caller)
-    )
+    async with service.uploading:
+        data = await file.read()
+        payload = PrototypeValidationPayload(
+            prototype=await run_in_threadpool(prototype_id, data),
+            name=(name or "").strip() or stem or DEFAULT_NAME,
+        )
+        await run_in_threadpool(bind, service, payload, caller, PATH, key)
+        known, job_id = await run_in_threadpool(
+            _take_in, service, data, payload, Order(request_id, caller)
+        )
+        del data  # not to be kept while it is read
     if known is not None:
         return _prototype(known, 200)
     found = await read(service, payload, job_id, request, service.store.prototypes.get)

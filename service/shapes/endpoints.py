@@ -104,16 +104,18 @@ async def upload_shape(
         )
     if file.size is not None and file.size > service.settings.max_upload_bytes:
         raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
-    data = await file.read()
-    payload = ValidationPayload(
-        shape=await run_in_threadpool(shape_id, data),
-        name=(name or "").strip() or filename[:LONGEST],
-        file_type=file_type,
-    )
-    await run_in_threadpool(bind, service, payload, caller, PATH, key)
-    known, job_id = await run_in_threadpool(
-        _take_in, service, data, payload, Order(request_id, caller)
-    )
+    async with service.uploading:
+        data = await file.read()
+        payload = ValidationPayload(
+            shape=await run_in_threadpool(shape_id, data),
+            name=(name or "").strip() or filename[:LONGEST],
+            file_type=file_type,
+        )
+        await run_in_threadpool(bind, service, payload, caller, PATH, key)
+        known, job_id = await run_in_threadpool(
+            _take_in, service, data, payload, Order(request_id, caller)
+        )
+        del data  # not to be kept while it is read
     if known is not None:
         return _shape(known, 200)
     found = await read(service, payload, job_id, request, service.store.shapes.get)

@@ -15,6 +15,7 @@ import pytest
 import trimesh
 
 from service.embedded import EmbeddedServer
+from service.state import UPLOADS_AT_ONCE
 from tests.service.conftest import LIMIT, Api, Json, idle_api, problem
 from tests.worker.figures import blob, blob_file, off
 from worker.contracts import Problem
@@ -359,3 +360,22 @@ def test_an_upload_that_others_meddle_with_while_it_is_read(server: EmbeddedServ
         assert jobs.claim(job, "me")
         assert jobs.succeed(job, "me")
         problem(answer.result(), 410, "shape-deleted")
+
+
+def test_uploads_at_the_same_time_are_all_taken(server: EmbeddedServer) -> None:
+    """Few are in memory at a time; those that are refused make room as well."""
+    count = 3 * UPLOADS_AT_ONCE
+    with idle_api(server, validation_wait=0.1) as api, httpx2.Client(base_url=api.url) as http:
+
+        def send(number: int, key: str | None = None) -> httpx2.Response:
+            headers = {} if key is None else {"Idempotency-Key": key}
+            files = {"file": ("a.off", blob_file(2, seed=number))}
+            return http.post("/v1/shapes", files=files, headers=headers, timeout=60.0)
+
+        assert send(0, "mine").status_code == 202
+        with ThreadPoolExecutor(count) as pool:
+            refused = list(pool.map(lambda number: send(number, "mine"), range(1, count)))
+            taken = list(pool.map(send, range(1, count)))
+        assert {answer.status_code for answer in refused} == {409}
+        assert {answer.status_code for answer in taken} == {202}
+        assert len({answer.json()["shapes"][0] for answer in taken}) == count - 1
