@@ -13,13 +13,20 @@ needed from the two distance matrices; a table of all pairs of candidates, such 
 of (6); and explicit terms on some pairs of candidates.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.pairwise import NO_TABLE, NO_TERMS, PairwiseCosts, PairwiseTerms, pairwise_sums
+from solver.pairwise import (
+    NO_TABLE,
+    NO_TERMS,
+    PairwiseCosts,
+    PairwiseTerms,
+    pairwise_sums,
+    pairwise_table,
+)
 
 UNMATCHED = -1
 """Marks a source point without a partner wherever an array holds partners."""
@@ -147,7 +154,7 @@ class LabellingProblem:
         """Both forms of the pairwise costs as the solvers' compiled parts take them."""
         first, other, cost = self.terms.adjacency(self.n_candidates)
         return PairwiseCosts(
-            self.candidates,
+            np.ascontiguousarray(self.candidates),  # else each kernel is compiled twice
             self.first_candidate,
             self.source_distances,
             self.target_distances,
@@ -177,17 +184,28 @@ class LabellingProblem:
         (V, V) float64, symmetric; ``inf`` for pairs that exclude one another (the same source or
         the same target point), 0 on the diagonal. Memory grows with V².
         """
-        x, y = self.candidates.T
-        costs = self.table.copy() if len(self.table) else np.zeros((len(x), len(x)))
-        if self.beta > 0.0:
-            difference = self.source_distances[np.ix_(x, x)] - self.target_distances[np.ix_(y, y)]
-            costs += self.beta * difference**2
+        costs = pairwise_table(self.pairwise_costs)
         terms = self.terms
         np.add.at(costs, (terms.first, terms.second), terms.costs)
         np.add.at(costs, (terms.second, terms.first), terms.costs)
-        costs[(x[:, None] == x[None, :]) | (y[:, None] == y[None, :])] = np.inf
-        np.fill_diagonal(costs, 0.0)
         return costs
+
+    def among(self, kept: IntArray) -> "LabellingProblem":
+        """Return the problem with some of the candidates, on the same points.
+
+        Parameters
+        ----------
+        kept
+            (V',) candidates, ascending.
+        """
+        table = self.table
+        return replace(
+            self,
+            candidates=self.candidates[kept],
+            unary=self.unary[kept],
+            terms=self.terms.among(kept, self.n_candidates),
+            table=np.ascontiguousarray(table[np.ix_(kept, kept)]) if len(table) else table,
+        )
 
     def chosen_candidates(self, partners: IntArray) -> IntArray:
         """Index of the candidate that each source point uses, -1 for none.

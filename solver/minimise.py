@@ -1,14 +1,15 @@
 """The best answer to one labelling problem that its size and the time allow, with its proof.
 
-Branch and bound with plain bounds proves what is small or easy. Else the dual decomposition and the
-search work together: the decomposition moves costs to where they bound, and a search that prunes
-with these costs often proves within thousands of nodes what millions of its own would not.
+Branch and bound with the bounds of a dual ascent proves most of what a match asks for. Else, with
+the candidates that are left, the dual decomposition and the search work together: the decomposition
+moves costs to where they bound, and a search that prunes with these costs often proves within
+thousands of nodes what millions of its own would not.
 """
 
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.branch_and_bound import m_best_solutions
+from solver.branch_and_bound import ExactSolutions, m_best_solutions
 from solver.control import Control
 from solver.dual_decomposition import DualDecomposition, Subproblems
 from solver.iterated_local_search import IteratedLocalSearch
@@ -17,8 +18,11 @@ from solver.primal import assign, local_search
 from solver.solution import CERTIFIED_GAP, Method, Solution
 
 _PLAIN_POINTS = 16
-"""Up to this many source points a search with the problem's own costs is tried first."""
-_PLAIN_NODES = 30_000
+"""Up to this many source points count as few."""
+_FEW_ROUNDS, _ROUNDS = 4, 20
+"""Of the dual ascent, with up to so many source points and with more."""
+_PLAIN_WORK = 300_000_000
+"""Nodes times candidates of the search before any dual decomposition: some 0.5 s."""
 _SEARCH_CANDIDATES = 1500
 """Up to this many candidates a search with the decomposition's costs is tried: 36 MB."""
 _SEARCH_GAP = 0.25
@@ -71,13 +75,29 @@ def minimise(
         nobody = local_search(problem, assign(problem, problem.unary))
         energy = problem.energy(nobody)
         return Solution(nobody, energy, energy, 0, Method.BRANCH_AND_BOUND)
-    if problem.n_sources <= _PLAIN_POINTS:
-        plain = m_best_solutions(problem, known=start, node_limit=_PLAIN_NODES, control=control)
-        if plain.proven and len(plain.energies):
-            energy = float(plain.energies[0])
-            return Solution(plain.partners[0], energy, energy, plain.nodes, Method.BRANCH_AND_BOUND)
-        start = plain.partners[0] if len(plain.partners) else start
+    bound = -np.inf
+    if problem.n_candidates <= _SEARCH_CANDIDATES and control.seconds_left() > 0.0:
+        found = _search_first(problem, start, control)
+        if found.proven and len(found.energies):
+            energy = float(found.energies[0])
+            return Solution(found.partners[0], energy, energy, found.nodes, Method.BRANCH_AND_BOUND)
+        if len(found.partners):
+            start, bound = found.partners[0], found.lower_bound
+            used = problem.chosen_candidates(start)
+            problem = problem.among(np.union1d(found.candidates, used[used >= 0]))
     decomposition = DualDecomposition(problem, start, subproblems)
+    decomposition.learn_bound(bound)
+    return _decompose(problem, decomposition, iterations, gap, control)
+
+
+def _decompose(
+    problem: LabellingProblem,
+    decomposition: DualDecomposition,
+    iterations: int,
+    gap: float,
+    control: Control,
+) -> Solution:
+    """Let the dual decomposition, local search and searches with its costs take turns."""
     primal = IteratedLocalSearch(problem, decomposition.partners)
     done, until = 0, _FIRST_ROUND
     while done < iterations:
@@ -95,6 +115,17 @@ def minimise(
             energy = decomposition.energy
             return Solution(decomposition.partners, energy, energy, done, Method.BRANCH_AND_BOUND)
     return decomposition.solution()
+
+
+def _search_first(
+    problem: LabellingProblem, start: IntArray | None, control: Control
+) -> ExactSolutions:
+    """Search with the costs of a dual ascent for about as long as that takes."""
+    count = problem.n_candidates
+    rounds = _FEW_ROUNDS if problem.n_sources <= _PLAIN_POINTS else _ROUNDS
+    return m_best_solutions(
+        problem, known=start, rounds=rounds, node_limit=_PLAIN_WORK // count, control=control
+    )
 
 
 def _promising(problem: LabellingProblem, gap: float) -> bool:

@@ -54,6 +54,22 @@ class PairwiseTerms:
         first, second = np.divmod(keys, width)
         return cls(first.astype(np.int64), second.astype(np.int64), total.astype(np.float64))
 
+    def among(self, kept: IntArray, n_candidates: int) -> "PairwiseTerms":
+        """Return the terms of some of the candidates, which are numbered anew.
+
+        Parameters
+        ----------
+        kept
+            (V',) candidates, ascending.
+        n_candidates
+            How many there are.
+        """
+        place = np.full(n_candidates, -1, dtype=np.int64)
+        place[kept] = np.arange(len(kept))
+        first, second = place[self.first], place[self.second]
+        both = (first >= 0) & (second >= 0)
+        return PairwiseTerms(first[both], second[both], self.costs[both])
+
     def adjacency(self, n_candidates: int) -> tuple[IntArray, IntArray, FloatArray]:
         """Terms of each candidate, in compressed rows.
 
@@ -181,6 +197,38 @@ def pairwise_sums(costs: PairwiseCosts, chosen: IntArray) -> FloatArray:
             sums[i] += value
             sums[j] += value
     return sums
+
+
+@kernel
+def pairwise_table(costs: PairwiseCosts) -> FloatArray:
+    """Cost of every two candidates, but for explicit terms.
+
+    Returns
+    -------
+    (V, V) float64, symmetric; ``inf`` for pairs that exclude one another (the same source or the
+    same target point), 0 on the diagonal.
+    """
+    candidates, beta, count = costs.candidates, costs.beta, len(costs.candidates)
+    targets = candidates[:, 1].copy()
+    found = np.empty((count, count))
+    for a in range(count):
+        x, y = candidates[a]
+        row = found[a]
+        if len(costs.table):
+            row[:] = costs.table[a]
+        else:
+            row[:] = 0.0
+        distances = costs.target_distances[y]
+        if beta > 0.0:
+            for b in range(count):
+                distance = costs.source_distances[x, candidates[b, 0]]
+                row[b] += distortion_cost(beta, distance, distances[targets[b]])
+        for b in range(count):
+            if targets[b] == y:
+                row[b] = np.inf
+        row[costs.rows[x] : costs.rows[x + 1]] = np.inf
+        row[a] = 0.0
+    return found
 
 
 @kernel

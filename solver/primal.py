@@ -131,7 +131,8 @@ def _largest_sum(problem: LabellingProblem) -> float:
     spread = max(problem.source_distances.max(), problem.target_distances.max())
     metric = problem.beta * problem.n_sources**2 * spread**2
     unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
-    table = problem.n_sources**2 * np.abs(problem.table).max(initial=0.0)
+    largest = max(problem.table.max(initial=0.0), -problem.table.min(initial=0.0))
+    table = problem.n_sources**2 * largest
     return float(metric + table + unary + np.abs(problem.terms.costs).sum())
 
 

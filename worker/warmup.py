@@ -7,7 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
+from solver.dual_decomposition import DualDecomposition
+from solver.iterated_local_search import IteratedLocalSearch
+from solver.labelling import LabellingProblem
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from solver.mesh_formats.ply_data import Element, Property, binary_columns
 from solver.options import MatchOptions
@@ -41,6 +45,9 @@ from worker.torus import torus_file
 
 log = logger("isomatch.worker")
 
+_ITERATIONS = 150
+"""Of a dual decomposition: after so many it has brought in all its subproblems."""
+
 
 def warm_up() -> None:
     """Compile and import, in this process, all that jobs will need; forks inherit it.
@@ -65,6 +72,7 @@ def warm_up() -> None:
     draw_match(mesh, other.mesh, result)
     _compare(mesh)
     _learn(mesh)
+    _decompose()
     # What is here by now stays: a collection in a fork would copy all its pages for nothing.
     gc.collect()
     gc.freeze()
@@ -110,3 +118,18 @@ def _learn(mesh: TriangleMesh) -> None:
     examples = connected_examples([shape, shape], options).examples
     prototype = prototype_from_bytes(prototype_to_bytes(learn_prototype(examples, options)))
     match_prototype(prototype, shape, MatchOptions(points=12, coarse_points=4))
+
+
+def _decompose() -> None:
+    """Bound what cannot be enumerated, as few matches need: such as distances without a meaning."""
+    random = np.random.default_rng(0)
+    places = random.normal(size=(2, 12, 3))
+    source, target = (np.linalg.norm(x[:, None] - x[None], axis=2) for x in places)
+    pairs = np.ascontiguousarray(np.argwhere(np.ones((12, 12), dtype=np.bool_)))
+    for gamma in (np.inf, 1.0):
+        problem = LabellingProblem(pairs, np.zeros(len(pairs)), source, target, 1.0, gamma)
+        decomposition = DualDecomposition(problem)
+        decomposition.run(_ITERATIONS)
+        IteratedLocalSearch(problem, decomposition.partners).run(1)
+        costs = decomposition.bounding_costs()
+        m_best_solutions(problem, known=decomposition.partners, bounding=costs, node_limit=1)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.branch_and_bound import BoundingCosts
+from solver.bounding_costs import BoundingCosts
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.primal import assignment_costs
 

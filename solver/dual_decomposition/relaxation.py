@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.branch_and_bound import BoundingCosts
+from solver.bounding_costs import BoundingCosts
 from solver.dual_decomposition.groups import (
     NOTHING,
     Side,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.branch_and_bound import BoundingCosts
+from solver.bounding_costs import BoundingCosts
 from solver.control import Control
 from solver.dual_decomposition.relaxation import Relaxation, Subproblems
 from solver.fusion import fuse
@@ -165,6 +165,10 @@ class DualDecomposition:
         if self._problem.energy(fused) < self.energy:
             self.partners = local_search(self._problem, fused)
             self.energy = self._problem.energy(self.partners)
+
+    def learn_bound(self, bound: float) -> None:
+        """Take note of a lower bound that is known from elsewhere."""
+        self.lower_bound = max(self.lower_bound, min(bound, self.energy))
 
     def bounding_costs(self) -> BoundingCosts:
         """Return the present relaxation's costs, to prune an exact search with.

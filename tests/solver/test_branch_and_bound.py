@@ -134,3 +134,29 @@ def test_costs_of_a_decomposition_prune() -> None:
     assert found.proven
     assert found.energies[0] == pytest.approx(plain.energies[0])
     assert found.nodes < 0.1 * plain.nodes
+
+
+@pytest.mark.parametrize("regime", REGIMES)
+def test_an_unfinished_search_tells_what_is_left(regime: str) -> None:
+    for seed in range(3):
+        problem = metric_instance(5, 6, seed, **REGIMES[regime])
+        solutions = all_solutions(problem)
+        for m, rounds in (1, 1), (4, 1), (1, 8):
+            found = m_best_solutions(problem, m, rounds=rounds, node_limit=0)
+            assert found.lower_bound <= solutions[0][0] + 1e-9
+            left = set(found.candidates)
+            for energy, partners in solutions:
+                if energy < found.energies[-1] - 1e-9:
+                    chosen = problem.chosen_candidates(np.array(partners))
+                    assert set(chosen[chosen >= 0]) <= left
+
+
+@pytest.mark.parametrize("gamma", [np.inf, 0.3])
+def test_rounds_of_ascent_change_no_answer(gamma: float) -> None:
+    for seed in range(4):
+        problem = metric_instance(7, 9, seed, noise=0.4, occlusion_cost=gamma)
+        few, many = (m_best_solutions(problem, 5, rounds=rounds) for rounds in (1, 20))
+        assert few.proven
+        assert many.proven
+        np.testing.assert_allclose(many.energies, few.energies)
+        assert many.lower_bound == many.energies[0]

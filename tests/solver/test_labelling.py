@@ -1,12 +1,14 @@
 """The energy (5): against its definition, term by term, and its invariances."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.labelling import UNMATCHED, LabellingProblem
-from tests.solver.problems import all_solutions, metric_instance, relabelled
+from tests.solver.problems import all_solutions, explicit_instance, metric_instance, relabelled
 
 
 def energy_by_definition(problem: LabellingProblem, partners: tuple[int, ...]) -> float:
@@ -102,3 +104,23 @@ def test_meaningless_problems_are_refused(changes: dict[str, object], message: s
     }
     with pytest.raises(ValueError, match=message):
         LabellingProblem(**{**sound, **changes})  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("gamma", [np.inf, 0.4])
+def test_some_candidates_cost_what_they_did(gamma: float) -> None:
+    rng = np.random.default_rng(2)
+    for problem in (
+        metric_instance(4, 5, 0, occlusion_cost=gamma),
+        explicit_instance(4, 5, 0, occlusion_cost=gamma),
+    ):
+        table = rng.random((problem.n_candidates, problem.n_candidates))
+        whole = replace(problem, table=table + table.T)
+        diagonal = whole.candidates[:, 0] == whole.candidates[:, 1]
+        kept = np.flatnonzero(diagonal | (rng.random(len(diagonal)) < 0.5))
+        some = whole.among(kept)
+        assert some.n_candidates == len(kept) < whole.n_candidates
+        np.testing.assert_array_equal(
+            some.pairwise_matrix(), whole.pairwise_matrix()[np.ix_(kept, kept)]
+        )
+        for energy, partners in all_solutions(some)[:20]:
+            assert whole.energy(np.array(partners)) == pytest.approx(energy)

@@ -1,0 +1,84 @@
+"""Costs that a search prunes with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.kernel import kernel
+from solver.labelling import LabellingProblem
+
+_ROUNDING = 1e-12
+"""What rounding errors may have added to a bound, relative to it."""
+
+
+@dataclass(frozen=True, eq=False)
+class BoundingCosts:
+    """Costs that add up to no more than the energy, for every correspondence of a problem.
+
+    Parameters
+    ----------
+    constant
+        What every correspondence costs.
+    unary
+        (V,) cost of each candidate.
+    pairwise
+        (V, V) symmetric cost of every two candidates, ``inf`` where they exclude one another.
+    occlusion
+        (N,) cost of leaving each source point unmatched, ``inf`` where that is forbidden.
+    """
+
+    constant: float
+    unary: FloatArray
+    pairwise: FloatArray
+    occlusion: FloatArray
+
+    @classmethod
+    def of(cls, problem: LabellingProblem) -> "BoundingCosts":
+        """Return the problem's own costs."""
+        occlusion = np.full(problem.n_sources, float(problem.occlusion_cost))
+        return cls(0.0, problem.unary, problem.pairwise_matrix(), occlusion)
+
+    def promising(self, rows: IntArray, limit: float) -> IntArray:
+        """Candidates that some correspondence below a limit may use: all others cost more.
+
+        What a candidate costs with the best partner of each other point, on its own, is no more
+        than any correspondence costs that uses it, unless pairwise costs are negative.
+
+        Parameters
+        ----------
+        rows
+            (N+1,) candidates of each source point.
+        limit
+            What the energy must be less than.
+
+        Returns
+        -------
+        (V',) ascending.
+        """
+        if np.isinf(limit):
+            return np.arange(len(self.unary))
+        least = _least_with_each(self.unary, self.pairwise, self.occlusion, rows)
+        return np.flatnonzero(self.constant + least < limit - _ROUNDING * (1.0 + abs(limit)))
+
+    def among(self, kept: IntArray) -> "BoundingCosts":
+        """Return the costs of some of the candidates."""
+        pairwise = np.ascontiguousarray(self.pairwise[np.ix_(kept, kept)])
+        return BoundingCosts(self.constant, self.unary[kept], pairwise, self.occlusion)
+
+
+@kernel
+def _least_with_each(
+    unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray, rows: IntArray
+) -> FloatArray:
+    """(V,) what each candidate costs with the best choice of each other point."""
+    total, least = np.zeros(len(unary)), np.empty(len(unary))
+    for y in range(len(rows) - 1):
+        least[:] = occlusion[y]
+        for b in range(rows[y], rows[y + 1]):
+            row, cost = pairwise[b], unary[b]
+            for a in range(len(row)):
+                least[a] = min(least[a], row[a] + cost)
+        least[rows[y] : rows[y + 1]] = unary[rows[y] : rows[y + 1]]
+        total += least
+    return total
