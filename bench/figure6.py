@@ -15,7 +15,7 @@ import argparse
 import json
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import permutations
 from pathlib import Path
@@ -28,9 +28,6 @@ from bench.collection import KnownShape, default_folder, read_collection
 from bench.drawing import Matched, draw_pair
 from bench.humans import Family, Unfamiliar, human_family, unfamiliar_figures
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.branch_and_bound import m_best_solutions
-from solver.control import Control
-from solver.level import Level, SampledStructure
 from solver.match import Match
 from solver.matching import match
 from solver.options import MAX_COARSE_POINTS, MatchOptions
@@ -41,7 +38,6 @@ from solver.prototype import (
     learn_prototype,
     match_prototype,
 )
-from solver.prototype.matching import PrototypeRun
 from solver.shape import Shape
 
 PICTURE = Path("bench-output/figure6.png")
@@ -167,40 +163,6 @@ def row_of(answers: list[Answer]) -> str:
         f"{errors.mean():9.3f}{np.mean([a.certified for a in answers]):9.0%}"
         f"{np.median([a.seconds for a in answers]) * 1e3:9.1f}"
     )
-
-
-def time_ratio(prototype: Prototype, family: Family, figures: list[Unfamiliar]) -> float:
-    """Time of enumerating eight solutions of (6) over that of (5), on the same points and samples.
-
-    Each is measured on every figure, in turn, the making of its problem included.
-    """
-    points, metric = prototype.vertices, prototype.distances[0].metric
-    seconds = np.zeros(2)
-    for figure in (figures[0], *figures):
-        run = PrototypeRun(
-            MatchOptions(points=len(points), coarse_points=len(points)),
-            Control(),
-            prototype=prototype,
-            target=figure.shape,
-        )
-        (likely,) = run.build_levels()
-        between = family.reference.metric(metric).between(points)
-        described = family.reference.descriptor("si_hks", points)
-        target = replace(
-            likely.target, descriptors=figure.shape.descriptor("si_hks", likely.target.vertices)
-        )
-        source = SampledStructure(points, between, described)
-        weights = likely.beta, likely.first_order_weight, likely.occlusion_cost
-        usual = Level(0, metric, likely.descriptor, source, target, *weights)
-        for place, level in enumerate((usual, likely)):
-            started = time.perf_counter()
-            m_best_solutions(level.problem(level.all_candidates()), 8)
-            seconds[place] += time.perf_counter() - started
-        if figure is figures[0]:
-            seconds[:] = 0.0  # it compiled
-    ratio = float(seconds[1] / seconds[0])
-    print(f"\n(6) takes {ratio:.2f} times as long as (5)")
-    return ratio
 
 
 def sensitivity(
@@ -345,7 +307,6 @@ def main() -> None:
         "components": arguments.components,
         "points": arguments.points,
         "learning_seconds": learning,
-        "time_ratio": time_ratio(prototype, family, figures),
     }
     for name, answers in columns.items():
         key = name.replace(" ", "_")

@@ -6,14 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.kernel import kernel
 from solver.labelling import LabellingProblem
 from solver.level import Level
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.prototype import LearnedDescriptors, LearnedDistances
-
-_NOTHING = -40.0
-"""Logarithm of a share of a density below the last digit of a double."""
+from solver.prototype.table import likelihood_table
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +47,7 @@ class PrototypeLevel(Level):
             np.zeros((m, m)),
             0.0,
             self.occlusion_cost,
-            table=self.beta * 2.0 / max(n - 1, 1) * self._table(candidates),
+            table=self._table(candidates),
         )
 
     def _table(self, candidates: IntArray) -> FloatArray:
@@ -59,13 +56,14 @@ class PrototypeLevel(Level):
         log_scales = mixtures.log_weights + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
         background = self.learned_distances.log_background
         return likelihood_table(
-            candidates,
+            np.ascontiguousarray(candidates),
             self.target.distances,
             log_scales,
             mixtures.means[:, :, 0],
             roots,
             np.logaddexp(mixtures.log_peaks, background),
             background,
+            self.beta * 2.0 / max(len(self.source.vertices) - 1, 1),
         )
 
     def _unary(self, candidates: IntArray) -> FloatArray:
@@ -107,89 +105,6 @@ def negative_log_likelihoods(
     least = np.logaddexp(log_peak, log_background)
     costs: FloatArray = np.maximum(least - np.logaddexp(log_density, log_background), 0.0)
     return costs
-
-
-@kernel
-def likelihood_table(
-    candidates: IntArray,
-    distances: FloatArray,
-    log_scales: FloatArray,
-    means: FloatArray,
-    roots: FloatArray,
-    least: FloatArray,
-    log_background: float,
-) -> FloatArray:
-    """Pairwise costs of (6) without their weight, by log-sum-exp.
-
-    Parameters
-    ----------
-    candidates
-        (V, 2) points and samples.
-    distances
-        (M, M) d_Y among the samples.
-    log_scales
-        (P, K) logarithm of each component's weight times its density at its mean.
-    means, roots
-        (P, K) means, and inverses of standard deviations.
-    least
-        (P,) what is subtracted: the greatest log density, background included.
-    log_background
-        Log density of the background.
-
-    Returns
-    -------
-    (V, V) float64, symmetric, at least 0; 0 where candidates exclude one another.
-    """
-    count = len(candidates)
-    table = np.zeros((count, count))
-    if count == 0:  # nothing was matched at the level before
-        return table
-    place = np.full((candidates[:, 0].max() + 1, len(distances)), -1)
-    for a in range(count):
-        place[candidates[a, 0], candidates[a, 1]] = a
-    for a in range(count):
-        x, y = candidates[a]
-        for b in range(a + 1, count):
-            other, z = candidates[b]
-            if other == x or z == y:
-                continue
-            # Exchanging the two samples leaves their distance: the cost is computed once.
-            one, two = place[x, z], place[other, y]
-            if z < y and one >= 0 and two >= 0:
-                continue
-            p = other * (other - 1) // 2 + x
-            cost = _cost(
-                distances[y, z], log_scales[p], means[p], roots[p], least[p], log_background
-            )
-            table[a, b] = table[b, a] = cost
-            if one >= 0 and two >= 0:
-                table[one, two] = table[two, one] = cost
-    return table
-
-
-@kernel
-def _cost(
-    distance: float,
-    log_scales: FloatArray,
-    means: FloatArray,
-    roots: FloatArray,
-    least: float,
-    log_background: float,
-) -> float:
-    greatest = log_background
-    for k in range(len(means)):
-        apart = roots[k] * (distance - means[k])
-        greatest = max(greatest, log_scales[k] - 0.5 * apart * apart)
-    total = 0.0
-    if log_background - greatest > _NOTHING:
-        total = np.exp(log_background - greatest)
-    for k in range(len(means)):
-        apart = roots[k] * (distance - means[k])
-        exponent = log_scales[k] - 0.5 * apart * apart - greatest
-        if exponent > _NOTHING:
-            total += np.exp(exponent)
-    cost: float = max(least - greatest - np.log(total), 0.0)
-    return cost
 
 
 def mean_distances(mixtures: GaussianMixtures, count: int) -> FloatArray:

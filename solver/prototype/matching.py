@@ -96,11 +96,17 @@ def samples_by_turns(target: Shape, metrics: Sequence[MetricChoice], count: int)
     -------
     (count,) int64, distinct.
     """
-    several = [target.sampling(metric, count).indices for metric in metrics]
-    by_turns = np.stack(several, axis=1).ravel()
-    _, first = np.unique(by_turns, return_index=True)
-    found: IntArray = by_turns[np.sort(first)][:count]
-    return found
+    each = min(-(-count // len(metrics)) + 1, count)
+    while True:
+        several = [target.sampling(metric, each).indices for metric in metrics]
+        by_turns = np.stack(several, axis=1).ravel()
+        _, first = np.unique(by_turns, return_index=True)
+        missing = count - len(first)
+        if missing <= 0:
+            found: IntArray = by_turns[np.sort(first)][:count]
+            return found
+        # Some vertices are in several samplings, which begin with the ends of the shape.
+        each = min(each + -(-missing // len(metrics)) + 1, count)
 
 
 def check_options(prototype: Prototype, target: Shape, options: MatchOptions) -> None:

@@ -1,0 +1,178 @@
+"""Time of a match with a prototype beside that of two shapes: ``python -m bench.prototype_time``.
+
+A prototype of generated humans is matched with figures outside of its family, and so is one human
+of standard proportions, with as many points and all else by default. Spectra are known to both.
+Times are of whole matches, and of the processor, which counts what others do meanwhile the least:
+when all other structures of the shapes are known as well, the least of three, and when they are
+not. Each ratio is of the sums over all figures, or the median of theirs; a figure is matched both
+ways one after the other, and every second one in the opposite order. `--data` adds real bodies.
+"""
+
+import argparse
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bench.collection import default_folder, read_collection
+from bench.figure6 import learn
+from bench.humans import human_family, unfamiliar_figures
+from solver.arrays import FloatArray
+from solver.branch_and_bound import m_best_solutions
+from solver.control import Control
+from solver.level import Level, SampledStructure
+from solver.match import Match
+from solver.matching import match
+from solver.options import MatchOptions
+from solver.prototype import Prototype, match_prototype
+from solver.prototype.matching import PrototypeRun
+from solver.shape import Shape
+
+POINTS = 8, 10, 12, 16, 24, 32
+_BODIES = "michael", "gorilla"
+_REPETITIONS = 3
+_SEED = 2
+
+
+def fresh(shape: Shape) -> Shape:
+    """Return a shape of which nothing is known but its spectrum."""
+    return Shape(shape.mesh, shape.spectrum())
+
+
+def measured(
+    prototype: Prototype, source: Shape, target: Shape, points: int, turn: int
+) -> tuple[FloatArray, list[bool]]:
+    """Times of the two kinds of matches of one target.
+
+    Returns
+    -------
+    seconds
+        (2, 2) of two shapes and of the prototype, with structures known and unknown.
+    certified
+        Whether either answer is proven.
+    """
+    options = MatchOptions(points=points)
+
+    def deterministic(of: Shape, figure: Shape) -> Match:
+        return match(of, figure, options)
+
+    def probabilistic(_of: Shape, figure: Shape) -> Match:
+        return match_prototype(prototype, figure, options)
+
+    kinds: list[Callable[[Shape, Shape], Match]] = [deterministic, probabilistic]
+    seconds, certified = np.zeros((2, 2)), [False, False]
+    for kind in (0, 1) if turn % 2 == 0 else (1, 0):
+        shapes = fresh(source), fresh(target)
+        seconds[kind, 1], answer = _timed(partial(kinds[kind], *shapes))
+        again = [_timed(partial(kinds[kind], *shapes))[0] for _ in range(_REPETITIONS)]
+        seconds[kind, 0] = min(again)
+        certified[kind] = answer.certified
+    return seconds, certified
+
+
+def _timed(solve: Callable[[], Match]) -> tuple[float, Match]:
+    started = time.process_time()
+    answer = solve()
+    return time.process_time() - started, answer
+
+
+def compare(
+    prototype: Prototype, source: Shape, targets: Sequence[Shape], points: int
+) -> dict[str, float]:
+    """Compare both kinds of matches on all targets, and show it as a row."""
+    measured(prototype, source, targets[0], points, 0)  # it compiles
+    rows, proofs = zip(
+        *(measured(prototype, source, target, points, turn) for turn, target in enumerate(targets)),
+        strict=True,
+    )
+    total, middle = np.sum(rows, axis=0), np.median(rows, axis=0) * 1e3
+    ratios = np.median([row[1] / row[0] for row in rows], axis=0)
+    proven = np.mean(proofs, axis=0)
+    found = {
+        "points": points,
+        "deterministic_ms": middle[0, 0],
+        "probabilistic_ms": middle[1, 0],
+        "ratio": total[1, 0] / total[0, 0],
+        "median_ratio": ratios[0],
+        "ratio_structures_unknown": total[1, 1] / total[0, 1],
+        "deterministic_proven": proven[0],
+        "probabilistic_proven": proven[1],
+    }
+    print(
+        f"{points:6}{middle[0, 0]:10.1f}{middle[1, 0]:11.1f}{found['ratio']:8.2f}{ratios[0]:8.2f}"
+        f"{middle[0, 1]:12.1f}{middle[1, 1]:11.1f}{total[1, 1] / total[0, 1]:8.2f}"
+        f"{proven[0]:9.0%}{proven[1]:6.0%}"
+    )
+    return {name: float(value) for name, value in found.items()}
+
+
+def enumeration_ratio(prototype: Prototype, source: Shape, targets: Sequence[Shape]) -> float:
+    """Time of enumerating eight solutions of (6) over that of (5), on the same points and samples.
+
+    Each is measured on every target, in turn, the making of its problem included. There are as many
+    points as the coarsest level of a match has.
+    """
+    options = MatchOptions(points=10, coarse_points=10)
+    points, metric = prototype.vertices[:10], prototype.distances[0].metric
+    seconds = np.zeros(2)
+    for target in (targets[0], *targets):
+        run = PrototypeRun(options, Control(), prototype=prototype, target=target)
+        (likely,) = run.build_levels()
+        here = SampledStructure(
+            points, source.metric(metric).between(points), source.descriptor("si_hks", points)
+        )
+        there = replace(
+            likely.target, descriptors=target.descriptor("si_hks", likely.target.vertices)
+        )
+        weights = likely.beta, likely.first_order_weight, likely.occlusion_cost
+        usual = Level(0, metric, likely.descriptor, here, there, *weights)
+        for place, level in enumerate((usual, likely)):
+            started = time.process_time()
+            m_best_solutions(level.problem(level.all_candidates()), 8)
+            seconds[place] += time.process_time() - started
+        if target is targets[0]:
+            seconds[:] = 0.0  # it compiled
+    return float(seconds[1] / seconds[0])
+
+
+def main() -> None:
+    """Measure both kinds of matches side by side, by number of points."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--examples", type=int, default=40)
+    parser.add_argument("--figures", type=int, default=12)
+    parser.add_argument("--points", type=int, nargs="*", default=list(POINTS))
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    family = human_family(arguments.examples - 1)
+    prototype = learn(family, arguments.examples, 5, max(arguments.points))
+    figures = [one.shape for one in unfamiliar_figures(family, arguments.figures, _SEED)]
+    groups = {"generated figures": (family.reference, figures)}
+    if arguments.data:
+        bodies = [one for one in read_collection(arguments.data) if one.category in _BODIES]
+        for body in _BODIES:
+            group = [one.shape for one in bodies if one.category == body]
+            if len(group) > 1:
+                groups[body] = group[0], group[1:]
+    found: dict[str, object] = {}
+    for name, (source, targets) in groups.items():
+        print(f"\n{name}: structures known, ms and ratios; structures unknown; proven")
+        print(
+            f"{'points':>6}{'two shapes':>11}{'prototype':>11}{'ratio':>7}{'median':>8}"
+            f"{'two shapes':>12}{'prototype':>11}{'ratio':>8}{'proven':>12}"
+        )
+        found[name] = [compare(prototype, source, targets, n) for n in arguments.points]
+    if prototype.points >= MatchOptions().coarse_points:
+        ratio = enumeration_ratio(prototype, family.reference, figures)
+        print(f"\nEight solutions of (6) take {ratio:.2f} times as long as those of (5)")
+        found["enumeration_ratio"] = ratio
+    if arguments.json:
+        print(json.dumps(found))
+
+
+if __name__ == "__main__":
+    main()

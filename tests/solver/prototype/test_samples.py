@@ -1,0 +1,28 @@
+"""Samples of a target by turns of several metrics."""
+
+import numpy as np
+import pytest
+
+from solver.prototype.matching import samples_by_turns
+from solver.shape import Shape
+from solver.structures import CommuteTime, Geodesic
+from tests.solver import shapes
+
+METRICS = CommuteTime(), Geodesic()
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 40])
+def test_each_metric_in_turn_gives_its_farthest_point_that_is_new(count: int) -> None:
+    mesh = shapes.torus(20, 12)
+    whole = Shape(mesh)
+    expected: list[int] = []
+    for samples in zip(*(whole.sampling(metric, count).indices for metric in METRICS), strict=True):
+        expected += [one for one in samples if one not in expected]
+    found = samples_by_turns(Shape(mesh), METRICS, count)
+    np.testing.assert_array_equal(found, expected[:count])
+
+
+def test_all_vertices_can_be_sampled() -> None:
+    shape = Shape(shapes.icosphere(1))
+    found = samples_by_turns(shape, METRICS, shape.n_vertices)
+    np.testing.assert_array_equal(np.sort(found), np.arange(shape.n_vertices))
