@@ -51,19 +51,20 @@ class PrototypeLevel(Level):
         )
 
     def _table(self, candidates: IntArray) -> FloatArray:
-        mixtures = self.learned_distances.mixtures
-        roots = mixtures.roots[:, :, 0, 0]
-        log_scales = mixtures.log_weights + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
+        n, mixtures = len(self.source.vertices), self.learned_distances.mixtures
+        pairs = slice(n * (n - 1) // 2)
+        roots = mixtures.roots[pairs, :, 0, 0]
+        log_scales = mixtures.log_weights[pairs] + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
         background = self.learned_distances.log_background
         return likelihood_table(
-            np.ascontiguousarray(candidates),
+            np.ascontiguousarray(candidates),  # else the kernel is compiled twice
             self.target.distances,
             log_scales,
-            mixtures.means[:, :, 0],
+            mixtures.means[pairs, :, 0],
             roots,
-            np.logaddexp(mixtures.log_peaks, background),
+            np.logaddexp(mixtures.log_peaks[pairs], background),
             background,
-            self.beta * 2.0 / max(len(self.source.vertices) - 1, 1),
+            self.beta * 2.0 / max(n - 1, 1),
         )
 
     def _unary(self, candidates: IntArray) -> FloatArray:
@@ -78,10 +79,10 @@ class PrototypeLevel(Level):
         learned, described = self.learned_descriptors, self.target.descriptors
         if learned is None or described is None:
             return np.zeros((n, m))
-        everywhere = np.broadcast_to(described, (len(learned.mixtures), *described.shape))
+        everywhere = np.broadcast_to(described, (n, *described.shape))
         densities = learned.mixtures.log_density(everywhere)
-        peaks = learned.mixtures.log_peaks[:, None]
-        return negative_log_likelihoods(densities, peaks, learned.log_background)[:n]
+        peaks = learned.mixtures.log_peaks[:n, None]
+        return negative_log_likelihoods(densities, peaks, learned.log_background)
 
 
 def negative_log_likelihoods(

@@ -92,16 +92,17 @@ class GaussianMixtures:
         Parameters
         ----------
         points
-            (B, S, m) where each mixture is evaluated.
+            (B, S, m) where each mixture is evaluated; if B is less, each of the first.
 
         Returns
         -------
         (B, S, K) float64, −∞ of components that are not used.
         """
-        apart = points[:, :, None, :] - self.means[:, None, :, :]
-        white = np.einsum("bkij,bskj->bski", self.roots, apart, optimize=True)
+        first = slice(len(points))
+        apart = points[:, :, None, :] - self.means[first, None, :, :]
+        white = np.einsum("bkij,bskj->bski", self.roots[first], apart, optimize=True)
         exponents = -0.5 * (white**2).sum(axis=-1)
-        joint: FloatArray = exponents + (self._log_scales + self.log_weights)[:, None, :]
+        joint: FloatArray = exponents + (self._log_scales + self.log_weights)[first, None, :]
         return joint
 
     def log_density(self, points: FloatArray) -> FloatArray:
@@ -110,7 +111,7 @@ class GaussianMixtures:
         Parameters
         ----------
         points
-            (B, S, m) where each mixture is evaluated.
+            (B, S, m) where each mixture is evaluated; if B is less, each of the first.
 
         Returns
         -------
