@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.arrays import FloatArray, IntArray
@@ -212,7 +212,7 @@ def soups(draw: st.DrawFn) -> tuple[FloatArray, IntArray]:
     return vertices, random.integers(0, n, (m, 3))
 
 
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=120)
 @given(soups())
 def test_whatever_is_read_gives_finite_answers(soup: tuple[FloatArray, IntArray]) -> None:
     try:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.labelling import UNMATCHED, LabellingProblem
@@ -24,7 +24,6 @@ def energy_by_definition(problem: LabellingProblem, partners: tuple[int, ...]) -
     return float(total + (problem.occlusion_cost * unmatched if unmatched else 0.0))
 
 
-@settings(deadline=None)  # the first call compiles
 @given(seed=st.integers(0, 10_000), gamma=st.sampled_from([np.inf, 3, 0.2]))
 def test_energy_is_equation_5(seed: int, gamma: float) -> None:
     problem = metric_instance(3, 4, seed, occlusion_cost=gamma, share_of_candidates=0.7)

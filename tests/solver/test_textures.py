@@ -213,7 +213,7 @@ def test_images_that_are_refused() -> None:
 IMAGES = {kind: image_file(ramp(24, 24), kind) for kind in ("PNG", "JPEG", "WEBP", "BMP")}
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     st.sampled_from(sorted(IMAGES)),
     st.floats(0.0, 1.0),

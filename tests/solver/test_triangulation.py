@@ -84,7 +84,7 @@ def test_polygons_that_are_not_convex(points: FloatArray, first: int) -> None:
     assert areas.sum() == pytest.approx(shoelace(points))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(4, 40))
 def test_any_star(seed: int, n: int) -> None:
     points = star(np.random.default_rng(seed), n)

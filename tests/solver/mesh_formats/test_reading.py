@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.errors import MeshError
@@ -153,14 +153,14 @@ def read_or_refuse(data: bytes, file_type: str) -> None:
     assert mesh.faces.max() == mesh.n_vertices - 1
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.sampled_from(MESH_FORMATS), st.sampled_from(MAGIC), st.binary(max_size=300))
 @pytest.mark.filterwarnings("ignore")
 def test_random_bytes(file_type: str, magic: bytes, data: bytes) -> None:
     read_or_refuse(magic + data, file_type)
 
 
-@settings(max_examples=400, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=400)
 @given(
     st.sampled_from(sorted(TETRAHEDRA)),
     st.lists(

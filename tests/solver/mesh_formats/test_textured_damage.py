@@ -51,7 +51,7 @@ def test_files_cut_anywhere(kind: str) -> None:
             read_mesh(DATA[kind][:end], kind)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     st.sampled_from(sorted(FILES)), st.floats(0.0, 1.0), st.integers(0, 8), st.binary(max_size=8)
 )
@@ -85,7 +85,7 @@ def places_in(tree: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 PLACES = places_in(TREE[0])
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=400)
 @given(st.lists(st.tuples(st.sampled_from(PLACES), LEAVES), min_size=1, max_size=3))
 @pytest.mark.filterwarnings("ignore")
 def test_gltf_trees_with_anything_anywhere(changes: list[tuple[tuple[Any, ...], Any]]) -> None:
@@ -101,7 +101,7 @@ def test_gltf_trees_with_anything_anywhere(changes: list[tuple[tuple[Any, ...], 
     read_or_refuse(mesh_files.glb_of(tree, TREE[1]), "glb")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(st.binary(max_size=60), st.text(max_size=60), st.sampled_from(["map_Kd ", "Kd ", "newmtl "]))
 @pytest.mark.filterwarnings("ignore")
 def test_any_material_file(raw: bytes, text: str, keyword: str) -> None:

@@ -101,7 +101,7 @@ def test_it_is_as_likely_as_the_best_of_many_starts_of_scikit_learn() -> None:
     assert ours.log_likelihood[0] >= 200 * theirs.score(samples[0]) - 2.0
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     seed=st.integers(0, 2**16),
     count=st.integers(2, 40),
@@ -122,7 +122,7 @@ def test_the_likelihood_never_falls_and_covariances_keep_above_the_floor(
     assert np.linalg.eigvalsh(scaled).min() >= 1.0 - 1e-9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 2**16), count=st.integers(1, 12), components=st.integers(1, 8))
 def test_any_samples_have_a_sound_fit(seed: int, count: int, components: int) -> None:
     rng = np.random.default_rng(seed)

@@ -98,7 +98,7 @@ def all_correspondences(problem: LabellingProblem) -> list[IntArray]:
     return [np.array(chosen) for chosen in set(permutations(pool, n))]
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(seed=st.integers(0, 2**16), gamma=st.sampled_from([np.inf, 0.5, 3.0]))
 def test_bound_optimum_and_energy_are_in_order(seed: int, gamma: float) -> None:
     level = tiny_level(seed, 3, 4, gamma)
@@ -291,7 +291,7 @@ def test_an_archive_holds_all_of_a_prototype() -> None:
     assert one.best.energy == two.best.energy
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.data())
 def test_damaged_archives_are_refused(data: st.DataObject) -> None:
     sound = prototype_to_bytes(prototype())
