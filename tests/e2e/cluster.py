@@ -43,7 +43,6 @@ class Cluster:
         self.api = self.start_api()
         self.workers = [self.start_worker() for _ in range(2)]
         self.http = httpx2.Client(base_url=f"http://127.0.0.1:{self._port}", timeout=90.0)
-        self.until(lambda: self.http.get("/health/ready").json().get("workers") == 2, 270)
 
     def start_api(self, port: str | None = None, **settings: str) -> subprocess.Popen[str]:
         """Start an API where the last one was, and wait until it listens."""
@@ -56,6 +55,11 @@ class Cluster:
         assert listens, line
         self.listens = listens.group(1)
         return process
+
+    def ready(self) -> int:
+        """Return how many workers there are."""
+        workers: int = self.http.get("/health/ready").json().get("workers", 0)
+        return workers
 
     def start_worker(self) -> subprocess.Popen[str]:
         """Start a worker."""
@@ -181,6 +185,7 @@ def running_cluster(folder: Path) -> Iterator[Cluster]:
     """Run a cluster for as long as a block of code lasts."""
     cluster = Cluster(folder)
     try:
+        cluster.until(lambda: cluster.ready() == 2, 270)
         yield cluster
     finally:
         cluster.stop()
