@@ -8,15 +8,17 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.descriptors import wave_kernel_signature
-from solver.metrics import EmbeddedMetric
 from solver.normals import vertex_normals
-from solver.sampling import farthest_point_sampling
+from solver.sampling import spread_in_space
 from solver.shape import Shape
 from solver.spectrum import Spectrum
 
 EIGENPAIRS = 100
-_SAMPLES = 500, 2000
-"""Points of X and of Y by which maps are refined and compared."""
+_COMPARED = 500, 2000
+"""Points of X and of Y by which maps are compared, and refined until one is chosen."""
+
+_FITTED = 1500
+"""Points of X to which the one chosen is fitted at last."""
 
 _NEIGHBOURS = 8
 
@@ -55,8 +57,7 @@ class Side:
         """Look at a shape at some of its points."""
         spectrum = unit_spectrum(shape)
         # In space, which is quick, and as even on the surface of a body as along it.
-        in_space = EmbeddedMetric(shape.surface.vertices)
-        samples = farthest_point_sampling(in_space, min(count, shape.n_vertices)).indices
+        samples = spread_in_space(shape.surface.vertices, min(count, shape.n_vertices))
         signatures = wave_kernel_signature(spectrum)
         return cls(
             shape,
@@ -97,12 +98,20 @@ class Comparison:
     ----------
     source, target
         The shapes X and Y, of which 500 and 2000 points are looked at.
+
+    Attributes
+    ----------
+    source, target
+        What is known of them there.
+    fitted
+        (S, k) eigenfunctions at more points of X, those looked at first.
     """
 
     def __init__(self, source: Shape, target: Shape) -> None:
-        self.target = Side.of(target, _SAMPLES[1])
-        itself = source is target
-        self.source = self.target.first(_SAMPLES[0]) if itself else Side.of(source, _SAMPLES[0])
+        self.target = Side.of(target, _COMPARED[1])
+        more = self.target if source is target else Side.of(source, _FITTED)
+        self.source = more.first(_COMPARED[0])
+        self.fitted = more.embedded[:_FITTED]
         count = min(_NEIGHBOURS + 1, len(self.source.positions))
         # Near by commute times: a hand on a hip is near it in space alone.
         spectral = self.source.embedded[:, 1:] / np.sqrt(self.source.spectrum.eigenvalues[1:])

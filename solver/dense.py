@@ -2,11 +2,11 @@
 
 Extremities decide a coarse correspondence, and of them its several hypotheses are made; but they
 say little of what lies between: a torso may be turned front to back at no cost. So each
-hypothesis is extended to a functional map in several ways: by what it says of all its points, or
-only of its first ones, with the wave kernel signature for the rest. Each is refined by spectral
-upsampling. Of those that keep orientation, which tells left from right, the ones that preserve
-signatures and the lengths of short chords best are finalists; the one that preserves signatures
-and small geodesic distances best is taken.
+hypothesis is extended to small functional maps, by what it says of its first points and by the wave
+kernel signature for the rest. Each is refined by spectral upsampling, as far as it takes to tell
+which is best. Of those that keep orientation, which tells left from right, the one is taken that
+preserves signatures and the lengths of short chords best, and orientation most clearly; it is
+refined to all eigenfunctions, fitted to more points.
 """
 
 from collections.abc import Iterator, Sequence
@@ -32,22 +32,33 @@ _LANDMARKS = 8
 _HEAT_TIMES = 0.003, 0.01, 0.03
 """Times, on unit area, of the heat kernels that stand for a landmark."""
 
-_FITS = ((1.0, 20), (1.0, 30), (3.0, 30), (3.0, 40))
-"""Weights of the signatures against the landmarks, and numbers of eigenfunctions fitted."""
+_FITS = 20, 30
+"""Numbers of eigenfunctions fitted."""
 
 _COMMUTATIVITY = 1e-2
-_START, _STEP = 20, 12
-_RESTART, _SMALL_STEP = 30, 5
+_MOST_OF_POINTS = 20
+"""Eigenfunctions of a map that is fitted to points alone, at most."""
+
+_STEP, _LAST_STEP = 6, 12
+_TOLD = 54
+"""Eigenfunctions that tell which map is best: what is wrong by then stays wrong."""
+
+_SAME = 0.9
+"""Maps that agree in as much of what they do to eigenfunctions end alike."""
+
+_BLUR = 1e-3
+"""Time, on unit area, after which heat kernels are compared: the highest eigenfunctions, of which a
+map is least certain, count less."""
+
 _MOST_POINTS = 10_000
 _EXHAUSTIVE = 1_000_000_000
 """Pairs of vertices that are compared when a map is made one of vertices: some ten seconds."""
 
-_FINALISTS = 3
-_COMPARED = 64
-"""Points between which finalists' geodesic distances are compared."""
-
 _ORIENTED = 0.2
 """Orientation of maps of which it can be said at all: of right ones it is 0.5 to 0.9."""
+
+_UNORIENTED = 0.05
+"""Of maps that have less, orientation says nothing."""
 
 _MUCH = 2.0
 """Maps that preserve so much less than another are not taken, however they turn the surface."""
@@ -55,9 +66,6 @@ _MUCH = 2.0
 _NEARLY = 0.7
 """Share of the clearest orientation that a map must have: a mixture of one map and its mirror image
 can preserve as much."""
-
-_NEAR = 0.05
-"""Distances below count alike, in units of √area."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +99,11 @@ class DenseMap:
 
         Where a search among all would take long, only those around are searched.
         """
+        spectrum, size = unit_spectrum(self.target), self.functional_map.size
+        decay = np.exp(-_BLUR * spectrum.eigenvalues[:size])
+        y = spectrum.eigenfunctions[:, :size] * decay
         x = unit_spectrum(self.source).eigenfunctions[vertices]
-        y = unit_spectrum(self.target).eigenfunctions[:, : self.functional_map.size]
-        images = self.functional_map.images(x)
+        images = self.functional_map.images(x) * decay
         if len(images) * len(y) <= _EXHAUSTIVE:
             return nearest_points(images, y)
         return nearly_nearest_points(images, y, 2 * int(np.sqrt(len(y))))
@@ -102,6 +112,15 @@ class DenseMap:
     def change(self) -> float:
         """How little of the shape is preserved."""
         return self.signature_change * self.chord_change
+
+    @property
+    def doubt(self) -> float:
+        """How little is preserved, and how little clear it is whether orientation is.
+
+        Parts of a map that are mirrored where others are not preserve nearly as much as the whole,
+        but orientation only in part.
+        """
+        return self.change / max(abs(self.orientation), _UNORIENTED)
 
     @property
     def keeps(self) -> bool:
@@ -145,7 +164,7 @@ def dense_map(
     """
     comparison = Comparison(source, target)
     found = extensions(comparison, hypotheses, control or Control())
-    return best_map(comparison, oriented_first(found), hypotheses[0][0])
+    return completed(comparison, oriented_first(found)[0])
 
 
 def extensions(
@@ -167,7 +186,7 @@ def extensions(
 
     Returns
     -------
-    Five for each hypothesis, unless a deadline cuts it short.
+    Three for each hypothesis, of few eigenfunctions, unless a deadline cuts it short.
 
     Raises
     ------
@@ -186,10 +205,31 @@ def extensions(
             control.check()
             if found and not control.seconds_left():
                 return found
-            sizes = [*range(start.size + _STEP, k, _STEP), k, k]
-            functional = spectral_upsampling(start, x.embedded, y.embedded, sizes)
-            found.append(measured(comparison, functional, index))
+            found.append(extension(comparison, start, index))
     return found
+
+
+def extension(
+    comparison: Comparison, start: FunctionalMap, hypothesis: int, step: int = _STEP
+) -> DenseMap:
+    """Refine a small functional map as far as it takes to compare it with others.
+
+    Parameters
+    ----------
+    comparison
+        Of the shapes.
+    start
+        The map.
+    hypothesis
+        What it came from.
+    step
+        By how many eigenfunctions it grows at a time. Another number may lead elsewhere.
+    """
+    x, y = comparison.source, comparison.target
+    most = min(_TOLD, x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
+    sizes = [*range(start.size + step, most, step), most]
+    functional = spectral_upsampling(start, x.embedded, y.embedded, sizes)
+    return measured(comparison, functional, hypothesis)
 
 
 def measured(comparison: Comparison, functional: FunctionalMap, hypothesis: int) -> DenseMap:
@@ -228,84 +268,84 @@ def oriented_first(found: Sequence[DenseMap], turn: int = 1) -> list[DenseMap]:
 
     Returns
     -------
-    Those that keep orientation as clearly as any map keeps or reverses it, by `change`, without
-    those that preserve far less than some other; if there are none, all, by `change` alone.
+    Those that keep orientation as clearly as any map keeps or reverses it, by `doubt`, without
+    those that preserve far less than some other; if there are none, all, by `doubt` alone.
     """
-    ranked = sorted(found, key=lambda one: one.change)
-    sound = [one for one in ranked if one.change <= _MUCH * ranked[0].change]
+    ranked = sorted(found, key=lambda one: one.doubt)
+    most = _MUCH * min(one.change for one in found)
+    sound = [one for one in ranked if one.change <= most]
     least = max(_ORIENTED, _NEARLY * max(abs(one.orientation) for one in sound))
     return [one for one in sound if turn * one.orientation >= least] or ranked
 
 
-def best_map(comparison: Comparison, ranked: Sequence[DenseMap], vertices: IntArray) -> DenseMap:
-    """Refine the first of some maps further, and choose.
+def completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
+    """Refine a map to all eigenfunctions, fitted to more points.
 
     Parameters
     ----------
     comparison
         Of the shapes.
+    chosen
+        The map.
+    """
+    y = comparison.target.spectrum.eigenfunctions
+    y = y[:: -(-len(y) // _MOST_POINTS)]
+    return measured(
+        comparison, _refined(chosen.functional_map, comparison.fitted, y), chosen.hypothesis
+    )
+
+
+def first_of_each(ranked: Sequence[DenseMap], most: int) -> list[DenseMap]:
+    """Leave out maps that agree with one before.
+
+    Parameters
+    ----------
     ranked
-        Maps, at least one, the most promising ones first.
-    vertices
-        (n,) of X, farthest first: among the first of them geodesic distances are compared.
+        Maps between the same shapes.
+    most
+        How many are wanted.
     """
-    finalists = [_completed(comparison, one) for one in ranked[:_FINALISTS]]
-    if len(finalists) == 1:
-        return finalists[0]
-    compared = vertices[:_COMPARED]
-    shape = comparison.source.shape
-    before = shape.metric("geodesic").between(compared) / shape.size
-    return min(finalists, key=lambda one: one.signature_change * _stress(one, compared, before))
+    chosen: list[DenseMap] = []
+    for one in ranked:
+        matrix = one.functional_map.matrix
+        if all(
+            (matrix * other.functional_map.matrix).sum() < _SAME * len(matrix) for other in chosen
+        ):
+            chosen.append(one)
+        if len(chosen) == most:
+            break
+    return chosen
 
 
-def _completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
-    """Refine a map again, in small steps and with more points of the target."""
-    x, y = comparison.source, comparison.target
-    everywhere = y.spectrum.eigenfunctions
-    if len(everywhere) > _MOST_POINTS:
-        everywhere = everywhere[:: -(-len(everywhere) // _MOST_POINTS)]
-    matrix = chosen.functional_map.matrix
-    k, size = len(matrix), min(_RESTART, len(matrix))
-    start = FunctionalMap(matrix[:size, :size])
-    sizes = [*range(size + _SMALL_STEP, k, _SMALL_STEP), k]
-    functional = spectral_upsampling(start, x.embedded, everywhere, sizes)
-    return measured(comparison, functional, chosen.hypothesis)
-
-
-def _stress(dense: DenseMap, vertices: IntArray, before: FloatArray) -> float:
-    """Root mean square change of geodesic distances, each weighed by its inverse square.
-
-    They are (n, n) `before` among the (n,) vertices, over √area.
-    """
-    target = dense.target
-    images = dense.images(vertices)
-    after = target.metric("geodesic").between(images) / target.size
-    weights = np.maximum(before, _NEAR) ** -2.0
-    return float(np.sqrt((weights * (before - after) ** 2).sum() / weights.sum()))
+def _refined(start: FunctionalMap, x: FloatArray, y: FloatArray) -> FunctionalMap:
+    """Refine a map to all eigenfunctions, by their values at points of X and of Y."""
+    k = min(x.shape[1], y.shape[1])
+    sizes = [*range(start.size + _LAST_STEP, k, _LAST_STEP), k, k]
+    return spectral_upsampling(start, x, y, sizes)
 
 
 def _starts(x: Side, y: Side, points: tuple[IntArray, IntArray], k: int) -> Iterator[FunctionalMap]:
     """Small functional maps: of all points, and of the first ones with the signatures."""
-    size = min(_START, k, max(len(points[0]) // 2, 2))
+    size = min(_MOST_OF_POINTS, k, max(len(points[0]) // 2, 2))
     yield functional_map_of_points(
         x.spectrum.eigenfunctions[points[0], :size], y.spectrum.eigenfunctions[points[1], :size]
     )
     first = points[0][:_LANDMARKS], points[1][:_LANDMARKS]
-    for weight, most in _FITS:
+    for most in _FITS:
         size = min(most, k)
-        parts = [_weighed(x.coefficients[:size], y.coefficients[:size], weight)]
+        parts = [_weighed(x.coefficients[:size], y.coefficients[:size])]
         for time in _HEAT_TIMES:
             heats = (
                 x.heat_coefficients(first[0], time, size),
                 y.heat_coefficients(first[1], time, size),
             )
-            parts.append(_weighed(*heats, 1.0))
+            parts.append(_weighed(*heats))
         a, b = (np.hstack([part[side] for part in parts]) for side in range(2))
         values = x.spectrum.eigenvalues[:size], y.spectrum.eigenvalues[:size]
         yield fit_functional_map(a, b, values, _COMMUTATIVITY)
 
 
-def _weighed(a: FloatArray, b: FloatArray, weight: float) -> tuple[FloatArray, FloatArray]:
-    """Functions on both shapes, divided by their norm: each kind counts by its weight alone."""
-    unit = weight / np.sqrt((a**2).sum() + (b**2).sum())
+def _weighed(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Functions on both shapes, divided by their norm: each kind counts alike."""
+    unit = 1.0 / np.sqrt((a**2).sum() + (b**2).sum())
     return unit * a, unit * b

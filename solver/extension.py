@@ -2,18 +2,27 @@
 
 Intrinsically a correspondence and its mirror image cannot be told apart, and the energy takes
 either. Extended to all vertices they can: one keeps the surface's orientation, the other turns it
-inside out. Where all hypotheses do that, the best of them is composed with the reflection of the
-source; where it is not clear what they do, further ones are made of the eigenfunctions' signs.
+inside out. Where all hypotheses do that, or where it is not clear what they do, further maps are
+made: by the eigenfunctions' signs, by refining the best ones again from fewer eigenfunctions, and
+by composing these with the reflection of the source.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from solver.arrays import IntArray
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import DenseMap, best_map, extensions, oriented_first
+from solver.dense import (
+    DenseMap,
+    completed,
+    extension,
+    extensions,
+    first_of_each,
+    oriented_first,
+)
+from solver.functional_map import FunctionalMap
 from solver.match import DenseCorrespondence
 from solver.shape import Shape
 from solver.symmetry import maps_by_signs, reflection
@@ -24,13 +33,22 @@ LEAST_EXTENDED = 3
 _HYPOTHESES = 4
 """Looked at first; as many again if none of them keeps orientation."""
 
-_CLEAR = 0.55
-"""Orientation, or its opposite, that maps of nearly isometric shapes have; others may be right in
-part, and mirrored in part."""
+_CLEAR = 0.65
+"""Orientation that maps of nearly isometric shapes have; others may be right in part, and mirrored
+in part."""
+
+_RESTARTED = 3
+"""Maps that are refined again, and composed."""
+
+_RESTARTS = 10, 16, 24, 36
+"""Eigenfunctions from which a map is refined again. The more there are, the less changes."""
+
+_COMPOSED = 20, 30, 54
+"""Eigenfunctions in which a map is composed with a reflection."""
 
 _LITTLE = 1.1
-"""Where a map keeps orientation and changes that much more than one that reverses it, the latter's
-mirror image may be better."""
+"""Where a map keeps orientation and changes that much more than another, the latter's mirror image
+may be better."""
 
 
 def extended_map(
@@ -52,7 +70,8 @@ def extended_map(
     control
         May cancel; past its deadline, less is tried.
     further
-        Whether hypotheses may be made beyond those given, by reflection and by signs. Where
+        Whether maps may be made that extend none of those given, where it is not clear that one
+        of them keeps orientation. Where
         landmarks say which of two symmetric solutions is meant, they should not.
 
     Returns
@@ -75,32 +94,49 @@ def extended_map(
             found += extensions(comparison, [hypotheses[place]], control, first=place)
         if oriented_first(found)[0].keeps:
             break
-    if further and abs(oriented_first(found)[0].orientation) < _CLEAR:
+    if further and not _is_clear(found):
         found += maps_by_signs(comparison, control, len(hypotheses))
-    mirrored = _mirrored(found, hypotheses[0][0], control) if further else None
-    if mirrored is not None:
-        found += extensions(comparison, [mirrored], control, first=len(hypotheses))
-    return best_map(comparison, oriented_first(found), hypotheses[0][0])
+        found += list(_restarted(comparison, found, control, len(hypotheses)))
+        found += list(_reflected(comparison, found, control, len(hypotheses)))
+    return completed(comparison, oriented_first(found)[0])
 
 
-def _mirrored(
-    found: Sequence[DenseMap], vertices: IntArray, control: Control
-) -> tuple[IntArray, IntArray] | None:
-    """Where vertices of X go by the best map that reverses orientation, if reflected before.
-
-    ``None`` where that is not worth it: a map that keeps orientation preserves as much.
-    """
+def _is_clear(found: Sequence[DenseMap]) -> bool:
+    """Whether a map clearly keeps orientation, and none that does not preserves much more."""
     best = oriented_first(found)[0]
-    reversing = [one for one in found if one.reverses]
-    if not reversing or control.seconds_left() <= 0.0:
-        return None
-    chosen = oriented_first(reversing, turn=-1)[0]
-    if best.orientation >= _CLEAR and best.change <= _LITTLE * chosen.change:
-        return None
-    reflected = reflection(chosen.source, control)
+    least = min(one.change for one in found)
+    return best.orientation >= _CLEAR and best.change <= _LITTLE * least
+
+
+def _restarted(
+    comparison: Comparison, found: Sequence[DenseMap], control: Control, hypothesis: int
+) -> Iterator[DenseMap]:
+    """Refine the best maps again from fewer of their eigenfunctions; they may end elsewhere."""
+    ranked = sorted(found, key=lambda one: one.doubt)
+    for one in first_of_each(ranked, _RESTARTED):
+        for size in _RESTARTS:
+            control.check()
+            if control.seconds_left() <= 0.0:
+                return
+            matrix = one.functional_map.matrix[:size, :size]
+            yield extension(comparison, FunctionalMap(matrix), hypothesis)
+
+
+def _reflected(
+    comparison: Comparison, found: Sequence[DenseMap], control: Control, hypothesis: int
+) -> Iterator[DenseMap]:
+    """Compose the best maps with the reflection of X."""
+    if control.seconds_left() <= 0.0:
+        return
+    reflected = reflection(comparison.source.shape, control)
     if reflected is None:
-        return None
-    return vertices, chosen.images(reflected.images(vertices))
+        return
+    for one in first_of_each(sorted(found, key=lambda one: one.doubt), _RESTARTED):
+        for size in _COMPOSED:
+            control.check()
+            first = one.functional_map.matrix[:size, :size]
+            before = reflected.functional_map.matrix[:size, :size]
+            yield extension(comparison, FunctionalMap(first @ before), hypothesis)
 
 
 def dense_correspondence(found: DenseMap) -> DenseCorrespondence:

@@ -6,13 +6,14 @@ import numpy as np
 
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import DenseMap, measured, oriented_first
-from solver.functional_map import FunctionalMap, spectral_upsampling
+from solver.dense import DenseMap, extension, oriented_first
+from solver.functional_map import FunctionalMap
 from solver.shape import Shape
 
 _EIGENFUNCTIONS = 6
-_FINALISTS = 8
-_STEP = 10
+_FINALISTS = 4
+_STEPS = 4, 6, 10
+"""How fast the number of eigenfunctions grows: each leads to maps that others miss."""
 
 
 def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0) -> list[DenseMap]:
@@ -34,7 +35,7 @@ def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0)
 
     Returns
     -------
-    At most eight maps.
+    At most twelve maps.
 
     Raises
     ------
@@ -48,14 +49,13 @@ def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0)
     for signs in product((1.0, -1.0), repeat=min(_EIGENFUNCTIONS, k - 1)):
         control.check()
         start = FunctionalMap(np.diag((1.0, *signs)))
-        found.append(measured(comparison, start, hypothesis))
-    found.sort(key=lambda one: one.change)
+        signature, chord = comparison.differences(start.nearest(x.embedded, y.embedded))
+        found.append((signature * chord, start))
+    found.sort(key=lambda entry: entry[0])
     refined = []
-    for one in found[:_FINALISTS]:
+    for _, start in found[:_FINALISTS]:
         control.check()
-        sizes = [*range(one.functional_map.size + _STEP, k, _STEP), k, k]
-        functional = spectral_upsampling(one.functional_map, x.embedded, y.embedded, sizes)
-        refined.append(measured(comparison, functional, hypothesis))
+        refined += [extension(comparison, start, hypothesis, step) for step in _STEPS]
     return refined
 
 

@@ -1,11 +1,14 @@
 """Dense maps of shapes whose correspondence is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from solver.arrays import IntArray
+from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import dense_map
+from solver.dense import dense_map, extensions, first_of_each
 from solver.errors import Cancelled
 from solver.matching import match
 from solver.mesh import triangle_mesh
@@ -71,6 +74,28 @@ def test_points_that_are_wrong_in_part_are_overruled(
     found = dense_map(*pair, [(few, partners)])
     assert mean_error(pair, found.images(few), truth[few]) < 0.04
     assert mean_error(pair, partners, truth[few]) > 0.3
+
+
+def test_maps_that_agree_count_once(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+    few = pair[0].sampling("geodesic", 24).indices
+    nonsense = np.random.default_rng(0).permutation(truth[few])
+    comparison = Comparison(*pair)
+    right, other = (
+        extensions(comparison, [(few, partners)], Control()) for partners in (truth[few], nonsense)
+    )
+    assert len(right) == 3
+    assert len(first_of_each([*right, *right], 9)) == 1
+    assert len(first_of_each([*right, *other], 9)) > 1
+    assert first_of_each([*right, *other], 1) == right[:1]
+
+
+def test_what_is_turned_over_in_part_is_doubted(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+    few = pair[0].sampling("geodesic", 24).indices
+    found = dense_map(*pair, [(few, truth[few])])
+    mixed = replace(found, orientation=found.orientation / 4.0)
+    assert mixed.doubt == pytest.approx(4.0 * found.doubt)
+    assert replace(found, orientation=-found.orientation).doubt == found.doubt
+    assert replace(found, orientation=0.0).doubt < np.inf
 
 
 def test_scale_changes_nothing(figures: tuple[SyntheticShape, SyntheticShape]) -> None:

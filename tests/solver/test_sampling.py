@@ -10,7 +10,7 @@ from solver.errors import MeshError, OptionError
 from solver.geodesics import GeodesicGraph
 from solver.mesh import TriangleMesh
 from solver.metrics import CommuteTimeMetric, GeodesicMetric, Metric
-from solver.sampling import extremity, farthest_point_sampling
+from solver.sampling import extremity, farthest_point_sampling, spread_in_space
 from solver.spectrum import laplace_beltrami_spectrum
 from solver.structures import METRICS
 from tests.solver import shapes
@@ -139,3 +139,19 @@ def test_refusals() -> None:
         farthest_point_sampling(metric, 0)
     with pytest.raises(MeshError, match="not connected"):
         farthest_point_sampling(geodesic(shapes.two_components()), 3)
+
+
+def test_points_spread_in_space_are_each_the_farthest_from_those_before() -> None:
+    points = np.random.default_rng(4).normal(size=(60, 3))
+    chosen = spread_in_space(points, 60)
+    apart = np.linalg.norm(points[:, None] - points, axis=2)
+    assert chosen[0] == np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1))
+    for place in range(1, 59):
+        assert chosen[place] == np.argmax(apart[chosen[:place]].min(axis=0))
+    assert sorted(chosen) == list(range(60))
+    np.testing.assert_array_equal(spread_in_space(points, 7), chosen[:7])
+
+
+def test_points_that_coincide_are_each_taken_once() -> None:
+    points = np.repeat(np.eye(3), 3, axis=0)
+    assert sorted(spread_in_space(points, 9)) == list(range(9))
