@@ -15,6 +15,7 @@ from solver.prototype.options import MAX_COMPONENTS
 from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, Prototype
 from solver.prototype.surfaces import (
     EIGENVALUES,
+    MOST_FACES,
     MOST_SURFACES,
     MOST_VERTICES,
     ExampleSurface,
@@ -35,7 +36,6 @@ VERSION = 1
 _MOST_BYTES = 256 * 1024**2
 _MOST_LEVELS = 8
 _MOST_DIMENSIONS = 1024
-_MOST_FACES = 3 * MOST_VERTICES
 
 
 def prototype_to_bytes(prototype: Prototype) -> bytes:
@@ -189,7 +189,7 @@ def _surface(arrays: dict[str, NDArray[Any]], name: str, points: int) -> Example
     _require(len(vertices) <= MOST_VERTICES, f"{name}_vertices")
     whole = faces.dtype == np.int32 and faces.ndim == 2 and faces.shape[1] == 3
     _require(whole and _name_vertices(faces, len(vertices)), f"{name}_faces")
-    _require(len(faces) <= _MOST_FACES, f"{name}_faces")
+    _require(len(faces) <= MOST_FACES, f"{name}_faces")
     named = places.dtype == np.int32 and places.shape == (points,)
     _require(named and _name_vertices(places, len(vertices)), f"{name}_points")
     rising = eigenvalues.shape == (EIGENVALUES,) and bool((np.diff(eigenvalues) >= 0.0).all())

@@ -20,6 +20,9 @@ MOST_SURFACES = 24
 MOST_VERTICES = 1500
 """Of a surface that is kept."""
 
+MOST_FACES = 3 * MOST_VERTICES
+"""Likewise: closed manifolds without hundreds of handles have some two to a vertex."""
+
 EIGENVALUES = 19
 """By which shapes are compared as wholes."""
 
@@ -35,7 +38,7 @@ class ExampleSurface:
     ----------
     vertices, faces
         (V, 3) and (F, 3) of a sound connected mesh, in the example's own unit, as exact as single
-        precision.
+        precision, which is why the prototype's points on the example have the mean 0.
     points
         (N,) the vertices that are, or are nearest to, the prototype's points.
     eigenvalues
@@ -136,10 +139,10 @@ def surface_of(shape: Shape, points: IntArray) -> ExampleSurface | None:
         (N,) vertices of it.
     """
     mesh = simplified(shape.mesh, MOST_VERTICES)
-    if mesh.n_vertices > MOST_VERTICES:
+    if mesh.n_vertices > MOST_VERTICES or mesh.n_faces > MOST_FACES:
         return None
     places = mesh.vertices_of(shape.mesh.vertex_ids[points])
-    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    centred = mesh.vertices - shape.mesh.vertices[points].mean(axis=0)
     vertices = centred.astype(np.float32).astype(np.float64)
     surface = ExampleSurface(vertices, mesh.faces, places, first_eigenvalues(shape))
     try:

@@ -24,6 +24,7 @@ from solver.prototype import (
 )
 from solver.prototype.orientation import oriented_images
 from solver.prototype.surfaces import (
+    MOST_FACES,
     MOST_SURFACES,
     MOST_VERTICES,
     ExampleSurface,
@@ -165,11 +166,28 @@ def test_surfaces_are_simplified_and_keep_the_places_of_the_points() -> None:
     (surface,) = example_surfaces([shape], [points])
     mesh = surface.mesh()
     assert mesh.n_vertices == MOST_VERTICES < shape.n_vertices
-    centre = shape.mesh.vertices.mean(axis=0)
-    apart = surface.vertices[surface.points] + centre[None] - shape.mesh.vertices[points]
-    apart -= apart.mean(axis=0)
+    places = shape.mesh.vertices[points]
+    apart = surface.vertices[surface.points] + places.mean(axis=0) - places
     assert np.abs(apart).max() < 0.05 * np.sqrt(shape.mesh.area)
     assert mesh.area == pytest.approx(shape.mesh.area, rel=0.05)
+
+
+def test_a_surface_that_no_archive_takes_is_not_kept() -> None:
+    """One of 1331 vertices in a lattice, whose squares are all there."""
+    numbers = np.arange(11**3).reshape(11, 11, 11)
+    squares = [
+        np.stack([layer[:-1, :-1], layer[1:, :-1], layer[1:, 1:], layer[:-1, 1:]], axis=-1)
+        for layers in (numbers, numbers.transpose(1, 2, 0), numbers.transpose(2, 0, 1))
+        for layer in layers
+    ]
+    corners = np.concatenate(squares).reshape(-1, 4)
+    faces = np.concatenate([corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]])
+    places = np.stack(np.unravel_index(numbers.reshape(-1), numbers.shape), axis=1)
+    shape = Shape(triangle_mesh(places * [1.0, 1.1, 1.3], faces))
+    assert shape.n_vertices < MOST_VERTICES
+    assert shape.mesh.n_faces > MOST_FACES
+    points = shape.sampling("geodesic", 10).indices
+    assert example_surfaces([shape], [points]) == ()
 
 
 def balls(count: int) -> list[Shape]:
