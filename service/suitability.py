@@ -58,7 +58,7 @@ def check_shapes(
     """
     check_colors(asked, shapes)
     refuse(
-        (*further, *several_components(asked, shapes), *_simplified_too_far(asked, shapes)), detail
+        (*further, *several_components(asked, shapes), *simplified_too_far(asked, shapes)), detail
     )
 
 
@@ -104,10 +104,11 @@ def several_components(
     ]
 
 
-def _simplified_too_far(
+def simplified_too_far(
     asked: MatchParameters | DissimilarityParameters | PrototypeParameters,
     shapes: Mapping[str, ShapeRecord],
 ) -> list[FieldProblem]:
+    """Return what is wrong with `simplify`, if it leaves fewer vertices than points are taken."""
     if asked.simplify is None or asked.simplify >= asked.points:
         return []
     simplified = [

@@ -6,7 +6,7 @@ from service.matches.schemas import MatchRequest
 from service.orders import use_prototype, use_shapes
 from service.problems import InvalidRequest
 from service.state import Service
-from service.suitability import several_components
+from service.suitability import several_components, simplified_too_far
 from worker.contracts import (
     FieldProblem,
     MatchParameters,
@@ -91,7 +91,8 @@ def _plural(name: str) -> str:
 
 
 def _unusable(target: ShapeRecord, parameters: MatchParameters) -> list[FieldProblem]:
-    wrong = several_components(parameters, {"body.target": target})
+    shapes = {"body.target": target}
+    wrong = several_components(parameters, shapes) + simplified_too_far(parameters, shapes)
     colored = [choice.name for choice in parameters.descriptors if choice.about.colored]
     if colored and parameters.first_order_weight > 0.0 and not target.has_colors:
         message = f"the prototype knows {colored[0]!r}, and the shape has no vertex colours"

@@ -16,6 +16,7 @@ from solver.shape import Shape
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.families import family
 from tests.worker.figures import blob_file, off, two_blobs_file
+from tests.worker.records import shape_record
 from worker.contracts import MatchResult, PrototypeRecord, PrototypeResult
 from worker.queue import JobQueue, QueueSettings
 from worker.runner import Runner
@@ -338,6 +339,23 @@ def test_what_cannot_be_matched_with_a_prototype(
     assert ended["state"] == "succeeded", ended["error"]
     result = http.get(job["links"]["result"]).json()
     assert sorted(pair["source"] for pair in result["correspondences"]) == list(range(6))
+
+
+def test_a_shape_is_not_simplified_below_the_points_of_a_prototype(
+    http: httpx2.Client, server: EmbeddedServer, archive: bytes
+) -> None:
+    with idle_api(server) as api, httpx2.Client(base_url=api.url) as idle:
+        (target, other) = put_shapes(api)
+        large = shape_record(target).model_copy(update={"vertices": 500})
+        api.store.client.set(keys.shape(target), large.model_dump_json())
+        record = PrototypeRecord.model_validate_json(send(http, archive).content)
+        api.store.prototypes.add(record.model_copy(update={"points": 120}), archive)
+        body = {"source": record.id, "target": target, "simplify": 100, "points": 101}
+        document = problem(idle.post("/v1/matches", json=body), 422, "invalid-request")
+        assert [error["field"] for error in document["errors"]] == ["body.simplify"]
+        assert "target would have 100 vertices" in document["errors"][0]["message"]
+        for fits in ({"points": 100}, {"simplify": 101}, {"target": other}):
+            assert idle.post("/v1/matches", json=body | fits).status_code == 202
 
 
 def test_a_learned_prototype_has_no_picture(http: httpx2.Client, examples: list[str]) -> None:
