@@ -50,9 +50,15 @@ async function unpacked(view, { packed, size, start }) {
 function values(buffer) {
   const view = new DataView(buffer);
   const [start, length] = view.getUint8(6) === 1 ? [10, view.getUint16(8, true)] : [12, view.getUint32(8, true)];
-  const kind = KINDS[text(view, start, length).match(/'descr': '([^']+)'/)?.[1]];
+  const header = text(view, start, length);
+  const kind = KINDS[header.match(/'descr': '([^']+)'/)?.[1]];
   if (kind === undefined) throw new Error("This array is of a kind that this page does not read.");
-  return Array.from(new kind(buffer, start + length), Number);
+  const found = Array.from(new kind(buffer, start + length), Number);
+  const [, rows, columns] = header.match(/'fortran_order': True, 'shape': \((\d+), (\d+)\)/) ?? [];
+  return rows === undefined ? found : byRows(found, Number(rows), Number(columns));
 }
+
+const byRows = (values, rows, columns) =>
+  Array.from(values, (_, at) => values[(at % columns) * rows + Math.floor(at / columns)]);
 
 const text = (view, at, length) => new TextDecoder().decode(new Uint8Array(view.buffer, view.byteOffset + at, length));
