@@ -95,6 +95,8 @@ def prototype_from_bytes(data: bytes) -> Prototype:
     PrototypeError
         The bytes are something else, or not a sound prototype.
     """
+    if not data.startswith(b"PK"):  # of which NumPy would say that it may be a pickle
+        raise PrototypeError("not a prototype: this is no archive of arrays (.npz)")
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             size = sum(entry.file_size for entry in archive.zip.infolist())

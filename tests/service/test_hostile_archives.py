@@ -153,6 +153,7 @@ def test_what_is_no_prototype_is_refused_and_leaves_nothing(
     name = hashlib.sha256(data).hexdigest()[:32]
     document = problem(send(http, data), 422, "unusable-prototype")
     assert len(document["detail"]) > 10
+    assert "trust" not in document["detail"]
     problem(http.get(f"/v1/prototypes/p-{name}"), 404, "prototype-not-found")
     assert [key for key in api.store.client.keys("*") if name.encode() in key] == []
 
