@@ -91,11 +91,15 @@ class Result(Answer):
         ------
         MissingExtra
             matplotlib is not installed.
+        TypeError
+            The file is given without its name, `path`.
         ValueError
             Not all that is needed is given, and it cannot be asked for.
         OSError
             The file cannot be written.
         """
+        if any(isinstance(one, str | os.PathLike) for one in drawn):
+            raise TypeError("give the file by name, as in result.plot(path='figure.png')")
         needed = self.drawn_ids()
         if not drawn and self._geometries.ask is not None:
             drawn = tuple(map(self._geometries.ask, needed))

@@ -80,7 +80,7 @@ def plot_scenes(scenes: Sequence[Scene], title: str) -> "Figure":
         axes: Any = figure.add_subplot(1, len(scenes), place, projection="3d")
         view = turned_alike(first, scene.view, scenes[0].points, scene.points)
         draw_scene(axes, scene, colors, first if place == 1 else view)
-    figure.suptitle(title)
+    figure.suptitle(title, parse_math=False)
     return figure
 
 

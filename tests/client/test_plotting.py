@@ -97,6 +97,10 @@ def test_a_match_is_drawn(client: isomatch.Client, pair: Pair, tmp_path: Path) -
         kept.plot()
     again = kept.plot(*map(client.geometry, kept.drawn_ids()))
     np.testing.assert_array_equal(drawn_points(again)[1][0], target)
+    # The file has to be named: what comes first is what is drawn.
+    wrong: Any = "match.png"
+    with pytest.raises(TypeError, match="path="):
+        match.plot(wrong)
 
 
 def test_refined_points_are_drawn_where_they_are(client: isomatch.Client, pair: Pair) -> None:
@@ -180,6 +184,8 @@ def test_one_shape_is_drawn_in_its_colours(client: isomatch.Client, tmp_path: Pa
     figure = client.geometry(shape).plot(tmp_path / "shape.png", title=shape.name)
     np.testing.assert_allclose(skin_colors(figure.axes[0]), [[0.0, 1.0, 0.0]] * 1280, atol=1e-6)
     assert (tmp_path / "shape.png").read_bytes().startswith(b"\x89PNG")
+    # Titles are text, and no formulas.
+    client.geometry(shape).plot(tmp_path / "again.png", title="a$x_{$.off")
 
 
 def test_a_matrix_that_is_not_complete(tmp_path: Path) -> None:
