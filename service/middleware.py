@@ -132,19 +132,12 @@ class BodyLimit:
         headers = Headers(scope=scope)
         length = headers.get("content-length", "")
         body = _Body(receive, limit, told, self._patience)
-        encoding = headers.get("content-encoding", "").strip()
-        if encoding.lower() not in ("", "identity"):
-            await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
-            problem = EncodedBody(
-                f"The body came with Content-Encoding {encoding[:40]!r}, which is not undone here; "
-                "send it as it is."
-            )
-            await self._refuse(problem, scope, receive, send)
-            return
-        if length.isdigit() and int(length) > limit:
+        too_long = length.isdigit() and int(length) > limit
+        problem = _encoded(headers) or (body.too_large if too_long else None)
+        if problem is not None:
             if headers.get("expect", "").lower() != "100-continue":
                 await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
-            await self._refuse(body.too_large, scope, receive, send)
+            await self._refuse(problem, scope, receive, send)
             return
 
         async def replaced(message: Message) -> None:
@@ -165,6 +158,16 @@ class BodyLimit:
     ) -> None:
         answer = response(problem.problem(scope["path"]), {"Connection": "close"})
         await answer(scope, receive, send)
+
+
+def _encoded(headers: Headers) -> ApiProblem | None:
+    encoding = headers.get("content-encoding", "").strip()
+    if encoding.lower() in ("", "identity"):
+        return None
+    return EncodedBody(
+        f"The body came with Content-Encoding {encoding[:40]!r}, which is not undone here; "
+        "send it as it is."
+    )
 
 
 class _Body:

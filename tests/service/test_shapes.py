@@ -264,15 +264,23 @@ def test_a_file_over_the_limit_that_does_not_say_so(http: httpx2.Client) -> None
     problem(answer, 413, "upload-too-large")
 
 
-def test_a_sender_that_asks_first_is_spared_the_sending(api: Api) -> None:
+@pytest.mark.parametrize(
+    ("framing", "status"),
+    [
+        (b"Content-Length: %d\r\n\r\n" % (100 * LIMIT), 413),
+        (b"Content-Encoding: gzip\r\nContent-Length: 1000\r\n\r\n", 415),
+    ],
+)
+def test_a_sender_that_asks_first_is_spared_the_sending(
+    api: Api, framing: bytes, status: int
+) -> None:
     address = urlsplit(api.url)
     with socket.create_connection((address.hostname, address.port), timeout=30) as connection:
         connection.sendall(
             b"POST /v1/shapes HTTP/1.1\r\nHost: x\r\nExpect: 100-continue\r\n"
-            b"Content-Type: multipart/form-data; boundary=x\r\n"
-            b"Content-Length: %d\r\n\r\n" % (100 * LIMIT)
+            b"Content-Type: multipart/form-data; boundary=x\r\n" + framing
         )
-        assert connection.recv(100).startswith(b"HTTP/1.1 413 ")
+        assert connection.recv(100).startswith(b"HTTP/1.1 %d " % status)
 
 
 @pytest.mark.parametrize(
