@@ -73,7 +73,7 @@ def test_jobs_name_what_they_are_of(http: httpx2.Client) -> None:
     assert http.get(job["links"]["self"]).json()["target"] == B
 
 
-def test_of_a_large_collection_the_first_are_named() -> None:
+def test_jobs_are_of_all_their_shapes_and_archives_of_their_prototype() -> None:
     shapes = tuple(f"{number:032x}" for number in range(50))
     payload = PrototypePayload(
         shapes=shapes,
