@@ -43,7 +43,8 @@ class BoundingCosts:
         """Candidates that some correspondence below a limit may use: all others cost more.
 
         What a candidate costs with the best partner of each other point, on its own, is no more
-        than any correspondence costs that uses it, unless pairwise costs are negative.
+        than any correspondence costs that uses it, unless pairwise costs are negative: then all
+        candidates are.
 
         Parameters
         ----------
@@ -56,10 +57,11 @@ class BoundingCosts:
         -------
         (V',) ascending.
         """
-        if np.isinf(limit):
+        rounding = _ROUNDING * (1.0 + abs(limit))
+        if np.isinf(limit) or self.pairwise.min(initial=0.0) < -rounding:
             return np.arange(len(self.unary))
         least = _least_with_each(self.unary, self.pairwise, self.occlusion, rows)
-        return np.flatnonzero(self.constant + least < limit - _ROUNDING * (1.0 + abs(limit)))
+        return np.flatnonzero(self.constant + least < limit - rounding)
 
     def among(self, kept: IntArray) -> "BoundingCosts":
         """Return the costs of some of the candidates."""

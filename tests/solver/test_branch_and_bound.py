@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from solver.bounding_costs import BoundingCosts
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.dual_decomposition import DualDecomposition
@@ -108,6 +109,15 @@ def test_m_best_of_explicit_problems() -> None:
         found = m_best_solutions(problem, 8)
         assert found.proven
         np.testing.assert_allclose(found.energies, expected, atol=1e-12)
+
+
+def test_own_costs_of_either_sign_prune_nothing_that_is_best() -> None:
+    for seed in range(60):
+        problem = explicit_instance(5, 5, seed, density=1.0, occlusion_cost=np.inf)
+        known = np.arange(5)
+        found = m_best_solutions(problem, known=known, bounding=BoundingCosts.of(problem))
+        assert found.proven
+        assert found.energies[0] == pytest.approx(all_solutions(problem)[0][0])
 
 
 @pytest.mark.parametrize("gamma", [np.inf, 0.5])
