@@ -32,8 +32,10 @@ demo: $(VENV)/runtime  ## start everything, match two generated shapes, draw the
 serve: $(VENV)/runtime  ## run the whole service on this machine until interrupted
 	$(BIN)/python -m service
 
+# What is compiled beforehand, while the checks run, is not compiled by each of the tests' processes at the same time.
 test: $(VENV)/dev browser  ## the checks and all tests
-	$(MAKE) --no-print-directory lint
+	@ISOMATCH_LOG_LEVEL=WARNING $(BIN)/python -m worker --warm-up & warming=$$!; \
+	$(MAKE) --no-print-directory lint || { kill $$warming; exit 1; }; wait $$warming
 	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder
 
 # Playwright's own browsers come from a host of their own; Debian's serves as well.
