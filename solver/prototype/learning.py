@@ -1,7 +1,7 @@
 """Prototypes learned from examples in correspondence: section 5."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import eigh
@@ -67,7 +67,7 @@ class Example:
 def learn_prototype(
     examples: Sequence[Example], options: PrototypeOptions, control: Control | None = None
 ) -> Prototype:
-    """Learn the distributions of distances and descriptors.
+    """Learn the distributions of distances and descriptors, and keep surfaces of the examples.
 
     Parameters
     ----------
@@ -96,6 +96,20 @@ def learn_prototype(
         There are no examples, or they do not correspond.
     """
     control = control or Control()
+    learned = learn_distributions(examples, options, control)
+    control.report("surfaces of the examples", 0.98)
+    shapes = [one.shape for one in examples]
+    points = [one.vertices[: learned.points] for one in examples]
+    return replace(learned, surfaces=example_surfaces(shapes, points, control))
+
+
+def learn_distributions(
+    examples: Sequence[Example], options: PrototypeOptions, control: Control
+) -> Prototype:
+    """Learn a prototype without surfaces, for matches that are not to tell left from right.
+
+    Takes and raises what :func:`learn_prototype` does.
+    """
     examples = _consistent(examples, options.points)
     length = float(np.exp(np.mean([np.log(one.shape.size) for one in examples])))
     metrics = [one.settled(length) for one in options.metrics]
@@ -109,8 +123,6 @@ def learn_prototype(
     fields = {
         one: _learn_descriptors(one, samples[one], options) for one in dict.fromkeys(descriptors)
     }
-    control.report("surfaces of the examples", 0.98)
-    surfaces = example_surfaces(*zip(*((one.shape, one.vertices) for one in examples), strict=True))
     first = examples[0]
     return Prototype(
         distances=tuple(distances[one] for one in metrics),
@@ -123,7 +135,6 @@ def learn_prototype(
         normalise=first.shape.normalise,
         eigenpairs=first.shape.eigenpairs,
         geodesic_method=first.shape.geodesic_method,
-        surfaces=surfaces,
     )
 
 

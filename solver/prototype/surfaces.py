@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
@@ -77,7 +78,7 @@ class ExampleSurface:
 
 
 def example_surfaces(
-    shapes: Sequence[Shape], points: Sequence[IntArray]
+    shapes: Sequence[Shape], points: Sequence[IntArray], control: Control | None = None
 ) -> tuple[ExampleSurface, ...]:
     """Keep the surfaces of some examples.
 
@@ -87,18 +88,27 @@ def example_surfaces(
         M examples, the reference first.
     points
         Of each, the (N,) vertices that correspond to the prototype's points.
+    control
+        May cancel.
 
     Returns
     -------
     At most 24: the reference's, and then always that which is most different, by its eigenvalues,
     from those kept; without those of which no sound surface of few vertices can be made.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
     """
+    control = control or Control()
     described = [first_eigenvalues(shape) for shape in shapes]
     logarithms = np.array([np.log(values) for values in described if len(values) == EIGENVALUES])
     places = [i for i, values in enumerate(described) if len(values) == EIGENVALUES]
     kept: list[ExampleSurface] = []
     apart = np.full(len(places), np.inf)
     while len(kept) < MOST_SURFACES and (apart > 0.0).any():
+        control.check()
         place = int(np.argmax(apart))
         apart = np.minimum(apart, np.linalg.norm(logarithms - logarithms[place], axis=1))
         apart[place] = 0.0
