@@ -9,6 +9,7 @@ from redis.exceptions import RedisError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
+from service.problem_documents import response
 from service.problems import (
     ApiProblem,
     BadRequest,
@@ -18,7 +19,6 @@ from service.problems import (
     NotFound,
     StoreAway,
     TooManyJobs,
-    response,
 )
 from service.requests import MOST_CONSIDERED, MOST_FIELDS, field_problems, no_json, unreadable
 from worker.contracts import Problem

@@ -4,7 +4,8 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from redis.exceptions import ResponseError
 
-from service.problems import NotReady, responses
+from service.problem_documents import responses
+from service.problems import NotReady
 from service.state import ServiceOf
 
 router = APIRouter(tags=["health"])

@@ -13,14 +13,8 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.problems import (
-    ApiProblem,
-    BodyStalled,
-    EncodedBody,
-    InternalError,
-    UploadTooLarge,
-    response,
-)
+from service.problem_documents import response
+from service.problems import ApiProblem, BodyStalled, EncodedBody, InternalError, UploadTooLarge
 from worker.telemetry import logger
 
 REQUEST_ID: Final = "X-Request-ID"
@@ -162,12 +156,16 @@ class BodyLimit:
 
 def _encoded(headers: Headers) -> ApiProblem | None:
     encoding = headers.get("content-encoding", "").strip()
-    if encoding.lower() in ("", "identity"):
+    if encoding.lower() in ("", "identity") or not _has_body(headers):
         return None
     return EncodedBody(
         f"The body came with Content-Encoding {encoding[:40]!r}, which is not undone here; "
         "send it as it is."
     )
+
+
+def _has_body(headers: Headers) -> bool:
+    return "transfer-encoding" in headers or headers.get("content-length", "0").strip("0") != ""
 
 
 class _Body:

@@ -9,6 +9,7 @@ from fastapi import Depends, Header, Request, Response
 from pydantic import AfterValidator, BaseModel, Field
 
 from service.jobs.schemas import Job
+from service.problem_documents import responses
 from service.problems import (
     ApiProblem,
     BadRequest,
@@ -20,7 +21,6 @@ from service.problems import (
     UnknownPrototype,
     UnknownShape,
     UploadTooLarge,
-    responses,
 )
 from service.state import Caller, RequestId, Service, ServiceOf
 from worker.addresses import literal_address, permitted

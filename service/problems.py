@@ -37,13 +37,9 @@
     └── NotReady                    503  stopping, nowhere to store anything, or no worker
 """
 
-from typing import Any, ClassVar
-
-from fastapi.responses import Response
+from typing import ClassVar
 
 from worker.contracts import FieldProblem, Problem
-
-MEDIA_TYPE = "application/problem+json"
 
 
 class ApiProblem(Exception):  # noqa: N818 - a problem is what HTTP calls it
@@ -277,34 +273,3 @@ class Reported(ApiProblem):
     def problem(self, instance: str | None = None) -> Problem:
         """Return the problem document as it was stated."""
         return self.stated.model_copy(update={"instance": instance})
-
-
-def responses(*kinds: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
-    """Return the OpenAPI entries of the problems that a call may answer with."""
-    entries: dict[int | str, dict[str, Any]] = {}
-    every: tuple[type[ApiProblem], ...] = (*kinds, InternalError, StoreAway)
-    for kind in every:
-        text = (kind.__doc__ or kind.title).strip().splitlines()[0].rstrip(".")
-        example = kind(text + ".").problem("/v1/...").model_dump(mode="json")
-        entry = entries.setdefault(
-            kind.status,
-            {
-                "description": "",
-                "content": {
-                    MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/Problem"}, "examples": {}}
-                },
-            },
-        )
-        entry["description"] += ("; " if entry["description"] else "") + text
-        entry["content"][MEDIA_TYPE]["examples"][kind.slug] = {"value": example}
-    return entries
-
-
-def response(problem: Problem, headers: dict[str, str] | None = None) -> Response:
-    """Return the HTTP response of a problem document."""
-    return Response(
-        problem.model_dump_json(),
-        status_code=problem.status,
-        media_type=MEDIA_TYPE,
-        headers=headers,
-    )

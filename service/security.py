@@ -21,7 +21,8 @@ from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.problems import Unauthorized, response
+from service.problem_documents import response
+from service.problems import Unauthorized
 
 PROTECTED: Final = "/v1"
 """What lies under this needs a key, where there are keys."""

@@ -11,6 +11,7 @@ from importlib.metadata import version as _version
 from isomatch._async_client import AsyncClient
 from isomatch._async_job import AsyncJob
 from isomatch._client import Client
+from isomatch._correspondences import Alternative, Correspondence, Distortion, Level
 from isomatch._dense import DenseCorrespondence
 from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._errors import (
@@ -44,25 +45,13 @@ from isomatch._geometry import Geometry
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._meshes import MeshLike
-from isomatch._models import (
-    Alternative,
-    Correspondence,
-    Distortion,
-    Invariance,
-    JobRecord,
-    JobWebhook,
-    Level,
-    Progress,
-    Shape,
-    Structure,
-    StructureParameter,
-    Structures,
-)
+from isomatch._models import JobRecord, JobWebhook, Progress, Shape
 from isomatch._parameters import DissimilarityParameters, MatchParameters, PrototypeParameters
 from isomatch._problem import FieldProblem, Problem
 from isomatch._prototype_points import PrototypePoints
 from isomatch._prototypes import Example, LearnedPrototype, Prototype
 from isomatch._refinement import RefinedPoint, Refinement
+from isomatch._structures import Invariance, Structure, StructureParameter, Structures
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
 
 __version__ = _version("isomatch")

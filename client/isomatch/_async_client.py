@@ -8,7 +8,8 @@ from typing import Unpack
 import httpx2
 
 from isomatch import _drawing_operations as drawing
-from isomatch import _operations as operations
+from isomatch import _job_operations as job_operations
+from isomatch import _shape_operations as shape_operations
 from isomatch._address import address, key
 from isomatch._async_job import AsyncJob
 from isomatch._async_prototype_client import AsyncPrototypeClient
@@ -18,9 +19,11 @@ from isomatch._dissimilarities import Dissimilarities
 from isomatch._geometry import Geometry
 from isomatch._match import Match
 from isomatch._meshes import MeshSource
-from isomatch._models import JobState, Shape, Structures
+from isomatch._models import JobState, Shape
 from isomatch._parameters import DissimilarityParameters, MatchParameters
 from isomatch._prototypes import Prototype
+from isomatch._resources import id_of
+from isomatch._structures import Structures
 from isomatch._twins import documented_as
 from isomatch._webhooks import Webhook
 
@@ -79,19 +82,19 @@ class AsyncClient(AsyncPrototypeClient):
         file_type: str | None = None,
         timeout: float | None = 600.0,
     ) -> Shape:
-        return await self._transport.run(operations.upload(shape, name, file_type, timeout))
+        return await self._transport.run(shape_operations.upload(shape, name, file_type, timeout))
 
     @documented_as(Client.shape)
     async def shape(self, shape_id: str) -> Shape:
-        return await self._transport.run(operations.get_shape(shape_id))
+        return await self._transport.run(shape_operations.get_shape(shape_id))
 
     @documented_as(Client.shapes)
     def shapes(self) -> AsyncIterator[Shape]:
-        return self._transport.pages(operations.list_shapes)
+        return self._transport.pages(shape_operations.list_shapes)
 
     @documented_as(Client.mesh)
     async def mesh(self, shape: Shape | str) -> bytes:
-        return await self._transport.run(operations.get_mesh(shape))
+        return await self._transport.run(shape_operations.get_mesh(shape))
 
     @documented_as(Client.geometry)
     async def geometry(self, shape: Shape | str) -> Geometry:
@@ -99,11 +102,11 @@ class AsyncClient(AsyncPrototypeClient):
 
     @documented_as(Client.delete_shape)
     async def delete_shape(self, shape: Shape | str) -> None:
-        await self._transport.run(operations.delete_shape(shape))
+        await self._transport.run(shape_operations.delete_shape(shape))
 
     @documented_as(Client.structures)
     async def structures(self) -> Structures:
-        return await self._transport.run(operations.list_structures())
+        return await self._transport.run(shape_operations.list_structures())
 
     @documented_as(Client.match)
     async def match(
@@ -115,7 +118,7 @@ class AsyncClient(AsyncPrototypeClient):
         idempotency_key: str | None = None,
         **parameters: Unpack[MatchParameters],
     ) -> AsyncJob[Match]:
-        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
+        start = job_operations.start_match(source, target, parameters, webhook, idempotency_key)
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.dissimilarities)
@@ -128,14 +131,14 @@ class AsyncClient(AsyncPrototypeClient):
         idempotency_key: str | None = None,
         **parameters: Unpack[DissimilarityParameters],
     ) -> AsyncJob[Dissimilarities]:
-        start = operations.start_dissimilarities(
+        start = job_operations.start_dissimilarities(
             shapes, labels, parameters, webhook, idempotency_key
         )
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.job)
     async def job(self, job_id: str) -> AsyncJob:
-        return AsyncJob(self._transport, await self._transport.run(operations.get_job(job_id)))
+        return AsyncJob(self._transport, await self._transport.run(job_operations.get_job(job_id)))
 
     @documented_as(Client.jobs)
     def jobs(
@@ -145,7 +148,7 @@ class AsyncClient(AsyncPrototypeClient):
         kind: str | None = None,
         of: str | Shape | Prototype | None = None,
     ) -> AsyncIterator[AsyncJob]:
-        named = None if of is None else operations.id_of(of)
-        listing = partial(operations.list_jobs, state=state, kind=kind, of=named)
+        named = None if of is None else id_of(of)
+        listing = partial(job_operations.list_jobs, state=state, kind=kind, of=named)
         records = self._transport.pages(listing)
         return (AsyncJob(self._transport, record) async for record in records)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 from typing_extensions import TypeVar
 
 from isomatch import _drawing_operations as drawing
-from isomatch import _operations as operations
+from isomatch import _job_operations as job_operations
+from isomatch import _result_operations as result_operations
 from isomatch._async_transport import AsyncTransport
 from isomatch._dissimilarities import PartialDissimilarities
 from isomatch._job import Job
@@ -35,18 +36,18 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
 
     @documented_as(Job.refresh)
     async def refresh(self) -> Self:
-        self._remember(await self._transport.run(operations.get_job(self.id)))
+        self._remember(await self._transport.run(job_operations.get_job(self.id)))
         return self
 
     @documented_as(Job.wait)
     async def wait(self, timeout: float | None = None) -> Self:
         if not self.finished:
-            await self._transport.run(operations.wait_for_job(self.id, timeout, self._remember))
+            await self._transport.run(job_operations.wait_for_job(self.id, timeout, self._remember))
         return self
 
     @documented_as(Job.events)
     async def events(self) -> AsyncGenerator[JobRecord]:
-        following = operations.follow_job(self.id, self._transport.retries)
+        following = job_operations.follow_job(self.id, self._transport.retries)
         async with aclosing(self._transport.stream(following)) as records:
             async for record in records:
                 self._remember(record)
@@ -55,9 +56,9 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
     @documented_as(Job.result)
     async def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
         if not self.finished:
-            wait = operations.watch_job if progress else operations.wait_for_job
+            wait = job_operations.watch_job if progress else job_operations.wait_for_job
             await self._transport.run(wait(self.id, timeout, self._remember))
-        return cast(ResultT, await self._transport.run(operations.get_result(self._record)))
+        return cast(ResultT, await self._transport.run(result_operations.get_result(self._record)))
 
     @documented_as(Job.plot)
     async def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
@@ -65,21 +66,21 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
 
     @documented_as(Job.cancel)
     async def cancel(self) -> Self:
-        self._remember(await self._transport.run(operations.cancel_job(self.id)))
+        self._remember(await self._transport.run(job_operations.cancel_job(self.id)))
         return self
 
     @documented_as(Job.picture)
     async def picture(self) -> bytes:
-        return await self._transport.run(operations.get_picture(self.id))
+        return await self._transport.run(result_operations.get_picture(self.id))
 
     @documented_as(Job.save_picture)
     async def save_picture(self, path: str | os.PathLike[str]) -> None:
-        await self._transport.run(operations.save_picture(self.id, path))
+        await self._transport.run(result_operations.save_picture(self.id, path))
 
     @documented_as(Job.save_arrays)
     async def save_arrays(self, path: str | os.PathLike[str]) -> None:
-        await self._transport.run(operations.save_arrays(self.id, path))
+        await self._transport.run(result_operations.save_arrays(self.id, path))
 
     @documented_as(Job.partial)
     async def partial(self) -> PartialDissimilarities:
-        return await self._transport.run(operations.get_partial(self.id))
+        return await self._transport.run(result_operations.get_partial(self.id))

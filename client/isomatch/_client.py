@@ -8,17 +8,20 @@ from typing import Unpack
 import httpx2
 
 from isomatch import _drawing_operations as drawing
-from isomatch import _operations as operations
+from isomatch import _job_operations as job_operations
+from isomatch import _shape_operations as shape_operations
 from isomatch._address import address, key
 from isomatch._dissimilarities import Dissimilarities
 from isomatch._geometry import Geometry
 from isomatch._job import Job
 from isomatch._match import Match
 from isomatch._meshes import MeshSource
-from isomatch._models import JobState, Shape, Structures
+from isomatch._models import JobState, Shape
 from isomatch._parameters import DissimilarityParameters, MatchParameters
 from isomatch._prototype_client import PrototypeClient
 from isomatch._prototypes import Prototype
+from isomatch._resources import id_of
+from isomatch._structures import Structures
 from isomatch._transport import BlockingTransport
 from isomatch._webhooks import Webhook
 
@@ -129,7 +132,7 @@ class Client(PrototypeClient):
         OSError, TypeError, ValueError
             `shape` is not readable as one of the above.
         """
-        return self._transport.run(operations.upload(shape, name, file_type, timeout))
+        return self._transport.run(shape_operations.upload(shape, name, file_type, timeout))
 
     def shape(self, shape_id: str) -> Shape:
         """Return one shape.
@@ -139,11 +142,11 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return self._transport.run(operations.get_shape(shape_id))
+        return self._transport.run(shape_operations.get_shape(shape_id))
 
     def shapes(self) -> Iterator[Shape]:
         """Go through all shapes, newest first, asking for page after page."""
-        return self._transport.pages(operations.list_shapes)
+        return self._transport.pages(shape_operations.list_shapes)
 
     def mesh(self, shape: Shape | str) -> bytes:
         """Return the mesh file of a shape, given itself or its id, as it was uploaded.
@@ -153,7 +156,7 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return self._transport.run(operations.get_mesh(shape))
+        return self._transport.run(shape_operations.get_mesh(shape))
 
     def geometry(self, shape: Shape | str) -> Geometry:
         """Return the surface of a shape, given itself or its id, as arrays.
@@ -173,11 +176,11 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        self._transport.run(operations.delete_shape(shape))
+        self._transport.run(shape_operations.delete_shape(shape))
 
     def structures(self) -> Structures:
         """Return the metrics and descriptors that can be chosen, and their parameters."""
-        return self._transport.run(operations.list_structures())
+        return self._transport.run(shape_operations.list_structures())
 
     def match(
         self,
@@ -217,7 +220,7 @@ class Client(PrototypeClient):
         TypeError
             There is no such parameter.
         """
-        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
+        start = job_operations.start_match(source, target, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(
@@ -258,7 +261,7 @@ class Client(PrototypeClient):
         TypeError
             There is no such parameter.
         """
-        start = operations.start_dissimilarities(
+        start = job_operations.start_dissimilarities(
             shapes, labels, parameters, webhook, idempotency_key
         )
         return Job(self._transport, self._transport.run(start))
@@ -271,7 +274,7 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return Job(self._transport, self._transport.run(operations.get_job(job_id)))
+        return Job(self._transport, self._transport.run(job_operations.get_job(job_id)))
 
     def jobs(
         self,
@@ -292,7 +295,7 @@ class Client(PrototypeClient):
         of
             Only those of this shape or prototype.
         """
-        named = None if of is None else operations.id_of(of)
-        listing = partial(operations.list_jobs, state=state, kind=kind, of=named)
+        named = None if of is None else id_of(of)
+        listing = partial(job_operations.list_jobs, state=state, kind=kind, of=named)
         records = self._transport.pages(listing)
         return (Job(self._transport, record) for record in records)

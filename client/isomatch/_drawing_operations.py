@@ -7,10 +7,11 @@ from isomatch._errors import UnexpectedResponse
 from isomatch._exchange import Call, Operation, send
 from isomatch._geometry import Geometry
 from isomatch._models import JobRecord, Shape
-from isomatch._operations import get_result, id_of, path_to
 from isomatch._prototype_points import PrototypePoints
 from isomatch._prototypes import Prototype
+from isomatch._resources import id_of, path_to
 from isomatch._result import Drawable, is_prototype
+from isomatch._result_operations import get_result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

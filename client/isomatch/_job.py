@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 from typing_extensions import TypeVar
 
 from isomatch import _drawing_operations as drawing
-from isomatch import _operations as operations
+from isomatch import _job_operations as job_operations
+from isomatch import _result_operations as result_operations
 from isomatch._dissimilarities import PartialDissimilarities
 from isomatch._job_record import RecordedJob
 from isomatch._models import JobRecord
@@ -33,7 +34,7 @@ class Job(RecordedJob, Generic[ResultT]):
 
     def refresh(self) -> Self:
         """Ask the service how the job is, and return the job."""
-        self._remember(self._transport.run(operations.get_job(self.id)))
+        self._remember(self._transport.run(job_operations.get_job(self.id)))
         return self
 
     def wait(self, timeout: float | None = None) -> Self:
@@ -45,7 +46,7 @@ class Job(RecordedJob, Generic[ResultT]):
             It did not end within `timeout` seconds.
         """
         if not self.finished:
-            self._transport.run(operations.wait_for_job(self.id, timeout, self._remember))
+            self._transport.run(job_operations.wait_for_job(self.id, timeout, self._remember))
         return self
 
     def events(self) -> Generator[JobRecord]:
@@ -55,7 +56,7 @@ class Job(RecordedJob, Generic[ResultT]):
         too. A connection that breaks is taken up again where it broke.
         """
         for record in self._transport.stream(
-            operations.follow_job(self.id, self._transport.retries)
+            job_operations.follow_job(self.id, self._transport.retries)
         ):
             self._remember(record)
             yield record
@@ -80,9 +81,9 @@ class Job(RecordedJob, Generic[ResultT]):
             It did not end within `timeout` seconds; it goes on.
         """
         if not self.finished:
-            wait = operations.watch_job if progress else operations.wait_for_job
+            wait = job_operations.watch_job if progress else job_operations.wait_for_job
             self._transport.run(wait(self.id, timeout, self._remember))
-        found = self._transport.run(operations.get_result(self._record))
+        found = self._transport.run(result_operations.get_result(self._record))
         found._geometries = GeometrySource(
             lambda wanted: self._transport.run(drawing.get_drawable(wanted))
         )
@@ -112,7 +113,7 @@ class Job(RecordedJob, Generic[ResultT]):
 
         A job that has ended stays as it is.
         """
-        self._remember(self._transport.run(operations.cancel_job(self.id)))
+        self._remember(self._transport.run(job_operations.cancel_job(self.id)))
         return self
 
     def picture(self) -> bytes:
@@ -123,7 +124,7 @@ class Job(RecordedJob, Generic[ResultT]):
         Conflict
             There is no result (yet).
         """
-        return self._transport.run(operations.get_picture(self.id))
+        return self._transport.run(result_operations.get_picture(self.id))
 
     def save_picture(self, path: str | os.PathLike[str]) -> None:
         """Write the picture of the result to a PNG file.
@@ -135,7 +136,7 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(operations.save_picture(self.id, path))
+        self._transport.run(result_operations.save_picture(self.id, path))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
         """Write the result's arrays, in full precision, to a NumPy file, ``.npz``.
@@ -147,7 +148,7 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(operations.save_arrays(self.id, path))
+        self._transport.run(result_operations.save_arrays(self.id, path))
 
     def partial(self) -> PartialDissimilarities:
         """Return the dissimilarities that are known so far.
@@ -157,4 +158,4 @@ class Job(RecordedJob, Generic[ResultT]):
         Conflict
             The job failed, or compares no collection.
         """
-        return self._transport.run(operations.get_partial(self.id))
+        return self._transport.run(result_operations.get_partial(self.id))

@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import FiniteFloat
 
+from isomatch._correspondences import Alternative, Correspondences, Level
 from isomatch._dense import DenseCorrespondence
-from isomatch._models import Alternative, Correspondences, Level
 from isomatch._parameters import MatchParameters
 from isomatch._refinement import Refinement
 from isomatch._result import Drawable, Result

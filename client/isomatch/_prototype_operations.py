@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from isomatch._exchange import Call, Json, Operation, parsed, send
+from isomatch._job_operations import start_job
 from isomatch._meshes import MeshFile
 from isomatch._models import JobRecord, Page, Shape
-from isomatch._operations import id_of, path_to, plain, start_job, until_read
 from isomatch._parameters import PrototypeParameters, check_names
 from isomatch._prototypes import Prototype
+from isomatch._resources import id_of, path_to, plain
+from isomatch._shape_operations import until_read
 from isomatch._webhooks import Webhook
 
 ArchiveSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO

@@ -13,8 +13,9 @@ from rich.text import Text
 from isomatch._dissimilarities import Dissimilarities
 from isomatch._job import Job
 from isomatch._match import Match
-from isomatch._models import JobRecord, Shape, Structure, StructureParameter, Structures
+from isomatch._models import JobRecord, Shape
 from isomatch._refinement import RefinedPoint, Refinement
+from isomatch._structures import Structure, StructureParameter, Structures
 
 FILE_WIDTH = 120
 """Columns of what is not printed on a terminal."""

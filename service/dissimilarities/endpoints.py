@@ -13,13 +13,13 @@ from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissi
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
 from service.jobs.schemas import Job
 from service.orders import JobOrder, accepted, answers, told_to, use_shapes
+from service.problem_documents import responses
 from service.problems import (
     InvalidRequest,
     JobExpired,
     JobNotFound,
     JobWithoutResult,
     ResultExpired,
-    responses,
 )
 from service.state import Service, ServiceOf
 from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices

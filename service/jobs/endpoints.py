@@ -11,7 +11,8 @@ from service.jobs.events import EVENT, RETRY_MS, event_id, events, present_job
 from service.jobs.lookup import JobId, missing
 from service.jobs.schemas import Job, JobPage
 from service.paging import Cursor, Limit, page_of
-from service.problems import InvalidRequest, JobExpired, JobNotFound, responses
+from service.problem_documents import responses
+from service.problems import InvalidRequest, JobExpired, JobNotFound
 from service.state import Service, ServiceOf
 from worker.contracts import JobKind, JobRecord, JobState
 

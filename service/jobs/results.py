@@ -15,6 +15,7 @@ from service.jobs.lookup import (
     packed_result,
     result_expired,
 )
+from service.problem_documents import responses
 from service.problems import (
     InvalidRequest,
     JobExpired,
@@ -26,7 +27,6 @@ from service.problems import (
     ResultExpired,
     ResultNotReady,
     ShapeDeleted,
-    responses,
 )
 from service.state import Caller, RequestId, Service, ServiceOf
 from worker.contracts import (

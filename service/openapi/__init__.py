@@ -7,7 +7,8 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from service.openapi.examples import illustrate
-from service.problems import Unauthorized, responses
+from service.problem_documents import responses
+from service.problems import Unauthorized
 from service.security import PROTECTED
 from worker.contracts import Problem
 

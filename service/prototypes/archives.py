@@ -7,6 +7,7 @@ from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
 from service.orders import IdempotencyKey
+from service.problem_documents import responses
 from service.problems import (
     BadRequest,
     BodyStalled,
@@ -17,7 +18,6 @@ from service.problems import (
     UnusablePrototype,
     UploadCancelled,
     UploadTooLarge,
-    responses,
 )
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
 from service.shapes.names import LONGEST, base_name, showable

@@ -8,13 +8,13 @@ from fastapi import APIRouter, Path, Query, Response
 from service.jobs.schemas import Job
 from service.orders import JobOrder, accepted, answers, told_to, use_shapes
 from service.paging import Cursor, Limit, page_of
+from service.problem_documents import responses
 from service.problems import (
     ApiProblem,
     InvalidRequest,
     PrototypeExpired,
     PrototypeNotFound,
     UnusablePrototype,
-    responses,
 )
 from service.prototypes.archives import PROTOTYPES, VALIDATING_PROTOTYPE, still_validating
 from service.prototypes.schemas import (

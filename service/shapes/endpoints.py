@@ -8,6 +8,7 @@ from starlette.concurrency import run_in_threadpool
 
 from service.orders import IdempotencyKey
 from service.paging import Cursor, Limit, page_of
+from service.problem_documents import responses
 from service.problems import (
     BadRequest,
     BodyStalled,
@@ -21,7 +22,6 @@ from service.problems import (
     UnusableMesh,
     UploadCancelled,
     UploadTooLarge,
-    responses,
 )
 from service.shapes.lookup import ShapeId, missing_shape
 from service.shapes.names import LONGEST, base_name, showable

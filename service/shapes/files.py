@@ -5,13 +5,8 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Header, Response
 
 from service.answers import AcceptEncoding, names, unpacked_if_need_be
-from service.problems import (
-    GeometryNotKept,
-    InvalidRequest,
-    ShapeExpired,
-    ShapeNotFound,
-    responses,
-)
+from service.problem_documents import responses
+from service.problems import GeometryNotKept, InvalidRequest, ShapeExpired, ShapeNotFound
 from service.shapes.lookup import ShapeId, missing_shape
 from service.state import ServiceOf
 

@@ -2,7 +2,7 @@
 
 from fastapi import APIRouter
 
-from service.problems import responses
+from service.problem_documents import responses
 from worker.contracts import Structures, catalogue
 
 router = APIRouter(prefix="/v1/structures", tags=["structures"])

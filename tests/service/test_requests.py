@@ -161,6 +161,15 @@ def test_bodies_that_are_compressed_are_refused_with_the_reason(
     problem(http.post("/v1/matches", content=b"{}", headers=headers), 422, "invalid-request")
 
 
+def test_without_a_body_it_does_not_matter_how_that_is_encoded(http: httpx2.Client) -> None:
+    for length in ({}, {"content-length": "0"}, {"content-length": "00"}):
+        answer = http.get("/v1/structures", headers={"content-encoding": "gzip"} | length)
+        assert answer.status_code == 200, length
+    pieces = iter([gzip.compress(b"{}")])
+    answer = http.post("/v1/matches", content=pieces, headers={"content-encoding": "gzip"})
+    problem(answer, 415, "encoded-body")
+
+
 def test_a_form_that_is_cut_off_is_told(http: httpx2.Client) -> None:
     form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.off"\r\n\r\nOFF\n'
     headers = {"content-type": "multipart/form-data; boundary=x"}

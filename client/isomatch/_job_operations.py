@@ -1,22 +1,15 @@
-"""One operation for each thing a client can ask; see :mod:`isomatch._exchange`."""
+"""Operations that start jobs, and follow, list and cancel them; see :mod:`isomatch._exchange`."""
 
-import os
 import time
 from collections.abc import Callable, Iterable, Mapping
-from pathlib import Path
 from typing import Final
-from urllib.parse import quote
 from uuid import uuid4
 
 import httpx2
-import numpy as np
 from pydantic import ValidationError
 
-from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._errors import (
     ConnectionFailed,
-    JobCancelled,
-    JobFailed,
     ServiceUnavailable,
     TooManyRequests,
     UnexpectedResponse,
@@ -38,15 +31,12 @@ from isomatch._exchange import (
     describe,
     parsed,
     send,
-    unexpected,
 )
-from isomatch._match import Match
-from isomatch._meshes import MeshSource, mesh_file
-from isomatch._models import JobRecord, JobState, Page, Shape, Structures
+from isomatch._models import JobRecord, JobState, Page, Shape
 from isomatch._parameters import DissimilarityParameters, MatchParameters, check_names
 from isomatch._progress import ProgressBar
-from isomatch._prototypes import LearnedPrototype, Prototype
-from isomatch._result import Result
+from isomatch._prototypes import Prototype
+from isomatch._resources import id_of, path_to, plain
 from isomatch._webhooks import Webhook
 
 LONG_POLL: Final = 20.0
@@ -54,82 +44,6 @@ LONG_POLL: Final = 20.0
 
 WATCHED_POLL: Final = 0.5
 """The same while somebody looks at the progress."""
-
-VALIDATION_PAUSE: Final = 0.5
-
-
-def upload(
-    source: MeshSource, name: str | None, file_type: str | None, timeout: float | None
-) -> Operation[Shape]:
-    """Upload a mesh, and wait until the service has read it.
-
-    Raises
-    ------
-    WaitTimeout
-        It was not read within `timeout` seconds of being sent.
-    """
-    with mesh_file(source, file_type) as file:
-        form = {} if name is None else {"name": name}
-        response = yield from send(Call("POST", "/v1/shapes", file=file, form=form))
-    return parsed(Shape, (yield from until_read(response, name or file.name, timeout)))
-
-
-def until_read(
-    response: httpx2.Response, what: str, timeout: float | None
-) -> Operation[httpx2.Response]:
-    """Wait until the service has read an upload.
-
-    Parameters
-    ----------
-    response
-        What it answered at first.
-    what
-        What was uploaded.
-    timeout
-        Seconds it may take; None for no limit.
-
-    Raises
-    ------
-    WaitTimeout
-        It took longer.
-    """
-    sent = time.monotonic()
-    while response.status_code == 202:
-        if timeout is not None and time.monotonic() - sent >= timeout:
-            raise WaitTimeout(f"reading {what}", timeout)
-        yield Pause(VALIDATION_PAUSE)
-        location = response.headers.get("location")
-        if location is None:
-            raise UnexpectedResponse("the service accepted the upload and does not say as what")
-        response = yield from send(Call("GET", location))
-    return response
-
-
-def get_shape(shape_id: str) -> Operation[Shape]:
-    """Ask for one shape."""
-    return parsed(Shape, (yield from send(Call("GET", path_to("shapes", shape_id)))))
-
-
-def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
-    """Ask for one page of the shapes."""
-    call = Call("GET", "/v1/shapes", query={"cursor": cursor})
-    return parsed(Page[Shape], (yield from send(call)))
-
-
-def delete_shape(shape: Shape | str) -> Operation[None]:
-    """Delete a shape."""
-    yield from send(Call("DELETE", path_to("shapes", id_of(shape))))
-
-
-def get_mesh(shape: Shape | str) -> Operation[bytes]:
-    """Ask for the file of a shape."""
-    response = yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))
-    return response.content
-
-
-def list_structures() -> Operation[Structures]:
-    """Ask what can be compared of shapes."""
-    return parsed(Structures, (yield from send(Call("GET", "/v1/structures"))))
 
 
 def start_match(
@@ -162,13 +76,6 @@ def start_dissimilarities(
     for parameter, value in parameters.items():
         body[parameter] = plain(value)
     return (yield from start_job("/v1/dissimilarities", body, webhook, key))
-
-
-def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
-    """Ask for the dissimilarities that are known so far."""
-    return parsed(
-        PartialDissimilarities, (yield from send(Call("GET", path_to("dissimilarities", job_id))))
-    )
 
 
 def start_job(
@@ -318,63 +225,3 @@ def watch_job(
             bar.update(record)
 
         yield from wait_for_job(job_id, timeout, shown, watched=True)
-
-
-_RESULTS: Final[Mapping[str, type[Result]]] = {
-    "match": Match,
-    "dissimilarities": Dissimilarities,
-    "prototype": LearnedPrototype,
-}
-
-
-def get_result(record: JobRecord) -> Operation[Result]:
-    """Ask for the result of a job that has ended.
-
-    Raises
-    ------
-    JobFailed, JobCancelled
-        It has none.
-    """
-    if record.state == "failed":
-        raise JobFailed(record.id, record.error)
-    if record.state == "cancelled":
-        raise JobCancelled(record.id)
-    response = yield from send(Call("GET", path_to("jobs", record.id, "result")))
-    try:
-        return _RESULTS.get(record.kind, Match).from_json(response.content)
-    except ValidationError as error:
-        raise unexpected(response, error) from error
-
-
-def get_picture(job_id: str) -> Operation[bytes]:
-    """Ask for the picture of a job's result."""
-    response = yield from send(Call("GET", path_to("jobs", job_id, "result.png")))
-    return response.content
-
-
-def save_picture(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
-    """Ask for the picture of a job's result, and write it to a file."""
-    Path(path).write_bytes((yield from get_picture(job_id)))
-
-
-def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
-    """Ask for a job's result as arrays, and write them to a file."""
-    response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
-    Path(path).write_bytes(response.content)
-
-
-def id_of(given: Shape | Prototype | str) -> str:
-    """Return the id of a shape or a prototype that is given itself or as its id."""
-    return given if isinstance(given, str) else given.id
-
-
-def path_to(*parts: str) -> str:
-    """Return the address of a resource."""
-    return "/v1/" + "/".join(quote(part, safe="") for part in parts)
-
-
-def plain(value: object) -> Json:
-    """Return the value of a parameter as it is sent."""
-    # Parameters often come out of an array or a linspace.
-    sent: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
-    return sent
