@@ -41,8 +41,8 @@ def test_head_is_get_without_its_body(http: httpx2.Client, path: str) -> None:
 
 def test_head_of_what_belongs_to_shapes_and_jobs(http: httpx2.Client, matched: Json) -> None:
     links = matched["links"]
-    shape = http.get("/v1/shapes", params={"limit": 1}).json()["items"][0]
-    shape_path = f"/v1/shapes/{shape['id']}"
+    shape_path = f"/v1/shapes/{matched['source']}"
+    shape = http.get(shape_path).json()
     for path in (
         *(shape_path, f"{shape_path}/mesh", f"{shape_path}/geometry"),
         *(links["self"], links["result"], links["arrays"]),
