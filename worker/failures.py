@@ -54,6 +54,23 @@ class ResultGone(Gone):
     slug, title = "result-expired", "Result expired"
 
 
+class NoAlternative(Exception):  # noqa: N818 - said of the match
+    """A match has fewer alternatives.
+
+    Parameters
+    ----------
+    asked
+        Number of the one that is to be drawn.
+    count
+        How many there are.
+    """
+
+    def __init__(self, asked: int, count: int) -> None:
+        there = f"it has {count}, numbered from 1" if count else "it has none"
+        super().__init__(f"The match has no alternative {asked}: {there}; 0 is the match itself.")
+        self.field = FieldProblem(field="query.alternative", message=there)
+
+
 class UnusableShape(Exception):  # noqa: N818 - said of the shape
     """One of several shapes cannot be compared.
 
@@ -147,6 +164,8 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
         case JobTimeoutException():
             detail = "This takes longer than a job may take; try fewer points or a time_limit."
             return Problem.of("timed-out", "Took too long", 422, detail)
+        case NoAlternative():
+            return Problem.of("invalid-request", "Invalid request", 422, str(error), (error.field,))
         case NotDelivered():
             return Problem.of("webhook-not-delivered", "Webhook not delivered", 424, str(error))
         case Gone():

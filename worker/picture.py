@@ -15,7 +15,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from solver.normals import vertex_normals
 from worker.coloring import colors_by_place, colors_carried
-from worker.contracts import MatchResult
+from worker.hypothesis import Hypothesis
 from worker.view import source_view, target_view
 
 _SKIN = np.array([0.86, 0.87, 0.89])
@@ -43,7 +43,7 @@ class _Scene:
 def draw_match(
     source: TriangleMesh,
     target: TriangleMesh,
-    result: MatchResult,
+    answer: Hypothesis,
     names: tuple[str, str] = ("source", "target"),
 ) -> bytes:
     """Draw a match.
@@ -52,8 +52,8 @@ def draw_match(
     ----------
     source, target
         The meshes X and Y, as uploaded.
-    result
-        The match; its vertex numbers are the users' own.
+    answer
+        The match, or an alternative; its vertex numbers are the users' own.
     names
         What the shapes are called.
 
@@ -61,18 +61,18 @@ def draw_match(
     -------
     PNG, the same for the same match.
     """
-    left, right = _scenes(source, target, result)
+    left, right = _scenes(source, target, answer)
     labels = [
         f"{_short(name)}\n{mesh.n_vertices:,} vertices"
         for name, mesh in zip(names, (source, target), strict=True)
     ]
-    return _drawn(left, right, result, labels)
+    return _drawn(left, right, answer, labels)
 
 
 def draw_prototype_match(
     positions: FloatArray,
     target: TriangleMesh,
-    result: MatchResult,
+    answer: Hypothesis,
     names: tuple[str, str] = ("prototype", "target"),
 ) -> bytes:
     """Draw a match whose source is a prototype: its points where they are on its reference shape.
@@ -83,8 +83,8 @@ def draw_prototype_match(
         (N, 3) the prototype's points there.
     target
         The mesh Y, as uploaded.
-    result
-        The match.
+    answer
+        The match, or an alternative.
     names
         What the two are called.
 
@@ -93,8 +93,8 @@ def draw_prototype_match(
     PNG, the same for the same match.
     """
     second = _unit(target)
-    matched = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
-    there = _target_points(target, second, result)
+    matched = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
+    there = _target_points(target, second, answer)
     # The reference's size is not known: the points are drawn as large as those of the target.
     first = positions / max(float(np.abs(positions).max()), 1e-300)
     first = first - first.mean(axis=0)
@@ -106,10 +106,10 @@ def draw_prototype_match(
     )
     labels = [f"{_short(names[0])}\n{len(positions):,} points"]
     labels.append(f"{_short(names[1])}\n{target.n_vertices:,} vertices")
-    return _drawn(left, right, result, labels)
+    return _drawn(left, right, answer, labels)
 
 
-def _drawn(left: _Scene, right: _Scene, result: MatchResult, labels: list[str]) -> bytes:
+def _drawn(left: _Scene, right: _Scene, answer: Hypothesis, labels: list[str]) -> bytes:
     figure = Figure(figsize=_INCHES, dpi=_DOTS_PER_INCH, facecolor="white")
     axes = figure.add_axes((0.02, 0.06, 0.96, 0.82))
     axes.set_axis_off()
@@ -127,42 +127,28 @@ def _drawn(left: _Scene, right: _Scene, result: MatchResult, labels: list[str]) 
             fontsize=10, color=_FAINT, linespacing=1.5, parse_math=False,
         )  # fmt: skip
     axes.autoscale_view()
-    title, subtitle = _captions(result)
-    figure.text(0.5, 0.955, title, ha="center", fontsize=14, color=_INK)
-    figure.text(0.5, 0.915, subtitle, ha="center", fontsize=10, color=_FAINT)
+    figure.text(0.5, 0.955, answer.title, ha="center", fontsize=14, color=_INK)
+    figure.text(0.5, 0.915, answer.subtitle, ha="center", fontsize=10, color=_FAINT)
     canvas = FigureCanvasAgg(figure)
     png = BytesIO()
     canvas.print_figure(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "isomatch"})
     return png.getvalue()
 
 
-def _captions(result: MatchResult) -> tuple[str, str]:
-    count, alone = len(result.correspondences), len(result.unmatched)
-    title = f"{count} corresponding points" + (f", {alone} without partner" if alone else "")
-    if result.refinement is not None:
-        which = result.refinement.hypothesis
-        title += ", refined between vertices" + (f" from alternative {which}" if which else "")
-    proof = "proven optimal" if result.certified else f"optimal to {100.0 * result.gap:.2g} %"
-    return title, (
-        f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
-        f"   ·   greatest distortion {result.distortion.linf:.3g}"
-    )
-
-
 def _scenes(
-    source: TriangleMesh, target: TriangleMesh, result: MatchResult
+    source: TriangleMesh, target: TriangleMesh, answer: Hypothesis
 ) -> tuple[_Scene, _Scene]:
     """Both shapes, turned alike, of the same area, standing side by side."""
     first = _unit(source)
     second = _unit(target)
-    numbers = np.array([pair.source for pair in result.correspondences], dtype=np.int64)
+    numbers = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
     here = first[source.vertices_of(numbers)]
-    there = _target_points(target, second, result)
+    there = _target_points(target, second, answer)
     left, right = _beside((first, source.faces, here), (second, target.faces, there))
-    if result.dense is None:
+    if answer.dense is None:
         return left, right
     colors = colors_by_place(left.vertices)
-    carried = colors_carried(colors, source, target, result.dense)
+    carried = colors_carried(colors, source, target, answer.dense)
     return replace(left, colors=colors), replace(right, colors=carried)
 
 
@@ -184,12 +170,12 @@ def _beside(
     )
 
 
-def _target_points(target: TriangleMesh, vertices: FloatArray, result: MatchResult) -> FloatArray:
+def _target_points(target: TriangleMesh, vertices: FloatArray, answer: Hypothesis) -> FloatArray:
     """(K, 3) where the matched points lie on the target: between its vertices, if known so."""
-    if result.refinement is None:
-        numbers = np.array([pair.target for pair in result.correspondences], dtype=np.int64)
+    if answer.refinement is None:
+        numbers = np.array([pair.target for pair in answer.correspondences], dtype=np.int64)
         return vertices[target.vertices_of(numbers)]
-    refined = result.refinement.points
+    refined = answer.refinement.points
     corners = np.array([point.vertices for point in refined], dtype=np.int64)
     weights = np.array([point.weights for point in refined])
     places: FloatArray = np.einsum("kc,kcd->kd", weights, vertices[target.vertices_of(corners)])

@@ -34,6 +34,7 @@ from worker.delivery import deliver
 from worker.failures import ResultGone, ShapeGone, blaming, problem_of
 from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
+from worker.hypothesis import Hypothesis, hypothesis_of
 from worker.matches import Side, arrays_of, match_prototype, match_shapes, result_from_blob
 from worker.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
 from worker.picture import draw_match, draw_prototype_match
@@ -216,24 +217,24 @@ class Runner:
         if drawn.kind is JobKind.DISSIMILARITIES:
             picture = self._drawn_matrix(packed)
         else:
-            picture = self._drawn_match(packed)
-        self.store.jobs.set_picture(payload.job, picture)
+            picture = self._drawn_match(result_from_blob(packed), payload.alternative)
+        self.store.jobs.set_picture(payload.job, payload.alternative, picture)
 
-    def _drawn_match(self, packed: bytes) -> bytes:
-        result = result_from_blob(packed)
+    def _drawn_match(self, result: MatchResult, alternative: int | None) -> bytes:
+        answer = hypothesis_of(result, alternative)
         if result.source_kind == "prototype":
-            return self._drawn_prototype_match(result)
+            return self._drawn_prototype_match(result, answer)
         source, target = self._names((result.source, result.target))
         meshes = self._mesh(result.source), self._mesh(result.target)
-        return draw_match(*meshes, result, (source, target))
+        return draw_match(*meshes, answer, (source, target))
 
-    def _drawn_prototype_match(self, result: MatchResult) -> bytes:
+    def _drawn_prototype_match(self, result: MatchResult, answer: Hypothesis) -> bytes:
         prototype = stored_prototype(self.store, result.source)
         record = self.store.prototypes.get(result.source)
         name = "" if record is None else f"{record.name}, version {record.version}"
         (target,) = self._names((result.target,))
         mesh = self._mesh(result.target)
-        return draw_prototype_match(prototype.positions, mesh, result, (name, target))
+        return draw_prototype_match(prototype.positions, mesh, answer, (name, target))
 
     def _drawn_matrix(self, packed: bytes) -> bytes:
         result = DissimilarityResult.model_validate_json(gzip.decompress(packed))

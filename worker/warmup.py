@@ -36,6 +36,7 @@ from worker.contracts import (
 )
 from worker.dissimilarities import arrays_of, result_of
 from worker.heat_map import draw_matrix
+from worker.hypothesis import hypothesis_of
 from worker.matches import Side, match_shapes
 from worker.meshes import mesh_from_bytes, mesh_to_bytes
 from worker.picture import draw_match
@@ -69,7 +70,7 @@ def warm_up() -> None:
         | {"refine": "gmds"},
     ):
         result = match_shapes(side, other, _payload(few, structures), Control())
-    draw_match(mesh, other.mesh, result)
+    draw_match(mesh, other.mesh, hypothesis_of(result, None))
     _compare(mesh)
     _learn(mesh)
     _decompose()

@@ -1,8 +1,8 @@
 """A job on the service, and what can be done with it without blocking."""
 
 import os
-from collections.abc import AsyncGenerator
-from contextlib import aclosing
+from collections.abc import AsyncGenerator, Callable
+from contextlib import aclosing, closing
 from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
@@ -15,7 +15,7 @@ from isomatch._dissimilarities import PartialDissimilarities
 from isomatch._job import Job
 from isomatch._job_record import RecordedJob
 from isomatch._models import JobRecord
-from isomatch._result import Result
+from isomatch._result import Drawable, GeometrySource, Result
 from isomatch._twins import documented_as
 
 if TYPE_CHECKING:
@@ -58,11 +58,15 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         if not self.finished:
             wait = job_operations.watch_job if progress else job_operations.wait_for_job
             await self._transport.run(wait(self.id, timeout, self._remember))
-        return cast(ResultT, await self._transport.run(result_operations.get_result(self._record)))
+        found = await self._transport.run(result_operations.get_result(self._record))
+        found._geometries = GeometrySource(_asking(self._transport))
+        return cast(ResultT, found)
 
     @documented_as(Job.plot)
-    async def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
-        return await self._transport.run(drawing.plot_result(self._record, path))
+    async def plot(
+        self, path: str | os.PathLike[str] | None = None, *, alternative: int | None = None
+    ) -> "Figure":
+        return await self._transport.run(drawing.plot_result(self._record, path, alternative))
 
     @documented_as(Job.cancel)
     async def cancel(self) -> Self:
@@ -70,12 +74,14 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         return self
 
     @documented_as(Job.picture)
-    async def picture(self) -> bytes:
-        return await self._transport.run(result_operations.get_picture(self.id))
+    async def picture(self, *, alternative: int | None = None) -> bytes:
+        return await self._transport.run(result_operations.get_picture(self.id, alternative))
 
     @documented_as(Job.save_picture)
-    async def save_picture(self, path: str | os.PathLike[str]) -> None:
-        await self._transport.run(result_operations.save_picture(self.id, path))
+    async def save_picture(
+        self, path: str | os.PathLike[str], *, alternative: int | None = None
+    ) -> None:
+        await self._transport.run(result_operations.save_picture(self.id, path, alternative))
 
     @documented_as(Job.save_arrays)
     async def save_arrays(self, path: str | os.PathLike[str]) -> None:
@@ -84,3 +90,15 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
     @documented_as(Job.partial)
     async def partial(self) -> PartialDissimilarities:
         return await self._transport.run(result_operations.get_partial(self.id))
+
+
+def _asking(transport: AsyncTransport) -> Callable[[str], Drawable] | None:
+    """What asks for what is drawn in a method that is not awaited, if anything can."""
+    if transport.carried:
+        return None
+
+    def ask(wanted: str) -> Drawable:
+        with closing(transport.blocking()) as blocking:
+            return blocking.run(drawing.get_drawable(wanted))
+
+    return ask

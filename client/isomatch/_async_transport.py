@@ -18,7 +18,7 @@ from isomatch._exchange import (
     persistently,
 )
 from isomatch._models import Page
-from isomatch._transport import advance, client_arguments, request_arguments
+from isomatch._transport import BlockingTransport, advance, client_arguments, request_arguments
 
 ResultT = TypeVar("ResultT")
 
@@ -40,6 +40,8 @@ class AsyncTransport:
     ) -> None:
         self._timeout = timeout
         self.retries = retries
+        self.carried = transport is not None
+        self._address = base_url, api_key
         self._http = httpx2.AsyncClient(transport=transport, **client_arguments(base_url, api_key))
 
     async def run(self, operation: Operation[ResultT]) -> ResultT:
@@ -91,6 +93,11 @@ class AsyncTransport:
             page = await self.run(ask(page.next_cursor))
             for item in page.items:
                 yield item
+
+    def blocking(self) -> BlockingTransport:
+        """Return a new transport to the same service, over the network, that blocks."""
+        base_url, api_key = self._address
+        return BlockingTransport(base_url, self._timeout, self.retries, None, api_key)
 
     async def close(self) -> None:
         """Close the connections."""

@@ -132,7 +132,7 @@ class Dissimilarities(Result):
         square[np.triu_indices(len(square), 1)] = self.lower_bounds
         return square + square.T
 
-    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         names = self.labels or [shape[:8] for shape in self.shapes]
         title = f"{len(self.shapes)} shapes"
         if self.mean_average_precision is not None:

@@ -42,10 +42,12 @@ def get_drawable(wanted: str) -> Operation[Drawable]:
     return (yield from get_geometry(wanted))
 
 
-def plot_result(record: JobRecord, path: str | os.PathLike[str] | None) -> Operation["Figure"]:
+def plot_result(
+    record: JobRecord, path: str | os.PathLike[str] | None, alternative: int | None
+) -> Operation["Figure"]:
     """Ask for the result of a job that has ended, and for what it is about, and draw it."""
     result = yield from get_result(record)
     drawn = []
     for wanted in result.drawn_ids():
         drawn.append((yield from get_drawable(wanted)))  # noqa: PERF401 - yields cannot be in a list
-    return result.plot(*drawn, path=path)
+    return result.plot(*drawn, path=path, alternative=alternative)

@@ -89,13 +89,17 @@ class Job(RecordedJob, Generic[ResultT]):
         )
         return cast(ResultT, found)
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
+    def plot(
+        self, path: str | os.PathLike[str] | None = None, *, alternative: int | None = None
+    ) -> "Figure":
         """Draw the result of a job that has ended with matplotlib: see :meth:`isomatch.Match.plot`.
 
         Parameters
         ----------
         path
             File to write the figure to; its ending tells the format.
+        alternative
+            Which answer of a match, as :meth:`isomatch.Match.plot` has it.
 
         Raises
         ------
@@ -103,10 +107,12 @@ class Job(RecordedJob, Generic[ResultT]):
             matplotlib is not installed.
         Conflict, JobFailed, JobCancelled
             There is no result (yet).
+        ValueError
+            There is no such alternative.
         OSError
             The file cannot be written.
         """
-        return self._transport.run(drawing.plot_result(self._record, path))
+        return self._transport.run(drawing.plot_result(self._record, path, alternative))
 
     def cancel(self) -> Self:
         """Cancel the job, whether it is queued or running, and return it.
@@ -116,18 +122,25 @@ class Job(RecordedJob, Generic[ResultT]):
         self._remember(self._transport.run(job_operations.cancel_job(self.id)))
         return self
 
-    def picture(self) -> bytes:
+    def picture(self, *, alternative: int | None = None) -> bytes:
         """Return the picture of the result, a PNG file.
+
+        Parameters
+        ----------
+        alternative
+            Of a match, which answer is drawn: 0 for its own pairs, j for ``alternatives[j - 1]``.
 
         Raises
         ------
         Conflict
             There is no result (yet).
+        InvalidRequest
+            There is no such alternative.
         """
-        return self._transport.run(result_operations.get_picture(self.id))
+        return self._transport.run(result_operations.get_picture(self.id, alternative))
 
-    def save_picture(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture of the result to a PNG file.
+    def save_picture(self, path: str | os.PathLike[str], *, alternative: int | None = None) -> None:
+        """Write the picture of the result to a PNG file; as :meth:`picture`.
 
         Raises
         ------
@@ -136,7 +149,7 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(result_operations.save_picture(self.id, path))
+        self._transport.run(result_operations.save_picture(self.id, path, alternative))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
         """Write the result's arrays, in full precision, to a NumPy file, ``.npz``.

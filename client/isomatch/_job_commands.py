@@ -7,7 +7,7 @@ import typer
 from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
 from isomatch._models import JobState
-from isomatch._options import AsJson, Output, Picture, Quiet, Url
+from isomatch._options import AsJson, Output, Picture, Quiet, Url, WhichPicture
 from isomatch._shell import EXIT_CODES, NO_RESULT, connected, echo_models, finish, job_left_alone
 
 JobId = Annotated[str, typer.Argument(help="Id of the job.")]
@@ -78,13 +78,16 @@ def result(
     as_json: AsJson = False,
     output: Output = None,
     picture: Picture = None,
+    alternative: WhichPicture = None,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Print the result of a job, waiting for it if need be; Ctrl-C leaves the job alone."""
+    if alternative is not None and picture is None:
+        raise typer.BadParameter("it says what --picture FILE draws", param_hint="--alternative")
     with connected(url, as_json) as client:
         job = client.job(job_id)
         with job_left_alone(job):
-            finish(job, as_json, output, picture)
+            finish(job, as_json, output, picture, alternative=alternative)
 
 
 @jobs.command()

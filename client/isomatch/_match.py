@@ -97,7 +97,14 @@ class Match(Result, Correspondences):
         """Return the ids of source and target."""
         return (self.source, self.target)
 
-    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+    def _check_alternative(self, alternative: int) -> None:
+        count = len(self.alternatives)
+        if not 0 <= alternative <= count:
+            there = f"it has {count}, numbered from 1" if count else "it has none"
+            raise ValueError(f"the match has no alternative {alternative}: {there}")
+
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         from isomatch._match_plotting import plot_match
 
-        return plot_match(self, *drawn)
+        source, target = drawn
+        return plot_match(self, source, target, alternative)

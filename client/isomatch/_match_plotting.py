@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
+from isomatch._correspondences import Correspondences
 from isomatch._geometry import Geometry
 from isomatch._prototype_plotting import prototype_scene
 from isomatch._prototype_points import PrototypePoints
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
     from isomatch._dense import DenseCorrespondence
     from isomatch._match import Match
+    from isomatch._refinement import Refinement
 
 Floats = npt.NDArray[np.float64]
 
@@ -23,7 +25,9 @@ NOWHERE: Final = 0.8
 """Gray of vertices that a dense map leaves out."""
 
 
-def plot_match(match: "Match", source: Drawable, target: Drawable) -> "Figure":
+def plot_match(
+    match: "Match", source: Drawable, target: Drawable, alternative: int | None = None
+) -> "Figure":
     """Draw both sides of a match, what corresponds in common colours.
 
     Parameters
@@ -32,22 +36,33 @@ def plot_match(match: "Match", source: Drawable, target: Drawable) -> "Figure":
         The match.
     source, target
         The shapes, or the prototype and the shape.
+    alternative
+        Which answer: 0 for the match's own pairs, j for the j-th alternative; None for the one
+        that was refined or extended, if one was.
     """
     assert isinstance(target, Geometry)
-    here, there = _points(match, source, target)
+    which = _extended(match) if alternative is None else alternative
+    answer = (match, *match.alternatives)[which]
     colors: tuple[Floats | None, Floats | None] = None, None
-    title = f"{len(here)} corresponding points"
-    if match.refinement is not None:
-        title += ", refined between vertices"
-    if match.dense is not None and isinstance(source, Geometry):
-        colors = carried_colors(match.dense, source, target)
+    title = f"{len(answer.pairs)} corresponding points"
+    if alternative:
+        title = f"alternative {alternative} of {len(match.alternatives)}: {title}"
+    refined = None
+    if match.refinement is not None and match.refinement.hypothesis == which:
+        title, refined = title + ", refined between vertices", match.refinement
+    here, there = _points(answer, refined, source, target)
+    dense = match.dense
+    if dense is not None and dense.hypothesis == which and isinstance(source, Geometry):
+        colors = carried_colors(dense, source, target)
         title += ", and a map of all vertices"
     proof = "proven optimal" if match.certified else f"gap {match.gap:.2g}"
+    if which:
+        proof = f"of the match {match.energy:.4g}, {proof}"
     scenes = [
         _scene(source, here, colors[0], "source"),
         _scene(target, there, colors[1], "target"),
     ]
-    return plot_scenes(scenes, f"{title}\nenergy {match.energy:.4g}, {proof}")
+    return plot_scenes(scenes, f"{title}\nenergy {answer.energy:.4g}, {proof}")
 
 
 def carried_colors(
@@ -72,18 +87,23 @@ def carried_colors(
     return here, there
 
 
-def _points(match: "Match", source: Drawable, target: Geometry) -> tuple[Floats, Floats]:
-    """Where the matched points are: of the hypothesis that was refined or extended, if one was."""
+def _extended(match: "Match") -> int:
+    """Which answer was refined or extended: 0 for the match's own pairs, also if none was."""
     if match.refinement is not None:
-        there = np.einsum(
-            "nc,ncd->nd",
-            match.refinement.refined_weights,
-            target.positions(match.refinement.refined_vertices),
-        )
-        return _places(source, match.refinement.source_vertices), there
-    which = 0 if match.dense is None else match.dense.hypothesis
-    pairs = (match, *match.alternatives)[which].pairs
-    return _places(source, pairs[:, 0]), target.positions(pairs[:, 1])
+        return match.refinement.hypothesis
+    return 0 if match.dense is None else match.dense.hypothesis
+
+
+def _points(
+    answer: Correspondences, refined: "Refinement | None", source: Drawable, target: Geometry
+) -> tuple[Floats, Floats]:
+    """Where the matched points are."""
+    if refined is None:
+        pairs = answer.pairs
+        return _places(source, pairs[:, 0]), target.positions(pairs[:, 1])
+    corners = target.positions(refined.refined_vertices)
+    there = np.einsum("nc,ncd->nd", refined.refined_weights, corners)
+    return _places(source, refined.source_vertices), there
 
 
 def _places(source: Drawable, numbers: npt.NDArray[np.int64]) -> Floats:

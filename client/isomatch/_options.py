@@ -103,6 +103,16 @@ Output = Annotated[
         rich_help_panel=OUTPUT,
     ),
 ]
+WhichPicture = Annotated[
+    int | None,
+    typer.Option(
+        "--alternative",
+        min=0,
+        help="Which answer of a match --picture draws: 0 for the match itself, 1 for the first of"
+        " its alternatives.",
+        rich_help_panel=OUTPUT,
+    ),
+]
 Picture = Annotated[
     Path | None,
     typer.Option(

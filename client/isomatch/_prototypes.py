@@ -117,7 +117,7 @@ class LearnedPrototype(Result):
         """Return the id of the prototype."""
         return (self.prototype.id,)
 
-    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         from isomatch._prototype_plotting import plot_points
 
         made, (known,) = self.prototype, drawn

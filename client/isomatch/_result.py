@@ -67,7 +67,12 @@ class Result(Answer):
         """
         Path(path).write_bytes(self.to_json())
 
-    def plot(self, *drawn: Drawable, path: str | os.PathLike[str] | None = None) -> "Figure":
+    def plot(
+        self,
+        *drawn: Drawable,
+        path: str | os.PathLike[str] | None = None,
+        alternative: int | None = None,
+    ) -> "Figure":
         """Draw the result with matplotlib, which ``pip install isomatch[plot]`` brings.
 
         Of a match, both shapes, matched points in common colours; with a dense map each vertex of
@@ -79,9 +84,15 @@ class Result(Answer):
         drawn
             What :meth:`drawn_ids` names: shapes as :meth:`isomatch.Client.geometry` has them, and
             prototypes as :meth:`isomatch.Client.prototype_points` has. A result of a
-            :class:`isomatch.Client` that is still open asks for them itself.
+            :class:`isomatch.Client` that is still open asks for them itself; so does one of an
+            :class:`isomatch.AsyncClient` with no `transport` of its own, while the event loop
+            waits, as it does not in ``await job.plot()``.
         path
             File to write the figure to; its ending tells the format.
+        alternative
+            Which answer of a match is drawn: 0 for its own pairs, j for ``alternatives[j - 1]``,
+            with a refinement or a dense map only if these were made of it; None for the one that
+            was refined or extended, or else its own.
 
         Returns
         -------
@@ -94,25 +105,31 @@ class Result(Answer):
         TypeError
             The file is given without its name, `path`.
         ValueError
-            Not all that is needed is given, and it cannot be asked for.
+            Not all that is needed is given, and it cannot be asked for; or there is no such
+            alternative.
         OSError
             The file cannot be written.
         """
         if any(isinstance(one, str | os.PathLike) for one in drawn):
             raise TypeError("give the file by name, as in result.plot(path='figure.png')")
+        if alternative is not None:
+            self._check_alternative(alternative)
         needed = self.drawn_ids()
         if not drawn and self._geometries.ask is not None:
             drawn = tuple(map(self._geometries.ask, needed))
         if [isinstance(one, PrototypePoints) for one in drawn] != list(map(is_prototype, needed)):
             raise ValueError(f"give what is drawn, as in {_call(needed)}, or use job.plot()")
-        return saved(self._figure(drawn), path)
+        return saved(self._figure(drawn, alternative), path)
 
     def drawn_ids(self) -> tuple[str, ...]:
         """Return the ids of the shapes, and of the prototype, that :meth:`plot` needs."""
         return ()
 
+    def _check_alternative(self, alternative: int) -> None:
+        raise ValueError("only matches have alternatives; leave `alternative` out")
+
     @abstractmethod
-    def _figure(self, drawn: Sequence[Drawable]) -> "Figure":
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         """Draw the result and what :meth:`drawn_ids` names, in that order."""
 
 

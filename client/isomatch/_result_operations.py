@@ -59,15 +59,18 @@ def get_result(record: JobRecord) -> Operation[Result]:
         raise unexpected(response, error) from error
 
 
-def get_picture(job_id: str) -> Operation[bytes]:
-    """Ask for the picture of a job's result."""
-    response = yield from send(Call("GET", path_to("jobs", job_id, "result.png")))
+def get_picture(job_id: str, alternative: int | None) -> Operation[bytes]:
+    """Ask for the picture of a job's result, or of one of its alternatives."""
+    query = {"alternative": alternative}
+    response = yield from send(Call("GET", path_to("jobs", job_id, "result.png"), query=query))
     return response.content
 
 
-def save_picture(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
+def save_picture(
+    job_id: str, path: str | os.PathLike[str], alternative: int | None
+) -> Operation[None]:
     """Ask for the picture of a job's result, and write it to a file."""
-    Path(path).write_bytes((yield from get_picture(job_id)))
+    Path(path).write_bytes((yield from get_picture(job_id, alternative)))
 
 
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:

@@ -170,6 +170,7 @@ def finish(
     output: Path | None,
     picture: Path | None,
     names: Mapping[str, str] = MappingProxyType({}),
+    alternative: int | None = None,
 ) -> None:
     """Wait for a job and print its result."""
     # Who reads JSON reads errors as JSON too: a log of the progress would be in between.
@@ -177,7 +178,7 @@ def finish(
     if output is not None:
         result.save(output)
     if picture is not None:
-        job.save_picture(picture)
+        job.save_picture(picture, alternative=alternative)
     if as_json:
         typer.echo(result.to_json())
     elif isinstance(result, Match):

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Final
 
-from fastapi import APIRouter, Header, Request, Response
+from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
@@ -31,6 +31,8 @@ from service.problems import (
 from service.state import Caller, RequestId, Service, ServiceOf
 from worker.contracts import (
     DissimilarityResult,
+    FieldProblem,
+    JobKind,
     MatchResult,
     Order,
     PicturePayload,
@@ -44,6 +46,17 @@ _ERRORS: Final = responses(
     JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
 )
 
+
+Alternative = Annotated[
+    int | None,
+    Query(
+        ge=0,
+        le=32,
+        description="Of a match, which answer is drawn: 0 for the match itself, j for the j-th of"
+        " its `alternatives`, with a refinement or a map of all vertices only if these were made"
+        " of it.",
+    ),
+]
 
 _BYTES: Final = "application/octet-stream"
 _PICTURE: Final = "image/png"
@@ -107,24 +120,26 @@ async def get_picture(
     request_id: RequestId,
     caller: Caller,
     request: Request,
+    alternative: Alternative = None,
     accept: Annotated[str, Header(include_in_schema=False)] = "",
 ) -> Response:
     """Draw the result of a job, as PNG; as plain bytes for those who accept nothing else.
 
-    Of a match, both shapes, with corresponding points in the same colour; of dissimilarities, a
-    heat map, in the order of the labels.
+    Of a match, both shapes, with corresponding points in the same colour, or one of its
+    alternatives; of dissimilarities, a heat map, in the order of the labels.
     """
     plain = accept.partition(";")[0].strip() == _BYTES
     media_type, headers = _BYTES if plain else _PICTURE, {"Vary": "Accept"}
-    picture = await run_in_threadpool(service.store.jobs.picture, job_id)
+    picture = await run_in_threadpool(service.store.jobs.picture, job_id, alternative)
     if picture is None:
-        await run_in_threadpool(_drawable, service, job_id)
+        await run_in_threadpool(_drawable, service, job_id, alternative)
         if not body_wanted(request):
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
+        payload = PicturePayload(job=job_id, alternative=alternative)
         order = Order(request_id, caller)
-        drawing = await run_in_threadpool(_submit_picture, service, job_id, order)
+        drawing = await run_in_threadpool(_submit_picture, service, payload, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
-        picture = await run_in_threadpool(service.store.jobs.picture, job_id)
+        picture = await run_in_threadpool(service.store.jobs.picture, job_id, alternative)
         if picture is None:
             if record is not None and record.error is not None:
                 raise Reported(record.error)
@@ -132,16 +147,20 @@ async def get_picture(
     return Response(picture, media_type=media_type, headers=headers)
 
 
-def _drawable(service: Service, job_id: str) -> None:
+def _drawable(service: Service, job_id: str, alternative: int | None) -> None:
     record = job_with_result(service, job_id)
+    if alternative is not None and record.kind is not JobKind.MATCH:
+        message = "only matches have alternatives; leave it out"
+        field = FieldProblem(field="query.alternative", message=message)
+        raise InvalidRequest("The request is not valid; `errors` says where.", (field,))
     if not record.kind.has_picture:
         raise JobWithoutResult(f"A {record.kind.value} has no picture; ask for its result.")
     packed_result(service, job_id)
 
 
-def _submit_picture(service: Service, drawn: str, order: Order) -> str:
-    job = new_job(PicturePayload(job=drawn), order)
-    holder = service.store.jobs.picture_job(drawn, job.id)
+def _submit_picture(service: Service, payload: PicturePayload, order: Order) -> str:
+    job = new_job(payload, order)
+    holder = service.store.jobs.picture_job(payload.job, payload.alternative, job.id)
     if holder == job.id:
         service.queue.submit(job)
     return holder

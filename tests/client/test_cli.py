@@ -93,7 +93,7 @@ def test_the_small_commands(url: str, blobs: tuple[Path, Path]) -> None:
     assert {shape["id"] for shape in uploaded} <= {shape["id"] for shape in listed}
 
 
-def test_pipelines(url: str, blobs: tuple[Path, Path]) -> None:
+def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     """Upload from a pipe, hand ids on, leave the job, and fetch its result."""
     with blobs[0].open("rb") as file:
         first = run("upload", "-", "--file-type", "off", "-q", url=url, stdin=file).stdout.strip()
@@ -111,6 +111,13 @@ def test_pipelines(url: str, blobs: tuple[Path, Path]) -> None:
     done = run("jobs", "result", job_id, "--json", url=url)
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout)["source"] == first
+    other = tmp_path / "other.png"
+    drawn = ("jobs", "result", job_id, "--json", "--picture", other, "--alternative")
+    assert run(*drawn, "1", url=url).returncode == 0
+    with isomatch.Client(url) as client:
+        assert other.read_bytes() == client.job(job_id).picture(alternative=1)
+    refused = run(*drawn, "32", url=url)
+    assert (refused.returncode, json.loads(refused.stderr)["status"]) == (1, 422)
     assert job_id in run("jobs", "list", "--state", "succeeded", "-q", url=url).stdout.split()
     listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
     assert job_id in {found["id"] for found in listed}
@@ -197,6 +204,7 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
         ["match", __file__, __file__, "-o", tmp_path],
         ["match", __file__, __file__, "--picture", nowhere.with_suffix(".png")],
         ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
+        ["jobs", "result", "nothing", "--alternative", "1"],
         ["frobnicate"],
     ):
         done = run(*command, url=url)

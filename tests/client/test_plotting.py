@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import isomatch
 import matplotlib as mpl
 import numpy as np
@@ -109,6 +110,33 @@ def test_refined_points_are_drawn_where_they_are(client: isomatch.Client, pair: 
     assert match.refinement is not None
     places = match.refinement.refined_positions(blob_meshes()[1].vertices)
     np.testing.assert_allclose(drawn_points(job.plot())[1][0], places, atol=1e-6)
+
+
+def test_alternatives_are_drawn(client: isomatch.Client, pair: Pair, tmp_path: Path) -> None:
+    job = client.match(*pair, points=8, coarse_points=6, refine="gmds").wait()
+    match = job.result()
+    count = len(match.alternatives)
+    assert count
+    assert match.refinement is not None
+    vertices = blob_meshes()[1].vertices
+    for which, answer in enumerate((match, *match.alternatives)):
+        places = vertices[answer.pairs[:, 1]]
+        if match.refinement.hypothesis == which:
+            places = match.refinement.refined_positions(vertices)
+        figure = match.plot(alternative=which)
+        np.testing.assert_allclose(drawn_points(figure)[1][0], places, atol=1e-6)
+        assert f"{answer.energy:.4g}" in figure.get_suptitle()
+    np.testing.assert_array_equal(
+        drawn_points(job.plot(alternative=1))[1][0],
+        drawn_points(match.plot(alternative=1))[1][0],
+    )
+    for wrong in (-1, count + 1):
+        with pytest.raises(ValueError, match=f"it has {count}, numbered from 1"):
+            match.plot(alternative=wrong)
+    job.save_picture(tmp_path / "other.png", alternative=1)
+    assert (tmp_path / "other.png").read_bytes() == job.picture(alternative=1) != job.picture()
+    with pytest.raises(isomatch.InvalidRequest, match=f"it has {count}, numbered from 1"):
+        job.picture(alternative=count + 1)
 
 
 def skin_colors(axes: Axes) -> np.ndarray:
@@ -217,6 +245,8 @@ def test_a_matrix_is_drawn_in_the_order_of_its_labels(
     assert drawn is not None
     np.testing.assert_array_equal(drawn, found.matrix[np.ix_([1, 0, 2], [1, 0, 2])])
     assert [text.get_text() for text in axes.get_xticklabels()] == ["long", "round", "round"]
+    with pytest.raises(ValueError, match="only matches have alternatives"):
+        found.plot(alternative=0)
 
 
 def test_an_async_job_is_drawn(url: str, pair: Pair, tmp_path: Path) -> None:
@@ -226,6 +256,13 @@ def test_an_async_job_is_drawn(url: str, pair: Pair, tmp_path: Path) -> None:
             match = await job.result()
             figure = await job.plot(tmp_path / "match.svg")
             assert len(drawn_points(figure)[0][0]) == 6
+            shown = match.plot()
+            for one, same in zip(drawn_points(figure), drawn_points(shown), strict=True):
+                np.testing.assert_array_equal(one[0], same[0])
+        # What carries the requests of tasks carries none of those that block.
+        transport = httpx2.AsyncHTTPTransport()
+        async with isomatch.AsyncClient(url, transport=transport) as client:
+            match = await (await client.job(job.id)).result()
             with pytest.raises(ValueError, match=r"job.plot\(\)"):
                 match.plot()
 

@@ -62,6 +62,8 @@ def test_a_collection_is_compared(
     picture = http.get(job["links"]["picture"])
     assert picture.headers["content-type"] == "image/png"
     assert picture.content.startswith(b"\x89PNG")
+    other = http.get(job["links"]["picture"], params={"alternative": 1})
+    problem(other, 422, "invalid-request")
     whole = PartialDissimilarities.model_validate_json(http.get(job["links"]["partial"]).content)
     assert whole.pairs_done == whole.pairs == 15
     assert np.array(whole.matrix) == pytest.approx(matrix)

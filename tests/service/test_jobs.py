@@ -97,6 +97,24 @@ def test_the_picture(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     assert {"match"} <= kinds <= {"match", "dissimilarities", "prototype"}
 
 
+def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
+    job = matched(http, shapes, **QUICK)
+    path = job["links"]["picture"]
+    count = len(http.get(job["links"]["result"]).json()["alternatives"])
+    assert count
+    drawn = [http.get(path, params={"alternative": which}).content for which in range(count + 1)]
+    assert all(picture.startswith(b"\x89PNG") for picture in drawn)
+    assert len(set(drawn)) == count + 1
+    # Nothing was refined or extended: the match itself is what is drawn of it anyway.
+    assert http.get(path).content == drawn[0]
+    assert api.store.jobs.picture(job["id"], 1) == drawn[1]
+    for wrong, said in ((count + 1, f"it has {count}"), (33, "less than"), (-1, "greater than")):
+        refused = problem(http.get(path, params={"alternative": wrong}), 422, "invalid-request")
+        (wrong_field,) = refused["errors"]
+        assert wrong_field["field"] == "query.alternative"
+        assert said in wrong_field["message"]
+
+
 def test_a_picture_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(blob_file(2, seed=40))["id"]
     job = matched(http, (shape, shape), **QUICK)

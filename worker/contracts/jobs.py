@@ -176,6 +176,9 @@ class PicturePayload(_Payload):
 
     kind: Literal[JobKind.PICTURE] = JobKind.PICTURE
     job: str = Field(description="Id of the job whose result is drawn.")
+    alternative: int | None = Field(
+        default=None, description="Which of its alternatives is drawn, 0 for none of them."
+    )
 
 
 class DeliveryPayload(_Payload):

@@ -203,15 +203,15 @@ class Jobs:
         """Return the result of a job, JSON in gzip."""
         return blob(self.client.get(keys.job_result(job_id)))
 
-    def picture(self, job_id: str) -> bytes | None:
-        """Return the picture of a job's result, PNG."""
-        return blob(self.client.get(keys.job_picture(job_id)))
+    def picture(self, job_id: str, alternative: int | None = None) -> bytes | None:
+        """Return the picture of a job's result, or of one of its alternatives, PNG."""
+        return blob(self.client.get(keys.job_picture(job_id, alternative)))
 
-    def set_picture(self, job_id: str, picture: bytes) -> None:
-        """Store the picture of a job's result for as long as the result itself."""
+    def set_picture(self, job_id: str, alternative: int | None, picture: bytes) -> None:
+        """Store such a picture for as long as the result itself."""
         left = self.client.ttl(keys.job_result(job_id))
         if left > 0:
-            self.client.set(keys.job_picture(job_id), picture, ex=left)
+            self.client.set(keys.job_picture(job_id, alternative), picture, ex=left)
 
     def arrays(self, job_id: str) -> bytes | None:
         """Return the result of a job as arrays, npz."""
@@ -221,9 +221,9 @@ class Jobs:
         """Store the result of a job as arrays, before the result itself."""
         self.client.set(keys.job_arrays(job_id), arrays, ex=self.settings.result_ttl)
 
-    def picture_job(self, drawn: str, job_id: str) -> str:
+    def picture_job(self, drawn: str, alternative: int | None, job_id: str) -> str:
         """Return the job that draws a picture: `job_id`, or one that came first and goes on."""
-        key = keys.picture_job(drawn)
+        key = keys.picture_job(drawn, alternative)
         if self.client.set(key, job_id, nx=True, ex=self.settings.candidate_ttl):
             return job_id
         holder = text(self.client.get(key))

@@ -121,14 +121,15 @@ def job_result(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}:result"
 
 
-def job_picture(job_id: str) -> str:
-    """Picture of a job's result, PNG."""
-    return f"{PREFIX}job:{job_id}:picture"
+def job_picture(job_id: str, alternative: int | None = None) -> str:
+    """Picture of a job's result, or of one of its alternatives, PNG."""
+    which = "" if alternative is None else f":{alternative}"
+    return f"{PREFIX}job:{job_id}:picture{which}"
 
 
-def picture_job(job_id: str) -> str:
-    """Id of the job that draws the picture of another job's result."""
-    return f"{PREFIX}job:{job_id}:picture:job"
+def picture_job(job_id: str, alternative: int | None = None) -> str:
+    """Id of the job that draws such a picture."""
+    return f"{job_picture(job_id, alternative)}:job"
 
 
 def job_parts(job_id: str) -> str:

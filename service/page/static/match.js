@@ -22,12 +22,14 @@ export async function matchView(place, result, job, signal) {
   const numbers = h("dl", { class: "figures" });
   const pairs = h("div");
   const scenes = h("div");
+  const picture = h("span");
   const announced = h("p", { class: "visually-hidden", "aria-live": "polite" });
   let drawn = null;
   const choose = async (which) => {
     const hypothesis = hypotheses(result)[which];
     selection.clear();
     fill(numbers, figures(result, hypothesis));
+    fill(picture, pictureOf(job, which));
     const colors = drawn === null ? null : await drawn.show(hypothesis);
     fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
   };
@@ -43,7 +45,7 @@ export async function matchView(place, result, job, signal) {
     leftAndRight(result), alternatives(result, choose), scenes, numbers,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
-      download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
+      picture, " ",
       h("a", { href: `#/with/${result.source}/${result.target}` }, "Match these again, otherwise")),
     announced, pairs);
   await choose(0);
@@ -54,6 +56,10 @@ export async function matchView(place, result, job, signal) {
     if (!signal.aborted) fill(scenes, problemBox(error));
   }
 }
+
+const pictureOf = (job, which) => (which === 0
+  ? download(job.links.picture, "Picture (PNG)", `${job.id}.png`)
+  : download(`${job.links.picture}?alternative=${which}`, "Picture (PNG)", `${job.id}-${which}.png`));
 
 const name = ({ id, name: called }, learned = false) =>
   (id ? h("a", { href: `#/${learned ? "prototypes" : "shapes"}/${id}` }, called) : called);

@@ -1,6 +1,7 @@
 """A match on the page, from two files to what is drawn, told and pointed at."""
 
 import math
+import re
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -160,7 +161,10 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
     )
     eventually(lambda: rows(matched) == pairs(alternative))
     assert scenes(matched)[1].evaluate("s => s.data[1].x") != before
+    picture = matched.get_by_role("link", name="Picture (PNG)")
+    expect(picture).to_have_attribute("href", re.compile(r"/result\.png\?alternative=1$"))
     choices.nth(0).check()
+    expect(picture).to_have_attribute("href", re.compile(r"/result\.png$"))
 
 
 def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page) -> None:
