@@ -129,6 +129,10 @@ class Match:
         faces are those of the shapes' meshes, not of the user's files.
     dense
         Where all vertices go, if that was asked for; of the same hypothesis.
+    misfit
+        Of a prototype, how much the target misfits the class: the energy per point at the coarsest
+        level over what is usual of examples left out, 1 for a usual one. ``None`` of two shapes, of
+        prototypes that do not know what is usual, and of terms weighed otherwise.
     """
 
     best: Correspondence
@@ -138,6 +142,7 @@ class Match:
     timings: Mapping[str, float]
     refinement: Refinement | None = None
     dense: DenseCorrespondence | None = None
+    misfit: float | None = None
 
     @property
     def lower_bound(self) -> float:

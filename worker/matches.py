@@ -171,6 +171,7 @@ def _document(
         unmatched=tuple(best.unmatched.tolist()),
         dense=None if found.dense is None else _dense(found.dense),
         refinement=refinement,
+        misfit=found.misfit,
         warnings=found.warnings,
         timings=dict(found.timings),
     )

@@ -57,6 +57,9 @@ class Match(Result, Correspondences):
         for (``refine="gmds"``), or fewer than three points were matched.
     dense
         The match extended to all vertices; None likewise (``dense=True``).
+    misfit
+        Of a prototype, how much the target misfits its class, 1 being usual of examples that were
+        left out; None of two shapes, or where nothing is known of that.
     warnings
         What the service wants known about this answer.
     timings
@@ -77,6 +80,7 @@ class Match(Result, Correspondences):
     unmatched: tuple[int, ...]
     refinement: Refinement | None = None
     dense: DenseCorrespondence | None = None
+    misfit: FiniteFloat | None = None
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 

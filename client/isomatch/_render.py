@@ -72,6 +72,7 @@ def match_summary(match: Match) -> Table:
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
         "unmatched": str(len(match.unmatched)),
+        **({} if match.misfit is None else {"misfit": f"{match.misfit:.3g}, 1 being usual"}),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }
     return named_values(rows)

@@ -36,6 +36,7 @@ VERSION = 1
 _MOST_BYTES = 256 * 1024**2
 _MOST_LEVELS = 8
 _MOST_DIMENSIONS = 1024
+_MOST_ENERGIES = 1024
 
 
 def prototype_to_bytes(prototype: Prototype) -> bytes:
@@ -80,6 +81,8 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
             name = f"descriptors{level}"
             arrays |= _mixture_arrays(name, descriptors.mixtures)
             arrays |= {f"{name}_centre": descriptors.centre, f"{name}_axes": descriptors.axes}
+    if len(prototype.left_out_energies):  # likewise
+        arrays["left_out_energies"] = prototype.left_out_energies
     for place, surface in enumerate(prototype.surfaces):
         arrays |= _surface_arrays(f"surface{place}", surface)
     stream = io.BytesIO()
@@ -170,7 +173,17 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
         geodesic_method=about["geodesic_method"],
         warnings=tuple(warnings),
         surfaces=_surfaces(about, arrays, points),
+        left_out_energies=_energies(arrays),
     )
+
+
+def _energies(arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
+    if "left_out_energies" not in arrays:
+        return np.zeros(0)
+    energies = _numbers(arrays, "left_out_energies", 1)
+    _require(1 <= len(energies) <= _MOST_ENERGIES, "left_out_energies")
+    _require(energies[0] >= 0.0 and bool((np.diff(energies) >= 0.0).all()), "left_out_energies")
+    return energies
 
 
 def _surfaces(

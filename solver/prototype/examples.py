@@ -12,7 +12,7 @@ from solver.match import Correspondence
 from solver.matching import match
 from solver.options import MatchOptions
 from solver.prototype.carrying import carried_points
-from solver.prototype.learning import Example, learn_distributions
+from solver.prototype.distributions import Example, learn_distributions, observed
 from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
 from solver.prototype.prototype import all_pairs
@@ -302,7 +302,8 @@ def _matched_again(
     order = [reference, *(number for number in chosen if number != reference)]
     quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
     examples = [Example(shapes[number], chosen[number]) for number in order]
-    preliminary = learn_distributions(examples, replace(options, components=1), quiet)
+    single = replace(options, components=1)
+    preliminary = learn_distributions(observed(examples, single, quiet), single)
     again = dict(chosen)
     for number in order[1:]:
         control.check()

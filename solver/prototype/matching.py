@@ -258,12 +258,32 @@ class PrototypeRun(HierarchicalRun):
             self.target.mesh.vertex_ids[finest.target.vertices],
         )
         best, *alternatives = (self.correspondence(one, finest, *ids) for one in found)
+        misfit = self._misfit(found[0])
         warnings = (
             *(f"prototype: {warning}" for warning in self.prototype.warnings),
             *(f"target: {warning}" for warning in self.target.mesh.warnings),
             *self.warnings,
         )
         self.timings["total"] = time.perf_counter() - self.started
-        return Match(
-            best, tuple(alternatives), level_reports(found[0], levels), warnings, self.timings
+        reports = level_reports(found[0], levels)
+        return Match(best, tuple(alternatives), reports, warnings, self.timings, misfit=misfit)
+
+    def _misfit(self, answer: Hypothesis) -> float | None:
+        """How much the target misfits the class; a warning if it does more than any example."""
+        coarsest, prototype = answer.stages[0], self.prototype
+        points, usual = coarsest.problem.n_sources, MatchOptions()
+        alike = (
+            points == min(prototype.points, MAX_COARSE_POINTS)
+            and self.options.beta == usual.beta
+            and self.options.first_order_weight == usual.first_order_weight
+            and self.options.occlusion_cost is None
         )
+        if not (alike and len(prototype.left_out_energies)):
+            return None
+        misfit = coarsest.solution.energy / points / prototype.usual_energy
+        if misfit > prototype.greatest_misfit:
+            self.warnings.append(
+                f"the target is unlike the examples of the class: it misfits them {misfit:.2g}"
+                " times as much as a usual one, so look at the answer"
+            )
+        return misfit

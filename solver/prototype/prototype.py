@@ -1,6 +1,6 @@
 """The shape prototype of section 5: distributions of distances and descriptors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,6 +8,11 @@ from solver.arrays import FloatArray, IntArray
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.surfaces import ExampleSurface
 from solver.structures import DescriptorChoice, MetricChoice
+
+_LEAST_USUAL = 0.1
+"""Of examples that are nearly equal, energies are due to samples alone."""
+_UNUSUAL = 1.5
+"""Times the greatest energy of an example left out from which on a target is unlike them all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +90,9 @@ class Prototype:
         What the user should know.
     surfaces
         Of examples that differ from one another; none in prototypes of old.
+    left_out_energies
+        (E,) energies per point, ascending, of examples matched with what the others teach, at the
+        coarsest level; none of few examples, and in prototypes of old.
     """
 
     distances: tuple[LearnedDistances, ...]
@@ -99,11 +107,24 @@ class Prototype:
     geodesic_method: str
     warnings: tuple[str, ...] = ()
     surfaces: tuple[ExampleSurface, ...] = ()
+    left_out_energies: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def points(self) -> int:
         """Number N of points."""
         return len(self.vertices)
+
+    @property
+    def usual_energy(self) -> float:
+        """Energy per point that is usual of the class, NaN if that is not known."""
+        if not len(self.left_out_energies):
+            return np.nan
+        return max(float(np.median(self.left_out_energies)), _LEAST_USUAL)
+
+    @property
+    def greatest_misfit(self) -> float:
+        """Of energies over the usual one, the greatest that is no reason to doubt."""
+        return _UNUSUAL * max(float(self.left_out_energies[-1]) / self.usual_energy, 1.0)
 
 
 def pair_places(first: IntArray, second: IntArray) -> IntArray:

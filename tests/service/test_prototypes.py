@@ -158,6 +158,8 @@ def test_a_match_with_a_prototype_is_that_of_the_solver(
     assert set(direct.best.source.tolist()) == set(range(8))
     assert result.energy == pytest.approx(direct.best.energy, rel=1e-9)
     assert result.lower_bound == pytest.approx(direct.lower_bound, rel=1e-9)
+    assert direct.misfit is not None
+    assert result.misfit == pytest.approx(direct.misfit, rel=1e-9)
     assert (result.parameters.points, result.parameters.eigenpairs) == (8, 30)
     assert [choice.name for choice in result.parameters.metrics] == ["geodesic"]
     picture = http.get(job["links"]["picture"])

@@ -179,5 +179,14 @@ class MatchResult(_Part):
         description="The match extended to all vertices; null if that was not asked for, or if"
         " fewer than three points were matched.",
     )
+    misfit: FiniteFloat | None = Field(
+        default=None,
+        description="Of a prototype, how much the target misfits its class: the energy per point at"
+        " the coarsest level over that of a usual example that was left out when the prototype was"
+        " learned; 1 is usual, and a warning says from which on the target is unlike them all."
+        " Null of two shapes, of prototypes of fewer than four examples, and where `beta`,"
+        " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
+        " by default.",
+    )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')

@@ -125,6 +125,8 @@ function figures(result, { which, energy, distortion }) {
     ["Distortion of descriptors", figure(distortion.first_order), "first_order"],
     ["Greatest distortion", figure(distortion.linf), "linf"],
     ["Gromov–Hausdorff distance of the points, at most", figure(0.5 * distortion.linf), "gromov_hausdorff"],
+    ...(typeof result.misfit !== "number" ? [] : [
+      ["Misfit of the target to the class (1 is usual)", best ? figure(result.misfit) : OTHER, "misfit"]]),
     ["Computed in", `${digits(result.timings.total)} s`, "seconds"],
   ];
   return entries.map(([term, value, field]) =>

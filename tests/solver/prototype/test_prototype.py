@@ -33,7 +33,7 @@ from solver.prototype import (
     prototype_from_bytes,
     prototype_to_bytes,
 )
-from solver.prototype.learning import discriminant_axes
+from solver.prototype.distributions import discriminant_axes
 from solver.prototype.likelihood import PrototypeLevel, mean_distances
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, all_pairs, pair_places

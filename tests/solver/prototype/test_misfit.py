@@ -1,0 +1,102 @@
+"""How much a target misfits a class, against examples that were left out."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from solver.errors import PrototypeError
+from solver.match import Match
+from solver.mesh import triangle_mesh
+from solver.options import MatchOptions
+from solver.prototype import (
+    Example,
+    Prototype,
+    PrototypeOptions,
+    connected_examples,
+    learn_prototype,
+    match_prototype,
+    prototype_from_bytes,
+    prototype_to_bytes,
+)
+from solver.shape import Shape
+from solver.synthetic import HUMAN_POSES, articulated, human
+
+_OPTIONS = PrototypeOptions(points=8, components=2)
+
+
+@cache
+def examples() -> tuple[Example, ...]:
+    """One body in five poses, triangulated alike."""
+    figures = [human(pose, resolution=500) for pose in HUMAN_POSES]
+    shapes = [Shape(triangle_mesh(one.vertices, one.faces)) for one in figures]
+    return connected_examples(shapes, _OPTIONS).examples
+
+
+@cache
+def figure(category: str, pose: str, seed: int) -> Shape:
+    made = articulated(category, pose, 500, seed)
+    return Shape(triangle_mesh(made.vertices, made.faces))
+
+
+@cache
+def prototype() -> Prototype:
+    return learn_prototype(examples(), _OPTIONS)
+
+
+def matched(target: Shape, **options: float) -> Match:
+    return match_prototype(prototype(), target, MatchOptions(**options))  # type: ignore[arg-type]
+
+
+def unlike(answer: Match) -> bool:
+    return any("unlike" in warning for warning in answer.warnings)
+
+
+def test_another_of_the_class_is_usual_and_an_animal_is_not() -> None:
+    usual, animal = matched(figure("human", "walking", 9)), matched(figure("cat", "standing", 0))
+    assert usual.misfit is not None
+    assert animal.misfit is not None
+    limit = prototype().greatest_misfit
+    assert usual.misfit < limit < animal.misfit
+    assert unlike(animal)
+    assert not unlike(usual)
+
+
+def test_misfit_is_the_energy_per_point_over_the_usual_one() -> None:
+    answer = matched(figure("human", "sitting", 9))
+    energies = prototype().left_out_energies
+    assert len(energies) == len(examples())
+    assert (np.diff(energies) >= 0.0).all()
+    assert prototype().usual_energy == max(np.median(energies), 0.1)
+    expected = answer.best.energy / 8 / prototype().usual_energy
+    assert answer.misfit == pytest.approx(expected)
+
+
+def test_the_order_of_the_examples_does_not_matter() -> None:
+    first, *others = examples()
+    turned = learn_prototype((first, *others[::-1]), _OPTIONS)
+    expected = prototype().left_out_energies
+    np.testing.assert_allclose(turned.left_out_energies, expected, rtol=1e-6)
+
+
+def test_nothing_is_said_where_nothing_is_known() -> None:
+    target = figure("human", "walking", 9)
+    few = learn_prototype(examples()[:3], _OPTIONS)
+    assert not len(few.left_out_energies)
+    assert np.isnan(few.usual_energy)
+    assert match_prototype(few, target).misfit is None
+    for options in ({"beta": 2.0}, {"first_order_weight": 0.2}, {"occlusion_cost": 5.0}):
+        assert matched(target, **options).misfit is None
+    assert matched(target, points=6).misfit is None
+
+
+def test_an_archive_holds_the_energies() -> None:
+    again = prototype_from_bytes(prototype_to_bytes(prototype()))
+    np.testing.assert_array_equal(again.left_out_energies, prototype().left_out_energies)
+    old = replace(prototype(), left_out_energies=np.zeros(0))
+    assert not len(prototype_from_bytes(prototype_to_bytes(old)).left_out_energies)
+    for wrong in (np.array([2.0, 1.0]), np.array([-1.0, 1.0]), np.array([np.nan])):
+        damaged = prototype_to_bytes(replace(prototype(), left_out_energies=wrong))
+        with pytest.raises(PrototypeError, match="left_out_energies"):
+            prototype_from_bytes(damaged)
