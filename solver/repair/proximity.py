@@ -1,6 +1,7 @@
 """The border of a surface, and which of its vertices lie beside its other edges."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -8,9 +9,16 @@ from scipy.spatial import KDTree
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.repair.edges import Edges
 
-_MOST_CANDIDATES = 64
-"""Border vertices in the sphere over a border edge, on average; where there are more, the border is
-a tangle, and nothing can be said of it in reasonable time."""
+_MOST_CANDIDATES: Final = 64
+"""Border vertices in the sphere over a border edge and close around it, on average; where there are
+more, the border is a tangle, and nothing can be said of it in reasonable time."""
+
+_AROUND: Final = 1.1
+"""How much larger the sphere is within which they are counted. A search takes as long as there are
+points in the sphere or near its surface: of a fan they may all be there, and none inside."""
+
+_AT_ONCE: Final = 1024
+"""Spheres whose points are counted before it is asked whether that is enough."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,21 +100,37 @@ def border_of(places: FloatArray, faces: IntArray, edges: Edges) -> Border:
         mine = np.unique(start)
         # A little smaller: the ends, and what lies across them, are of no interest.
         radius = (0.5 - 1e-6) * length
-        near = _in_spheres(KDTree(places[mine]), places[start] + 0.5 * way, radius)
-        tangled = near is None
-        if near is not None:
+        tree, centre = KDTree(places[mine]), places[start] + 0.5 * way
+        tangled = crowded(tree, centre, _AROUND * radius)
+        if not tangled:
+            near = tree.query_ball_point(centre, radius)
             number = np.repeat(np.arange(len(face), dtype=np.int64), [len(some) for some in near])
-            vertex = mine[np.concatenate(near)]
+            vertex = mine[np.concatenate(near).astype(np.int64)]
     arm = places[vertex] - places[start[number]]
     along = np.einsum("ij,ij->i", arm, way[number]) / length[number]
     away = np.linalg.norm(arm - (along / length[number])[:, None] * way[number], axis=1)
     return Border(face, side, start, end, length, tangled, number, vertex, along, away)
 
 
-def _in_spheres(tree: KDTree, centre: FloatArray, radius: FloatArray) -> list[IntArray] | None:
-    """Points in spheres; none if there are too many, of which a few spheres tell."""
-    some = slice(None, None, max(len(centre) // 1000, 1))
-    counts = tree.query_ball_point(centre[some], radius[some], return_length=True)
-    if np.mean(counts) > _MOST_CANDIDATES:
-        return None
-    return [np.array(found, dtype=np.int64) for found in tree.query_ball_point(centre, radius)]
+def crowded(
+    tree: KDTree, centre: FloatArray, radius: FloatArray | float, most: int = _MOST_CANDIDATES
+) -> bool:
+    """Whether there are too many points in spheres to go through; counted until that is known.
+
+    Parameters
+    ----------
+    tree
+        Of the points.
+    centre, radius
+        (S, 3), and (S,) or one for all.
+    most
+        Points in a sphere, on average.
+    """
+    radius = np.broadcast_to(radius, len(centre))
+    left = most * len(centre)
+    for first in range(0, len(centre), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        left -= int(np.sum(tree.query_ball_point(centre[some], radius[some], return_length=True)))
+        if left < 0:
+            return True
+    return False

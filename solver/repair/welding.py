@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
+from solver.repair.proximity import crowded
 from solver.repair.soup import TriangleSoup, counted, groups_of_equal_rows
 
 SEAM = 1e-5
@@ -103,7 +104,7 @@ def _clusters(places: FloatArray, border: IntArray, faces: IntArray) -> IntArray
     kinds = np.unique(exact)
     tree = KDTree(places[kinds])
     pairs = np.zeros((0, 2), dtype=np.int64)
-    if tree.count_neighbors(tree, SEAM) <= _MOST_PAIRS * len(kinds):
+    if not crowded(tree, places[kinds], SEAM, _MOST_PAIRS):
         pairs = kinds[tree.query_pairs(SEAM, output_type="ndarray")]
     reach = np.minimum(SEAM, _OF_AN_EDGE * _shortest_edges(places, faces))
     apart = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1)
