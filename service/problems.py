@@ -11,6 +11,7 @@
     │   ├── PrototypeNotFound
     │   └── JobNotFound
     ├── MethodNotAllowed            405  not what can be done at this address
+    ├── HeadStalled                 408  the head of the request does not come in
     ├── BodyStalled                 408  the body of the request does not come in
     ├── ResultNotReady              409  the job has not ended
     ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
@@ -118,6 +119,12 @@ class MethodNotAllowed(ApiProblem):
     """Not what can be done at this address."""
 
     status, slug, title = 405, "method-not-allowed", "Method not allowed"
+
+
+class HeadStalled(ApiProblem):
+    """The head of the request does not come in."""
+
+    status, slug, title = 408, "head-stalled", "Request timed out"
 
 
 class BodyStalled(ApiProblem):

@@ -18,6 +18,7 @@ import uvicorn
 from redis.exceptions import RedisError
 
 from service.app import create_app
+from service.connections import Connection
 from service.embedded import EmbeddedServer, EmbeddedServerError
 from service.pool import WorkerPool
 from service.settings import Settings
@@ -83,6 +84,7 @@ async def _run(
     closing = asyncio.Event()
     config = uvicorn.Config(
         create_app(settings, closing),
+        http=Connection,
         log_config=None,
         access_log=False,
         server_header=False,

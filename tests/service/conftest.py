@@ -16,6 +16,7 @@ import structlog
 import uvicorn
 
 from service.app import create_app
+from service.connections import Connection
 from service.embedded import EmbeddedServer
 from service.pool import WorkerPool
 from service.settings import Settings
@@ -63,6 +64,7 @@ def running_api(settings: Settings) -> Iterator[Api]:
     closing = asyncio.Event()
     config = uvicorn.Config(
         create_app(settings, closing),
+        http=Connection,
         host="127.0.0.1",
         port=0,
         log_config=None,
