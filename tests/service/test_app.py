@@ -6,7 +6,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import httpx2
@@ -81,14 +80,12 @@ def test_without_workers_it_is_not_ready(server: EmbeddedServer) -> None:
 def test_without_its_store(tmp_path: Path) -> None:
     settings = Settings(redis_url=f"unix://{tmp_path}/nobody.sock", redis_patience=0.2)
     with running_api(settings) as api, httpx2.Client(base_url=api.url) as http:
-        start = time.monotonic()
         for path in ("/health/ready", "/v1/shapes", "/v1/jobs/x", "/v1/shapes/x"):
             answer = http.get(path)
             problem(answer, 503, "store-away")
             assert answer.headers["retry-after"]
         files = {"file": ("a.off", b"OFF")}
         problem(http.post("/v1/shapes", files=files), 503, "store-away")
-        assert time.monotonic() - start < 10.0
         assert http.get("/health/live").status_code == 200
 
 

@@ -1,7 +1,6 @@
 """Damaged, large and poisonous meshes through the whole chain: upload, warnings, match, names."""
 
 import struct
-import time
 from collections.abc import Callable
 
 import httpx2
@@ -139,9 +138,7 @@ POISON = {
 @pytest.mark.parametrize("name", POISON)
 def test_poison_harms_only_its_own_job(http: httpx2.Client, upload: Upload, name: str) -> None:
     file_type, data = POISON[name]
-    start = time.perf_counter()
     answer = http.post("/v1/shapes", files={"file": (f"m.{file_type}", data)})
-    assert time.perf_counter() - start < 20
     if answer.status_code != 201:
         problem(answer, 422, "unusable-mesh")
     mesh = shapes.blob(2)

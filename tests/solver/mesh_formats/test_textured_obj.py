@@ -48,9 +48,9 @@ def test_a_material_file_that_is_named_thousands_of_times_is_read_once() -> None
     text += b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl a\nf 1 2 3\nusemtl b7\nf 1 2 4\n"
     others = b"".join(b"newmtl b%d\nKd 0 0 1\n" % number for number in range(2000))
     data = zipped({"a.obj": text, "m.mtl": b"newmtl a\nKd 1 0 0\n" + others})
-    started = time.process_time()
+    started = time.thread_time()
     mesh = read_mesh(data, "zip")
-    assert time.process_time() - started < 10.0
+    assert time.thread_time() - started < 10.0
     np.testing.assert_allclose(colors_of(mesh)[[2, 3]], [[1, 0, 0], [0, 0, 1]])
 
 
