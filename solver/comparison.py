@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.descriptors import wave_kernel_signature
-from solver.normals import vertex_normals
+from solver.normals import signed_areas, vertex_normals
 from solver.sampling import spread_in_space
 from solver.shape import Shape
 from solver.spectrum import Spectrum
@@ -122,7 +122,7 @@ class Comparison:
         self._triples = middle, near[:, one].ravel(), near[:, two].ravel()
         # The same for every map that is compared.
         self._chords = self._lengths(self.source.positions)
-        self._areas = _signed_areas(self.source.positions, self.source.normals, *self._triples)
+        self._areas = signed_areas(self.source.positions, self.source.normals, *self._triples)
 
     def differences(self, partners: IntArray) -> tuple[float, float]:
         """Mean change of the signature, and root mean square change of a chord's length.
@@ -158,7 +158,7 @@ class Comparison:
             (S,) as for :meth:`differences`.
         """
         y, here = self.target, self._areas
-        there = _signed_areas(y.positions[partners], y.normals[partners], *self._triples)
+        there = signed_areas(y.positions[partners], y.normals[partners], *self._triples)
         norms = float(np.sqrt((here**2).sum() * (there**2).sum()))
         return float((here * there).sum()) / norms if norms > 0.0 else 0.0
 
@@ -166,12 +166,3 @@ class Comparison:
         here, there = self._ends
         lengths: FloatArray = np.linalg.norm(positions[here] - positions[there], axis=1)
         return lengths
-
-
-def _signed_areas(
-    positions: FloatArray, normals: FloatArray, a: IntArray, b: IntArray, c: IntArray
-) -> FloatArray:
-    """Twice the areas of triangles, as seen along the normal at the first corner."""
-    across = np.cross(positions[b] - positions[a], positions[c] - positions[a])
-    areas: FloatArray = np.einsum("ij,ij->i", across, normals[a])
-    return areas

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.nearest import nearest_points
 
 _RIDGE = 1e-9
@@ -53,7 +53,7 @@ class FunctionalMap:
         images: FloatArray = source[:, : self.size] @ self.matrix.T
         return images
 
-    def nearest(self, source: FloatArray, target: FloatArray) -> IntArray:
+    def nearest(self, source: RealArray, target: RealArray) -> IntArray:
         """Point of Y whose spectral embedding is nearest to the image of each point of X.
 
         Parameters
@@ -63,9 +63,11 @@ class FunctionalMap:
 
         Returns
         -------
-        (S,) int64 rows of `target`. O(S M k) time, memory bounded.
+        (S,) int64 rows of `target`, compared in single precision. O(S M k) time, memory bounded.
         """
-        return nearest_points(self.images(source), target[:, : self.size])
+        single = np.float32
+        images = source[:, : self.size].astype(single, copy=False) @ self.matrix.T.astype(single)
+        return nearest_points(images, target[:, : self.size].astype(single, copy=False))
 
 
 def fit_functional_map(
@@ -127,7 +129,8 @@ def spectral_upsampling(
         Numbers of eigenfunctions to go through, each at most K.
     """
     current = start
+    x, y = source.astype(np.float32), target.astype(np.float32)
     for size in sizes:
-        partners = current.nearest(source, target)
+        partners = current.nearest(x, y)
         current = functional_map_of_points(source[:, :size], target[partners, :size])
     return current

@@ -168,6 +168,18 @@ def test_too_few_points_for_a_dense_map() -> None:
     assert any("too few points" in warning for warning in found.warnings)
 
 
+def test_in_single_precision_nearest_points_are_as_near() -> None:
+    functions = Shape(shapes.blob(4)).spectrum(40).eigenfunctions
+    images, points = functions[::2], functions[1::2]
+    single = nearest_points(images.astype(np.float32), points.astype(np.float32))
+    squares = ((images[:, None] - points[None]) ** 2).sum(axis=2)
+    found = [
+        squares[np.arange(len(images)), one] for one in (nearest_points(images, points), single)
+    ]
+    np.testing.assert_allclose(found[0], squares.min(axis=1))
+    np.testing.assert_allclose(found[1], found[0], atol=1e-4)
+
+
 def test_the_search_among_near_cells_finds_nearly_the_nearest() -> None:
     """Of a surface embedded in many dimensions, by its first eigenfunctions."""
     functions = Shape(shapes.blob(4)).spectrum(40).eigenfunctions

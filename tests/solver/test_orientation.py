@@ -8,6 +8,7 @@ from solver.comparison import Comparison
 from solver.control import Control
 from solver.matching import match
 from solver.mesh import triangle_mesh
+from solver.normals import signed_areas
 from solver.options import MatchOptions
 from solver.shape import Shape
 from solver.symmetry import reflection
@@ -98,6 +99,15 @@ def test_orientation_of_known_maps() -> None:
     anywhere = np.random.default_rng(0).permutation(len(places))
     assert abs(comparison.orientation(anywhere)) < 0.2
     assert comparison.orientation(np.zeros(len(places), dtype=np.int64)) == 0.0
+
+
+def test_signed_areas_are_those_of_the_cross_product() -> None:
+    rng = np.random.default_rng(4)
+    positions, normals = rng.standard_normal((2, 30, 3))
+    a, b, c = rng.integers(30, size=(3, 50))
+    across = np.cross(positions[b] - positions[a], positions[c] - positions[a])
+    expected = (across * normals[a]).sum(axis=1)
+    np.testing.assert_allclose(signed_areas(positions, normals, a, b, c), expected, atol=1e-12)
 
 
 def test_compared_with_itself_a_shape_is_looked_at_as_with_another() -> None:
