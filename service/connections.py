@@ -55,6 +55,10 @@ class Connection(H11Protocol):
         """Refuse what is no HTTP."""
         self._refuse(BadRequest(f"{msg} See RFC 9112, or let a library write requests."))
 
+    def _should_upgrade(self) -> bool:
+        """Speak no other protocol, and answer as if none was asked for (RFC 9110, 7.8)."""
+        return False
+
     def _wait(self) -> None:
         self._waiting = self.loop.call_later(self._patience, self._give_up)
 

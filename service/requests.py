@@ -93,7 +93,8 @@ def _message(error: Any) -> str:
     if kind in _LENGTHS and isinstance(error["ctx"].get("actual_length"), int):
         words, key = _LENGTHS[kind]
         count = error["ctx"][key]
-        noun = "item" if count == 1 else "items"
+        noun = "character" if isinstance(error["input"], str) else "item"
+        noun += "" if count == 1 else "s"
         return f"Input should have {words} {count} {noun}, not {error['ctx']['actual_length']}"
     if kind in _BOUNDS:
         key, words = _BOUNDS[kind]

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from typing import Any, Final, TypeVar
 
-from fastapi import Request, Response
+from fastapi import Depends, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from service.jobs.schemas import Job
-from service.problems import Reported, UploadCancelled
+from service.problems import InvalidRequest, Reported, UploadCancelled
 from service.state import Service
-from worker.contracts import JobRecord, JobState, Once, UploadPayload
+from worker.contracts import FieldProblem, JobRecord, JobState, Once, UploadPayload
 
 RecordT = TypeVar("RecordT")
 
@@ -18,6 +18,21 @@ VALIDATING: Final[dict[str, Any]] = {
     "description": "Still being read: the job that does it. Ask for what it makes again.",
 }
 """The OpenAPI entry of the answer to an upload that takes long to read."""
+
+
+async def _each_part_once(request: Request) -> None:
+    form = await request.form()
+    twice = sorted({name for name in form if len(form.getlist(name)) > 1})
+    if twice:
+        message = "the form has several such parts, of which one would be used; send one"
+        raise InvalidRequest(
+            "The request is not valid; `errors` says where.",
+            tuple(FieldProblem(field=f"body.{name}", message=message) for name in twice[:20]),
+        )
+
+
+EachPartOnce: Final = Depends(_each_part_once)
+"""Refuses an upload whose form has a part twice: nobody was told which of two files was taken."""
 
 
 def bind(

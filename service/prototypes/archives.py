@@ -22,7 +22,7 @@ from service.problems import (
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
 from service.shapes.names import LONGEST, base_name, showable
 from service.state import Caller, RequestId, Service, ServiceOf
-from service.uploads import VALIDATING, bind, read, still_reading
+from service.uploads import VALIDATING, EachPartOnce, bind, read, still_reading
 from worker.contracts import (
     JobRecord,
     Order,
@@ -70,6 +70,7 @@ VALIDATING_PROTOTYPE: Final[dict[str, Any]] = {
         ),
     },
     operation_id="upload_prototype",
+    dependencies=[EachPartOnce],
 )
 async def upload_prototype(
     service: ServiceOf,

@@ -27,7 +27,7 @@ from service.shapes.lookup import ShapeId, missing_shape
 from service.shapes.names import LONGEST, base_name, showable
 from service.shapes.schemas import Shape, ShapePage
 from service.state import Caller, RequestId, Service, ServiceOf
-from service.uploads import VALIDATING, bind, read, reader, still_reading
+from service.uploads import VALIDATING, EachPartOnce, bind, read, reader, still_reading
 from worker.contracts import (
     MESH_FORMATS,
     JobRecord,
@@ -73,6 +73,7 @@ _VALIDATING: Final[dict[str, Any]] = {
         ),
     },
     operation_id="upload_shape",
+    dependencies=[EachPartOnce],
 )
 async def upload_shape(
     service: ServiceOf,

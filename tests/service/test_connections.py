@@ -110,3 +110,13 @@ def test_what_is_no_http_is_refused_like_everything_else(
         line, document = refusal(until_closed(connection))
     assert b" 400 " in line
     assert document["type"] == "urn:isomatch:problem:bad-request"
+
+
+def test_no_other_protocol_is_spoken_and_nobody_is_told_to_install_one(
+    server: EmbeddedServer, caplog: pytest.LogCaptureFixture
+) -> None:
+    wish = b"Connection: upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Key: x\r\n\r\n"
+    with idle_api(server) as api, connected(api) as connection:
+        connection.sendall(WHOLE[:-2] + wish)
+        assert answered(connection).startswith(b"HTTP/1.1 200")
+    assert "upgrade" not in caplog.text.lower()

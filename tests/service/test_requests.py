@@ -170,6 +170,20 @@ def test_without_a_body_it_does_not_matter_how_that_is_encoded(http: httpx2.Clie
     problem(answer, 415, "encoded-body")
 
 
+@pytest.mark.parametrize("path", ["/v1/shapes", "/v1/prototype-archives"])
+def test_a_form_has_each_part_once(http: httpx2.Client, path: str) -> None:
+    files = [("file", ("a.off", b"OFF")), ("file", ("b.off", b"OFF"))]
+    named = fields(problem(http.post(path, files=files), 422, "invalid-request"))
+    assert list(named) == ["body.file"]
+    assert "several" in named["body.file"]
+    name = [("name", (None, "a")), ("name", (None, "b"))]
+    refused = http.post(path, files=[*files[:1], *name])
+    assert list(fields(problem(refused, 422, "invalid-request"))) == ["body.name"]
+    long = http.post(path, files=files[:1], data={"name": "x" * 300})
+    named = fields(problem(long, 422, "invalid-request"))
+    assert named == {"body.name": "Input should have at most 200 characters, not 300"}
+
+
 def test_a_form_that_is_cut_off_is_told(http: httpx2.Client) -> None:
     form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.off"\r\n\r\nOFF\n'
     headers = {"content-type": "multipart/form-data; boundary=x"}
