@@ -65,8 +65,19 @@ class BoundingCosts:
 
     def among(self, kept: IntArray) -> "BoundingCosts":
         """Return the costs of some of the candidates."""
-        pairwise = np.ascontiguousarray(self.pairwise[np.ix_(kept, kept)])
+        pairwise = costs_among(self.pairwise, kept)
         return BoundingCosts(self.constant, self.unary[kept], pairwise, self.occlusion)
+
+
+@kernel
+def costs_among(costs: FloatArray, kept: IntArray) -> FloatArray:
+    """Rows and columns of some candidates."""
+    found = np.empty((len(kept), len(kept)))
+    for i in range(len(kept)):
+        row = costs[kept[i]]
+        for j in range(len(kept)):
+            found[i, j] = row[kept[j]]
+    return found
 
 
 @kernel

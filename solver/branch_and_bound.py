@@ -15,13 +15,16 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.bounding_costs import BoundingCosts
 from solver.control import Control
-from solver.depth_first import NODES, advance, root_bound, start_search
+from solver.depth_first import advance
 from solver.dual_ascent import DualAscent
 from solver.incumbents import Incumbents, dive, energy_of, keep
 from solver.labelling import LabellingProblem
 from solver.primal import partners_of
+from solver.search_state import NODES, root_bound, start_search
 
 _NODES_PER_CALL = 20_000
+_FEW_POINTS = 16
+"""Up to so many source points, better answers are looked for if the first drop no candidates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,11 +113,15 @@ def m_best_solutions(
         ascent = DualAscent(own, rows)
         ascent.run(1)
         dive(best, own, ascent.costs(), rows)
+        dive(best, own, own, rows)
         ascent.run(rounds - 1, float(best.energies[-1]))
         kept, bounding = ascent.kept, ascent.costs()
     bounding = bounding or own
     of_kept = np.searchsorted(problem.candidates[kept, 0], np.arange(problem.n_sources + 1))
     promising = bounding.promising(of_kept, float(best.energies[-1]))
+    if known is None and len(promising) > 0.5 * len(kept) and problem.n_sources <= _FEW_POINTS:
+        dive(best, own, own, rows, everywhere=True)
+        promising = bounding.promising(of_kept, float(best.energies[-1]))
     kept, bounding = kept[promising], bounding.among(promising)
     search = start_search(own, bounding, problem.candidates[kept, 0], kept, best)
     bound = root_bound(search)

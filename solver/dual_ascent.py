@@ -17,8 +17,8 @@ that no two source points share one.
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.bounding_costs import BoundingCosts
-from solver.kernel import kernel
+from solver.bounding_costs import BoundingCosts, costs_among
+from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED
 
 _ROUNDING = 1e-12
@@ -138,7 +138,7 @@ class DualAscent:
         self._own, self._unary = self._own[left], self._unary[left]
         self._messages = np.ascontiguousarray(self._messages[:, left])
         where = np.flatnonzero(left)
-        self._theta = _among(self._theta, where)
+        self._theta = costs_among(self._theta, where)
         self.bound = self._bound()
 
 
@@ -163,17 +163,6 @@ def _largest(costs: FloatArray) -> float:
             size = abs(row[b])
             largest[b] = max(largest[b], size if size < np.inf else 0.0)
     return largest.max() if len(largest) else 0.0
-
-
-@kernel
-def _among(costs: FloatArray, kept: IntArray) -> FloatArray:
-    """Rows and columns of some labels."""
-    found = np.empty((len(kept), len(kept)))
-    for i in range(len(kept)):
-        row = costs[kept[i]]
-        for j in range(len(kept)):
-            found[i, j] = row[kept[j]]
-    return found
 
 
 @kernel
@@ -223,26 +212,75 @@ def _go_round(
         Whether in the opposite order.
     """
     n = len(rows) - 1
+    widest = np.diff(rows).max() if n > 0 else 0
+    costs = theta.ravel()
+    f, g, half, second = np.empty(widest), np.empty(widest), np.empty(widest), np.empty(widest)
     for i in range(n):
         for j in range(i + 1, n):
             x, y = (n - 1 - i, n - 1 - j) if back else (i, j)
-            here, there = slice(rows[x], rows[x + 1]), slice(rows[y], rows[y + 1])
-            f, g = unary[here] - messages[y, here], unary[there] - messages[x, there]
+            here, there = rows[x], rows[y]
+            count, other = rows[x + 1] - here, rows[y + 1] - there
+            for a in range(count):
+                f[a] = unary[here + a] - messages[y, here + a]
+            for b in range(other):
+                g[b] = unary[there + b] - messages[x, there + b]
             # Each in turn takes what is left, the first one half of it beforehand.
-            half = 0.5 * (f + _least(theta[there, here], g))
-            second = g + _least(theta[here, there], f - half)
-            first = f + _least(theta[there, here], g - second)
-            messages[y, here] += first - unary[here]
-            messages[x, there] += second - unary[there]
-            unary[here], unary[there] = first, second
+            _least(costs, rows, y, x, g, half)
+            for a in range(count):
+                half[a] = f[a] - 0.5 * (f[a] + half[a])
+            _least(costs, rows, x, y, half, second)
+            for b in range(other):
+                second[b] += g[b]
+                messages[x, there + b] += second[b] - unary[there + b]
+                unary[there + b] = second[b]
+                g[b] -= second[b]
+            _least(costs, rows, y, x, g, half)
+            for a in range(count):
+                first = f[a] + half[a]
+                messages[y, here + a] += first - unary[here + a]
+                unary[here + a] = first
 
 
-@kernel
-def _least(costs: FloatArray, offsets: FloatArray) -> FloatArray:
-    """Least of each column, an offset being added to each row."""
-    least = np.full(costs.shape[1], np.inf)
-    for a in range(len(costs)):
-        row, offset = costs[a], offsets[a]
-        for b in range(len(row)):
-            least[b] = min(least[b], row[b] + offset)
-    return least
+@inlined
+def _least(
+    costs: FloatArray, rows: IntArray, x: int, y: int, offsets: FloatArray, least: FloatArray
+) -> None:
+    """Write what each label of y costs at least with one of x, an offset being added to each.
+
+    Four labels are looked at together, and places are unsigned, so that compilers make vector
+    instructions of it.
+
+    Parameters
+    ----------
+    costs
+        (L L,) pairwise costs, row by row.
+    rows
+        (N+1,) labels of each point.
+    x, y
+        Points.
+    offsets
+        Of the labels of x.
+    least
+        Of the labels of y, written.
+    """
+    count, other, width = rows[x + 1] - rows[x], rows[y + 1] - rows[y], np.uint64(rows[-1])
+    corner, b = rows[x] * rows[-1] + rows[y], 0
+    while b + 4 <= other:
+        p, q, r, s = np.inf, np.inf, np.inf, np.inf
+        place = np.uint64(corner + b)
+        for a in range(count):
+            offset = offsets[a]
+            p = min(p, costs[place] + offset)
+            q = min(q, costs[place + np.uint64(1)] + offset)
+            r = min(r, costs[place + np.uint64(2)] + offset)
+            s = min(s, costs[place + np.uint64(3)] + offset)
+            place += width
+        least[b], least[b + 1], least[b + 2], least[b + 3] = p, q, r, s
+        b += 4
+    while b < other:
+        p, place = np.inf, np.uint64(corner + b)
+        for a in range(count):
+            p = min(p, costs[place] + offsets[a])
+            place += width
+        least[b] = p
+        b += 1

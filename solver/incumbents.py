@@ -75,7 +75,14 @@ def energy_of(
     return energy
 
 
-def dive(found: Incumbents, own: BoundingCosts, bounding: BoundingCosts, rows: IntArray) -> None:
+def dive(
+    found: Incumbents,
+    own: BoundingCosts,
+    bounding: BoundingCosts,
+    rows: IntArray,
+    *,
+    everywhere: bool = False,
+) -> None:
     """Look for good correspondences: greedily from each choice of one point, then around the best.
 
     Parameters
@@ -88,9 +95,12 @@ def dive(found: Incumbents, own: BoundingCosts, bounding: BoundingCosts, rows: I
         Costs by which greedy choices are made.
     rows
         (N+1,) candidates of each source point.
+    everywhere
+        Whether from each choice of every point.
     """
     energies = own.unary, own.pairwise, own.occlusion
-    _dive(found, *energies, bounding.unary, bounding.pairwise, bounding.occlusion, rows)
+    costs = bounding.unary, bounding.pairwise, bounding.occlusion
+    _dive(found, *energies, *costs, rows, everywhere)
     explore(found, *energies, rows)
 
 
@@ -104,14 +114,16 @@ def _dive(
     pairwise: FloatArray,
     occlusion: FloatArray,
     rows: IntArray,
+    everywhere: bool,
 ) -> None:
     n = len(rows) - 1
     chosen = np.empty(n, dtype=np.int64)
     start = _most_different(unary, occlusion, rows, np.full(n, _OPEN))
-    for first in range(rows[start], rows[start + 1]):
+    place, last = (0, rows[n]) if everywhere else (rows[start], rows[start + 1])
+    for first in range(place, last):
         chosen[:] = _OPEN
         costs = unary.copy()
-        x, a = start, first
+        x, a = int(np.searchsorted(rows, first, side="right")) - 1, first
         for _ in range(n):
             chosen[x] = a
             if a >= 0:

@@ -19,7 +19,7 @@ from solver.solution import CERTIFIED_GAP, Method, Solution
 
 _PLAIN_POINTS = 16
 """Up to this many source points count as few."""
-_FEW_ROUNDS, _ROUNDS = 4, 20
+_FEW_ROUNDS, _ROUNDS = 4, 40
 """Of the dual ascent, with up to so many source points and with more."""
 _PLAIN_WORK = 300_000_000
 """Nodes times candidates of the search before any dual decomposition: some 0.5 s."""

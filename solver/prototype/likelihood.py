@@ -8,6 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import LabellingProblem
 from solver.level import Level
+from solver.pairwise import NO_TABLE
 from solver.prototype.mixture import GaussianMixtures
 from solver.prototype.prototype import LearnedDescriptors, LearnedDistances
 from solver.prototype.table import likelihood_table
@@ -39,8 +40,11 @@ class PrototypeLevel(Level):
         candidates
             (V, 2) indices into points and samples, in lexicographic order.
         """
+        for earlier in self._problems:
+            if np.array_equal(earlier.candidates, candidates):
+                return earlier
         n, m = len(self.source.vertices), len(self.target.vertices)
-        return LabellingProblem(
+        problem = LabellingProblem(
             candidates,
             self._unary(candidates),
             np.zeros((n, n)),
@@ -49,6 +53,26 @@ class PrototypeLevel(Level):
             self.occlusion_cost,
             table=self._table(candidates),
         )
+        self._problems.append(problem)
+        return problem
+
+    @cached_property
+    def _problems(self) -> list[LabellingProblem]:
+        """Those asked for so far: hypotheses often have the same candidates, or nearly."""
+        return []
+
+    def _known(self, candidates: IntArray) -> tuple[FloatArray, IntArray]:
+        """Table of the earlier problem with the most of these candidates, and where they are."""
+        width = len(self.target.vertices)
+        keys = candidates @ np.array([width, 1])
+        table, within = NO_TABLE, np.full(len(keys), -1)
+        for earlier in self._problems:
+            others = earlier.candidates @ np.array([width, 1])
+            place = np.searchsorted(others, keys)
+            place[~np.isin(keys, others, assume_unique=True)] = -1
+            if (place >= 0).sum() > (within >= 0).sum():
+                table, within = earlier.table, place
+        return table, within
 
     def _table(self, candidates: IntArray) -> FloatArray:
         n, mixtures = len(self.source.vertices), self.learned_distances.mixtures
@@ -65,6 +89,7 @@ class PrototypeLevel(Level):
             np.logaddexp(mixtures.log_peaks[pairs], background),
             background,
             self.beta * 2.0 / max(n - 1, 1),
+            *self._known(candidates),
         )
 
     def _unary(self, candidates: IntArray) -> FloatArray:

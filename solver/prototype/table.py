@@ -1,7 +1,8 @@
 """Pairwise costs of (6), tabulated for all pairs of candidates.
 
 A mixture is evaluated at all the distances it is asked for at once, in loops that compilers make
-vector instructions of: a table of some 35,000 likelihoods takes less than a millisecond.
+vector instructions of: a table of some 35,000 likelihoods takes less than a millisecond. Problems
+of one level have most candidates in common: what an earlier table has is taken from there.
 """
 
 import numpy as np
@@ -20,6 +21,8 @@ def likelihood_table(
     least: FloatArray,
     log_background: float,
     weight: float,
+    known: FloatArray,
+    within: IntArray,
 ) -> FloatArray:
     """Pairwise costs of (6), by log-sum-exp.
 
@@ -39,6 +42,9 @@ def likelihood_table(
         Log density of the background.
     weight
         Of every pair.
+    known, within
+        (W, W) a table of other candidates with the same distributions, and (V,) place of each
+        candidate among these, -1 for none.
 
     Returns
     -------
@@ -48,6 +54,12 @@ def likelihood_table(
     table = np.zeros((count, count))
     if count == 0:  # nothing was matched at the level before
         return table
+    for a in range(count):
+        if within[a] >= 0:
+            before, after = known[within[a]], table[a]
+            for b in range(count):
+                if within[b] >= 0:
+                    after[b] = before[within[b]]
     points = candidates[:, 0].max() + 1
     rows = np.searchsorted(candidates[:, 0], np.arange(points + 1))
     place = np.full((points, len(distances)), -1)
@@ -59,7 +71,7 @@ def likelihood_table(
     for other in range(1, points):
         for x in range(other):
             p = other * (other - 1) // 2 + x
-            number = _ask(candidates, distances, rows, place, (x, other), asked, pairs)
+            number = _ask(candidates, distances, rows, place, within, (x, other), asked, pairs)
             _log_densities(
                 asked[:number],
                 log_scales[p],
@@ -85,21 +97,27 @@ def _ask(
     distances: FloatArray,
     rows: IntArray,
     place: IntArray,
+    within: IntArray,
     points: tuple[int, int],
     asked: FloatArray,
     pairs: IntArray,
 ) -> int:
     """Write the distances between two points' samples, and whose they are; return how many.
 
-    Exchanging two samples leaves their distance: of two such pairs of candidates one is written.
+    Those of two candidates whose cost is known are not written. Exchanging two samples leaves their
+    distance: of two such pairs of candidates one is written.
     """
     x, other = points
     number = 0
     for a in range(rows[x], rows[x + 1]):
         y = candidates[a, 1]
+        new = within[a] < 0
         for b in range(rows[other], rows[other + 1]):
             z = candidates[b, 1]
-            if z == y or (z < y and place[x, z] >= 0 and place[other, y] >= 0):
+            if z == y or not (new or within[b] < 0):
+                continue
+            one, two = place[x, z], place[other, y]
+            if z < y and one >= 0 and two >= 0 and (within[one] < 0 or within[two] < 0):
                 continue
             asked[number] = distances[y, z]
             pairs[number, 0], pairs[number, 1] = a, b

@@ -1,8 +1,11 @@
 """Bounds of dual ascent against plain enumeration."""
 
+from itertools import combinations, pairwise
+
 import numpy as np
 import pytest
 
+from solver.arrays import FloatArray, IntArray
 from solver.bounding_costs import BoundingCosts
 from solver.dual_ascent import DualAscent
 from solver.labelling import UNMATCHED, LabellingProblem
@@ -49,6 +52,34 @@ def test_no_correspondence_becomes_dearer_and_all_cost_the_bound(problem: Labell
         assert ascent.bound - 1e-9 <= divided <= energy + 1e-9
         if UNMATCHED not in partners:
             assert divided == pytest.approx(energy, abs=1e-9)
+
+
+def divided_in_turn(costs: BoundingCosts, rows: IntArray) -> FloatArray:
+    """(V,) costs of candidates after a round, there and back, written as it is read."""
+    n, unary = len(rows) - 1, costs.unary.copy()
+    theta = np.minimum(costs.pairwise, 1e9)
+    messages = np.zeros((n, len(unary)))
+    points = [slice(*ends) for ends in pairwise(rows)]
+    for order in (range(n), range(n - 1, -1, -1)):
+        for x, y in combinations(order, 2):
+            a, b = points[x], points[y]
+            f, g = unary[a] - messages[y, a], unary[b] - messages[x, b]
+            half = 0.5 * (f + (theta[a, b] + g).min(axis=1))
+            second = g + (theta[b, a] + f - half).min(axis=1)
+            first = f + (theta[a, b] + g - second).min(axis=1)
+            messages[y, a], messages[x, b] = messages[y, a] + first - unary[a], second - g
+            unary[a], unary[b] = first, second
+    return unary
+
+
+@pytest.mark.parametrize("sizes", [(5, 6), (6, 9), (7, 13), (4, 4)])
+def test_a_round_is_what_it_says(sizes: tuple[int, int]) -> None:
+    problem = metric_instance(*sizes, 4, noise=0.7)
+    costs = BoundingCosts.of(problem)
+    ascent = DualAscent(costs, problem.first_candidate)
+    ascent.run(1)
+    expected = divided_in_turn(costs, problem.first_candidate)
+    np.testing.assert_allclose(ascent.costs().unary, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)

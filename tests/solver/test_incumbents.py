@@ -37,6 +37,16 @@ def test_what_is_found_cannot_be_improved_at_one_point(problem: LabellingProblem
         assert all((one != known).sum() > 1 for known in partners)
 
 
+@pytest.mark.parametrize("problem", PROBLEMS)
+def test_beginning_everywhere_finds_no_worse(problem: LabellingProblem) -> None:
+    own = BoundingCosts.of(problem)
+    few, many = (Incumbents.none(1, problem.n_sources) for _ in range(2))
+    dive(few, own, own, problem.first_candidate)
+    dive(many, own, own, problem.first_candidate, everywhere=True)
+    optimum, _ = all_solutions(problem)[0]
+    assert optimum - 1e-9 <= many.energies[0] <= few.energies[0] + 1e-9
+
+
 def test_only_the_best_are_kept_and_none_twice() -> None:
     found = Incumbents.none(2, 1)
     for energy, candidate in (3.0, 0), (1.0, 1), (1.0, 1), (2.0, 2), (5.0, 3):

@@ -115,6 +115,21 @@ def test_bound_optimum_and_energy_are_in_order(seed: int, gamma: float) -> None:
     assert problem.energy(local_search(problem, start)) <= energies[tuple(start)] + 1e-9
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_problems_of_a_level_do_not_depend_on_earlier_ones(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    level = tiny_level(seed, 4, 6, np.inf)
+    everything = level.all_candidates()
+    for share in (0.5, 0.6, 0.0, 0.7, 1.0):
+        candidates = everything[rng.random(len(everything)) < share]
+        problem = level.problem(candidates)
+        assert level.problem(candidates.copy()) is problem
+        alone = tiny_level(seed, 4, 6, np.inf).problem(candidates)
+        np.testing.assert_array_equal(problem.candidates, candidates)
+        np.testing.assert_array_equal(problem.unary, alone.unary)
+        np.testing.assert_array_equal(problem.table, alone.table)
+
+
 @pytest.mark.parametrize("n", [18])
 def test_dual_decomposition_bounds_tabulated_costs(n: int) -> None:
     level = tiny_level(1, n, n, np.inf)
