@@ -16,13 +16,14 @@ from service.problems import (
     IdempotencyKeyReused,
     InvalidRequest,
     MethodNotAllowed,
+    NewerVersion,
     NotFound,
     StoreAway,
     TooManyJobs,
 )
 from service.requests import MOST_CONSIDERED, MOST_FIELDS, field_problems, no_json, unreadable
 from worker.contracts import Problem
-from worker.store import KeyReused, TooManyQueued
+from worker.store import KeyReused, NewerRecord, TooManyQueued
 from worker.telemetry import logger
 
 _METHODS: Final = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
@@ -38,6 +39,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RedisError, _store_away)
     app.add_exception_handler(KeyReused, _key_reused)
     app.add_exception_handler(TooManyQueued, _too_many)
+    app.add_exception_handler(NewerRecord, _newer)
 
 
 def _refused(request: Request, error: Exception) -> Response:
@@ -56,6 +58,11 @@ def _too_many(request: Request, error: Exception) -> Response:
         f"There are {error.limit} of your jobs in the queue already; wait until some have begun."
     )
     return _refused(request, TooManyJobs(detail))
+
+
+def _newer(request: Request, error: Exception) -> Response:
+    detail = "A newer version of the service stored this; ask again when all of it is upgraded."
+    return _refused(request, NewerVersion(detail))
 
 
 def _invalid(request: Request, error: Exception) -> Response:

@@ -34,6 +34,7 @@
     ├── TooManyJobs                 429  the caller has as many jobs queued as it may have
     ├── InternalError               500  our fault
     ├── StoreAway                   503  Redis cannot be reached
+    ├── NewerVersion                503  a newer version stored it, and this one cannot read it
     ├── PictureNotReady             503  the picture takes longer to draw than a call may take
     └── NotReady                    503  stopping, nowhere to store anything, or no worker
 """
@@ -256,6 +257,13 @@ class PictureNotReady(ApiProblem):
     """The picture takes longer to draw than a call may take."""
 
     status, slug, title = 503, "picture-not-ready", "Picture not ready"
+
+
+class NewerVersion(ApiProblem):
+    """A newer version stored this, and this one cannot read it."""
+
+    status, slug, title = 503, "newer-version", "Stored by a newer version"
+    headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}
 
 
 class StoreAway(ApiProblem):

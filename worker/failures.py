@@ -129,6 +129,17 @@ class NotDelivered(Exception):  # noqa: N818 - said of the webhook
     """The receiver of a webhook did not take it."""
 
 
+def newer_version() -> Problem:
+    """Return the problem of a job that this version cannot read."""
+    return Problem.of(
+        "newer-version",
+        "Asked for by a newer version",
+        503,
+        "A newer version of the service was asked for this than the worker is that took it up, with"
+        " something that is unknown to the latter; ask again when all workers are upgraded.",
+    )
+
+
 def problem_of(error: Exception, record: JobRecord) -> Problem:
     """Return the problem of a job that raised an error.
 

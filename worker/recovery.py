@@ -72,7 +72,7 @@ def give_back(store: Store, job: Job, how: str, losses_allowed: int) -> None:
     losses_allowed
         How many losses a job may have had.
     """
-    record = store.jobs.get(job.id)
+    record = store.jobs.readable(job.id)
     state = store.jobs.lose(job.id, losses_allowed, lost_process(record, how))
     _clean_up(store, record, state, how)
     job.retries_left = 1 if state is JobState.QUEUED else 0
@@ -212,5 +212,5 @@ def _clean_up(store: Store, record: JobRecord | None, state: JobState | None, ho
             store.prototypes.reject(payload.upload, payload.file_type, record.id)
         case TurnPayload(job=job) if state is JobState.FAILED:
             # What it was at has cost every process that tried.
-            store.jobs.fail(job, job, lost_process(store.jobs.get(job), how))
+            store.jobs.fail(job, job, lost_process(store.jobs.readable(job), how))
             store.parts.forget(job)

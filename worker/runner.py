@@ -31,7 +31,7 @@ from worker.contracts import (
     spectrum_key,
 )
 from worker.delivery import deliver
-from worker.failures import ResultGone, ShapeGone, blaming, problem_of
+from worker.failures import ResultGone, ShapeGone, blaming, newer_version, problem_of
 from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
 from worker.hypothesis import Hypothesis, hypothesis_of
@@ -42,7 +42,7 @@ from worker.prototypes import learn
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
 from worker.spectra import spectrum_of
-from worker.store import Store
+from worker.store import NewerRecord, Store
 from worker.telemetry import logger
 from worker.turns import Turn
 from worker.webhooks import WebhookSettings
@@ -87,7 +87,12 @@ class Runner:
         if not self.store.jobs.claim(job_id, self.name):
             log.info("not to be run")
             return
-        record = self.store.jobs.get(job_id)
+        try:
+            record = self.store.jobs.get(job_id)
+        except NewerRecord:
+            log.error("of a newer version, and cannot be read: this worker is to be upgraded")
+            self.store.jobs.fail(job_id, self.name, newer_version())
+            return
         assert record is not None
         log.info("begun")
         start = time.perf_counter()

@@ -26,11 +26,11 @@ from solver.similarity import (
 from worker.contracts import DissimilaritiesPayload, JobRecord, TurnPayload
 from worker.contracts.dissimilarities import PAIRS, RESULT, STRUCTURES
 from worker.dissimilarities import arrays_of, result_of
-from worker.failures import problem_of
+from worker.failures import newer_version, problem_of
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
 from worker.signatures import cached_signatures, compute_signature, options_of
-from worker.store import Offer, Store, Taken
+from worker.store import NewerRecord, Offer, Store, Taken
 from worker.telemetry import logger
 
 SLICE: Final = 1.0
@@ -82,12 +82,15 @@ class Turn:
         assert isinstance(self.record.payload, TurnPayload)
         jobs, parts, job_id = self.store.jobs, self.store.parts, self.record.payload.job
         # A job that is done in turns is held by itself.
-        job = jobs.get(job_id) if jobs.claim(job_id, job_id) else None
+        job = None
         try:
+            job = jobs.get(job_id) if jobs.claim(job_id, job_id) else None
             if job is not None and isinstance(job.payload, DissimilaritiesPayload):
                 _Work(self, job, job.payload).do()
         except RedisError:
             raise
+        except NewerRecord:
+            jobs.fail(job_id, job_id, newer_version())
         except Cancelled:
             jobs.leave(job_id, job_id)
         except Exception as error:

@@ -22,6 +22,7 @@ from worker.contracts import (
 )
 from worker.environment import FROM_ENVIRONMENT
 from worker.queue import JobQueue, new_job
+from worker.store import NewerRecord
 from worker.telemetry import logger
 
 INTERVAL: Final = 1.0
@@ -75,7 +76,10 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     for job_id, since in webhooks.due(now, _AT_ONCE):
         if not webhooks.claim(job_id, since, now + LEASE):
             continue
-        record = queue.store.jobs.get(job_id)
+        try:
+            record = queue.store.jobs.get(job_id)
+        except NewerRecord:
+            continue
         if record is None:
             webhooks.forget(job_id)
         elif not _being_tried(queue, job_id):

@@ -1,5 +1,6 @@
 """Matches and their jobs over HTTP: asked for, waited for, cancelled, fetched, drawn, refused."""
 
+import json
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -95,6 +96,21 @@ def test_the_picture(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     # Jobs that only serve others are not listed.
     kinds = {item["kind"] for item in http.get("/v1/jobs").json()["items"]}
     assert {"match"} <= kinds <= {"match", "dissimilarities", "prototype"}
+
+
+def test_what_a_newer_version_stored_hides_nothing_else(server: EmbeddedServer) -> None:
+    with idle_api(server) as api, httpx2.Client(base_url=api.url) as http:
+        shapes = put_shapes(api)
+        unread, other = (ask(http, shapes)["id"] for _ in range(2))
+        record = api.store.client.hget(keys.job(unread), "record")
+        assert record is not None
+        document = json.loads(record)
+        document["payload"]["parameters"]["novel"] = 1
+        api.store.client.hset(keys.job(unread), "record", json.dumps(document))
+        assert [job["id"] for job in http.get("/v1/jobs").json()["items"]] == [other]
+        refused = http.get(f"/v1/jobs/{unread}")
+        assert "upgraded" in problem(refused, 503, "newer-version")["detail"]
+        assert refused.headers["retry-after"] == "10"
 
 
 def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api) -> None:

@@ -12,6 +12,7 @@ from worker.store.listings import InvalidCursor, Page
 from worker.store.orders import KeyReused, Orders, TooManyQueued
 from worker.store.parts import Offer, Parts, StageCounts, Taken
 from worker.store.prototypes import Prototypes
+from worker.store.records import NewerRecord
 from worker.store.shapes import Shapes
 from worker.store.spectra import Spectra, SpectrumCounts
 from worker.store.tallies import Tallies
@@ -21,6 +22,7 @@ __all__ = [
     "InvalidCursor",
     "Jobs",
     "KeyReused",
+    "NewerRecord",
     "Offer",
     "Orders",
     "Page",

@@ -16,7 +16,6 @@ import gzip
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Final
 
 from redis import Redis
 from redis.client import Pipeline
@@ -33,13 +32,11 @@ from worker.contracts import (
 from worker.store import keys, scripts
 from worker.store.connections import StoreSettings
 from worker.store.listings import Listing, Page
+from worker.store.records import NewerRecord, job_document, read_record
 from worker.store.replies import blob, text
 
 LISTED_KINDS = frozenset(kind for kind in JobKind if kind.has_result)
 """Kinds of jobs that users ask for; the others serve them and are not listed."""
-
-_KEPT: Final = {"id", "payload", "created", "request_id", "caller", "webhook"}
-"""What of a job's record never changes."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class Jobs:
         """Store a new, queued job, as part of a transaction."""
         created = record.created.timestamp()
         fields: dict[bytes | bytearray | memoryview | str | int | float, str] = {
-            "record": record.model_dump_json(include=_KEPT),
+            "record": job_document(record),
             "kind": record.kind.value,
             "state": JobState.QUEUED.value,
             "stage": record.progress.stage,
@@ -85,9 +82,22 @@ class Jobs:
                 pipe.expire(keys.jobs_of(name), ttl)
 
     def get(self, job_id: str) -> JobRecord | None:
-        """Return a job as it is now, or None if there is no such job (any more)."""
+        """Return a job as it is now, or None if there is no such job (any more).
+
+        Raises
+        ------
+        NewerRecord
+            A newer version asked for it, with what this one does not know.
+        """
         fields = self.client.hgetall(keys.job(job_id))
         return _record(fields) if b"record" in fields else None
+
+    def readable(self, job_id: str) -> JobRecord | None:
+        """Return a job as :meth:`get` does, or None if it cannot be read."""
+        try:
+            return self.get(job_id)
+        except NewerRecord:
+            return None
 
     def expired(self, job_id: str) -> bool:
         """Whether a job that is not there was there."""
@@ -133,10 +143,13 @@ class Jobs:
         return listing.page(limit, cursor, self.get, suits)
 
     def active(self) -> Iterator[JobRecord]:
-        """Go through all jobs that have not ended."""
+        """Go through all jobs that have not ended and can be read."""
         members: list[bytes] = self.client.zrange(keys.ACTIVE_JOBS, 0, -1)  # type: ignore[assignment]
         for job_id in map(text, members):
-            record = self.get(job_id)
+            try:
+                record = self.get(job_id)
+            except NewerRecord:
+                continue  # versions that can read it look after it
             if record is None or record.state.ended:
                 self.client.zrem(keys.ACTIVE_JOBS, job_id)
             else:
@@ -260,7 +273,7 @@ class Jobs:
 def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
     fields = {text(name): text(value) for name, value in reply.items()}
     error, delivery = fields.get("error"), fields.get("delivery")
-    return JobRecord.model_validate_json(fields["record"]).model_copy(
+    return read_record(JobRecord, fields["record"]).model_copy(
         update={
             "state": JobState(fields["state"]),
             "progress": Progress(stage=fields["stage"], fraction=float(fields["fraction"])),

@@ -9,6 +9,7 @@ from typing import Final, Generic, TypeVar, cast
 
 from redis import Redis
 
+from worker.store.records import NewerRecord
 from worker.store.replies import text
 
 ItemT = TypeVar("ItemT")
@@ -55,7 +56,8 @@ class Listing:
     ) -> Page[ItemT]:
         """Return the entries after `cursor` that suit, at most `limit`, the newest first.
 
-        Entries whose record has expired are passed over and taken out of the listing. No more than
+        Entries whose record has expired are passed over and taken out of the listing, those of
+        newer versions that cannot be read are only passed over. No more than
         `MOST_PASSED` are passed over: then there are fewer on the page, if any, and its cursor goes
         on behind them.
         """
@@ -68,7 +70,11 @@ class Listing:
                 return Page(tuple(items), None)
             for member, score in entries:
                 last = (score, member)
-                item = fetch(member)
+                try:
+                    item = fetch(member)
+                except NewerRecord:
+                    passed += 1
+                    continue
                 if item is None:
                     self.client.zrem(self.key, member)
                 if item is not None and suits(item):

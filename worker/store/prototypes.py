@@ -9,6 +9,7 @@ from worker.contracts import PrototypeRecord
 from worker.contracts.prototypes import ARCHIVE_TYPE
 from worker.store import keys
 from worker.store.listings import Listing, Page
+from worker.store.records import read_record
 from worker.store.replies import blob
 from worker.store.uploads import Uploads
 
@@ -24,7 +25,7 @@ class Prototypes(Uploads):
     def get(self, prototype_id: str) -> PrototypeRecord | None:
         """Return the record of a prototype, or None if there is no such prototype."""
         data = self.client.get(keys.prototype(prototype_id))
-        return None if data is None else PrototypeRecord.model_validate_json(data)
+        return None if data is None else read_record(PrototypeRecord, data)
 
     def use(self, prototype_id: str) -> PrototypeRecord | None:
         """Return the record of a prototype as :meth:`get`, and keep it for longer."""

@@ -8,6 +8,7 @@ from redis.client import Pipeline
 from worker.contracts import ShapeRecord
 from worker.store import keys
 from worker.store.listings import Listing, Page
+from worker.store.records import read_record
 from worker.store.uploads import Uploads
 
 
@@ -18,17 +19,17 @@ class Shapes(Uploads):
     def get(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape, or None if there is no such shape."""
         data = self.client.get(keys.shape(shape_id))
-        return None if data is None else ShapeRecord.model_validate_json(data)
+        return None if data is None else read_record(ShapeRecord, data)
 
     def use(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape as :meth:`get`, and keep the shape for longer."""
         data = self._used(shape_id, keys.shape(shape_id))
-        return None if data is None else ShapeRecord.model_validate_json(data)
+        return None if data is None else read_record(ShapeRecord, data)
 
     def records(self, shape_ids: Sequence[str]) -> list[ShapeRecord | None]:
         """Return the records of several shapes, None for each that there is not."""
         found = self.client.mget([keys.shape(shape_id) for shape_id in shape_ids])
-        return [None if data is None else ShapeRecord.model_validate_json(data) for data in found]
+        return [None if data is None else read_record(ShapeRecord, data) for data in found]
 
     def upload(self, shape_id: str) -> bytes | None:
         """Return the bytes a shape was uploaded as, and keep the shape for longer."""
