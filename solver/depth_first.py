@@ -11,7 +11,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.incumbents import energy_of, keep
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED
-from solver.search_state import DEPTH, ENTERING, NODES, OPEN, ROUNDING, Search, minimum
+from solver.search_state import DEPTH, ENTERING, NODES, OPEN, ROUNDING, Search, add, minimum
 
 
 @kernel
@@ -95,11 +95,9 @@ def _update(s: Search, depth: int, limit: float) -> bool:
     for other in range(len(chosen)):
         if chosen[other] != OPEN:
             continue
-        first, last = rows[other], rows[other + 1]
-        for b in range(first, last):
-            after[b] = before[b] + changes[b]
         occlusion[other] = occlusion_before[other] + of_occlusion[other]
-        least[other] = min(occlusion[other], minimum(after, first, last))
+        cheapest = add(before, changes, rows[other], rows[other + 1], after)
+        least[other] = min(occlusion[other], cheapest)
         total += least[other]
         rest -= least_before[other]
         if not bound + total + rest < limit:

@@ -168,12 +168,32 @@ def _changes(
 def minimum(values: FloatArray, first: int, last: int) -> float:
     """Least of some values, ``inf`` of none; four at a time, as each waits for the one before."""
     a, b, c, d = np.inf, np.inf, np.inf, np.inf
-    i = first
-    while i + 4 <= last:
-        a, b = min(a, values[i]), min(b, values[i + 1])
-        c, d = min(c, values[i + 2]), min(d, values[i + 3])
-        i += 4
-    while i < last:
+    i, end = np.uint64(first), np.uint64(last)
+    while i + np.uint64(4) <= end:
+        a, b = min(a, values[i]), min(b, values[i + np.uint64(1)])
+        c, d = min(c, values[i + np.uint64(2)]), min(d, values[i + np.uint64(3)])
+        i += np.uint64(4)
+    while i < end:
         a = min(a, values[i])
-        i += 1
+        i += np.uint64(1)
+    return min(min(a, b), min(c, d))
+
+
+@inlined
+def add(values: FloatArray, changes: FloatArray, first: int, last: int, sums: FloatArray) -> float:
+    """Write some sums, and return the least of them; see `minimum`."""
+    a, b, c, d = np.inf, np.inf, np.inf, np.inf
+    i, end = np.uint64(first), np.uint64(last)
+    one, two, three, four = np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(4)
+    while i + four <= end:
+        p, q = values[i] + changes[i], values[i + one] + changes[i + one]
+        r, s = values[i + two] + changes[i + two], values[i + three] + changes[i + three]
+        sums[i], sums[i + one], sums[i + two], sums[i + three] = p, q, r, s
+        a, b, c, d = min(a, p), min(b, q), min(c, r), min(d, s)
+        i += four
+    while i < end:
+        p = values[i] + changes[i]
+        sums[i] = p
+        a = min(a, p)
+        i += one
     return min(min(a, b), min(c, d))

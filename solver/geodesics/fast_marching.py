@@ -14,8 +14,7 @@ where the surface is so rough that hardly any wave is circular.
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
-from solver.geodesics.graph import segments
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.geodesics.heap import lift, pop
 from solver.geodesics.interface import checked_sources
 from solver.geodesics.intrinsic import IntrinsicTriangulation, intrinsic_triangulation
@@ -41,12 +40,7 @@ class FastMarching:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         triangulation = intrinsic_triangulation(mesh).delaunay()
-        graph = segments(triangulation)
-        self._segments = (
-            graph.indptr.astype(np.int64),
-            graph.indices.astype(np.int64),
-            graph.data,
-        )
+        self._segments = _segments(triangulation)
         self._waves = _waves(triangulation)
 
     @property
@@ -62,6 +56,18 @@ class FastMarching:
         return found
 
 
+def _segments(triangulation: IntrinsicTriangulation) -> tuple[IntArray, IntArray, FloatArray]:
+    """Segments of ``graph`` from each vertex, some of them twice, as march takes them."""
+    ends, lengths = _straight_ways(
+        triangulation.faces,
+        triangulation.lengths,
+        triangulation.across,
+        triangulation.forward,
+        triangulation.apexes(),
+    )
+    return _by_vertex(triangulation.n_vertices, ends, lengths)
+
+
 def _waves(
     triangulation: IntrinsicTriangulation,
 ) -> tuple[IntArray, IntArray, FloatArray]:
@@ -73,16 +79,88 @@ def _waves(
     corners : (6F, 2) the neighbour and the third corner.
     shapes : (6F, 3) length of the side to the neighbour, and the third corner: along, above.
     """
-    base, apexes = triangulation.lengths, triangulation.apexes()
-    third = triangulation.faces[:, [2, 0, 1]].ravel()
-    here = np.r_[triangulation.starts, triangulation.ends]
-    neighbour = np.r_[triangulation.ends, triangulation.starts]
-    along = np.r_[apexes[:, 0], base - apexes[:, 0]]
-    order = np.argsort(here, kind="stable")
-    starts = np.searchsorted(here[order], np.arange(triangulation.n_vertices + 1))
-    corners = np.stack([neighbour, np.r_[third, third]], axis=1)[order]
-    shapes = np.stack([np.r_[base, base], along, np.r_[apexes[:, 1], apexes[:, 1]]], axis=1)
-    return starts, corners, shapes[order]
+    return _curved_ways(
+        triangulation.n_vertices,
+        triangulation.faces,
+        triangulation.lengths,
+        triangulation.apexes(),
+    )
+
+
+@kernel
+def _straight_ways(
+    faces: IntArray,
+    lengths: FloatArray,
+    across: IntArray,
+    forward: BoolArray,
+    apexes: FloatArray,
+) -> tuple[IntArray, FloatArray]:
+    """Both ends and the length of each edge, and of each line across one; see ``graph``."""
+    ends, found = np.empty((2 * len(across), 2), dtype=np.int64), np.empty(2 * len(across))
+    count = 0
+    for side in range(len(across)):
+        face, k, twin = side // 3, side % 3, across[side]
+        base = lengths[side]
+        if side <= twin:
+            ends[count, 0], ends[count, 1] = faces[face, k], faces[face, (k + 1) % 3]
+            found[count] = base
+            count += 1
+        if twin == side or (twin < side and across[twin] == side):
+            continue  # there is nothing across, or the other side has the line
+        along, height = apexes[side]
+        other_along, other_height = apexes[twin]
+        if forward[side] != forward[twin]:
+            other_along = base - other_along
+        heights = height + other_height
+        crossing = along * other_height + other_along * height  # times heights
+        if 0.0 < crossing < base * heights:
+            ends[count, 0] = faces[face, (k + 2) % 3]
+            ends[count, 1] = faces[twin // 3, (twin + 2) % 3]
+            found[count] = np.sqrt((along - other_along) ** 2 + heights**2)
+            count += 1
+    return ends[:count], found[:count]
+
+
+@kernel
+def _by_vertex(
+    size: int, ends: IntArray, lengths: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Put segments in compressed rows, each in those of both of its ends."""
+    starts = np.zeros(size + 1, dtype=np.int64)
+    for i in range(len(ends)):
+        for k in range(2):
+            starts[ends[i, k] + 1] += 1
+    starts = np.cumsum(starts)
+    place = starts[:-1].copy()
+    others, found = np.empty(starts[-1], dtype=np.int64), np.empty(starts[-1])
+    for i in range(len(ends)):
+        for k in range(2):
+            here = ends[i, k]
+            others[place[here]], found[place[here]] = ends[i, 1 - k], lengths[i]
+            place[here] += 1
+    return starts, others, found
+
+
+@kernel
+def _curved_ways(
+    size: int, faces: IntArray, lengths: FloatArray, apexes: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    starts = np.zeros(size + 1, dtype=np.int64)
+    for side in range(len(lengths)):
+        starts[faces[side // 3, side % 3] + 1] += 2
+    starts = np.cumsum(starts)
+    place = starts[:-1].copy()
+    corners, shapes = np.empty((starts[-1], 2), dtype=np.int64), np.empty((starts[-1], 3))
+    for side in range(len(lengths)):
+        face, k, base = side // 3, side % 3, lengths[side]
+        start, end, third = faces[face, k], faces[face, (k + 1) % 3], faces[face, (k + 2) % 3]
+        along, above = apexes[side]
+        for here, other, place_along in ((start, end, along), (end, start, base - along)):
+            way = place[here]
+            place[here] += 1
+            corners[way, 0], corners[way, 1] = other, third
+            shapes[way, 0], shapes[way, 1], shapes[way, 2] = base, place_along, above
+    return starts, corners, shapes
 
 
 @kernel
@@ -132,26 +210,30 @@ def march(
                 other, there = wave_corners[way, 0], wave_corners[way, 1]
                 if places[other] >= 0 or reached[other] == np.inf:
                     continue  # it will have its own turn
-                found = _wave(reached[here], reached[other], wave_shapes, way)
-                if found < less * reached[there]:
+                limit = less * reached[there]
+                found = _wave(reached[here], reached[other], wave_shapes, way, limit)
+                if found < limit:
                     reached[there] = found
                     size = lift(heap, places, reached, size, there)
 
 
 @inlined
-def _wave(here: float, other: float, shapes: FloatArray, way: int) -> float:
+def _wave(here: float, other: float, shapes: FloatArray, way: int, limit: float) -> float:
     """Distance of a triangle's third corner from the source beyond the side between the others.
 
     These are `here` and `other` far from the source; ``inf`` if, laid out in the plane, it does
-    not see the third corner between them.
+    not see the third corner between them, or is farther from it than a limit.
     """
     base, along, above = shapes[way, 0], shapes[way, 1], shapes[way, 2]
     source = 0.5 * (base + (here - other) * (here + other) / base)
     square = here * here - source * source
     if square <= 0.0:
         return np.inf
+    squares = (along - source) ** 2 + above * above + square
+    if squares >= limit * limit:
+        return np.inf
     below = np.sqrt(square)
     crossing = source * above + along * below  # times above + below
     if crossing <= 0.0 or crossing >= base * (above + below):
         return np.inf
-    return float(np.sqrt((along - source) ** 2 + (above + below) ** 2))
+    return float(np.sqrt(squares + 2.0 * above * below))
