@@ -139,6 +139,22 @@ def enumeration_ratio(prototype: Prototype, source: Shape, targets: Sequence[Sha
     return float(seconds[1] / seconds[0])
 
 
+def ratio_by_geodesics(prototype: Prototype, source: Shape, targets: Sequence[Shape]) -> float:
+    """Time of matches of eight points over that of two shapes that are measured in the same way.
+
+    Of neither is anything known but spectra.
+    """
+    options = MatchOptions(points=8)
+    same = MatchOptions(points=8, metric=("geodesic",))
+    seconds = np.zeros(2)
+    for target in (targets[0], *targets):
+        seconds[0] += _timed(partial(match, fresh(source), fresh(target), same))[0]
+        seconds[1] += _timed(partial(match_prototype, prototype, fresh(target), options))[0]
+        if target is targets[0]:
+            seconds[:] = 0.0  # it compiled
+    return float(seconds[1] / seconds[0])
+
+
 def main() -> None:
     """Measure both kinds of matches side by side, by number of points."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -166,6 +182,9 @@ def main() -> None:
             f"{'two shapes':>12}{'prototype':>11}{'ratio':>8}{'proven':>12}"
         )
         found[name] = [compare(prototype, source, targets, n) for n in arguments.points]
+    ratio = ratio_by_geodesics(prototype, family.reference, figures)
+    print(f"\nEight points take {ratio:.2f} times as long as of two shapes by geodesic distances")
+    found["ratio_by_geodesics"] = ratio
     if prototype.points >= MatchOptions().coarse_points:
         ratio = enumeration_ratio(prototype, family.reference, figures)
         print(f"\nEight solutions of (6) take {ratio:.2f} times as long as those of (5)")
