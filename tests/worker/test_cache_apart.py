@@ -1,5 +1,7 @@
 """The cache of spectra in a Redis of its own, which evicts, is full, or is away: a real one."""
 
+import copy
+import math
 from collections.abc import Iterator
 
 import pytest
@@ -19,6 +21,7 @@ from worker.contracts import (
 from worker.queue import JobQueue
 from worker.settings import WorkerSettings
 from worker.store import Store, keys
+from worker.store.connections import OnceInAWhile
 
 MIB = 1024**2
 
@@ -109,6 +112,25 @@ def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) 
         apart.spectra.forget("a")
     finally:
         cache.replicaof("NO", "ONE")
+
+
+def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
+    second: EmbeddedServer, server: EmbeddedServer
+) -> None:
+    patient = OnceInAWhile(1.0, lull=math.inf)
+    # Each connection has a copy of how it waits, and what one finds out holds for all.
+    assert [one.compute(1) for one in (patient, copy.deepcopy(patient), patient)] == [1.0, 0.0, 0.0]
+    patient.reset()
+    assert patient.compute(1) == 0.0
+    always = OnceInAWhile(0.5, lull=0.0)
+    assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
+    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), patience=1)
+    backoffs = [
+        client.connection_pool.connection_kwargs["retry"]._backoff
+        for client in (store.client, store.spectra.cache)
+    ]
+    assert [isinstance(one, OnceInAWhile) for one in backoffs] == [False, True]
+    store.close()
 
 
 def test_matches_go_on_while_the_cache_is_away(

@@ -1,11 +1,13 @@
 """Connections to Redis that outlive its restarts, and the settings of the store."""
 
-from typing import Final
+import math
+import time
+from typing import Final, Self
 
 from pydantic import Field
 from pydantic_settings import BaseSettings
 from redis import Redis
-from redis.backoff import ConstantBackoff
+from redis.backoff import AbstractBackoff, ConstantBackoff
 from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 from redis.retry import Retry
@@ -18,6 +20,9 @@ SOCKET_TIMEOUT: Final = 30.0
 
 CACHE_PATIENCE: Final = 1.0
 """Seconds for which a command is repeated while a cache with a Redis of its own is away."""
+
+CACHE_LULL: Final = 10.0
+"""Seconds after which it is waited for again: a match looks for six things there."""
 
 
 class StoreSettings(BaseSettings):
@@ -55,7 +60,45 @@ class StoreSettings(BaseSettings):
     )
 
 
-def connect(url: str, patience: float, pause: float = 1.0, silence: float | None = None) -> Redis:
+class OnceInAWhile(AbstractBackoff):
+    """Pauses for a store that is away only once in a while, and otherwise gives it up at once.
+
+    Parameters
+    ----------
+    pause
+        Seconds between two attempts.
+    lull
+        Seconds after a pause in which there is no other.
+    """
+
+    def __init__(self, pause: float, lull: float) -> None:
+        self._pause = pause
+        self._lull = lull
+        self._last = -math.inf
+
+    def __deepcopy__(self, memo: object) -> Self:
+        """Return this one itself: what one connection has found out holds for all."""
+        return self
+
+    def reset(self) -> None:
+        """Remember the last pause from one command to the next."""
+
+    def compute(self, failures: int) -> float:
+        """Return how long to wait before the next attempt."""
+        now = time.monotonic()
+        if now - self._last < self._lull:
+            return 0.0
+        self._last = now
+        return self._pause
+
+
+def connect(
+    url: str,
+    patience: float,
+    pause: float = 1.0,
+    silence: float | None = None,
+    lull: float = 0.0,
+) -> Redis:
     """Return a client that repeats what fails while Redis restarts.
 
     Without this a job that ends just then would be lost although it is computed.
@@ -71,9 +114,12 @@ def connect(url: str, patience: float, pause: float = 1.0, silence: float | None
     silence
         Seconds after which a command without an answer has failed, and is not repeated: for those
         who cannot wait. None for those who can, such as workers.
+    lull
+        Seconds after a pause in which it is not waited for again.
     """
     errors = [RedisConnectionError] if silence else [RedisConnectionError, RedisTimeoutError]
     attempts = max(0, round(patience / pause))
+    backoff = OnceInAWhile(pause, lull) if lull else ConstantBackoff(pause)
     return Redis.from_url(
         url,
         socket_timeout=silence or SOCKET_TIMEOUT,
@@ -81,6 +127,6 @@ def connect(url: str, patience: float, pause: float = 1.0, silence: float | None
         # Spectra and meshes are megabytes; the default of 32 KiB takes twice the time for them.
         socket_read_size=1024**2,
         health_check_interval=30,
-        retry=Retry(ConstantBackoff(pause), attempts, tuple(errors)),
+        retry=Retry(backoff, attempts, tuple(errors)),
         retry_on_error=errors,
     )
