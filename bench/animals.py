@@ -5,6 +5,8 @@ each kind, some of them outside of what the examples show, each triangulated on 
 is right if no point is farther than half √area from its place: directly, left being left, or up to
 the symmetry of the body. With ``--data``, prototypes are learned from all but one pose of each real
 class, put into correspondence by our own matches, and matched with the pose that was left out.
+``--sensitivity`` is to the number of examples, generated and, with ``--data``, real ones, the man's
+too.
 """
 
 import argparse
@@ -24,11 +26,18 @@ from solver.arrays import FloatArray, IntArray
 from solver.match import Match
 from solver.matching import match
 from solver.options import MatchOptions
-from solver.prototype import PrototypeOptions, learn_prototype, match_prototype, matched_examples
+from solver.prototype import (
+    Prototype,
+    PrototypeOptions,
+    learn_prototype,
+    match_prototype,
+    matched_examples,
+)
 
 _CLASSES = "cat", "dog", "horse"
 _POSES = 3
-"""Examples of a real class that a prototype needs at least."""
+"""Examples of a real class."""
+_EXAMPLES = 4, 8, 24, 64
 
 
 def errors(
@@ -132,7 +141,7 @@ def real(folder: Path, points: int) -> dict[str, float]:
         own = [one for one in shapes if one.category == category]
         if len(own) <= _POSES:
             continue
-        rows = np.array([left_out(own, place, points) for place in range(len(own))])
+        rows = np.array([left_out(own, place, points, _POSES) for place in range(len(own))])
         direct, right = shares(rows)
         print(
             f"{category:22}{direct:9.1%}{right:9.1%}{rows[:, 2].mean():9.3f}{rows[:, 3].mean():9}"
@@ -141,10 +150,43 @@ def real(folder: Path, points: int) -> dict[str, float]:
     return figures
 
 
-def left_out(shapes: list[KnownShape], place: int, points: int) -> tuple[float, float, float, int]:
-    """Greatest errors, direct and mirrored, the mean direct one, and examples used."""
+def sensitivity(arguments: argparse.Namespace) -> dict[str, dict[str, tuple[float, float]]]:
+    """Shares that are right, direct and up to symmetry, by the number of examples."""
+    family = quadruped_family(max(_EXAMPLES) - 1)
+    animals = individuals(family, arguments.animals, HELD_OUT)
+    found: dict[str, dict[str, tuple[float, float]]] = {"generated": {}}
+    for examples in _EXAMPLES:
+        prototype = learn(family, examples, 5, arguments.points)
+
+        def by_class(animal: Unfamiliar, prototype: Prototype = prototype) -> Match:
+            return match_prototype(prototype, animal.shape)
+
+        rows = measured(by_class, prototype.vertices, family, animals)
+        found["generated"][str(examples)] = shares(rows)
+    shapes = read_collection(arguments.data) if arguments.data else []
+    for category in (*_CLASSES, "michael"):
+        own = [one for one in shapes if one.category == category and one.truth is not None]
+        for examples in range(1, _POSES + 1) if len(own) > _POSES else ():
+            errors = [left_out(own, n, arguments.points, examples) for n in range(len(own))]
+            found.setdefault(category, {})[str(examples)] = shares(np.array(errors))
+    print(f"\n{'right, by examples':22}{'examples':>9}{'direct':>9}{'right':>9}")
+    for name, several in found.items():
+        for count, (direct, right) in several.items():
+            print(f"{name:22}{count:>9}{direct:9.1%}{right:9.1%}")
+    return found
+
+
+def left_out(
+    shapes: list[KnownShape], place: int, points: int, examples: int
+) -> tuple[float, float, float, int]:
+    """Learn from the shapes that follow one, and match that.
+
+    Returns
+    -------
+    Greatest errors, direct and mirrored, the mean direct one, and examples used.
+    """
     target = shapes[place]
-    others = [one for one in shapes if one is not target]
+    others = [shapes[(place + 1 + n) % len(shapes)] for n in range(examples)]
     options = PrototypeOptions(points=points)
     found = matched_examples([one.shape for one in others], options)
     prototype = learn_prototype(found.examples, options)
@@ -172,11 +214,14 @@ def main() -> None:
     parser.add_argument(
         "--choosing", action="store_true", help="the animals settings are chosen by"
     )
+    parser.add_argument("--sensitivity", action="store_true", help="to the number of examples")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    figures = generated(arguments)
+    figures: dict[str, object] = {**generated(arguments)}
     if arguments.data:
         figures |= real(arguments.data, arguments.points)
+    if arguments.sensitivity:
+        figures["sensitivity"] = sensitivity(arguments)
     if arguments.json:
         print(json.dumps(figures))
 

@@ -1,0 +1,226 @@
+"""What real scans do to a surface, with the places of their vertices on the clean one."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh import TriangleMesh, largest_component, triangle_mesh
+from solver.normals import vertex_normals
+from solver.shape import Shape
+from solver.simplification import simplified
+from solver.synthetic import Transformed, glued, near_in_space, noisy, punched, remeshed
+
+_HOLES, _HOLE_RADIUS = 5, 0.03
+_CUT_RADIUS = 0.2
+"""Of what is cut off at the end of a limb, over √area."""
+_APART = 0.6
+_BUMPS, _BUMP_RADIUS, _BUMP_HEIGHT = 12, 0.12, 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """A scan of a surface.
+
+    Parameters
+    ----------
+    mesh
+        V vertices.
+    places
+        (V, 3) where each vertex, by its number in the file, was on the clean surface.
+    """
+
+    mesh: TriangleMesh
+    places: FloatArray
+
+
+Condition = Callable[[TriangleMesh], Scan]
+"""Makes a scan of a closed surface of unit area."""
+
+
+def scanned(mesh: TriangleMesh, condition: Condition) -> Scan:
+    """Scan a surface.
+
+    Parameters
+    ----------
+    mesh
+        Closed, of unit area.
+    condition
+        One of :data:`CONDITIONS`.
+
+    Returns
+    -------
+    The scan, of the surface's largest component.
+    """
+    scan = condition(mesh)
+    return replace(scan, mesh=largest_component(scan.mesh))
+
+
+def _as_it_is(mesh: TriangleMesh) -> Scan:
+    return Scan(mesh, mesh.vertices)
+
+
+def _coarse(vertices: int) -> Condition:
+    def condition(mesh: TriangleMesh) -> Scan:
+        return _near(mesh, simplified(mesh, vertices))
+
+    return condition
+
+
+def _fine(mesh: TriangleMesh) -> Scan:
+    """Some 50,000 vertices, by halving edges twice."""
+    coarse = simplified(mesh, 50_000 // 16) if 16 * mesh.n_vertices > 50_000 else mesh
+    vertices, faces = coarse.vertices, coarse.faces
+    for _ in range(2):
+        vertices, faces = _halved(vertices, faces)
+    return _near(mesh, triangle_mesh(vertices, faces))
+
+
+def _rough(share: float) -> Condition:
+    """Noise in all directions, its standard deviation a share of the bounding box's diagonal."""
+
+    def condition(mesh: TriangleMesh) -> Scan:
+        deviation = share * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) / np.sqrt(3.0)
+        moves = deviation * np.random.default_rng(5).standard_normal(mesh.vertices.shape)
+        return Scan(triangle_mesh(mesh.vertices + moves, mesh.faces), mesh.vertices)
+
+    return condition
+
+
+def _remeshed(mesh: TriangleMesh) -> Scan:
+    return _near(mesh, remeshed(mesh, 3 * mesh.n_vertices // 5, seed=3).mesh)
+
+
+def _irregular(mesh: TriangleMesh) -> Scan:
+    """Coarse, and then with further vertices in the middle of random triangles, twice."""
+    coarse, rng = simplified(mesh, 1500), np.random.default_rng(7)
+    vertices, faces = coarse.vertices, coarse.faces
+    for _ in range(2):
+        split = rng.random(len(faces)) < 0.3
+        a, b, c = faces[split].T
+        new = len(vertices) + np.arange(len(a))
+        vertices = np.concatenate([vertices, vertices[faces[split]].mean(axis=1)])
+        three = [np.stack(corners, axis=1) for corners in ((a, b, new), (b, c, new), (c, a, new))]
+        faces = np.concatenate([faces[~split], *three])
+    return _near(mesh, triangle_mesh(vertices, faces))
+
+
+def _with_holes(mesh: TriangleMesh) -> Scan:
+    """Holes at random places, where one of that size does not cut a limb off."""
+    centres: list[int] = []
+    found: Transformed | None = None
+    for centre in np.random.default_rng(0).permutation(mesh.n_vertices):
+        try:
+            tried = punched(mesh, np.array([*centres, centre]), _HOLE_RADIUS)
+        except ValueError:
+            continue
+        if tried.mesh.components == 1:
+            centres, found = [*centres, int(centre)], tried
+        if len(centres) == _HOLES:
+            break
+    return _as_it_is(mesh) if found is None else _near(mesh, found.mesh)
+
+
+def _cut(count: int) -> Condition:
+    """Ends of limbs cut off, those farthest from all others."""
+
+    def condition(mesh: TriangleMesh) -> Scan:
+        shape = Shape(mesh)
+        ends = shape.sampling("geodesic", count).indices
+        return _left(mesh, shape.metric("geodesic").distances(ends).min(axis=0) > _CUT_RADIUS)
+
+    return condition
+
+
+def _unit(factor: float) -> Condition:
+    def condition(mesh: TriangleMesh) -> Scan:
+        return Scan(
+            triangle_mesh(mesh.vertices * factor + 100.0 * factor, mesh.faces), mesh.vertices
+        )
+
+    return condition
+
+
+def _upside_down(mesh: TriangleMesh) -> Scan:
+    turn = Rotation.from_euler("xyz", (170.0, 25.0, 40.0), degrees=True).as_matrix()
+    return Scan(triangle_mesh(mesh.vertices @ turn.T, mesh.faces), mesh.vertices)
+
+
+def _inside_out(mesh: TriangleMesh) -> Scan:
+    return Scan(triangle_mesh(mesh.vertices, mesh.faces[:, ::-1]), mesh.vertices)
+
+
+def _glued(count: int) -> Condition:
+    """Joined where parts far from one another come near, as a hand and a hip do."""
+
+    def condition(mesh: TriangleMesh) -> Scan:
+        return _near(mesh, glued(mesh, near_in_space(mesh, count, _APART), 0.02).mesh)
+
+    return condition
+
+
+def _clothed(mesh: TriangleMesh) -> Scan:
+    """Smooth bumps, as of hair, bags and clothes."""
+    centres = np.random.default_rng(4).choice(mesh.n_vertices, _BUMPS, replace=False)
+    apart = np.linalg.norm(mesh.vertices[:, None] - mesh.vertices[centres], axis=2)
+    height = _BUMP_HEIGHT * np.exp(-0.5 * (apart / (0.5 * _BUMP_RADIUS)) ** 2).sum(axis=1)
+    normals = vertex_normals(mesh.vertices, mesh.faces)
+    return Scan(triangle_mesh(mesh.vertices + height[:, None] * normals, mesh.faces), mesh.vertices)
+
+
+def _everything(mesh: TriangleMesh) -> Scan:
+    """Holes, glue, noise, few vertices."""
+    first = _with_holes(mesh).mesh
+    second = glued(first, near_in_space(first, 1, _APART), 0.02).mesh
+    return _near(mesh, simplified(noisy(second, 0.2, seed=2).mesh, 2000))
+
+
+CONDITIONS: Mapping[str, Condition] = {
+    "as it is": _as_it_is,
+    "1,000 vertices": _coarse(1000),
+    "500 vertices": _coarse(500),
+    "50,000 vertices": _fine,
+    "noise of 0.5 %": _rough(0.005),
+    "noise of 1 %": _rough(0.01),
+    "remeshed": _remeshed,
+    "irregular": _irregular,
+    "five holes": _with_holes,
+    "one end cut off": _cut(1),
+    "three ends cut off": _cut(3),
+    "in another unit": _unit(1000.0),
+    "upside down": _upside_down,
+    "inside out": _inside_out,
+    "glued once": _glued(1),
+    "glued twice": _glued(2),
+    "clothed": _clothed,
+    "holes, glue, noise": _everything,
+}
+
+
+def _near(clean: TriangleMesh, mesh: TriangleMesh) -> Scan:
+    """Places on the clean surface: of a vertex moved little, where it is."""
+    places = np.empty((int(mesh.vertex_ids.max()) + 1, 3))
+    places[:] = np.nan
+    nearest = KDTree(clean.vertices).query(mesh.vertices)[1]
+    places[mesh.vertex_ids] = clean.vertices[nearest]
+    return Scan(mesh, places)
+
+
+def _left(mesh: TriangleMesh, kept: BoolArray) -> Scan:
+    """Without the triangles at some vertices."""
+    faces: IntArray = mesh.faces[kept[mesh.faces].all(axis=1)]
+    return Scan(triangle_mesh(mesh.vertices, faces), mesh.vertices)
+
+
+def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Each triangle in four."""
+    edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    distinct, middle = np.unique(edges, axis=0, return_inverse=True)
+    ab, bc, ca = (len(vertices) + middle.reshape(-1, 3)).T
+    a, b, c = faces.T
+    four = ((a, ab, ca), (b, bc, ab), (c, ca, bc), (ab, bc, ca))
+    split = np.concatenate([np.stack(corners, axis=1) for corners in four])
+    return np.concatenate([vertices, vertices[distinct].mean(axis=1)]), split
