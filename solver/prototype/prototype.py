@@ -11,8 +11,9 @@ from solver.structures import DescriptorChoice, MetricChoice
 
 _LEAST_USUAL = 0.1
 """Of examples that are nearly equal, energies are due to samples alone."""
-_UNUSUAL = 1.5
-"""Times the greatest energy of an example left out from which on a target is unlike them all."""
+_MARGIN = 4.0
+"""Over the number of examples left out, by how much of their greatest energy a target may exceed
+it. The greatest of many is hardly exceeded within the class, that of four often is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,8 @@ class Prototype:
     @property
     def greatest_misfit(self) -> float:
         """Of energies over the usual one, the greatest that is no reason to doubt."""
-        return _UNUSUAL * max(float(self.left_out_energies[-1]) / self.usual_energy, 1.0)
+        margin = 1.0 + _MARGIN / len(self.left_out_energies)
+        return margin * max(float(self.left_out_energies[-1]) / self.usual_energy, 1.0)
 
 
 def pair_places(first: IntArray, second: IntArray) -> IntArray:

@@ -101,7 +101,8 @@ def test_images(images: Engine) -> None:
 def test_kernels_are_compiled_already(images: Engine) -> None:
     confined = ["run", "--rm", "--read-only", "--cap-drop", "ALL", "--tmpfs", "/tmp:size=256m"]
     said = images.docker(*confined, "isomatch-worker", "--warm-up")
-    seconds = [json.loads(line)["seconds"] for line in said.splitlines()]
+    lines = [json.loads(line) for line in said.splitlines()]
+    seconds = [line["seconds"] for line in lines if "seconds" in line]
     print("warm after", seconds)
     assert len(seconds) == 2
     assert sum(seconds) < 20, "to compile them takes longer than half a minute"
@@ -258,6 +259,6 @@ def test_a_worker_of_another_machine_joins(service: Installation, shape: str) ->
         cwd=ROOT,
         env=os.environ | settings,
         check=True,
-        timeout=180,
+        timeout=900,  # this machine may have to compile first, which its images do not
     )
     service.result(job)
