@@ -71,6 +71,35 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
     raise InfeasibleError("there are fewer target points than source points")
 
 
+def rematch(partners: IntArray, level: Level, rho: float) -> Refinement:
+    """Match the same points again, among more samples of the target.
+
+    Parameters
+    ----------
+    partners
+        (N,) correspondence at the level before, whose samples begin those of `level`.
+    level
+        The level, with as many source samples.
+    rho
+        Points stay within so many covering radii of their partners: a hypothesis remains what it
+        is. Those that have none may go anywhere.
+
+    Returns
+    -------
+    Refinement
+        What local search finds among all these pairs.
+    """
+    matched = np.flatnonzero(partners != UNMATCHED)
+    moved = level.target.distances[partners[matched]]
+    near = level.allowed()
+    near[matched] &= moved <= rho * moved.min(axis=0, initial=np.inf).max(initial=0.0)
+    # However far, a landmark's partner is its own, and every point may stay where it is.
+    near[matched, partners[matched]] = True
+    problem = level.problem(np.argwhere(near).astype(np.int64))
+    found = local_search(problem, partners)
+    return Refinement(problem, found, problem.energy(found))
+
+
 def _candidates(
     disagreement: FloatArray, near: BoolArray, allowed: BoolArray
 ) -> Iterator[IntArray]:

@@ -12,7 +12,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.distortion import greatest_distortions
-from solver.hierarchy import refine
+from solver.hierarchy import refine, rematch
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.level import Level
 from solver.match import Correspondence, LevelReport
@@ -149,10 +149,12 @@ class HierarchicalRun:
         self.control.report("refinement", 0.45 + 0.05 * level.index)
         started = time.perf_counter()
         refined = []
+        again = len(level.source.vertices) == len(hypotheses[0].partners)
+        closer = rematch if again else refine
         for hypothesis in hypotheses:
             self.control.check()
             before = time.perf_counter()
-            found = refine(hypothesis.partners, level, self.options.rho)
+            found = closer(hypothesis.partners, level, self.options.rho)
             refined.append((found, hypothesis, time.perf_counter() - before))
         refined.sort(key=lambda entry: entry[0].energy)
         self.spend("refinement", started)

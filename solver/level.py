@@ -220,7 +220,7 @@ def build_level(
     )
     if not (isinstance(descriptor, NoDescriptor) or options.first_order_weight == 0.0):
         field = f"descriptor.{options.place('descriptor', index)}"
-        f, g = _described((source, target), descriptor, (ours.vertices, theirs.vertices), field)
+        f, g = described((source, target), descriptor, (ours.vertices, theirs.vertices), field)
         ours, theirs = replace(ours, descriptors=f), replace(theirs, descriptors=g)
     return Level(
         index,
@@ -275,7 +275,7 @@ def check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> 
     )
 
 
-def _described(
+def described(
     shapes: tuple[Shape, Shape],
     descriptor: DescriptorChoice,
     vertices: tuple[IntArray, IntArray],

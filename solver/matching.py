@@ -8,6 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
+from solver.deciding import deciding_level, is_decided, with_deciding_size
 from solver.dense import DenseMap
 from solver.errors import OptionError
 from solver.extension import dense_correspondence, extended_map
@@ -19,6 +20,7 @@ from solver.hypotheses import (
     distinct,
     level_reports,
 )
+from solver.images import at_images, with_images
 from solver.labelling import UNMATCHED
 from solver.landmarks import landmark_vertices
 from solver.level import Level, build_level, level_sizes
@@ -114,12 +116,22 @@ class _Run(HierarchicalRun):
             self.warnings.append(
                 f"only {sizes[-1][0]} points could be matched: a shape has no more vertices"
             )
+        if again := is_decided(self.options):
+            sizes = with_deciding_size(sizes, self.target)
+        for shape, count, given in zip(
+            (self.source, self.target), sizes[-1], landmarks.T, strict=True
+        ):
+            # The longest sampling begins with all others.
+            shape.sampling(self.options.metric_at(0), count, tuple(given.tolist()))
         levels = []
         for index, size in enumerate(sizes):
             self.control.report("structures", 0.1 + 0.3 * index / len(sizes))
-            levels.append(
-                build_level(self.source, self.target, index, size, self.options, landmarks)
-            )
+            if again and index == 1:
+                build, structure = deciding_level, 0
+            else:
+                build, structure = build_level, index - int(again and index > 1)
+            level = build(self.source, self.target, structure, size, self.options, landmarks)
+            levels.append(replace(level, index=index))
         self.timings["structures"] = time.perf_counter() - started
         return levels
 
@@ -151,8 +163,10 @@ class _Run(HierarchicalRun):
 
     def answer(self, hypotheses: list[Hypothesis], levels: list[Level]) -> Match:
         """Choose, prove, and put the answer together in the user's vertex numbers."""
-        finest, found = levels[-1], distinct(hypotheses)
-        extended, found = self._oriented(found, levels)
+        extended, found = self._oriented(distinct(hypotheses), levels)
+        if extended is not None and self.options.objective != LINF:
+            found[0], levels = self._placed(found, extended, levels)
+        finest = levels[-1]
         if self.options.objective != LINF:
             found = distinct([self.bounded(found[0], levels), *found[1:]])
         ids = (
@@ -202,6 +216,25 @@ class _Run(HierarchicalRun):
             found = replace(found, hypothesis=0)
         self.spend("dense map", started)
         return found, hypotheses
+
+    def _placed(
+        self, hypotheses: list[Hypothesis], found: DenseMap, levels: list[Level]
+    ) -> tuple[Hypothesis, list[Level]]:
+        """Match the first hypothesis' points where its map has them, between the samples."""
+        self.control.report("points of the map", 0.55)
+        started = time.perf_counter()
+        first, finest = hypotheses[0], levels[-1]
+        images = found.images(finest.source.vertices)
+        wider = with_images(self.source, self.target, finest, images)
+        placed = at_images(wider, images, self.target.size)
+        self.spend("refinement", started)
+        if placed is None:
+            return first, levels
+        rank = 1 + sum(other.energy < placed.energy for other in hypotheses[1:])
+        solution = Solution(placed.partners, placed.energy, 0.0, 0, Method.LOCAL_SEARCH)
+        seconds = first.stages[-1].seconds + time.perf_counter() - started
+        stage = Stage(placed.problem, solution, rank, seconds)
+        return Hypothesis((*first.stages[:-1], stage)), [*levels[:-1], wider]
 
     def _distances_to_images(self, found: DenseMap, coarse: Level) -> FloatArray:
         """(N, M) from the images of coarse source samples to the coarse target samples."""

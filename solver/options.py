@@ -49,7 +49,8 @@ class MatchOptions:
     metric
         Metric d of each level, from the coarsest on; the last serves all finer levels. Each is
         a choice, or a name, which is the choice with default parameters. Points are sampled
-        farthest first in the first one.
+        farthest first in the first one. Between commute times and geodesic distances the coarsest
+        level's points are matched a second time, by heat: see :mod:`solver.deciding`.
     descriptor
         Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
     beta
@@ -74,7 +75,8 @@ class MatchOptions:
     orientation
         Whether of the hypotheses that one is returned whose extension to all vertices preserves
         most and keeps orientation, so that left is matched with left, rather than the one of
-        least energy, of which the mirror image is as good. `dense` and `refine` include that.
+        least energy, of which the mirror image is as good; its points then lie where that extension
+        has them. `dense` and `refine` include that.
         With objective ``"linf"`` the answer stays that of least distortion.
     dense
         Whether to extend the match to all vertices: see :mod:`solver.dense`.

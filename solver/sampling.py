@@ -8,7 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError, OptionError
 from solver.kernel import kernel
-from solver.metrics import Metric
+from solver.metrics import EmbeddedMetric, Metric
 
 _LANDMARKS = 6
 
@@ -89,8 +89,10 @@ def farthest_point_sampling(
     distances = np.zeros((count, count))
     nearest = np.full(metric.n_vertices, np.inf)
     chosen = extremity(metric) if not first else first[0]
+    # Squares order vertices as distances do, and an embedding has them first.
+    embedded = metric if isinstance(metric, EmbeddedMetric) else None
     for i in range(count):
-        row = _row(metric, chosen)
+        row = _row(metric, chosen) if embedded is None else embedded.squares(chosen)
         indices[i] = chosen
         distances[i, :i] = distances[:i, i] = row[indices[:i]]
         np.minimum(nearest, row, out=nearest)
@@ -98,6 +100,8 @@ def farthest_point_sampling(
         farthest = int(np.argmax(nearest))
         radii[i] = max(nearest[farthest], 0.0)
         chosen = first[i + 1] if i + 1 < len(first) else farthest
+    if embedded is not None:
+        radii, distances = np.sqrt(radii), np.sqrt(distances)
     return FarthestPointSampling(indices, radii, distances)
 
 

@@ -26,6 +26,7 @@ from solver.structures.metrics import (
     Diffusion,
     Geodesic,
     MetricChoice,
+    Varadhan,
     metric_choice,
 )
 
@@ -51,6 +52,7 @@ __all__ = [
     "Photometric",
     "ScaleInvariantHeatKernelSignature",
     "Structure",
+    "Varadhan",
     "WaveKernelSignature",
     "descriptor_choice",
     "metric_choice",

@@ -14,6 +14,13 @@ still told apart. The smallest of 100 terms has decayed to exp(-2 · 4π · 100 
 Weyl's law: what the spectrum leaves out does not count.
 """
 
+VARADHAN_TIME = 0.05
+"""Time t of Varadhan's formula on a surface of unit area.
+
+The less, the closer to geodesic distances, as long as h_t is known: of points at a distance d it is
+exp(-d²/4t) times what it is at either, 10⁻⁹ at d = 2, which a spectrum still tells.
+"""
+
 GREATEST = 1e30
 """Bound of lengths and areas, and of their inverses."""
 
@@ -67,10 +74,30 @@ class Biharmonic(MetricChoice):
     spectral = True
 
 
+@dataclass(frozen=True)
+class Varadhan(MetricChoice):
+    """Geodesic distance as heat tells it: see :func:`solver.metrics.varadhan_distances`.
+
+    No metric in the strict sense, and none to be asked for: it stands in for the geodesic one where
+    only a spectrum is known.
+
+    Parameters
+    ----------
+    time
+        t, in the square of the shapes' unit of length; ``None`` for `VARADHAN_TIME` of their area.
+    """
+
+    name = "varadhan"
+    invariance = Invariance(bending="yes", topology="approx", scale="no")
+    spectral = True
+
+    time: float | None = parameter(Parameter(1.0 / GREATEST, GREATEST, VARADHAN_TIME, "area"))
+
+
 METRICS: dict[str, type[MetricChoice]] = {
     kind.name: kind for kind in (Geodesic, Diffusion, CommuteTime, Biharmonic)
 }
-"""The metrics by name."""
+"""The metrics by name, of those that can be asked for."""
 
 
 def metric_choice(given: MetricChoice | str, field: str = "metric") -> MetricChoice:

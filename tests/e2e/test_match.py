@@ -64,7 +64,7 @@ def test_a_symmetric_figure(client: isomatch.Client, symmetric: Figures, tmp_pat
     assert min(direct.mean(), mirrored.mean()) < 0.05
     assert match.levels[0].certified
     assert match.levels[0].gap <= 1e-4
-    assert [level.points for level in match.levels] == [8, 16, 32]
+    assert [level.points for level in match.levels] == [8, 8, 16, 32]
     for level in match.levels:
         assert level.lower_bound <= level.energy + 1e-9
     assert match.lower_bound <= match.energy + 1e-9

@@ -63,7 +63,8 @@ class MatchParameters(BaseModel):
         default=("commute_time", "geodesic"),
         description="Distance to be preserved: a metric for all levels, or one for each from the"
         " coarsest on, of which the last is repeated. A metric is its name, or an object of its"
-        " name and its parameters; `GET /v1/structures` lists them.",
+        " name and its parameters; `GET /v1/structures` lists them. Between commute times and"
+        " geodesic distances the coarsest level's points are matched a second time, by heat.",
         examples=["geodesic", {"name": "diffusion", "time": 0.02}, ["commute_time", "geodesic"]],
     )
     descriptor: DescriptorByLevel = Field(

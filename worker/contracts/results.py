@@ -48,7 +48,10 @@ class Level(_Part):
     points: int = Field(description="Samples on the source.")
     target_points: int = Field(description="Samples on the target.")
     candidates: int = Field(description="Pairs of samples that were considered.")
-    metric: str = Field(description="Metric that was compared.")
+    metric: str = Field(
+        description='Metric that was compared. "varadhan": geodesic distances as heat tells them,'
+        " by which the coarsest level's points are matched a second time."
+    )
     descriptor: str = Field(description="Descriptor that was compared.")
     energy: float = Field(description="Energy of the best answer found.")
     lower_bound: float = Field(description="No answer of the level's problem has less energy.")

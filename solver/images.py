@@ -1,0 +1,80 @@
+"""Points where the map that decided has them, once it has told left from right."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.hierarchy import Refinement
+from solver.level import Level, SampledStructure, described
+from solver.metrics import varadhan_distances
+from solver.primal import InfeasibleError, assign, local_search
+from solver.shape import Shape
+from solver.structures import Varadhan
+
+_REACH = 0.05
+"""Distance over √area from an image within which a point may go: some twice what a map errs."""
+
+
+def with_images(source: Shape, target: Shape, level: Level, images: IntArray) -> Level:
+    """Add the images of a level's source samples to its target samples.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    level
+        The level.
+    images
+        (N,) vertices of the target.
+
+    Returns
+    -------
+    The same level, whose target samples are followed by those images that are not among them.
+    """
+    known = level.target.vertices
+    vertices = np.concatenate([known, np.setdiff1d(images, known)])
+    if isinstance(level.metric, Varadhan):
+        assert level.metric.time is not None
+        distances = varadhan_distances(target.spectrum(), vertices, level.metric.time)
+    else:
+        distances = target.metric(level.metric).between(vertices)
+    ours, theirs = level.source, SampledStructure(vertices, distances, None)
+    if ours.descriptors is not None:
+        places = ours.vertices, vertices
+        f, g = described((source, target), level.descriptor, places, "descriptor")
+        ours, theirs = replace(ours, descriptors=f), replace(theirs, descriptors=g)
+    return replace(level, source=ours, target=theirs)
+
+
+def at_images(level: Level, images: IntArray, size: float) -> Refinement | None:
+    """Match points near where a map has them.
+
+    Parameters
+    ----------
+    level
+        Of :func:`with_images`.
+    images
+        (N,) vertices of the target.
+    size
+        √area of the target, in its unit of length.
+
+    Returns
+    -------
+    Refinement
+        The best correspondence that local search finds among an image and what is within reach of
+        it; ``None`` where images coincide and there are too few places.
+    """
+    places = np.argsort(level.target.vertices)
+    own = places[np.searchsorted(level.target.vertices, images, sorter=places)]
+    apart: FloatArray = level.target.distances[own]
+    near = level.allowed() & (apart <= _REACH * size)
+    near[: level.landmarks] = level.allowed()[: level.landmarks]
+    problem = level.problem(np.argwhere(near).astype(np.int64))
+    x, y = problem.candidates.T
+    try:
+        start = assign(problem, apart[x, y])
+    except InfeasibleError:
+        return None
+    found = local_search(problem, start)
+    return Refinement(problem, found, problem.energy(found))

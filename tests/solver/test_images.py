@@ -1,0 +1,92 @@
+"""Points where a map of all vertices has them."""
+
+import numpy as np
+import pytest
+
+from solver.deciding import deciding_level
+from solver.images import at_images, with_images
+from solver.level import Level, build_level
+from solver.matching import match
+from solver.mesh import triangle_mesh
+from solver.options import MatchOptions
+from solver.shape import Shape
+from solver.synthetic import human
+from tests.solver import shapes
+
+OPTIONS = MatchOptions(points=12).settled(1.0)
+
+
+@pytest.fixture(scope="module")
+def blob() -> Shape:
+    return Shape(shapes.blob())
+
+
+@pytest.fixture(scope="module", params=["varadhan", "geodesic"])
+def level(blob: Shape, request: pytest.FixtureRequest) -> Level:
+    """A shape against itself."""
+    build, index = (deciding_level, 0) if request.param == "varadhan" else (build_level, 1)
+    return build(blob, blob, index, (12, 24), OPTIONS)
+
+
+def test_samples_stay_and_images_follow(blob: Shape, level: Level) -> None:
+    """What is known of other hypotheses, by number and by energy, stays true."""
+    images = np.concatenate([level.target.vertices[:6], np.arange(200, 206)])
+    wider = with_images(blob, blob, level, images)
+    known = len(level.target.vertices)
+    np.testing.assert_array_equal(wider.target.vertices[:known], level.target.vertices)
+    assert set(images) <= set(wider.target.vertices.tolist())
+    assert len(np.unique(wider.target.vertices)) == len(wider.target.vertices)
+    partners = np.random.default_rng(0).permutation(known)[:12]
+    before, after = (one.problem(one.all_candidates()).energy(partners) for one in (level, wider))
+    # Descriptors are measured by their deviation over all samples.
+    assert after == pytest.approx(before, rel=0.05)
+    assert wider.distortion(partners).linf == pytest.approx(level.distortion(partners).linf)
+
+
+def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
+    """Sampled from another start, no target sample need be a source sample."""
+    sources = build_level(blob, blob, 1, (12, 24), OPTIONS)
+    others = build_level(blob, blob, 1, (12, 24), OPTIONS, np.array([[0, 77]]))
+    mixed = Level(
+        1, sources.metric, sources.descriptor, sources.source, others.target, 1.0, 0.05, np.inf
+    )
+    images = sources.source.vertices
+    found = at_images(with_images(blob, blob, mixed, images), images, 1.0)
+    assert found is not None
+    wider = with_images(blob, blob, mixed, images)
+    np.testing.assert_array_equal(wider.target.vertices[found.partners], images)
+    assert found.energy == pytest.approx(0.0, abs=1e-12)
+
+
+def test_points_go_no_farther_than_the_map_errs(blob: Shape, level: Level) -> None:
+    images = np.random.default_rng(1).permutation(blob.n_vertices)[:12]
+    wider = with_images(blob, blob, level, images)
+    found = at_images(wider, images, 1.0)
+    assert found is not None
+    places = {vertex: place for place, vertex in enumerate(wider.target.vertices.tolist())}
+    own = [places[image] for image in images.tolist()]
+    assert (wider.target.distances[own, found.partners] <= 0.05).all()
+    assert found.energy <= found.problem.energy(np.array(own)) + 1e-12
+
+
+def test_where_all_images_coincide_there_is_no_room(blob: Shape, level: Level) -> None:
+    images = np.full(12, 5)
+    assert at_images(with_images(blob, blob, level, images), images, 1.0) is None
+
+
+@pytest.mark.parametrize("points", [8, 20])
+def test_an_answer_is_where_its_map_has_it(points: int) -> None:
+    one, other = (
+        human("standing", resolution=900, seed=1),
+        human("walking", resolution=1000, seed=2),
+    )
+    source, target = (Shape(triangle_mesh(each.vertices, each.faces)) for each in (one, other))
+    found = match(source, target, MatchOptions(points=points, dense=True))
+    assert found.dense is not None
+    images = found.dense.target[found.best.source]
+    apart = target.metric("geodesic").between(np.concatenate([images, found.best.target]))
+    assert apart[np.arange(points), points + np.arange(points)].max() < 0.1
+    assert found.levels[-1].energy == found.best.energy
+    assert found.levels[-1].lower_bound <= found.best.energy
+    assert found.levels[-1].target_points > 4 * points
+    assert len(np.unique(found.best.target)) == points
