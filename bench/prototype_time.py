@@ -2,6 +2,7 @@
 
 A prototype of generated humans is matched with figures outside of its family, and so is one human
 of standard proportions, with as many points and all else by default. Spectra are known to both.
+The prototype is matched without orientation, and with it, which is its default.
 Times are of whole matches, and of the processor, which counts what others do meanwhile the least:
 when all other structures of the shapes are known as well, the least of three, and when they are
 not. Each ratio is of the sums over all figures, or the median of theirs; a figure is matched both
@@ -46,16 +47,18 @@ def fresh(shape: Shape) -> Shape:
 def measured(
     prototype: Prototype, source: Shape, target: Shape, points: int, turn: int
 ) -> tuple[FloatArray, list[bool]]:
-    """Times of the two kinds of matches of one target.
+    """Times of the kinds of matches of one target.
 
     Returns
     -------
     seconds
-        (2, 2) of two shapes and of the prototype, with structures known and unknown.
+        (3, 2) of two shapes, of the prototype without and with orientation, with structures known
+        and unknown.
     certified
-        Whether either answer is proven.
+        Whether each answer is proven.
     """
     options = MatchOptions(points=points)
+    oriented = replace(options, orientation=bool(prototype.surfaces))
 
     def deterministic(of: Shape, figure: Shape) -> Match:
         return match(of, figure, options)
@@ -63,9 +66,12 @@ def measured(
     def probabilistic(_of: Shape, figure: Shape) -> Match:
         return match_prototype(prototype, figure, options)
 
-    kinds: list[Callable[[Shape, Shape], Match]] = [deterministic, probabilistic]
-    seconds, certified = np.zeros((2, 2)), [False, False]
-    for kind in (0, 1) if turn % 2 == 0 else (1, 0):
+    def default(_of: Shape, figure: Shape) -> Match:
+        return match_prototype(prototype, figure, oriented)
+
+    kinds: list[Callable[[Shape, Shape], Match]] = [deterministic, probabilistic, default]
+    seconds, certified = np.zeros((3, 2)), [False] * 3
+    for kind in (0, 1, 2) if turn % 2 == 0 else (2, 1, 0):
         shapes = fresh(source), fresh(target)
         seconds[kind, 1], answer = _timed(partial(kinds[kind], *shapes))
         again = [_timed(partial(kinds[kind], *shapes))[0] for _ in range(_REPETITIONS)]
@@ -101,11 +107,15 @@ def compare(
         "ratio_structures_unknown": total[1, 1] / total[0, 1],
         "deterministic_proven": proven[0],
         "probabilistic_proven": proven[1],
+        "default_ms": middle[2, 1],
+        "default_ratio": total[2, 1] / total[0, 1],
+        "default_median_ratio": np.median([row[2, 1] / row[0, 1] for row in rows]),
     }
     print(
         f"{points:6}{middle[0, 0]:10.1f}{middle[1, 0]:11.1f}{found['ratio']:8.2f}{ratios[0]:8.2f}"
         f"{middle[0, 1]:12.1f}{middle[1, 1]:11.1f}{total[1, 1] / total[0, 1]:8.2f}"
         f"{proven[0]:9.0%}{proven[1]:6.0%}"
+        f"{middle[2, 1]:10.1f}{found['default_ratio']:8.2f}{found['default_median_ratio']:8.2f}"
     )
     return {name: float(value) for name, value in found.items()}
 
@@ -176,10 +186,11 @@ def main() -> None:
                 groups[body] = group[0], group[1:]
     found: dict[str, object] = {}
     for name, (source, targets) in groups.items():
-        print(f"\n{name}: structures known, ms and ratios; structures unknown; proven")
+        print(f"\n{name}: structures known, ms and ratios; unknown; proven; default, unknown")
         print(
             f"{'points':>6}{'two shapes':>11}{'prototype':>11}{'ratio':>7}{'median':>8}"
             f"{'two shapes':>12}{'prototype':>11}{'ratio':>8}{'proven':>12}"
+            f"{'default':>13}{'ratio':>8}{'median':>8}"
         )
         found[name] = [compare(prototype, source, targets, n) for n in arguments.points]
     ratio = ratio_by_geodesics(prototype, family.reference, figures)

@@ -69,6 +69,11 @@ class Side:
             vertex_normals(shape.surface.vertices, shape.surface.faces)[samples],
         )
 
+    @classmethod
+    def of_target(cls, shape: Shape) -> "Side":
+        """Look at a target, with which several shapes can be compared."""
+        return cls.of(shape, _COMPARED[1])
+
     def first(self, count: int) -> "Side":
         """Look at the first of its points only, which are those of a sampling of so many."""
         return replace(
@@ -97,21 +102,19 @@ class Comparison:
     Parameters
     ----------
     source, target
-        The shapes X and Y, of which 500 and 2000 points are looked at.
+        The shapes X and Y, of which 500 and 2000 points are looked at. What is known of Y from
+        another comparison may be given instead.
 
     Attributes
     ----------
     source, target
         What is known of them there.
-    fitted
-        (S, k) eigenfunctions at more points of X, those looked at first.
     """
 
-    def __init__(self, source: Shape, target: Shape) -> None:
-        self.target = Side.of(target, _COMPARED[1])
-        more = self.target if source is target else Side.of(source, _FITTED)
-        self.source = more.first(_COMPARED[0])
-        self.fitted = more.embedded[:_FITTED]
+    def __init__(self, source: Shape, target: "Shape | Side") -> None:
+        self.target = target if isinstance(target, Side) else Side.of_target(target)
+        itself = source is self.target.shape
+        self.source = self.target.first(_COMPARED[0]) if itself else Side.of(source, _COMPARED[0])
         count = min(_NEIGHBOURS + 1, len(self.source.positions))
         # Near by commute times: a hand on a hip is near it in space alone.
         spectral = self.source.embedded[:, 1:] / np.sqrt(self.source.spectrum.eigenvalues[1:])
@@ -123,6 +126,13 @@ class Comparison:
         # The same for every map that is compared.
         self._chords = self._lengths(self.source.positions)
         self._areas = signed_areas(self.source.positions, self.source.normals, *self._triples)
+
+    @cached_property
+    def fitted(self) -> FloatArray:
+        """(S, k) eigenfunctions at more points of X, those looked at first."""
+        shape = self.source.shape
+        samples = spread_in_space(shape.surface.vertices, min(_FITTED, shape.n_vertices))
+        return self.source.spectrum.eigenfunctions[samples]
 
     def differences(self, partners: IntArray) -> tuple[float, float]:
         """Mean change of the signature, and root mean square change of a chord's length.

@@ -15,15 +15,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.comparison import Comparison, Side, unit_spectrum
+from solver.comparison import Comparison, Side
 from solver.control import Control
+from solver.dense_map import DenseMap, oriented_first
 from solver.functional_map import (
     FunctionalMap,
     fit_functional_map,
     functional_map_of_points,
     spectral_upsampling,
 )
-from solver.nearest import nearest_points, nearly_nearest_points
 from solver.shape import Shape
 
 _LANDMARKS = 8
@@ -32,105 +32,37 @@ _LANDMARKS = 8
 _HEAT_TIMES = 0.003, 0.01, 0.03
 """Times, on unit area, of the heat kernels that stand for a landmark."""
 
-_FITS = 20, 30
-"""Numbers of eigenfunctions fitted."""
-
 _COMMUTATIVITY = 1e-2
 _MOST_OF_POINTS = 20
 """Eigenfunctions of a map that is fitted to points alone, at most."""
 
-_STEP, _LAST_STEP = 6, 12
+_LAST_STEP = 12
 _TOLD = 54
 """Eigenfunctions that tell which map is best: what is wrong by then stays wrong."""
 
-_SAME = 0.9
-"""Maps that agree in as much of what they do to eigenfunctions end alike."""
-
-_BLUR = 1e-3
-"""Time, on unit area, after which heat kernels are compared: the highest eigenfunctions, of which a
-map is least certain, count less."""
-
 _MOST_POINTS = 10_000
-_EXHAUSTIVE = 1_000_000_000
-"""Pairs of vertices that are compared when a map is made one of vertices: some ten seconds."""
-
-_ORIENTED = 0.2
-"""Orientation of maps of which it can be said at all: of right ones it is 0.5 to 0.9."""
-
-_UNORIENTED = 0.05
-"""Of maps that have less, orientation says nothing."""
-
-_MUCH = 2.0
-"""Maps that preserve so much less than another are not taken, however they turn the surface."""
-
-_NEARLY = 0.7
-"""Share of the clearest orientation that a map must have: a mixture of one map and its mirror image
-can preserve as much."""
 
 
-@dataclass(frozen=True, eq=False)
-class DenseMap:
-    """A map from all points of X to points of Y.
+@dataclass(frozen=True)
+class Effort:
+    """How carefully hypotheses are extended.
 
     Parameters
     ----------
-    functional_map
-        In the first eigenfunctions of both.
-    source, target
-        The shapes.
-    hypothesis
-        Index of the sparse correspondence that it came from.
-    signature_change, chord_change
-        How it changes signatures on average, and lengths of short chords (root mean square).
-    orientation
-        From -1 to 1, near 1 if it keeps orientation; see :meth:`Comparison.orientation`.
+    fits
+        Numbers of eigenfunctions of the maps that are fitted to first points and signatures.
+    step
+        By how many eigenfunctions maps grow at a time.
     """
 
-    functional_map: FunctionalMap
-    source: Shape
-    target: Shape
-    hypothesis: int
-    signature_change: float
-    chord_change: float
-    orientation: float
+    fits: tuple[int, ...] = (20, 30)
+    step: int = 6
 
-    def images(self, vertices: IntArray) -> IntArray:
-        """(S,) target vertices that (S,) source vertices go to.
 
-        Where a search among all would take long, only those around are searched.
-        """
-        spectrum, size = unit_spectrum(self.target), self.functional_map.size
-        decay = np.exp(-_BLUR * spectrum.eigenvalues[:size])
-        y = spectrum.eigenfunctions[:, :size] * decay
-        x = unit_spectrum(self.source).eigenfunctions[vertices]
-        images = self.functional_map.images(x) * decay
-        if len(images) * len(y) <= _EXHAUSTIVE:
-            return nearest_points(images, y)
-        return nearly_nearest_points(images, y, 2 * int(np.sqrt(len(y))))
+QUICK = Effort(fits=(30,), step=12)
+"""Enough where several similar surfaces are tried, in less than half the time."""
 
-    @property
-    def change(self) -> float:
-        """How little of the shape is preserved."""
-        return self.signature_change * self.chord_change
-
-    @property
-    def doubt(self) -> float:
-        """How little is preserved, and how little clear it is whether orientation is.
-
-        Parts of a map that are mirrored where others are not preserve nearly as much as the whole,
-        but orientation only in part.
-        """
-        return self.change / max(abs(self.orientation), _UNORIENTED)
-
-    @property
-    def keeps(self) -> bool:
-        """Whether it clearly keeps orientation."""
-        return self.orientation > _ORIENTED
-
-    @property
-    def reverses(self) -> bool:
-        """Whether it clearly reverses orientation."""
-        return self.orientation < -_ORIENTED
+_CAREFUL = Effort()
 
 
 def dense_map(
@@ -172,6 +104,7 @@ def extensions(
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
     first: int = 0,
+    effort: Effort = _CAREFUL,
 ) -> list[DenseMap]:
     """Extend hypotheses to functional maps, each in several ways.
 
@@ -183,10 +116,13 @@ def extensions(
         As for :func:`dense_map`.
     first
         Number of the first hypothesis.
+    effort
+        How carefully.
 
     Returns
     -------
-    Three for each hypothesis, of few eigenfunctions, unless a deadline cuts it short.
+    One for each hypothesis and one for each of the effort's fits to it, of few eigenfunctions,
+    unless a deadline cuts it short.
 
     Raises
     ------
@@ -201,16 +137,16 @@ def extensions(
     k = min(x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
     found: list[DenseMap] = []
     for index, points in enumerate(hypotheses, start=first):
-        for start in _starts(x, y, points, k):
+        for start in _starts(x, y, points, k, effort.fits):
             control.check()
             if found and not control.seconds_left():
                 return found
-            found.append(extension(comparison, start, index))
+            found.append(extension(comparison, start, index, effort))
     return found
 
 
 def extension(
-    comparison: Comparison, start: FunctionalMap, hypothesis: int, step: int = _STEP
+    comparison: Comparison, start: FunctionalMap, hypothesis: int, effort: Effort = _CAREFUL
 ) -> DenseMap:
     """Refine a small functional map as far as it takes to compare it with others.
 
@@ -222,12 +158,12 @@ def extension(
         The map.
     hypothesis
         What it came from.
-    step
-        By how many eigenfunctions it grows at a time. Another number may lead elsewhere.
+    effort
+        How carefully. Another step may lead elsewhere.
     """
     x, y = comparison.source, comparison.target
     most = min(_TOLD, x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
-    sizes = [*range(start.size + step, most, step), most]
+    sizes = [*range(start.size + effort.step, most, effort.step), most]
     functional = spectral_upsampling(start, x.embedded, y.embedded, sizes)
     return measured(comparison, functional, hypothesis)
 
@@ -256,28 +192,6 @@ def measured(comparison: Comparison, functional: FunctionalMap, hypothesis: int)
     )
 
 
-def oriented_first(found: Sequence[DenseMap], turn: int = 1) -> list[DenseMap]:
-    """Put maps in order by what they preserve, and those that keep orientation alone, if they can.
-
-    Parameters
-    ----------
-    found
-        Maps between the same shapes.
-    turn
-        -1 for those that reverse orientation instead.
-
-    Returns
-    -------
-    Those that keep orientation as clearly as any map keeps or reverses it, by `doubt`, without
-    those that preserve far less than some other; if there are none, all, by `doubt` alone.
-    """
-    ranked = sorted(found, key=lambda one: one.doubt)
-    most = _MUCH * min(one.change for one in found)
-    sound = [one for one in ranked if one.change <= most]
-    least = max(_ORIENTED, _NEARLY * max(abs(one.orientation) for one in sound))
-    return [one for one in sound if turn * one.orientation >= least] or ranked
-
-
 def completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
     """Refine a map to all eigenfunctions, fitted to more points.
 
@@ -295,28 +209,6 @@ def completed(comparison: Comparison, chosen: DenseMap) -> DenseMap:
     )
 
 
-def first_of_each(ranked: Sequence[DenseMap], most: int) -> list[DenseMap]:
-    """Leave out maps that agree with one before.
-
-    Parameters
-    ----------
-    ranked
-        Maps between the same shapes.
-    most
-        How many are wanted.
-    """
-    chosen: list[DenseMap] = []
-    for one in ranked:
-        matrix = one.functional_map.matrix
-        if all(
-            (matrix * other.functional_map.matrix).sum() < _SAME * len(matrix) for other in chosen
-        ):
-            chosen.append(one)
-        if len(chosen) == most:
-            break
-    return chosen
-
-
 def _refined(start: FunctionalMap, x: FloatArray, y: FloatArray) -> FunctionalMap:
     """Refine a map to all eigenfunctions, by their values at points of X and of Y."""
     k = min(x.shape[1], y.shape[1])
@@ -324,14 +216,16 @@ def _refined(start: FunctionalMap, x: FloatArray, y: FloatArray) -> FunctionalMa
     return spectral_upsampling(start, x, y, sizes)
 
 
-def _starts(x: Side, y: Side, points: tuple[IntArray, IntArray], k: int) -> Iterator[FunctionalMap]:
+def _starts(
+    x: Side, y: Side, points: tuple[IntArray, IntArray], k: int, fits: Sequence[int]
+) -> Iterator[FunctionalMap]:
     """Small functional maps: of all points, and of the first ones with the signatures."""
     size = min(_MOST_OF_POINTS, k, max(len(points[0]) // 2, 2))
     yield functional_map_of_points(
         x.spectrum.eigenfunctions[points[0], :size], y.spectrum.eigenfunctions[points[1], :size]
     )
     first = points[0][:_LANDMARKS], points[1][:_LANDMARKS]
-    for most in _FITS:
+    for most in fits:
         size = min(most, k)
         parts = [_weighed(x.coefficients[:size], y.coefficients[:size])]
         for time in _HEAT_TIMES:

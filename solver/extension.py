@@ -14,14 +14,8 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import (
-    DenseMap,
-    completed,
-    extension,
-    extensions,
-    first_of_each,
-    oriented_first,
-)
+from solver.dense import completed, extension, extensions
+from solver.dense_map import DenseMap, first_of_each, oriented_first
 from solver.functional_map import FunctionalMap
 from solver.match import DenseCorrespondence
 from solver.shape import Shape

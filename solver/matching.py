@@ -9,7 +9,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.deciding import deciding_level, is_decided, with_deciding_size
-from solver.dense import DenseMap
+from solver.dense_map import DenseMap
 from solver.errors import OptionError
 from solver.extension import dense_correspondence, extended_map
 from solver.gromov_hausdorff import minimax_correspondence, within_distortion

@@ -16,7 +16,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.comparison import EIGENPAIRS
 from solver.control import Control
-from solver.dense import DenseMap
+from solver.dense_map import DenseMap
 from solver.gmds import InterpolatedMetric, Status, SurfacePoints, Term, gmds
 from solver.metrics import DiffusionMetric, EmbeddedMetric
 from solver.sampling import farthest_point_sampling

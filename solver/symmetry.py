@@ -6,7 +6,8 @@ import numpy as np
 
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import DenseMap, extension, oriented_first
+from solver.dense import Effort, extension
+from solver.dense_map import DenseMap, oriented_first
 from solver.functional_map import FunctionalMap
 from solver.shape import Shape
 
@@ -55,7 +56,7 @@ def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0)
     refined = []
     for _, start in found[:_FINALISTS]:
         control.check()
-        refined += [extension(comparison, start, hypothesis, step) for step in _STEPS]
+        refined += [extension(comparison, start, hypothesis, Effort(step=step)) for step in _STEPS]
     return refined
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import OptionError
 from solver.hypotheses import HierarchicalRun, Hypothesis, distinct, level_reports
@@ -237,18 +237,22 @@ class PrototypeRun(HierarchicalRun):
                 "left and right could not be told apart: the target is like none of the examples"
             )
             return hypotheses
-        near = self._distances(images, finest)
         for place, one in enumerate(hypotheses):
-            matched = np.flatnonzero(one.partners != UNMATCHED)
-            if (near[matched, one.partners[matched]] <= _SAME * self.target.size).all():
+            if self._agrees(one, images, finest):
                 return [one, *hypotheses[:place], *hypotheses[place + 1 :]]
-        return [self.carried(levels, self._distances(images, levels[0]), hypotheses), *hypotheses]
+        coarse = levels[0]
+        places = images[: len(coarse.source.vertices)]
+        near = self.target.metric("geodesic").distances(places)[:, coarse.target.vertices]
+        return [self.carried(levels, near, hypotheses), *hypotheses]
 
-    def _distances(self, images: IntArray, level: Level) -> FloatArray:
-        """(N, M) from where the level's points are put to its target samples."""
-        places = images[: len(level.source.vertices)]
-        found: FloatArray = self.target.metric("geodesic").distances(places)
-        return found[:, level.target.vertices]
+    def _agrees(self, hypothesis: Hypothesis, images: IntArray, level: Level) -> bool:
+        """Whether all points of a hypothesis are near where a map has them."""
+        matched = np.flatnonzero(hypothesis.partners != UNMATCHED)
+        # From the samples, as these distances are known.
+        partners = level.target.vertices[hypothesis.partners[matched]]
+        between = self.target.metric("geodesic").distances(partners)
+        apart = between[np.arange(len(matched)), images[matched]]
+        return bool((apart <= _SAME * self.target.size).all())
 
     def answer(self, hypotheses: list[Hypothesis], levels: list[Level]) -> Match:
         """Put the answer together, in the prototype's and the user's numbers."""

@@ -10,9 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.comparison import Comparison
+from solver.comparison import Comparison, Side
 from solver.control import Control
-from solver.dense import DenseMap, extensions, oriented_first
+from solver.dense import QUICK, extensions
+from solver.dense_map import DenseMap, oriented_first
 from solver.errors import MeshError, OptionError
 from solver.extension import LEAST_EXTENDED
 from solver.matching import match
@@ -28,6 +29,9 @@ _POINTS = 16
 _MATCHES = 3
 """Points and hypotheses of the match of both surfaces."""
 
+_METRIC = "commute_time"
+"""Of that match: it takes no searches over the surface."""
+
 _HYPOTHESES = 4
 """Of the prototype's, that are tried."""
 
@@ -36,6 +40,10 @@ _APART = 0.4
 
 CLEAR, CERTAIN = 0.55, 0.8
 """Orientation of a map that is believed, and of one that ends the search."""
+
+_HOPELESS = 0.3
+"""Orientation, whichever way, that some map reaches from one of the examples if the target is like
+any of them."""
 
 _MORE = 1.5
 """Times the change of a map's mirror image from which on it is not the same, reflected."""
@@ -73,21 +81,31 @@ def oriented_images(
     Cancelled
         Through `control`.
     """
+    nearest = nearest_surfaces(surfaces, target, _SURFACES)
+    if not nearest:
+        return None
     found: list[tuple[DenseMap, ExampleSurface]] = []
-    different = _different(target, hypotheses)
-    for surface in nearest_surfaces(surfaces, target, _SURFACES):
+    there, different = Side.of_target(target), _different(target, hypotheses)
+    for surface in nearest:
         if found and not control.seconds_left():
             break
         try:
             source = surface.shape(target)
-            maps = _maps(source, surface, target, different, control)
+            maps = _maps(source, surface, there, different, control)
         except (MeshError, OptionError):  # of a surface that anybody may have written
             continue
         found += [(one, surface) for one in maps]
         if _first(found)[0].orientation >= CERTAIN:
             break
-    if not found:
-        return None
+        if max(abs(one.orientation) for one, _ in found) < _HOPELESS:
+            break
+    return _decided(found, control, least) if found else None
+
+
+def _decided(
+    found: Sequence[tuple[DenseMap, ExampleSurface]], control: Control, least: float
+) -> IntArray | None:
+    """Where the best of some maps has the points, if it keeps orientation clearly."""
     best, surface = _first(found)
     clear = best.orientation >= least
     reversing, other = _first(found, turn=-1)
@@ -111,23 +129,25 @@ def _first(
 def _maps(
     source: Shape,
     surface: ExampleSurface,
-    target: Shape,
+    there: Side,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
 ) -> list[DenseMap]:
     """Maps from one surface: of its own match with the target, and if need be of the hypotheses."""
-    comparison = Comparison(source, target)
+    target = there.shape
     points = min(_POINTS, source.n_vertices, target.n_vertices)
+    options = MatchOptions(points=points, alternatives=_MATCHES, metric=(_METRIC,))
     quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
-    answer = match(source, target, MatchOptions(points=points, alternatives=_MATCHES), quiet)
+    answer = match(source, target, options, quiet)
     own = [
         (source.mesh.vertices_of(one.source), target.mesh.vertices_of(one.target))
         for one in (answer.best, *answer.alternatives)
     ]
-    maps = extensions(comparison, own[:_MATCHES], control)
+    comparison = Comparison(source, there)
+    maps = extensions(comparison, own[:_MATCHES], control, effort=QUICK)
     if hypotheses and oriented_first(maps)[0].orientation < CERTAIN:
         given = [(surface.points[x], y) for x, y in hypotheses]
-        maps += extensions(comparison, given, control)
+        maps += extensions(comparison, given, control, effort=QUICK)
     return maps
 
 

@@ -18,8 +18,11 @@ from solver.shape import Shape
 from solver.simplification import simplified
 
 MOST_SURFACES = 24
+KEPT_VERTICES = 1000
+"""Of a surface that is kept, at most: what a map takes of it is hardly more exact with more."""
+
 MOST_VERTICES = 1500
-"""Of a surface that is kept."""
+"""Of a surface in an archive: so many were kept of old."""
 
 MOST_FACES = 3 * MOST_VERTICES
 """Likewise: closed manifolds without hundreds of handles have some two to a vertex."""
@@ -148,7 +151,7 @@ def surface_of(shape: Shape, points: IntArray) -> ExampleSurface | None:
     points
         (N,) vertices of it.
     """
-    mesh = simplified(shape.mesh, MOST_VERTICES)
+    mesh = simplified(shape.mesh, KEPT_VERTICES)
     if mesh.n_vertices > MOST_VERTICES or mesh.n_faces > MOST_FACES:
         return None
     places = mesh.vertices_of(shape.mesh.vertex_ids[points])

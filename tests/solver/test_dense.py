@@ -8,7 +8,8 @@ import pytest
 from solver.arrays import IntArray
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import dense_map, extensions, first_of_each
+from solver.dense import dense_map, extensions
+from solver.dense_map import first_of_each
 from solver.errors import Cancelled
 from solver.matching import match
 from solver.mesh import triangle_mesh
