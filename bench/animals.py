@@ -3,8 +3,8 @@
 It is learned from mixtures of cat, dog and horse in several poses, and matched with individuals of
 each kind, some of them outside of what the examples show, each triangulated on its own. An animal
 is right if no point is farther than half √area from its place: directly, left being left, or up to
-the symmetry of the body. With ``--data``, prototypes are learned from all but one pose of each real
-class, put into correspondence by our own matches, and matched with the pose that was left out.
+the symmetry of the body. With ``--data``, prototypes are learned from three poses of each real
+class, put into correspondence by our own matches, and matched with the pose before them.
 ``--sensitivity`` is to the number of examples, generated and, with ``--data``, real ones, the man's
 too.
 """

@@ -104,16 +104,16 @@ def _candidates(
     disagreement: FloatArray, near: BoolArray, allowed: BoolArray
 ) -> Iterator[IntArray]:
     """(V, 2) candidates, and more where points compete for too few: the last always suffice."""
-    per_point = max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // len(near)), 1)
-    yield _closest(disagreement, near, per_point)
-    yield _closest(disagreement, near, 2 * per_point)
+    per_point = candidates_per_point(len(near))
+    yield closest(disagreement, near, per_point)
+    yield closest(disagreement, near, 2 * per_point)
     if allowed.size <= 2 * _MOST_CANDIDATES:
         yield np.argwhere(allowed).astype(np.int64)
         return
     # The pairwise costs of all pairs would take tens of gigabytes.
-    closest = _closest(disagreement, allowed, 2 * per_point)
+    x, y = closest(disagreement, allowed, 2 * per_point).T
     chosen = np.zeros_like(allowed)
-    chosen[closest[:, 0], closest[:, 1]] = True
+    chosen[x, y] = True
     chosen[linear_sum_assignment(np.where(allowed, disagreement, np.inf))] = True
     yield np.argwhere(chosen).astype(np.int64)
 
@@ -143,8 +143,25 @@ def _neighbourhoods(source: FloatArray, target: FloatArray, rho: float) -> BoolA
     return near
 
 
-def _closest(disagreement: FloatArray, near: BoolArray, per_point: int) -> IntArray:
-    """(V, 2) for each source sample, the candidates that agree best with the matched points."""
+def candidates_per_point(points: int) -> int:
+    """How many candidates each of some points may have above the coarsest level."""
+    return max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // points), 1)
+
+
+def closest(disagreement: FloatArray, near: BoolArray, per_point: int) -> IntArray:
+    """Candidates of each source sample that agree best with what is known of it.
+
+    Parameters
+    ----------
+    disagreement, near
+        (N, M) how little each pair agrees, and whether it may be a candidate.
+    per_point
+        Of each source sample at most so many.
+
+    Returns
+    -------
+    (V, 2) in lexicographic order.
+    """
     cost = np.where(near, disagreement, np.inf)
     count = min(per_point, cost.shape[1])
     columns = np.sort(np.argsort(cost, axis=1, kind="stable")[:, :count], axis=1)

@@ -174,10 +174,13 @@ class HierarchicalRun:
         ]
 
     def bounded(self, winner: Hypothesis, levels: list[Level]) -> Hypothesis:
-        """Bound the winner's problem at every level above the coarsest."""
+        """Bound the winner's problem at every level where no search has done so."""
         started = time.perf_counter()
-        stages = [winner.stages[0]]
-        for level, stage in zip(levels[1:], winner.stages[1:], strict=True):
+        stages = []
+        for level, stage in zip(levels, winner.stages, strict=True):
+            if stage.solution.method is not Method.LOCAL_SEARCH:
+                stages.append(stage)
+                continue
             self.control.report(
                 f"bounds for {stage.problem.n_sources} points",
                 0.6 + 0.4 * level.index / len(levels),

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.hierarchy import Refinement
+from solver.hierarchy import Refinement, candidates_per_point, closest
 from solver.level import Level, SampledStructure, described
 from solver.metrics import varadhan_distances
 from solver.primal import InfeasibleError, assign, local_search
 from solver.shape import Shape
-from solver.structures import Varadhan
+from solver.structures import Geodesic, Varadhan
 
 _REACH = 0.05
-"""Distance over √area from an image within which a point may go: some twice what a map errs."""
+"""Geodesic distance over √area from an image within which a point may go: twice what a map errs."""
 
 
 def with_images(source: Shape, target: Shape, level: Level, images: IntArray) -> Level:
@@ -47,17 +47,17 @@ def with_images(source: Shape, target: Shape, level: Level, images: IntArray) ->
     return replace(level, source=ours, target=theirs)
 
 
-def at_images(level: Level, images: IntArray, size: float) -> Refinement | None:
+def at_images(target: Shape, level: Level, images: IntArray) -> Refinement | None:
     """Match points near where a map has them.
 
     Parameters
     ----------
+    target
+        The shape Y.
     level
         Of :func:`with_images`.
     images
         (N,) vertices of the target.
-    size
-        √area of the target, in its unit of length.
 
     Returns
     -------
@@ -65,12 +65,11 @@ def at_images(level: Level, images: IntArray, size: float) -> Refinement | None:
         The best correspondence that local search finds among an image and what is within reach of
         it; ``None`` where images coincide and there are too few places.
     """
-    places = np.argsort(level.target.vertices)
-    own = places[np.searchsorted(level.target.vertices, images, sorter=places)]
-    apart: FloatArray = level.target.distances[own]
-    near = level.allowed() & (apart <= _REACH * size)
-    near[: level.landmarks] = level.allowed()[: level.landmarks]
-    problem = level.problem(np.argwhere(near).astype(np.int64))
+    apart = _lengths(target, level, images)
+    allowed = level.allowed()
+    near = allowed & (apart <= _REACH * target.size)
+    near[: level.landmarks] = allowed[: level.landmarks]
+    problem = level.problem(closest(apart, near, candidates_per_point(len(images))))
     x, y = problem.candidates.T
     try:
         start = assign(problem, apart[x, y])
@@ -78,3 +77,14 @@ def at_images(level: Level, images: IntArray, size: float) -> Refinement | None:
         return None
     found = local_search(problem, start)
     return Refinement(problem, found, problem.energy(found))
+
+
+def _lengths(target: Shape, level: Level, images: IntArray) -> FloatArray:
+    """(N, M) geodesic distances from images to samples, whatever the metric of the level."""
+    vertices = level.target.vertices
+    if not isinstance(level.metric, Geodesic | Varadhan):
+        return target.metric(Geodesic()).distances(images)[:, vertices]
+    places = np.argsort(vertices)
+    own = places[np.searchsorted(vertices, images, sorter=places)]
+    apart: FloatArray = level.target.distances[own]
+    return apart

@@ -226,7 +226,7 @@ class _Run(HierarchicalRun):
         first, finest = hypotheses[0], levels[-1]
         images = found.images(finest.source.vertices)
         wider = with_images(self.source, self.target, finest, images)
-        placed = at_images(wider, images, self.target.size)
+        placed = at_images(self.target, wider, images)
         self.spend("refinement", started)
         if placed is None:
             return first, levels

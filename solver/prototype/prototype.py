@@ -124,7 +124,9 @@ class Prototype:
 
     @property
     def greatest_misfit(self) -> float:
-        """Of energies over the usual one, the greatest that is no reason to doubt."""
+        """Of energies over the usual one, the greatest that is no reason to doubt, or NaN."""
+        if not len(self.left_out_energies):
+            return np.nan
         margin = 1.0 + _MARGIN / len(self.left_out_energies)
         return margin * max(float(self.left_out_energies[-1]) / self.usual_energy, 1.0)
 

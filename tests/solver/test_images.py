@@ -51,7 +51,7 @@ def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
         1, sources.metric, sources.descriptor, sources.source, others.target, 1.0, 0.05, np.inf
     )
     images = sources.source.vertices
-    found = at_images(with_images(blob, blob, mixed, images), images, 1.0)
+    found = at_images(blob, with_images(blob, blob, mixed, images), images)
     assert found is not None
     wider = with_images(blob, blob, mixed, images)
     np.testing.assert_array_equal(wider.target.vertices[found.partners], images)
@@ -61,7 +61,7 @@ def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
 def test_points_go_no_farther_than_the_map_errs(blob: Shape, level: Level) -> None:
     images = np.random.default_rng(1).permutation(blob.n_vertices)[:12]
     wider = with_images(blob, blob, level, images)
-    found = at_images(wider, images, 1.0)
+    found = at_images(blob, wider, images)
     assert found is not None
     places = {vertex: place for place, vertex in enumerate(wider.target.vertices.tolist())}
     own = [places[image] for image in images.tolist()]
@@ -71,7 +71,35 @@ def test_points_go_no_farther_than_the_map_errs(blob: Shape, level: Level) -> No
 
 def test_where_all_images_coincide_there_is_no_room(blob: Shape, level: Level) -> None:
     images = np.full(12, 5)
-    assert at_images(with_images(blob, blob, level, images), images, 1.0) is None
+    assert at_images(blob, with_images(blob, blob, level, images), images) is None
+
+
+@pytest.mark.parametrize("metric", ["geodesic", "commute_time", "biharmonic"])
+def test_what_is_near_does_not_depend_on_metric_and_scale(metric: str) -> None:
+    """Commute times are no lengths, and the same however large a shape is."""
+    images = np.random.default_rng(1).permutation(shapes.blob().n_vertices)[:12]
+    options = MatchOptions(points=12, metric=(metric,))
+    found = []
+    for scale in (1.0, 300.0):
+        mesh = shapes.blob()
+        large = Shape(triangle_mesh(scale * mesh.vertices, mesh.faces), normalise=False)
+        level = build_level(large, large, 0, (12, 24), options.settled(large.size))
+        wider = with_images(large, large, level, images)
+        placed = at_images(large, wider, images)
+        assert placed is not None
+        pairs = placed.problem.candidates
+        apart = large.metric("geodesic").between(np.concatenate([images, wider.target.vertices]))
+        assert (apart[pairs[:, 0], 12 + pairs[:, 1]] <= 0.05 * large.size).all()
+        found.append(pairs)
+    np.testing.assert_array_equal(found[0], found[1])
+
+
+def test_the_answer_of_a_single_level_is_bounded() -> None:
+    one, other = (Shape(shapes.blob(seed)) for seed in (3, 4))
+    options = MatchOptions(points=8, metric=("geodesic",), dense=True)
+    (level,) = match(one, other, options).levels
+    assert 0.0 < level.lower_bound <= level.energy
+    assert level.certified
 
 
 @pytest.mark.parametrize("points", [8, 20])

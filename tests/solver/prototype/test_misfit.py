@@ -85,6 +85,7 @@ def test_nothing_is_said_where_nothing_is_known() -> None:
     few = learn_prototype(examples()[:3], _OPTIONS)
     assert not len(few.left_out_energies)
     assert np.isnan(few.usual_energy)
+    assert np.isnan(few.greatest_misfit)
     assert match_prototype(few, target).misfit is None
     for options in ({"beta": 2.0}, {"first_order_weight": 0.2}, {"occlusion_cost": 5.0}):
         assert matched(target, **options).misfit is None
