@@ -200,7 +200,8 @@ def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     matched.goto("/#/")
     listed = matched.locator(f"a[href='#/jobs/{job}']")
     expect(listed).to_have_text("Match: human-standing.off and human-walking.off")
-    matched.locator("a[href^='#/shapes/']", has_text="human-walking.off").first.click()
+    listed.click()
+    matched.get_by_role("heading").get_by_role("link", name="human-walking.off").click()
     expect(matched.get_by_text("Jobs with it")).to_be_visible()
     expect(listed).to_be_visible()
 
