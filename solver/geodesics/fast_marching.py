@@ -14,7 +14,8 @@ where the surface is so rough that hardly any wave is circular.
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray
+from solver.geodesics.graph import straight_ways
 from solver.geodesics.heap import lift, pop
 from solver.geodesics.interface import checked_sources
 from solver.geodesics.intrinsic import IntrinsicTriangulation, intrinsic_triangulation
@@ -58,14 +59,7 @@ class FastMarching:
 
 def _segments(triangulation: IntrinsicTriangulation) -> tuple[IntArray, IntArray, FloatArray]:
     """Segments of ``graph`` from each vertex, some of them twice, as march takes them."""
-    ends, lengths = _straight_ways(
-        triangulation.faces,
-        triangulation.lengths,
-        triangulation.across,
-        triangulation.forward,
-        triangulation.apexes(),
-    )
-    return _by_vertex(triangulation.n_vertices, ends, lengths)
+    return _by_vertex(triangulation.n_vertices, *straight_ways(triangulation))
 
 
 def _waves(
@@ -85,40 +79,6 @@ def _waves(
         triangulation.lengths,
         triangulation.apexes(),
     )
-
-
-@kernel
-def _straight_ways(
-    faces: IntArray,
-    lengths: FloatArray,
-    across: IntArray,
-    forward: BoolArray,
-    apexes: FloatArray,
-) -> tuple[IntArray, FloatArray]:
-    """Both ends and the length of each edge, and of each line across one; see ``graph``."""
-    ends, found = np.empty((2 * len(across), 2), dtype=np.int64), np.empty(2 * len(across))
-    count = 0
-    for side in range(len(across)):
-        face, k, twin = side // 3, side % 3, across[side]
-        base = lengths[side]
-        if side <= twin:
-            ends[count, 0], ends[count, 1] = faces[face, k], faces[face, (k + 1) % 3]
-            found[count] = base
-            count += 1
-        if twin == side or (twin < side and across[twin] == side):
-            continue  # there is nothing across, or the other side has the line
-        along, height = apexes[side]
-        other_along, other_height = apexes[twin]
-        if forward[side] != forward[twin]:
-            other_along = base - other_along
-        heights = height + other_height
-        crossing = along * other_height + other_along * height  # times heights
-        if 0.0 < crossing < base * heights:
-            ends[count, 0] = faces[face, (k + 2) % 3]
-            ends[count, 1] = faces[twin // 3, (twin + 2) % 3]
-            found[count] = np.sqrt((along - other_along) ** 2 + heights**2)
-            count += 1
-    return ends[:count], found[:count]
 
 
 @kernel
@@ -145,6 +105,7 @@ def _by_vertex(
 def _curved_ways(
     size: int, faces: IntArray, lengths: FloatArray, apexes: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray]:
+    """Ways of each vertex to the third corners of its triangles; see `_waves`."""
     starts = np.zeros(size + 1, dtype=np.int64)
     for side in range(len(lengths)):
         starts[faces[side // 3, side % 3] + 1] += 2

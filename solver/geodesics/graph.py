@@ -11,9 +11,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import dijkstra
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.geodesics.interface import checked_sources
 from solver.geodesics.intrinsic import IntrinsicTriangulation, intrinsic_triangulation
+from solver.kernel import kernel
 from solver.mesh import TriangleMesh
 
 
@@ -54,9 +55,9 @@ def segments(*triangulations: IntrinsicTriangulation) -> sp.csr_array:
     -------
     (V, V) sparse, symmetric. Of several segments between two vertices, the shortest counts.
     """
-    parts = [part for each in triangulations for part in (_edges(each), _lines_across(each))]
-    i, j, lengths = (np.concatenate(column) for column in zip(*parts, strict=True))
-    i, j = np.minimum(i, j), np.maximum(i, j)
+    ways = [straight_ways(each) for each in triangulations]
+    ends, lengths = (np.concatenate(column) for column in zip(*ways, strict=True))
+    i, j = np.sort(ends, axis=1).T
     order = np.lexsort((lengths, j, i))
     i, j, lengths = i[order], j[order], lengths[order]
     shortest = i != j
@@ -68,26 +69,59 @@ def segments(*triangulations: IntrinsicTriangulation) -> sp.csr_array:
     )
 
 
-def _edges(triangulation: IntrinsicTriangulation) -> tuple[IntArray, IntArray, FloatArray]:
-    return triangulation.starts, triangulation.ends, triangulation.lengths
-
-
-def _lines_across(triangulation: IntrinsicTriangulation) -> tuple[IntArray, IntArray, FloatArray]:
-    """Lines between the corners opposite each edge, through it, and their lengths.
+def straight_ways(triangulation: IntrinsicTriangulation) -> tuple[IntArray, FloatArray]:
+    """Edges of a triangulation, and lines through each of them between the corners opposite it.
 
     Of the triangles round a non-manifold edge, each is paired with the next.
+
+    Parameters
+    ----------
+    triangulation
+        Of a surface.
+
+    Returns
+    -------
+    ends : (S, 2) vertices, which may be the same, and some pairs of them several times.
+    lengths : (S,) float64.
     """
-    side = np.flatnonzero(triangulation.across != np.arange(len(triangulation.across)))
-    twin = triangulation.across[side]
-    corners = triangulation.faces[:, [2, 0, 1]].ravel()
-    base, apexes = triangulation.lengths[side], triangulation.apexes()
-    along, height = apexes[side].T
-    twin_along, twin_height = apexes[twin].T
-    opposed = triangulation.forward[side] != triangulation.forward[twin]
-    twin_along = np.where(opposed, base - twin_along, twin_along)
-    heights = height + twin_height
-    with np.errstate(invalid="ignore"):  # two flat triangles
-        crossing = (along * twin_height + twin_along * height) / heights
-    inside = (crossing > 0.0) & (crossing < base)
-    lengths = np.sqrt((along - twin_along) ** 2 + heights**2)
-    return corners[side][inside], corners[twin][inside], lengths[inside]
+    return _straight_ways(
+        triangulation.faces,
+        triangulation.lengths,
+        triangulation.across,
+        triangulation.forward,
+        triangulation.apexes(),
+    )
+
+
+@kernel
+def _straight_ways(
+    faces: IntArray,
+    lengths: FloatArray,
+    across: IntArray,
+    forward: BoolArray,
+    apexes: FloatArray,
+) -> tuple[IntArray, FloatArray]:
+    """Edges, and lines between the corners opposite each of them."""
+    ends, found = np.empty((2 * len(across), 2), dtype=np.int64), np.empty(2 * len(across))
+    count = 0
+    for side in range(len(across)):
+        face, k, twin = side // 3, side % 3, across[side]
+        base = lengths[side]
+        if side <= twin:
+            ends[count, 0], ends[count, 1] = faces[face, k], faces[face, (k + 1) % 3]
+            found[count] = base
+            count += 1
+        if twin == side or (twin < side and across[twin] == side):
+            continue  # there is nothing across, or the other side has the line
+        along, height = apexes[side]
+        other_along, other_height = apexes[twin]
+        if forward[side] != forward[twin]:
+            other_along = base - other_along
+        heights = height + other_height
+        crossing = along * other_height + other_along * height  # times heights
+        if 0.0 < crossing < base * heights:
+            ends[count, 0] = faces[face, (k + 2) % 3]
+            ends[count, 1] = faces[twin // 3, (twin + 2) % 3]
+            found[count] = np.sqrt((along - other_along) ** 2 + heights**2)
+            count += 1
+    return ends[:count], found[:count]
