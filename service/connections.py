@@ -18,14 +18,14 @@ class Connection(H11Protocol):
     """A connection that is closed when the head of a request does not come in.
 
     Uvicorn bounds how long a connection may lie idle between requests, but waits for ever for a
-    first request, and for the rest of a head. What is no HTTP is refused like everything else,
-    with a problem document.
+    first request, for the rest of a head, and for that of a body that was answered already. What
+    is no HTTP is refused like everything else, with a problem document.
 
     Parameters
     ----------
     arguments
         As Uvicorn makes a connection; its state has the service, whose `body_patience` holds for a
-        whole head.
+        whole head, and between two pieces of such a body.
     """
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
@@ -45,10 +45,14 @@ class Connection(H11Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Read on, and see whether that was the end of a head or the beginning of the next."""
+        begun = self.conn.their_state is h11.IDLE
         super().data_received(data)
-        if self.conn.their_state is not h11.IDLE:
+        heading = self.conn.their_state is h11.IDLE
+        # The service, which bounds how long a body takes, reads none that it has answered.
+        unread = self.conn.their_state is h11.SEND_BODY and self.conn.our_state is h11.DONE
+        if not (begun and heading):
             self._wait_no_more()
-        elif self._waiting is None:
+        if (heading or unread) and self._waiting is None:
             self._wait()
 
     def send_400_response(self, msg: str) -> None:
@@ -82,7 +86,11 @@ class Connection(H11Protocol):
                 "connection": "close",
                 REQUEST_ID: uuid4().hex,
             }
+            if self.conn.our_state is h11.SEND_RESPONSE and self.scope["method"] == "HEAD":
+                body = b""
             head = h11.Response(status_code=problem.status, headers=list(headers.items()))
             for event in (head, h11.Data(data=body), h11.EndOfMessage()):
                 self.transport.write(self.conn.send(event) or b"")
+        if self.cycle is not None:
+            self.cycle.disconnected = True  # whatever the service answers is not sent any more
         self.transport.close()

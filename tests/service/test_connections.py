@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import logging
 import socket
 from urllib.parse import urlsplit
 
@@ -110,6 +111,32 @@ def test_what_is_no_http_is_refused_like_everything_else(
         line, document = refusal(until_closed(connection))
     assert b" 400 " in line
     assert document["type"] == "urn:isomatch:problem:bad-request"
+
+
+@pytest.mark.parametrize("method", [b"GET", b"HEAD", b"POST"])
+def test_a_body_that_is_no_http_is_the_callers_fault(
+    server: EmbeddedServer, caplog: pytest.LogCaptureFixture, method: bytes
+) -> None:
+    """Told so, and that alone: what the service answers as well is not sent."""
+    request = WHOLE[:-2].replace(b"GET", method) + b"Transfer-Encoding: chunked\r\n\r\nno size\r\n"
+    with idle_api(server) as api, connected(api) as connection:
+        connection.sendall(request)
+        answer = until_closed(connection)
+    assert [entry.message for entry in caplog.records if entry.levelno >= logging.ERROR] == []
+    assert answer.startswith(b"HTTP/1.1 400 ")
+    assert answer.count(b"HTTP/1.1") == 1
+    assert answer.endswith(b"\r\n\r\n") == (method == b"HEAD")
+
+
+def test_what_is_answered_before_its_end_may_not_take_for_ever(server: EmbeddedServer) -> None:
+    begun = b"POST /v1/nothing HTTP/1.1\r\nHost: x\r\nContent-Length: 9\r\n\r\n1"
+    with idle_api(server, body_patience=PATIENCES[0]) as api, connected(api) as connection:
+        connection.sendall(begun)
+        assert connection.recv(65536).startswith(b"HTTP/1.1 404 ")
+        # What comes after the answer is read on, so that another request can follow.
+        with contextlib.suppress(ConnectionError):
+            connection.sendall(b"2")
+            until_closed(connection)
 
 
 def test_no_other_protocol_is_spoken_and_nobody_is_told_to_install_one(
