@@ -8,6 +8,7 @@ from rq.timeouts import JobTimeoutException
 
 from solver.errors import MeshError, OptionError, PrototypeError, SolverError
 from worker.contracts import FieldProblem, JobKind, JobRecord, Problem
+from worker.store import NewerRecord
 
 
 class Gone(Exception):  # noqa: N818 - said of what is needed
@@ -130,7 +131,7 @@ class NotDelivered(Exception):  # noqa: N818 - said of the webhook
 
 
 def newer_version() -> Problem:
-    """Return the problem of a job that this version cannot read."""
+    """Return the problem of a job that this version cannot read, or not all that it is about."""
     return Problem.of(
         "newer-version",
         "Asked for by a newer version",
@@ -177,6 +178,8 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             return Problem.of("timed-out", "Took too long", 422, detail)
         case NoAlternative():
             return Problem.of("invalid-request", "Invalid request", 422, str(error), (error.field,))
+        case NewerRecord():
+            return newer_version()
         case NotDelivered():
             return Problem.of("webhook-not-delivered", "Webhook not delivered", 424, str(error))
         case Gone():

@@ -13,6 +13,7 @@ from worker.contracts import (
     MatchParameters,
     MatchPayload,
     Payload,
+    PicturePayload,
     PrototypeParameters,
     PrototypePayload,
     TurnPayload,
@@ -119,3 +120,14 @@ def test_a_lost_process_of_what_cannot_be_read_costs_no_worker(queue: JobQueue) 
     give_back(queue.store, lost, "killed", LOSSES_WITH_WORKER)
     assert queue.store.jobs.state(job) is JobState.QUEUED
     assert lost.retries_left == 1
+
+
+def test_what_a_job_is_about_cannot_be_read_either(queue: JobQueue) -> None:
+    drawn = of_a_newer_version(queue, match())
+    queue.store.client.set(keys.job_result(drawn), b"")
+    job = queue.submit(new_job(PicturePayload(job=drawn))).id
+    Runner(queue, "runner").run(job)
+    record = queue.store.jobs.get(job)
+    assert record is not None
+    assert record.error is not None
+    assert record.error.slug == "newer-version"
