@@ -12,7 +12,7 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.control import Control
-from solver.options import MAX_COARSE_POINTS, MatchOptions
+from solver.options import MAX_COARSE_POINTS, MIN_POINTS, MatchOptions
 from solver.prototype.distributions import Observed, learn_distributions
 from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
@@ -39,17 +39,16 @@ def left_out_energies(seen: Observed, options: PrototypeOptions, control: Contro
     Returns
     -------
     (E,) energies per point, ascending: of up to 24 examples, whose order does not matter; none of
-    fewer than four examples.
+    fewer than four examples, or three points.
 
     Raises
     ------
     Cancelled
         Through `control`.
     """
-    count = len(seen.examples)
-    if count < _FEWEST:
+    count, points = len(seen.examples), min(len(seen.examples[0].vertices), MAX_COARSE_POINTS)
+    if count < _FEWEST or points < MIN_POINTS:
         return np.zeros(0)
-    points = min(len(seen.examples[0].vertices), MAX_COARSE_POINTS)
     turns = min(_TURNS, count)
     quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
     matching = MatchOptions(points=points)

@@ -92,6 +92,14 @@ def test_nothing_is_said_where_nothing_is_known() -> None:
     assert matched(target, points=6).misfit is None
 
 
+def test_of_two_points_nothing_is_usual() -> None:
+    """A match takes three."""
+    two = [Example(one.shape, one.vertices[:2]) for one in examples()]
+    learned = learn_prototype(two, _OPTIONS)
+    assert not len(learned.left_out_energies)
+    assert match_prototype(learned, figure("human", "walking", 9)).misfit is None
+
+
 def test_an_archive_holds_the_energies() -> None:
     again = prototype_from_bytes(prototype_to_bytes(prototype()))
     np.testing.assert_array_equal(again.left_out_energies, prototype().left_out_energies)
