@@ -63,7 +63,7 @@ class FunctionalMap:
 
         Returns
         -------
-        (S,) int64 rows of `target`, compared in single precision. O(S M k) time, memory bounded.
+        (S,) int64 rows of `target`, compared in single precision. O(S M k) time, O(S + M) memory.
         """
         single = np.float32
         images = source[:, : self.size].astype(single, copy=False) @ self.matrix.T.astype(single)
