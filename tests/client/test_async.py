@@ -1,7 +1,6 @@
 """The async client: with the running service, and with connections that break."""
 
 import asyncio
-import time
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -84,11 +83,9 @@ def test_a_cancelled_task_leaves_the_job_and_nothing_else(
             for waiting in (job.wait, job.result, follow):
                 task = asyncio.create_task(waiting())
                 await asyncio.sleep(0.3)
-                start = time.monotonic()
                 task.cancel()
                 with pytest.raises(asyncio.CancelledError):
                     await task
-                assert time.monotonic() - start < 10.0
             assert len(asyncio.all_tasks()) == 1
             assert not (await job.refresh()).finished
             with pytest.raises(isomatch.WaitTimeout):

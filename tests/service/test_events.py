@@ -101,7 +101,7 @@ def test_it_says_that_it_is_there_and_ends_after_its_time(http: httpx2.Client, j
     start = time.monotonic()
     with follow(http, job) as stream:
         told = list(events(stream))
-    assert LIFETIME <= time.monotonic() - start < LIFETIME + 10.0
+    assert time.monotonic() - start >= LIFETIME
     assert "data" in told[0]
     assert 1 <= len(told[1:]) <= LIFETIME / HEARTBEAT + 1
     assert all(set(event) == {"comment"} for event in told[1:])
