@@ -111,3 +111,14 @@ def test_the_reflection_of_what_is_symmetric_is_one_in_space(mesh: TriangleMesh)
     np.testing.assert_allclose(places @ matrix, places[images], atol=1e-6)
     np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-6)
     assert np.linalg.det(matrix) < 0.0
+
+
+def test_a_target_of_a_dozen_vertices_is_mapped_to() -> None:
+    """It has fewer eigenfunctions than other maps begin with."""
+    source, target = Shape(shapes.blob(3)), Shape(shapes.icosphere(0))
+    points = source.sampling("geodesic", 8).indices, target.sampling("geodesic", 8).indices
+    found = extended_map(source, target, [points], Control())
+    assert found is not None
+    assert found.functional_map.size <= target.n_vertices
+    images = found.images(np.arange(source.n_vertices))
+    assert set(images.tolist()) <= set(range(target.n_vertices))
