@@ -3,8 +3,8 @@
 It is learned from mixtures of cat, dog and horse in several poses, and matched with individuals of
 each kind, some of them outside of what the examples show, each triangulated on its own. An animal
 is right if no point is farther than half √area from its place: directly, left being left, or up to
-the symmetry of the body. With ``--data``, prototypes are learned from three poses of each real
-class, put into correspondence by our own matches, and matched with the pose before them.
+the symmetry of the body. With ``--data``, prototypes are learned from all but one pose of each real
+class, put into correspondence by our own matches, and matched with the pose that was left out.
 ``--sensitivity`` is to the number of examples, generated and, with ``--data``, real ones, the man's
 too.
 """
@@ -141,7 +141,9 @@ def real(folder: Path, points: int) -> dict[str, float]:
         own = [one for one in shapes if one.category == category]
         if len(own) <= _POSES:
             continue
-        rows = np.array([left_out(own, place, points, _POSES) for place in range(len(own))])
+        rows = np.array(
+            [left_out(one, [other for other in own if other is not one], points) for one in own]
+        )
         direct, right = shares(rows)
         print(
             f"{category:22}{direct:9.1%}{right:9.1%}{rows[:, 2].mean():9.3f}{rows[:, 3].mean():9}"
@@ -167,7 +169,10 @@ def sensitivity(arguments: argparse.Namespace) -> dict[str, dict[str, tuple[floa
     for category in (*_CLASSES, "michael"):
         own = [one for one in shapes if one.category == category and one.truth is not None]
         for examples in range(1, _POSES + 1) if len(own) > _POSES else ():
-            errors = [left_out(own, n, arguments.points, examples) for n in range(len(own))]
+            errors = [
+                left_out(own[n], (own[n + 1 :] + own[:n])[:examples], arguments.points)
+                for n in range(len(own))
+            ]
             found.setdefault(category, {})[str(examples)] = shares(np.array(errors))
     print(f"\n{'right, by examples':22}{'examples':>9}{'direct':>9}{'right':>9}")
     for name, several in found.items():
@@ -177,16 +182,14 @@ def sensitivity(arguments: argparse.Namespace) -> dict[str, dict[str, tuple[floa
 
 
 def left_out(
-    shapes: list[KnownShape], place: int, points: int, examples: int
+    target: KnownShape, others: list[KnownShape], points: int
 ) -> tuple[float, float, float, int]:
-    """Learn from the shapes that follow one, and match that.
+    """Learn from other poses, the first of which is the reference, and match the one left out.
 
     Returns
     -------
     Greatest errors, direct and mirrored, the mean direct one, and examples used.
     """
-    target = shapes[place]
-    others = [shapes[(place + 1 + n) % len(shapes)] for n in range(examples)]
     options = PrototypeOptions(points=points)
     found = matched_examples([one.shape for one in others], options)
     prototype = learn_prototype(found.examples, options)
