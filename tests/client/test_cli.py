@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import IO
@@ -261,8 +262,11 @@ def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
 
 
 def test_an_upload_that_waits_says_what_for(capsys: pytest.CaptureFixture[str]) -> None:
+    before = set(threading.enumerate())
     with slowness_told("a.off", as_json=False, after=0.01):
-        time.sleep(0.3)
+        for thread in set(threading.enumerate()) - before:
+            if isinstance(thread, threading.Timer):
+                thread.join()
     assert "a.off waits to be read" in capsys.readouterr().err
     with slowness_told("a.off", as_json=True, after=0.01):
         time.sleep(0.3)
