@@ -248,7 +248,8 @@ def distinct(hypotheses: list[Hypothesis]) -> list[Hypothesis]:
 def level_reports(hypothesis: Hypothesis, levels: list[Level]) -> tuple[LevelReport, ...]:
     """Report every level of a hypothesis."""
     return tuple(
-        _report(level, stage) for level, stage in zip(levels, hypothesis.stages, strict=True)
+        _report(level, stage, levels[-1])
+        for level, stage in zip(levels, hypothesis.stages, strict=True)
     )
 
 
@@ -258,10 +259,11 @@ def _solve(problem: LabellingProblem, known: Solution, control: Control) -> Solu
     return minimise(problem, known.partners, iterations=iterations, control=control)
 
 
-def _report(level: Level, stage: Stage) -> LevelReport:
-    """Report a level; the coarsest one's energy is its optimum's, whichever solution won."""
+def _report(level: Level, stage: Stage, finest: Level) -> LevelReport:
+    """Report a level; of several, the coarsest one's energy is its optimum's, whatever won."""
     problem, solution = stage.problem, stage.solution
-    enumerated = level.index == 0 and solution.method is Method.BRANCH_AND_BOUND
+    coarse = level.index == 0 and level is not finest
+    enumerated = coarse and solution.method is Method.BRANCH_AND_BOUND
     proven_coarse = enumerated and solution.lower_bound > 0.0
     return LevelReport(
         points=problem.n_sources,

@@ -50,7 +50,7 @@ class LevelReport:
     metric, descriptor
         Structures of the level.
     energy
-        At the coarsest level, of its best solution; above it, of the answer's hypothesis.
+        At the coarsest of several levels, of its best solution; else of the answer's hypothesis.
     lower_bound
         No correspondence among the level's candidates has less energy.
     iterations

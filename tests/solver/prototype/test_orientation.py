@@ -226,3 +226,14 @@ def test_surfaces_that_are_not_sound_are_no_meshes() -> None:
     small = shapes.icosphere(1)
     with pytest.raises(MeshError, match="fewer than"):
         ExampleSurface(small.vertices, small.faces, np.arange(3), np.ones(19)).mesh()
+
+
+def test_what_orientation_chose_is_certified_only_if_it_is_the_optimum() -> None:
+    """Of a single level the certificate is of the answer, not of what is more likely."""
+    for pose in "standing", "galloping":
+        found = match_prototype(prototype("horse"), target("horse", pose))
+        (level,) = found.levels
+        assert level.energy == found.best.energy
+        assert level.lower_bound <= found.best.energy
+        most_likely = min([found.best, *found.alternatives], key=lambda one: one.energy)
+        assert found.certified == (most_likely is found.best) == (level.rank == 1)
