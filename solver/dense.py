@@ -60,7 +60,7 @@ class Effort:
 
 
 QUICK = Effort(fits=(30,), step=12)
-"""Enough where several similar surfaces are tried, in less than half the time."""
+"""Enough where the answer is clear, in less than half the time."""
 
 _CAREFUL = Effort()
 

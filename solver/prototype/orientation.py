@@ -41,10 +41,6 @@ _APART = 0.4
 CLEAR, CERTAIN = 0.55, 0.8
 """Orientation of a map that is believed, and of one that ends the search."""
 
-_HOPELESS = 0.3
-"""Orientation, whichever way, that some map reaches from one of the examples if the target is like
-any of them."""
-
 _MORE = 1.5
 """Times the change of a map's mirror image from which on it is not the same, reflected."""
 
@@ -97,8 +93,6 @@ def oriented_images(
         found += [(one, surface) for one in maps]
         if _first(found)[0].orientation >= CERTAIN:
             break
-        if max(abs(one.orientation) for one, _ in found) < _HOPELESS:
-            break
     return _decided(found, control, least) if found else None
 
 
@@ -133,7 +127,10 @@ def _maps(
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
 ) -> list[DenseMap]:
-    """Maps from one surface: of its own match with the target, and if need be of the hypotheses."""
+    """Maps from one surface: of its own match with the target.
+
+    If they leave doubt, more careful ones of that, and of the prototype's hypotheses.
+    """
     target = there.shape
     points = min(_POINTS, source.n_vertices, target.n_vertices)
     options = MatchOptions(points=points, alternatives=_MATCHES, metric=(_METRIC,))
@@ -145,9 +142,9 @@ def _maps(
     ]
     comparison = Comparison(source, there)
     maps = extensions(comparison, own[:_MATCHES], control, effort=QUICK)
-    if hypotheses and oriented_first(maps)[0].orientation < CERTAIN:
+    if oriented_first(maps)[0].orientation < CERTAIN:
         given = [(surface.points[x], y) for x, y in hypotheses]
-        maps += extensions(comparison, given, control, effort=QUICK)
+        maps = extensions(comparison, [*own[:_MATCHES], *given], control)
     return maps
 
 
