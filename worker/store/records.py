@@ -54,14 +54,6 @@ def job_document(record: JobRecord) -> str:
     document = record.model_dump(mode="json", include=_KEPT)
     parameters = getattr(record.payload, "parameters", None)
     if parameters is not None:
-        document["payload"]["parameters"] = _without_defaults(parameters)
+        asked = parameters.model_dump(mode="json", exclude_defaults=True)
+        document["payload"]["parameters"] = asked
     return json.dumps(document)
-
-
-def _without_defaults(parameters: BaseModel) -> dict[str, object]:
-    about = type(parameters).model_fields
-    return {
-        name: value
-        for name, value in parameters.model_dump(mode="json").items()
-        if getattr(parameters, name) != about[name].get_default(call_default_factory=True)
-    }
