@@ -79,7 +79,7 @@ redis.call('HSET', KEYS[2], 'stage', ARGV[2], 'next', 0, 'count', ARGV[3],
     'done', redis.call('HLEN', KEYS[4]), 'base', base, 'share', ARGV[4], 'size', ARGV[5])
 redis.call('DEL', KEYS[3])
 redis.call('EXPIRE', KEYS[2], ARGV[6])
-redis.call('HSET', KEYS[1], 'stage', ARGV[2], 'fraction', base)
+redis.call('HSET', KEYS[1], 'stage', ARGV[2], 'fraction', math.min(base, 1))
 return 1
 """
 )
@@ -99,7 +99,8 @@ local done = redis.call('HINCRBY', KEYS[2], 'done', 1)
 redis.call('HINCRBYFLOAT', KEYS[2], 'seconds:' .. ARGV[1], ARGV[4])
 redis.call('EXPIRE', KEYS[2], ARGV[5])
 redis.call('EXPIRE', KEYS[4], ARGV[5])
-redis.call('HSET', KEYS[1], 'fraction', counts[3] + counts[4] * done / counts[2])
+-- Rounded as the sum at the end of the stage is: a bar runs neither back nor beyond its end.
+redis.call('HSET', KEYS[1], 'fraction', math.min(counts[3] + counts[4] * (done / counts[2]), 1))
 return 1
 """
 )
