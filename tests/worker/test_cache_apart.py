@@ -2,10 +2,14 @@
 
 import copy
 import math
+import socket
 from collections.abc import Iterator
+from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from redis import Redis
+from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from service.embedded import EmbeddedServer
 from tests.worker.conftest import ended, validation, worker
@@ -20,8 +24,9 @@ from worker.contracts import (
 )
 from worker.queue import JobQueue
 from worker.settings import WorkerSettings
-from worker.store import Store, keys
-from worker.store.connections import OnceInAWhile
+from worker.store import Store, connect, keys
+from worker.store import connections as connections_module
+from worker.store.connections import CACHE_SILENCE, Absence, OnceInAWhile
 
 MIB = 1024**2
 
@@ -131,6 +136,74 @@ def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
     ]
     assert [isinstance(one, OnceInAWhile) for one in backoffs] == [False, True]
     store.close()
+
+
+def connections(listener: socket.socket) -> int:
+    """How many were made since this was asked last."""
+    listener.setblocking(False)
+    made = 0
+    while True:
+        try:
+            listener.accept()[0].close()
+        except BlockingIOError:
+            return made
+        made += 1
+
+
+def test_a_cache_that_says_nothing_is_waited_for_once(store: Store) -> None:
+    key = SpectrumKey("a", 10)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
+        with connect(url, patience=0, silence=0.05) as cache:
+            spectra = replace(store.spectra, cache=cache, absence=Absence())
+
+            def look() -> None:
+                assert not spectra.has(key)
+                assert spectra.get(key) is None
+                assert not spectra.put(key, b"spectrum")
+                spectra.forget("a")
+                assert spectra.cached_bytes() == 0
+
+            look()
+            look()
+            assert connections(silent) == 1
+            spectra.absence.begin(0.0)
+            assert not spectra.has(key)
+            assert connections(silent) == 1
+
+
+def test_one_asks_for_all_whether_a_cache_is_there_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 0.0
+    monkeypatch.setattr(connections_module, "time", SimpleNamespace(monotonic=lambda: now))
+    absence = Absence()
+    assert [absence.lasts(), absence.lasts()] == [False, False]
+    absence.begin(10.0)
+    assert [absence.lasts(), absence.lasts()] == [True, True]
+    now = 10.0
+    assert [absence.lasts(), absence.lasts()] == [False, True]
+    now = 20.0
+    assert not absence.lasts()
+    absence.end()
+    assert [absence.lasts(), absence.lasts()] == [False, False]
+
+
+def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
+    spectra, key = apart.spectra, SpectrumKey("a", 10)
+    spectra.absence.begin(math.inf)
+    assert not spectra.put(key, b"spectrum")
+    spectra.absence.begin(0.0)
+    assert spectra.put(key, b"spectrum")
+    assert spectra.has(key)
+
+
+def test_a_silent_cache_is_given_up_by_workers_too(server: EmbeddedServer) -> None:
+    settings = WorkerSettings(redis_url=server.url, cache_url="redis://127.0.0.1:1")
+    opened = Store.open(settings, patience=30.0)
+    options = opened.spectra.cache.connection_pool.connection_kwargs
+    assert options["socket_timeout"] == CACHE_SILENCE
+    assert RedisTimeoutError not in options["retry_on_error"]
+    assert RedisTimeoutError in opened.client.connection_pool.connection_kwargs["retry_on_error"]
+    opened.close()
 
 
 def test_matches_go_on_while_the_cache_is_away(

@@ -6,7 +6,13 @@ from typing import Self
 from redis import Redis
 
 from worker.store import keys
-from worker.store.connections import CACHE_LULL, CACHE_PATIENCE, StoreSettings, connect
+from worker.store.connections import (
+    CACHE_LULL,
+    CACHE_PATIENCE,
+    CACHE_SILENCE,
+    StoreSettings,
+    connect,
+)
 from worker.store.jobs import Jobs
 from worker.store.listings import InvalidCursor, Page
 from worker.store.orders import KeyReused, Orders, TooManyQueued
@@ -107,7 +113,7 @@ class Store:
         if settings.cache_url is not None:
             # Nothing is lost with it: rather compute again than wait.
             patience = min(patience, CACHE_PATIENCE)
-            cache = connect(settings.cache_url, patience, pause, silence, CACHE_LULL)
+            cache = connect(settings.cache_url, patience, pause, CACHE_SILENCE, CACHE_LULL)
         return cls(
             client,
             Shapes(client, settings),

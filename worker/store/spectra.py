@@ -7,15 +7,17 @@ them, under names of their own.
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from redis import Redis
+from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import RedisError
+from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from worker.contracts import SpectrumKey
 from worker.store import keys, scripts
-from worker.store.connections import StoreSettings
+from worker.store.connections import CACHE_LULL, CACHE_SILENT_LULL, Absence, StoreSettings
 from worker.store.replies import blob, text
 from worker.telemetry import logger
 
@@ -23,6 +25,10 @@ log = logger("isomatch.store")
 
 _LARGEST: Final = 500 * 1024**2
 """Bytes of one value; Redis hangs up on whoever sends more than 512 MiB."""
+
+
+class _StillAway(Exception):  # noqa: N818 - said of the cache
+    """The cache is not asked, for it was away a moment ago."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +55,14 @@ class Spectra:
         Connection to the Redis of the queue.
     settings
         Budget and time to live.
+    absence
+        Until when a cache of its own that is away is not asked again.
     """
 
     cache: Redis
     client: Redis
     settings: StoreSettings
+    absence: Absence = field(default_factory=Absence)
 
     @property
     def apart(self) -> bool:
@@ -63,7 +72,7 @@ class Spectra:
     def has(self, key: SpectrumKey) -> bool:
         """Whether a spectrum is cached."""
         with self._spared():
-            return bool(self.cache.exists(keys.cached_spectrum(key)))
+            return bool(self._asked().exists(keys.cached_spectrum(key)))
         return False
 
     def get(self, key: SpectrumKey | str) -> bytes | None:
@@ -76,7 +85,7 @@ class Spectra:
         found: list[bytes | None] = [None] * len(names)
         with self._spared():
             if names:
-                replies = self.cache.mget([*map(keys.cached_spectrum, names)])
+                replies = self._asked().mget([*map(keys.cached_spectrum, names)])
                 found = [blob(reply) for reply in replies]
             now = time.time()
             used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
@@ -90,7 +99,7 @@ class Spectra:
             return False
         now = time.time()
         with self._spared():
-            stored = self.cache.eval(
+            stored = self._asked().eval(
                 scripts.CACHE_PUT,
                 3,
                 keys.CACHED_SPECTRA,
@@ -109,8 +118,9 @@ class Spectra:
     def forget(self, shape_id: str) -> None:
         """Take all spectra of a shape out of the cache."""
         with self._spared():
+            cache = self._asked()
             for name in self._names(shape_id):
-                self.cache.eval(
+                cache.eval(
                     scripts.CACHE_DROP,
                     2,
                     keys.CACHED_SPECTRA,
@@ -134,10 +144,30 @@ class Spectra:
         """Do without a cache of its own that is away, or that is full and evicts nothing."""
         try:
             yield
+        except _StillAway:
+            return
         except RedisError as error:
             if not self.apart:
                 raise
             log.warning("the cache cannot be used", error=str(error))
+            if isinstance(error, RedisTimeoutError):
+                self.absence.begin(CACHE_SILENT_LULL)
+            elif isinstance(error, RedisConnectionError):
+                self.absence.begin(CACHE_LULL)
+        else:
+            self.absence.end()
+
+    def _asked(self) -> Redis:
+        """Return the cache, to be asked.
+
+        Raises
+        ------
+        _StillAway
+            It was away a moment ago, and would only cost the time of whoever waits for it.
+        """
+        if self.apart and self.absence.lasts():
+            raise _StillAway
+        return self.cache
 
     def lock(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
         """Become the one who computes a spectrum, for some seconds; False if somebody else is."""
@@ -178,7 +208,7 @@ class Spectra:
     def cached_bytes(self) -> int:
         """Return the size of all cached spectra, as far as it is known."""
         with self._spared():
-            return int(self.cache.hget(keys.CACHED_SIZES, "total") or 0)
+            return int(self._asked().hget(keys.CACHED_SIZES, "total") or 0)
         return 0
 
     def counts(self) -> SpectrumCounts:
