@@ -1,5 +1,7 @@
 """``/v1/jobs/{id}/result``: as a document, as a picture, as arrays."""
 
+import gzip
+import json
 from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Header, Query, Request, Response
@@ -33,10 +35,12 @@ from worker.contracts import (
     DissimilarityResult,
     FieldProblem,
     JobKind,
+    MatchPayload,
     MatchResult,
     Order,
     PicturePayload,
     PrototypeResult,
+    is_prototype,
 )
 from worker.queue import new_job
 
@@ -155,7 +159,36 @@ def _drawable(service: Service, job_id: str, alternative: int | None) -> None:
         raise InvalidRequest("The request is not valid; `errors` says where.", (field,))
     if not record.kind.has_picture:
         raise JobWithoutResult(f"A {record.kind.value} has no picture; ask for its result.")
-    packed_result(service, job_id)
+    packed = packed_result(service, job_id)
+    if isinstance(record.payload, MatchPayload):
+        _check_alternative(packed, alternative)
+        _check_match(service, record.payload)
+
+
+def _check_alternative(packed: bytes, alternative: int | None) -> None:
+    if not alternative:
+        return
+    count = len(json.loads(gzip.decompress(packed))["alternatives"])
+    if alternative > count:
+        there = f"it has {count}, numbered from 1" if count else "it has none"
+        detail = f"The match has no alternative {alternative}: {there}; 0 is the match itself."
+        field = FieldProblem(field="query.alternative", message=there)
+        raise InvalidRequest(detail, (field,))
+
+
+def _check_match(service: Service, match: MatchPayload) -> None:
+    shapes = [match.source, match.target]
+    if is_prototype(match.source):
+        shapes = [match.target]
+        if service.store.prototypes.get(match.source) is None:
+            raise PrototypeDeleted(_gone(f"Prototype {match.source}"))
+    for shape in shapes:
+        if service.store.shapes.get(shape) is None:
+            raise ShapeDeleted(_gone(f"Shape {shape}"))
+
+
+def _gone(what: str) -> str:
+    return f"{what} was deleted, or has expired; without it nothing can be drawn."
 
 
 def _submit_picture(service: Service, payload: PicturePayload, order: Order) -> str:

@@ -1,11 +1,14 @@
 """HEAD is answered wherever GET is, with its headers and without its body."""
 
+from collections.abc import Callable
+
 import httpx2
 import pytest
 
 from service.embedded import EmbeddedServer
 from service.security import ApiKey
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.worker.figures import blob_file
 
 OF_ONE_ANSWER = ("date", "x-request-id")
 
@@ -64,6 +67,27 @@ def test_head_draws_no_picture(http: httpx2.Client, api: Api, matched: Json) -> 
     assert headers(after) == headers(picture)
     assert int(after.headers["content-length"]) == len(picture.content)
     assert set(headers(picture)) - set(headers(before)) == {"content-length"}
+
+
+def test_head_of_a_picture_that_cannot_be_drawn(
+    http: httpx2.Client, upload: Callable[..., Json], matched: Json
+) -> None:
+    count = len(http.get(matched["links"]["result"]).json()["alternatives"])
+    shape = upload(blob_file(2, seed=41))["id"]
+    body = {"source": matched["source"], "target": shape, "points": 8, "eigenpairs": 30}
+    gone: Json = http.post("/v1/matches", json=body).json()
+    assert http.get(gone["links"]["self"], params={"wait": 60}).json()["state"] == "succeeded"
+    assert http.delete(f"/v1/shapes/{shape}").status_code == 204
+    for picture, status in (
+        (f"{matched['links']['picture']}?alternative={count + 1}", 422),
+        (f"{matched['links']['picture']}?alternative=33", 422),
+        (gone["links"]["picture"], 410),
+        ("/v1/jobs/nobody/result.png", 404),
+    ):
+        get, head = http.get(picture), http.head(picture)
+        assert head.status_code == get.status_code == status, picture
+        assert headers(head) == headers(get)
+        assert head.content == b""
 
 
 def test_head_of_events_ends_at_once(server: EmbeddedServer) -> None:
