@@ -16,6 +16,9 @@ from worker.contracts import (
 _DIGITS = 9
 """Digits of the numbers in the document; the arrays have all."""
 
+_MOST_PLACES = 300
+"""Decimal places beyond which powers of ten are no numbers any more."""
+
 
 def result_of(
     payload: DissimilaritiesPayload, values: FloatArray, timings: Mapping[str, float]
@@ -86,7 +89,8 @@ def _square(values: FloatArray, count: int) -> FloatArray:
 
 def _rounded(values: FloatArray) -> FloatArray:
     """The values to so many digits that they can be told from one another, not to all."""
-    scale = 10.0 ** (_DIGITS - 1 - np.floor(np.log10(np.where(values > 0.0, values, 1.0))))
+    places = _DIGITS - 1 - np.floor(np.log10(np.where(values > 0.0, values, 1.0)))
+    scale: FloatArray = 10.0 ** np.minimum(places, _MOST_PLACES)
     return np.round(values * scale) / scale
 
 

@@ -27,5 +27,5 @@ class Sweep:
         records: dict[str, Callable[[str], str]] = dict.fromkeys(jobs, keys.job)
         records |= {keys.SHAPES: keys.shape, keys.PROTOTYPES: keys.prototype}
         for key, record in records.items():
-            listing = Listing(self.store.client, key)
-            self._cursors[key] = listing.sweep(self._cursors.get(key, 0), record)
+            listing = Listing(self.store.client, key, record)
+            self._cursors[key] = listing.sweep(self._cursors.get(key, 0))

@@ -163,7 +163,9 @@ class Runner:
             warnings=mesh.warnings,
             created=job.created,
         )
-        self.store.shapes.accept(record, mesh_to_bytes(mesh), packed_geometry(mesh), job.id)
+        packed = mesh_to_bytes(mesh), packed_geometry(mesh)
+        if not self.store.shapes.accept(record, *packed, job.id):
+            raise ShapeGone(payload.shape)
 
     def _compute_spectrum(self, payload: SpectrumPayload, control: Control) -> None:
         try:

@@ -96,8 +96,9 @@ class Turn:
         except Exception as error:
             assert job is not None
             problem = problem_of(error, job)
-            log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)
-            jobs.fail(job_id, job_id, problem)
+            # Of a job that was cancelled the rest is gone at any moment.
+            if jobs.fail(job_id, job_id, problem):
+                log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)
         parts.end_turn(job_id, self.record.id)
         state = jobs.state(job_id)
         if state is None or state.ended:
@@ -214,7 +215,7 @@ class _Work:
         parts = self.turn.store.parts
         stored, size = parts.input(self.job.id, PAIRS), parts.counts(self.job.id).size
         if stored is None or size == 0:
-            raise Cancelled("the job has ended")
+            raise LookupError("nothing is kept of what is to be compared: the job has ended")
         collection = SignatureCollection.from_bytes(stored)
         last = min((part + 1) * size, number_of_pairs(len(collection)))
         pairs = pairs_between(len(collection), part * size, last)

@@ -113,5 +113,7 @@ def _try(queue: JobQueue, record: JobRecord, settings: WebhookSettings) -> None:
     order = Order(record.request_id, record.caller)
     attempt = webhooks.attempts(record.id) + 1
     job = new_job(DeliveryPayload(job=record.id, attempt=attempt), order)
-    webhooks.begin(record.id, job.id, attempt)
-    queue.submit(job)
+    if webhooks.begin(record.id, job.id, attempt):
+        queue.submit(job)
+    else:
+        webhooks.forget(record.id)

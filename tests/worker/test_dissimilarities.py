@@ -25,6 +25,7 @@ from worker.contracts import (
     Payload,
     PicturePayload,
 )
+from worker.dissimilarities import result_of as document_of
 from worker.queue import JobQueue, new_job
 from worker.signatures import options_of
 from worker.store import keys
@@ -166,3 +167,13 @@ def test_the_work_is_shared(served: JobQueue) -> None:
         turns |= set(served.store.parts.turns(job.id))
     assert result_of(served, ended(served, job.id)).certified
     assert len(turns) >= 2
+
+
+def test_whatever_is_measured_is_a_number_in_the_document() -> None:
+    values = np.array([0.0, 5e-324, 2.5e-300, 1.23456789012e-7, 1.23456789012, 1e300])
+    payload = DissimilaritiesPayload(
+        shapes=("a", "b", "c", "d"), labels=None, parameters=DissimilarityParameters()
+    )
+    document = document_of(payload, values, {})
+    np.testing.assert_allclose(document.lower_bounds, values, rtol=1e-8, atol=1e-299)
+    assert DissimilarityResult.model_validate_json(document.model_dump_json()) == document

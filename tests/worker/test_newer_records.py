@@ -9,6 +9,7 @@ from rq.serializers import JSONSerializer
 from worker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
+    JobKind,
     JobState,
     MatchParameters,
     MatchPayload,
@@ -22,6 +23,7 @@ from worker.queue import JobQueue, new_job
 from worker.recovery import LOSSES_WITH_WORKER, give_back, recover
 from worker.runner import Runner
 from worker.store import NewerRecord, keys
+from worker.store.tallies import BOUNDS
 from worker.webhooks import WebhookSettings, dispatch
 
 SHAPES = ("a" * 32, "b" * 32)
@@ -98,6 +100,30 @@ def test_a_collection_that_cannot_be_read_fails_with_the_reason(queue: JobQueue)
     Runner(queue, "runner").run(turn)
     assert queue.store.jobs.state(job) is JobState.FAILED
     assert queue.store.jobs.state(turn) is JobState.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("state", "paused"), ("delivery", '{"state": "paused"}'), ("error", '{"type": "novel"}')],
+)
+def test_what_a_newer_version_noted_of_a_job_hides_nothing_else(
+    queue: JobQueue, field: str, value: str
+) -> None:
+    unread, other = (queue.submit(new_job(match())).id for _ in range(2))
+    queue.store.client.hset(keys.job(unread), field, value)
+    with pytest.raises(NewerRecord):
+        queue.store.jobs.get(unread)
+    assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
+    assert [record.id for record in queue.store.jobs.active()] == [other]
+
+
+def test_what_a_newer_version_counts_is_left_out(queue: JobQueue) -> None:
+    tallies = queue.store.tallies
+    tallies.time(JobKind.MATCH, {"total": 2.0})
+    before = tallies.read()
+    for novel in (f"class|match|total|{len(BOUNDS) + 1}", "novel|match", "novel"):
+        queue.store.client.hset(keys.TALLIES, novel, "1")
+    assert tallies.read() == before
 
 
 def test_chores_go_on_past_what_cannot_be_read(queue: JobQueue) -> None:

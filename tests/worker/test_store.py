@@ -342,3 +342,12 @@ def test_locks_belong_to_their_holder(store: Store) -> None:
     assert spectra.lock(key, "you", 60.0)
     spectra.release(key, "you")
     assert not spectra.locked(key)
+
+
+def test_a_job_that_began_before_it_was_asked_for_by_another_clock_took_no_time(
+    store: Store,
+) -> None:
+    store.tallies.time(JobKind.MATCH, {"in the queue": -3.5, "total": 2.0})
+    times = store.tallies.read().times
+    assert (times["match", "in the queue"].total, times["match", "total"].total) == (0.0, 2.0)
+    assert times["match", "in the queue"].classes[0] == 1

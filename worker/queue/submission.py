@@ -143,8 +143,10 @@ class JobQueue(Channels):
         return self._submit_after_spectra(payload, order)
 
     def submit_turn(self, record: JobRecord) -> None:
-        """Queue another turn of a job that is done in turns."""
+        """Queue another turn of a job that is done in turns, unless it has ended."""
         number = self.store.parts.number_turn(record.id)
+        if number is None:
+            return
         with self.store.client.pipeline() as pipe:
             self._hand_over_turn(record, number, pipe)
             pipe.execute()

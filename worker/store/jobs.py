@@ -13,7 +13,7 @@ come back late; whatever it then says is refused, because the job is no longer h
 """
 
 import gzip
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -87,7 +87,7 @@ class Jobs:
         Raises
         ------
         NewerRecord
-            A newer version asked for it, with what this one does not know.
+            A newer version asked for it, or ran it, with what this one does not know.
         """
         fields = self.client.hgetall(keys.job(job_id))
         return _record(fields) if b"record" in fields else None
@@ -139,7 +139,7 @@ class Jobs:
             return state in (None, record.state) and kind in (None, record.kind)
 
         key = keys.JOBS if state is None else keys.jobs_in(state)
-        listing = Listing(self.client, key if of is None else keys.jobs_of(of))
+        listing = Listing(self.client, key if of is None else keys.jobs_of(of), keys.job)
         return listing.page(limit, cursor, self.get, suits)
 
     def active(self) -> Iterator[JobRecord]:
@@ -272,17 +272,23 @@ class Jobs:
 
 def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
     fields = {text(name): text(value) for name, value in reply.items()}
+    asked = read_record(JobRecord, fields["record"])
+    try:
+        return asked.model_copy(update=_present(fields))
+    except ValueError as error:
+        raise NewerRecord(JobRecord) from error
+
+
+def _present(fields: Mapping[str, str]) -> dict[str, object]:
     error, delivery = fields.get("error"), fields.get("delivery")
-    return read_record(JobRecord, fields["record"]).model_copy(
-        update={
-            "state": JobState(fields["state"]),
-            "progress": Progress(stage=fields["stage"], fraction=float(fields["fraction"])),
-            "started": _time(fields.get("started")),
-            "ended": _time(fields.get("ended")),
-            "error": None if error is None else Problem.model_validate_json(error),
-            "delivery": None if delivery is None else Delivery.model_validate_json(delivery),
-        }
-    )
+    return {
+        "state": JobState(fields["state"]),
+        "progress": Progress(stage=fields["stage"], fraction=float(fields["fraction"])),
+        "started": _time(fields.get("started")),
+        "ended": _time(fields.get("ended")),
+        "error": None if error is None else Problem.model_validate_json(error),
+        "delivery": None if delivery is None else Delivery.model_validate_json(delivery),
+    }
 
 
 def _state(answer: object) -> JobState | None:

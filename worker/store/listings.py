@@ -9,6 +9,7 @@ from typing import Final, Generic, TypeVar, cast
 
 from redis import Redis
 
+from worker.store import scripts
 from worker.store.records import NewerRecord
 from worker.store.replies import text
 
@@ -42,10 +43,13 @@ class Listing:
         Connection to Redis.
     key
         The sorted set.
+    record
+        Returns the key of an entry's record.
     """
 
     client: Redis
     key: str
+    record: Callable[[str], str]
 
     def page(
         self,
@@ -76,22 +80,20 @@ class Listing:
                     passed += 1
                     continue
                 if item is None:
-                    self.client.zrem(self.key, member)
+                    self._unlist(member)
                 if item is not None and suits(item):
                     items.append(item)
                 else:
                     passed += 1
         return Page(tuple(items), _encode(last) if last and self._entries(last, 1) else None)
 
-    def sweep(self, cursor: int, record: Callable[[str], str]) -> int:
+    def sweep(self, cursor: int) -> int:
         """Take entries whose record has expired out of one part of the listing.
 
         Parameters
         ----------
         cursor
             Where to go on; 0 to begin.
-        record
-            The key of an entry's record.
 
         Returns
         -------
@@ -103,12 +105,16 @@ class Listing:
         members = [text(member) for member, _ in found]
         with self.client.pipeline(transaction=False) as pipe:
             for member in members:
-                pipe.exists(record(member))
+                pipe.exists(self.record(member))
             there = pipe.execute()
-        gone = [member for member, exists in zip(members, there, strict=True) if not exists]
-        if gone:
-            self.client.zrem(self.key, *gone)
+        for member, exists in zip(members, there, strict=True):
+            if not exists:
+                self._unlist(member)
         return cursor
+
+    def _unlist(self, member: str) -> None:
+        # A shape may have been uploaded again since its record was looked for.
+        self.client.eval(scripts.UNLIST, 2, self.key, self.record(member), member)
 
     def _entries(self, last: tuple[float, str] | None, count: int) -> list[tuple[str, float]]:
         start = math.inf if last is None else last[0]

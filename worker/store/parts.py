@@ -20,7 +20,7 @@ from redis.client import Pipeline
 from worker.contracts import JobState
 from worker.contracts.dissimilarities import STAGES
 from worker.store import keys
-from worker.store.connections import StoreSettings
+from worker.store.connections import DAY, StoreSettings
 from worker.store.replies import blob, text
 
 _WANTED: Final = """
@@ -107,6 +107,19 @@ return 1
 """Keep what came of a part, once."""
 
 
+_NUMBER: Final = """
+-- KEYS: 1 counts.
+if redis.call('EXISTS', KEYS[1]) == 0 then
+    return 0
+end
+return redis.call('HINCRBY', KEYS[1], 'turns', 1) + 1
+"""
+"""Number a new turn, 2 for the first that is asked for, unless the job has ended."""
+
+_KEPT: Final = 30 * DAY
+"""Seconds for which a stage is kept of which no part is done, however soon records expire: a job
+may wait, and a part take, for long. At its end all of it is deleted."""
+
 _NUMBERS: Final = ("next", "count", "done", "base", "share", "size", "taken")
 
 
@@ -181,10 +194,14 @@ class Parts:
     client: Redis
     settings: StoreSettings
 
+    @property
+    def _ttl(self) -> int:
+        return max(self.settings.job_ttl, _KEPT)
+
     def create(self, job_id: str, pipe: Pipeline) -> None:
         """Begin with a stage without a name that has no parts, as part of a transaction."""
         pipe.hset(keys.job_parts(job_id), mapping={"stage": "", **dict.fromkeys(_NUMBERS, 0)})
-        pipe.expire(keys.job_parts(job_id), self.settings.job_ttl)
+        pipe.expire(keys.job_parts(job_id), self._ttl)
 
     def take(self, job_id: str, turn: str, runner: str) -> Taken:
         """Take a part for a turn that this runner runs."""
@@ -227,7 +244,7 @@ class Parts:
             count,
             share,
             size,
-            self.settings.job_ttl,
+            self._ttl,
         )
         return bool(answer == 1)
 
@@ -242,7 +259,7 @@ class Parts:
             taken.part,
             result,
             seconds,
-            self.settings.job_ttl,
+            self._ttl,
         )
         return bool(answer == 1)
 
@@ -251,7 +268,7 @@ class Parts:
         if known:
             key = keys.job_done(job_id, stage)
             self.client.hset(key, mapping={str(part): result for part, result in known.items()})
-            self.client.expire(key, self.settings.job_ttl)
+            self.client.expire(key, self._ttl)
 
     def results(self, job_id: str, stage: str) -> dict[int, bytes]:
         """Return what came of the parts of a stage that are done, by their numbers."""
@@ -260,7 +277,7 @@ class Parts:
 
     def set_input(self, job_id: str, stage: str, data: bytes) -> None:
         """Keep what all parts of a stage need."""
-        self.client.set(keys.job_input(job_id, stage), data, ex=self.settings.job_ttl)
+        self.client.set(keys.job_input(job_id, stage), data, ex=self._ttl)
 
     def input(self, job_id: str, stage: str) -> bytes | None:
         """Return what all parts of a stage need."""
@@ -283,15 +300,18 @@ class Parts:
     def add_turn(self, job_id: str, turn: str, pipe: Pipeline) -> None:
         """Note that a turn is queued, as part of a transaction."""
         pipe.sadd(keys.job_turns(job_id), turn)
-        pipe.expire(keys.job_turns(job_id), self.settings.job_ttl)
+        pipe.expire(keys.job_turns(job_id), self._ttl)
 
     def end_turn(self, job_id: str, turn: str) -> None:
         """Note that a turn is at its end."""
         self.client.srem(keys.job_turns(job_id), turn)
 
-    def number_turn(self, job_id: str) -> int:
-        """Return the number of a new turn, 2 for the first that is asked for."""
-        return self.client.hincrby(keys.job_parts(job_id), "turns", 1) + 1
+    def number_turn(self, job_id: str) -> int | None:
+        """Return the number of a new turn, 2 for the first that is asked for.
+
+        None if nothing is known of the job, for it has ended.
+        """
+        return self.client.eval(_NUMBER, 1, keys.job_parts(job_id)) or None
 
     def turns(self, job_id: str) -> dict[str, JobState]:
         """Return the turns that have not ended, and whether they are queued or running."""

@@ -56,7 +56,12 @@ class Prototypes(Uploads):
             The cursor is not one that a page gave.
         """
         key = keys.PROTOTYPES if name is None else keys.prototypes_named(name)
-        return Listing(self.client, key).page(limit, cursor, self.get)
+
+        def suits(record: PrototypeRecord) -> bool:
+            # One that has expired may have come again under another name.
+            return name in (None, record.name)
+
+        return Listing(self.client, key, keys.prototype).page(limit, cursor, self.get, suits)
 
     def add(
         self, record: PrototypeRecord, archive: bytes, job_id: str | None = None

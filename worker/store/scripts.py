@@ -174,6 +174,16 @@ return 1
 """
 """Take on a webhook that is due; 0 if somebody else has."""
 
+BEGIN_DELIVERY: Final = """
+-- KEYS: 1 job.  ARGV: 1 job that tries, 2 which try it is
+if redis.call('EXISTS', KEYS[1]) == 0 then
+    return 0
+end
+redis.call('HSET', KEYS[1], 'delivery_job', ARGV[1], 'attempts', ARGV[2])
+return 1
+"""
+"""Note that a webhook is tried, unless its job has expired: the note would stay for good."""
+
 NOTE_DELIVERY: Final = """
 -- KEYS: 1 job, 2 webhooks.  ARGV: 1 job's id, 2 how it went, 3 when it is due again or ''
 local there = redis.call('EXISTS', KEYS[1]) == 1
@@ -187,6 +197,15 @@ else
 end
 """
 """Note how a webhook went, unless its job has expired."""
+
+UNLIST: Final = """
+-- KEYS: 1 listing, 2 record.  ARGV: 1 entry
+if redis.call('EXISTS', KEYS[2]) == 1 then
+    return 0
+end
+return redis.call('ZREM', KEYS[1], ARGV[1])
+"""
+"""Take an entry out of a listing unless its record is there, be it there again."""
 
 RELEASE: Final = """
 if redis.call('GET', KEYS[1]) == ARGV[1] then

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from redis.client import Pipeline
 
@@ -10,6 +11,9 @@ from worker.store import keys
 from worker.store.listings import Listing, Page
 from worker.store.records import read_record
 from worker.store.uploads import Uploads
+
+_MOMENT: Final = 60
+"""Seconds for which a candidate is kept that is about to be a shape."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +59,7 @@ class Shapes(Uploads):
         InvalidCursor
             The cursor is not one that a page gave.
         """
-        listing = Listing(self.client, keys.SHAPES)
+        listing = Listing(self.client, keys.SHAPES, keys.shape)
         return listing.page(limit, cursor, self.get)
 
     def delete(self, shape_id: str) -> bool:
@@ -68,9 +72,11 @@ class Shapes(Uploads):
             pipe.zrem(keys.SHAPES, shape_id)
             return bool(pipe.execute()[0])
 
-    def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> None:
-        """Make a shape of a job's candidate, all at once."""
+    def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
+        """Make a shape of a job's candidate, all at once; False if that has expired."""
         candidate = keys.candidate(record.id, record.file_type, job_id)
+        if not self.client.expire(candidate, _MOMENT):
+            return False
         with self.client.pipeline() as pipe:
             pipe.rename(candidate, keys.shape_upload(record.id))
             pipe.set(keys.shape_mesh(record.id), mesh)
@@ -81,6 +87,7 @@ class Shapes(Uploads):
             pipe.zadd(keys.SHAPES, {record.id: record.created.timestamp()})
             self.release(record.id, record.file_type, job_id, pipe)
             pipe.execute()
+        return True
 
     def _used(self, shape_id: str, key: str) -> bytes | None:
         with self.client.pipeline() as pipe:

@@ -13,7 +13,7 @@ from typing import Final
 
 from redis import Redis
 
-from worker.contracts import JobKind, JobState
+from worker.contracts import JobKind
 from worker.contracts.problems import URN
 from worker.store import keys
 from worker.store.replies import text
@@ -77,7 +77,9 @@ class Tallies:
     def time(self, kind: JobKind, stages: Mapping[str, float]) -> None:
         """Count the seconds that each stage of a job took."""
         with self.client.pipeline(transaction=False) as pipe:
-            for stage, seconds in stages.items():
+            for stage, taken in stages.items():
+                # Clocks of two machines differ: what began before it was asked for took no time.
+                seconds = max(taken, 0.0)
                 # Stages are named for people; numbers in their names would make endless many.
                 name = f"{kind.value}|{_NUMBER.sub('n', stage)}"
                 index = bisect_left(BOUNDS, seconds)
@@ -86,17 +88,17 @@ class Tallies:
             pipe.execute()
 
     def read(self) -> Counts:
-        """Return all counts."""
+        """Return all counts; what only a newer version counts is left out."""
         counts = Counts()
         for field_name, value in self.client.hgetall(keys.TALLIES).items():
             match text(field_name).split("|"):
                 case ["submitted", kind]:
                     counts.submitted[kind] = int(value)
                 case ["ended", kind, state]:
-                    counts.ended[kind, JobState(state).value] = int(value)
+                    counts.ended[kind, state] = int(value)
                 case ["failed", kind, problem]:
                     counts.failures[kind, problem.removeprefix(URN)] = int(value)
-                case ["class", kind, stage, index]:
+                case ["class", kind, stage, index] if int(index) <= len(BOUNDS):
                     counts.times[kind, stage].classes[int(index)] = int(value)
                 case ["seconds", kind, stage]:
                     counts.times[kind, stage].total = float(value)

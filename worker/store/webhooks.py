@@ -34,10 +34,13 @@ class Webhooks:
         """Become the one who has a webhook tried, until some time; False if somebody else is."""
         return bool(self.client.eval(scripts.RESCHEDULE, 1, keys.WEBHOOKS, job_id, since, until))
 
-    def begin(self, job_id: str, delivery_job: str, attempt: int) -> None:
-        """Note the job that is to try it, and which try it is."""
-        values = {"delivery_job": delivery_job, "attempts": str(attempt)}
-        self.client.hset(keys.job(job_id), mapping=values)  # type: ignore[arg-type]
+    def begin(self, job_id: str, delivery_job: str, attempt: int) -> bool:
+        """Note the job that is to try it, and which try it is; False if there is nothing to tell.
+
+        That is so when the job has expired.
+        """
+        names = keys.job(job_id)
+        return bool(self.client.eval(scripts.BEGIN_DELIVERY, 1, names, delivery_job, attempt))
 
     def delivery_job(self, job_id: str) -> str | None:
         """Return the job that was to try it last."""

@@ -1,0 +1,160 @@
+"""What expires, ends or comes again between two looks, and leaves nothing behind for good."""
+
+from datetime import timedelta
+
+import pytest
+
+from tests.worker.records import CREATED, shape_record
+from worker.contracts import (
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    PrototypeRecord,
+    PrototypeStructures,
+    ValidationPayload,
+    Webhook,
+)
+from worker.contracts.dissimilarities import PAIRS, STRUCTURES
+from worker.queue import JobQueue, QueueSettings, new_job
+from worker.runner import Runner
+from worker.settings import WorkerSettings
+from worker.store import Offer, Store, keys
+from worker.store.listings import Listing
+from worker.webhooks import WebhookSettings, dispatch
+
+SHAPE = "a" * 32
+RECEIVER = Webhook(url="http://127.0.0.1:9/")
+
+
+def put_shape(store: Store) -> None:
+    payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
+    job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
+    assert store.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
+
+
+def ended_match(queue: JobQueue) -> JobRecord:
+    """A match that has ended, whose receiver is still to be told."""
+    match = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
+    record = new_job(match).model_copy(update={"webhook": RECEIVER})
+    queue.submit(record)
+    assert queue.store.jobs.cancel(record.id) is JobState.CANCELLED
+    return record
+
+
+def compared(queue: JobQueue) -> JobRecord:
+    payload = DissimilaritiesPayload(
+        shapes=(SHAPE, "b" * 32), labels=None, parameters=DissimilarityParameters()
+    )
+    return queue.submit(new_job(payload))
+
+
+def lasting(store: Store) -> set[str]:
+    """Keys of single jobs that stay until somebody deletes them."""
+    names = {key.decode() for key in store.client.scan_iter(f"{keys.job('')}*")}
+    return {name for name in names if store.client.ttl(name) == -1}
+
+
+def test_a_shape_that_comes_again_while_it_is_looked_for_stays_listed(store: Store) -> None:
+    put_shape(store)
+    listing = Listing(store.client, keys.SHAPES, keys.shape)
+
+    def come_again(name: str) -> None:
+        store.shapes.delete(name)
+        put_shape(store)
+
+    assert listing.page(10, None, come_again).items == ()
+    assert [shape.id for shape in store.shapes.page(10, None).items] == [SHAPE]
+    store.client.delete(keys.shape(SHAPE))
+    assert store.shapes.page(10, None).items == ()
+    assert store.client.zscore(keys.SHAPES, SHAPE) is None
+
+
+def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
+    store: Store,
+) -> None:
+    def named(name: str) -> PrototypeRecord:
+        return PrototypeRecord(
+            id="p-" + SHAPE,
+            name=name,
+            version=1,
+            bytes=1,
+            points=3,
+            components=1,
+            examples=1,
+            parameters=PrototypeStructures(),
+            learned_from=None,
+            reference=None,
+            warnings=(),
+            created=CREATED + timedelta(seconds=len(name)),
+        )
+
+    prototypes = store.prototypes
+    prototypes.add(named("cat"), b"archive")
+    store.client.delete(keys.prototype("p-" + SHAPE))
+    prototypes.add(named("animal"), b"archive")
+    assert [one.name for one in prototypes.page(10, None, "animal").items] == ["animal"]
+    assert prototypes.page(10, None, "cat").items == ()
+    assert [one.name for one in prototypes.page(10, None).items] == ["animal"]
+
+
+def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue: JobQueue) -> None:
+    payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
+    job = queue.submit_validation(payload, b"data")
+    queue.store.client.delete(keys.candidate(SHAPE, "off", job))
+    assert not queue.store.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
+    assert queue.store.shapes.get(SHAPE) is None
+    assert queue.store.shapes.mesh(SHAPE) is None
+
+
+def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueue) -> None:
+    webhooks, client = queue.store.webhooks, queue.store.client
+    record = ended_match(queue)
+    assert webhooks.begin(record.id, "delivery", 1)
+    assert (webhooks.delivery_job(record.id), webhooks.attempts(record.id)) == ("delivery", 1)
+    client.delete(keys.job(record.id))
+    assert not webhooks.begin(record.id, "delivery", 2)
+    assert not client.exists(keys.job(record.id))
+    dispatch(queue, WebhookSettings())
+    assert webhooks.pending() == 0
+
+
+def test_a_job_that_is_over_gets_no_further_turns(queue: JobQueue) -> None:
+    record, store = compared(queue), queue.store
+    store.jobs.claim(record.id, record.id)
+    queue.submit_turn(record)
+    assert len(store.parts.turns(record.id)) == 2
+    store.jobs.cancel(record.id)
+    store.parts.forget(record.id)
+    queue.submit_turn(record)
+    assert store.parts.turns(record.id) == {}
+    for number in (1, 2):
+        Runner(queue, "runner").run(f"{record.id}-{number}")
+    assert lasting(store) == set()
+    assert not store.client.exists(keys.job_parts(record.id), keys.job_turns(record.id))
+
+
+@pytest.fixture
+def brief(store: Store, settings: WorkerSettings) -> JobQueue:
+    """A queue whose records are kept for a second after their jobs' ends."""
+    changed = settings.model_copy(update={"job_ttl": 1})
+    return JobQueue(Store.over(store.client, changed, patience=1), settings)
+
+
+def test_a_comparison_may_take_longer_than_records_are_kept(brief: JobQueue) -> None:
+    store, record = brief.store, compared(brief)
+    store.parts.set_input(record.id, PAIRS, b"collection")
+    store.parts.supply(record.id, STRUCTURES, {0: b"signature"})
+    long = 86400
+    assert store.client.ttl(keys.job_input(record.id, PAIRS)) > long
+    assert store.client.ttl(keys.job_done(record.id, STRUCTURES)) > long
+    assert store.client.ttl(keys.job_turns(record.id)) > long
+    assert store.jobs.claim(record.id, record.id)
+    assert store.parts.open(record.id, "", STRUCTURES, 2, 0.5)
+    taken = store.parts.take(record.id, "turn", "runner")
+    assert (taken.offer, taken.part) == (Offer.PART, 1)
+    assert store.parts.complete(record.id, taken, b"signature", 0.1)
+    assert store.client.ttl(keys.job_parts(record.id)) > long
+    assert store.client.ttl(keys.job_done(record.id, STRUCTURES)) > long
