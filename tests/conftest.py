@@ -13,10 +13,11 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# An example may take as long as it does on a busy machine, or while kernels are compiled.
-settings.register_profile(
-    "any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
+# An example may take as long as it does on a busy machine, or while kernels are compiled. Every run
+# draws the same examples; `--hypothesis-profile chance` draws others.
+ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("chance", ANY_MACHINE)
+settings.register_profile("any machine", ANY_MACHINE, derandomize=True, database=None)
 settings.load_profile("any machine")
 
 pytest_plugins = ["tests.stack"]

@@ -72,14 +72,14 @@ def test_the_documentation_needs_no_other_host(http: httpx2.Client, path: str) -
 
 
 def test_without_workers_it_is_not_ready(server: EmbeddedServer) -> None:
-    with idle_api(server) as api, httpx2.Client(base_url=api.url) as http:
+    with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         problem(http.get("/health/ready"), 503, "not-ready")
         assert http.get("/health/live").status_code == 200
 
 
 def test_without_its_store(tmp_path: Path) -> None:
     settings = Settings(redis_url=f"unix://{tmp_path}/nobody.sock", redis_patience=0.2)
-    with running_api(settings) as api, httpx2.Client(base_url=api.url) as http:
+    with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         for path in ("/health/ready", "/v1/shapes", "/v1/jobs/x", "/v1/shapes/x"):
             answer = http.get(path)
             problem(answer, 503, "store-away")

@@ -111,6 +111,9 @@ def test_head_where_nothing_is_got(http: httpx2.Client, server: EmbeddedServer) 
     assert http.put("/v1/shapes").headers["allow"] == "GET, HEAD, POST"
     assert http.head("/v1/shapes/" + "0" * 32).status_code == 404
     keys = (ApiKey("somebody", b"0" * 32),)
-    with idle_api(server, api_keys=keys) as api, httpx2.Client(base_url=api.url) as stranger:
+    with (
+        idle_api(server, api_keys=keys) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as stranger,
+    ):
         assert stranger.head("/v1/shapes").status_code == 401
         assert stranger.head("/health/live").status_code == 200

@@ -142,7 +142,7 @@ def test_what_workers_measure_is_told(
 
 def test_without_the_store_there_is_still_something_to_tell(tmp_path: Path) -> None:
     settings = Settings(redis_url=f"unix://{tmp_path}/nobody.sock", redis_patience=0.2)
-    with running_api(settings) as api, httpx2.Client(base_url=api.url) as http:
+    with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         problem(http.get("/v1/jobs/x"), 503, "store-away")
         told = samples(http)
     assert told["isomatch_store_up"] == 0
@@ -174,7 +174,7 @@ def test_a_worker_that_is_silent_or_leaving_is_none(idle: tuple[httpx2.Client, A
 def test_where_workers_come_with_the_jobs_none_is_needed(own_server: EmbeddedServer) -> None:
     with (
         idle_api(own_server, ready_workers=0) as api,
-        httpx2.Client(base_url=api.url) as http,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
     ):
         assert http.get("/health/ready").json() == {"status": "ok", "workers": 0}
 

@@ -129,7 +129,7 @@ def test_what_is_no_webhook(http: httpx2.Client, api: Api, webhook: object, fiel
 
 
 def test_this_machine_is_not_told_unless_it_is_allowed(server: EmbeddedServer) -> None:
-    with idle_api(server) as api, httpx2.Client(base_url=api.url) as http:
+    with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         for host in ("127.0.0.1", "localhost", "127.1"):
             problem(ask(http, api, {"url": f"http://{host}/"}), 422, "invalid-request")
         assert ask(http, api, {"url": "https://example.org/"}).status_code == 202
