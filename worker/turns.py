@@ -161,7 +161,8 @@ class _Work:
     def _timings(self) -> dict[str, float]:
         total = datetime.now(UTC) - self._started()
         seconds = self.turn.store.parts.counts(self.job.id).seconds
-        return {STRUCTURES: 0.0, PAIRS: 0.0, **seconds, TOTAL: total.total_seconds()}
+        # It may have begun by another clock.
+        return {STRUCTURES: 0.0, PAIRS: 0.0, **seconds, TOTAL: max(total.total_seconds(), 0.0)}
 
     def _started(self) -> datetime:
         return self.job.started or self.job.created

@@ -72,7 +72,7 @@ def get_dissimilarities(
     if not isinstance(payload, DissimilaritiesPayload):
         raise JobWithoutResult(f"A {record.kind.value} compares no collection.")
     count = len(payload.shapes)
-    matrix, done = _known(service, record, count)
+    matrix, done = known_so_far(service, record, count)
     fields = {
         "job": record.id,
         "state": record.state.value,
@@ -86,17 +86,33 @@ def get_dissimilarities(
     return json_answer(gzip.compress(text.encode(), compresslevel=1), accept_encoding)
 
 
-def _known(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:
+def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:
+    """Return the matrix of a job as far as it is known, and of how many pairs.
+
+    Parameters
+    ----------
+    service
+        Where it is.
+    record
+        The job as it was a moment ago.
+    count
+        Number of its shapes.
+
+    Raises
+    ------
+    JobExpired, JobWithoutResult, ResultExpired
+        It has ended meanwhile.
+    """
     parts = service.store.parts
     if record.state is JobState.RUNNING:
         counts = parts.counts(record.id)
         found = parts.results(record.id, PAIRS) if counts.stage in (PAIRS, RESULT) else {}
         size = _size(counts.size, counts.stage, found, count)
-        if found or counts.stage:
+        forgotten = counts.stage == RESULT or (counts.done > 0 and counts.stage == PAIRS)
+        if found or (counts.stage and not forgotten):
             return known_matrix(count, size, found.items())
         # It has ended just now, or not begun.
-        latest = service.store.jobs.state(record.id)
-        record = record.model_copy(update={"state": latest or record.state})
+        record = job_with_result(service, record.id)
     if record.state is JobState.SUCCEEDED:
         matrix: Matrix = json.loads(gzip.decompress(packed_result(service, record.id)))["matrix"]
         return matrix, number_of_pairs(count)

@@ -77,6 +77,8 @@ def get_geometry(
     if names(if_none_match or "", etag):
         return Response(status_code=304, headers=headers)
     packed = service.store.shapes.geometry(shape)
+    if packed is None and service.store.shapes.get(shape) is None:
+        raise missing_shape(service, shape)  # it was deleted just now
     if packed is None:
         raise GeometryNotKept(
             "The shape was stored by an earlier version, which kept nothing to look at; delete it"

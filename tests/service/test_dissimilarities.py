@@ -8,17 +8,26 @@ import httpx2
 import numpy as np
 import pytest
 
+from service.dissimilarities.endpoints import known_so_far
 from service.dissimilarities.partial import known_matrix, number_of_pairs
 from service.dissimilarities.schemas import PartialDissimilarities
-from tests.service.conftest import Api, Json, problem
+from service.embedded import EmbeddedServer
+from service.problems import JobExpired
+from service.settings import Settings
+from service.state import Service
+from tests.service.conftest import Api, Json, idle_api, problem
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off, two_blobs_file
 from worker.contracts import (
+    DissimilaritiesPayload,
     DissimilarityParameters,
     DissimilarityResult,
     JobState,
 )
+from worker.contracts.dissimilarities import PAIRS, STRUCTURES
+from worker.queue import JobQueue, new_job
+from worker.store import keys
 
 Upload = Callable[..., Json]
 
@@ -177,3 +186,31 @@ def test_parts_make_a_matrix() -> None:
                 expected = None if place // size == left_out else value
                 assert matrix[i][j] == matrix[j][i] == expected
             assert all(matrix[k][k] == 0.0 for k in range(count))
+
+
+def test_what_is_known_becomes_no_less_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:
+    with idle_api(server) as api:
+        store, settings = api.store, Settings()
+        service = Service(settings, store, JobQueue(store, settings))
+        payload = DissimilaritiesPayload(
+            shapes=("a", "b"), labels=None, parameters=DissimilarityParameters()
+        )
+        job = service.queue.submit(new_job(payload)).id
+        assert store.jobs.claim(job, job)
+        results = {STRUCTURES: b"signature", PAIRS: struct.pack("<d", 2.0)}
+        for before, stage in (("", STRUCTURES), (STRUCTURES, PAIRS)):
+            assert store.parts.open(job, before, stage, 1, 0.5)
+            taken = store.parts.take(job, "turn", "runner")
+            assert store.parts.complete(job, taken, results[stage], 0.1)
+        running = store.jobs.get(job)
+        assert running is not None
+        everything = [[0.0, 2.0], [2.0, 0.0]], 1
+        assert known_so_far(service, running, 2) == everything
+        assert store.jobs.succeed(job, job, b'{"matrix": [[0.0, 2.0], [2.0, 0.0]]}')
+        store.client.delete(keys.job_done(job, PAIRS))
+        assert known_so_far(service, running, 2) == everything
+        store.parts.forget(job)
+        assert known_so_far(service, running, 2) == everything
+        store.client.delete(keys.job(job))
+        with pytest.raises(JobExpired):
+            known_so_far(service, running, 2)

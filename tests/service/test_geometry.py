@@ -3,12 +3,20 @@
 import gzip
 import struct
 from collections.abc import Callable
+from dataclasses import replace
 
 import httpx2
+import pytest
 
-from tests.service.conftest import Api, Json, problem
+from service.embedded import EmbeddedServer
+from service.problems import ShapeNotFound
+from service.settings import Settings
+from service.shapes.files import get_geometry
+from service.state import Service
+from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file
-from worker.store import keys
+from worker.queue import JobQueue
+from worker.store import Shapes, keys
 
 
 def test_the_geometry_of_a_shape(http: httpx2.Client, upload: Callable[..., Json]) -> None:
@@ -49,3 +57,21 @@ def test_shapes_that_were_stored_without(
     assert isinstance(packed, bytes)
     assert gzip.decompress(packed).startswith(b"isogeom1")
     problem(http.get(f"/v1/shapes/{shape}/geometry"), 410, "geometry-not-kept")
+
+
+class DeletedMeanwhile(Shapes):
+    """Shapes that somebody else deletes as soon as their record was looked at."""
+
+    def geometry(self, shape_id: str) -> bytes | None:
+        """Return what is left then."""
+        self.delete(shape_id)
+        return super().geometry(shape_id)
+
+
+def test_a_shape_that_is_deleted_meanwhile_is_not_there(server: EmbeddedServer) -> None:
+    with idle_api(server) as api:
+        name, _ = put_shapes(api)
+        settings = Settings()
+        store = replace(api.store, shapes=DeletedMeanwhile(api.store.client, settings))
+        with pytest.raises(ShapeNotFound):
+            get_geometry(name, Service(settings, store, JobQueue(store, settings)))
