@@ -22,7 +22,7 @@ from worker.contracts import (
     prototype_id,
 )
 from worker.contracts.structures import GREATEST
-from worker.failures import PrototypeGone
+from worker.failures import PrototypeGone, UploadGone
 from worker.store import Store
 from worker.structures import choice_of
 from worker.torus import torus_file
@@ -38,7 +38,7 @@ def validate(payload: PrototypeValidationPayload, job: JobRecord, store: Store) 
     ------
     PrototypeError
         It is none.
-    PrototypeGone
+    UploadGone
         There is nothing to be read any more.
     """
     prototypes = store.prototypes
@@ -46,7 +46,7 @@ def validate(payload: PrototypeValidationPayload, job: JobRecord, store: Store) 
     if data is None:
         # This is a repetition of what succeeded, or the upload waited for too long.
         if prototypes.get(payload.prototype) is None:
-            raise PrototypeGone(payload.prototype)
+            raise UploadGone
         return
     prototype = prototype_from_bytes(data)
     _check(prototype)

@@ -33,6 +33,15 @@ class ShapeGone(Gone):
         super().__init__(f"shape {shape} was deleted, or expired, before this job could run")
 
 
+class UploadGone(Gone):
+    """An upload waited for too long before the job that reads it could run."""
+
+    slug, title = "upload-expired", "Upload expired"
+
+    def __init__(self) -> None:
+        super().__init__("The upload waited for too long to be read; send it again.")
+
+
 class PrototypeGone(Gone):
     """A prototype was deleted, or expired, before the job that needs it could run.
 

@@ -31,7 +31,14 @@ from worker.contracts import (
     spectrum_key,
 )
 from worker.delivery import deliver
-from worker.failures import ResultGone, ShapeGone, blaming, newer_version, problem_of
+from worker.failures import (
+    ResultGone,
+    ShapeGone,
+    UploadGone,
+    blaming,
+    newer_version,
+    problem_of,
+)
 from worker.geometry import packed_geometry
 from worker.heat_map import draw_matrix
 from worker.hypothesis import Hypothesis, hypothesis_of
@@ -144,7 +151,7 @@ class Runner:
         if data is None:
             # This is a repetition of what succeeded, or the upload waited for too long.
             if self.store.shapes.get(payload.shape) is None:
-                raise ShapeGone(payload.shape)
+                raise UploadGone
             return
         control.report("reading the mesh", 0.0)
         mesh = read_mesh(data, payload.file_type)
@@ -165,7 +172,7 @@ class Runner:
         )
         packed = mesh_to_bytes(mesh), packed_geometry(mesh)
         if not self.store.shapes.accept(record, *packed, job.id):
-            raise ShapeGone(payload.shape)
+            raise UploadGone
 
     def _compute_spectrum(self, payload: SpectrumPayload, control: Control) -> None:
         try:

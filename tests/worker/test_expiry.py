@@ -14,6 +14,8 @@ from worker.contracts import (
     MatchPayload,
     PrototypeRecord,
     PrototypeStructures,
+    PrototypeValidationPayload,
+    UploadPayload,
     ValidationPayload,
     Webhook,
 )
@@ -107,6 +109,21 @@ def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue:
     assert not queue.store.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
     assert queue.store.shapes.get(SHAPE) is None
     assert queue.store.shapes.mesh(SHAPE) is None
+
+
+@pytest.mark.parametrize("kind", ["shape", "prototype"])
+def test_an_upload_that_waits_for_too_long_is_told_as_such(queue: JobQueue, kind: str) -> None:
+    payload: UploadPayload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
+    if kind == "prototype":
+        payload = PrototypeValidationPayload(prototype="p-" + SHAPE, name="x")
+    job = queue.submit_validation(payload, b"data")
+    queue.store.client.delete(keys.candidate(payload.upload, payload.file_type, job))
+    Runner(queue, "runner").run(job)
+    record = queue.store.jobs.get(job)
+    assert record is not None
+    assert record.error is not None
+    assert (record.error.slug, record.error.status) == ("upload-expired", 410)
+    assert "send it again" in record.error.detail
 
 
 def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueue) -> None:

@@ -12,6 +12,7 @@ from worker.contracts import (
     PicturePayload,
     ValidationPayload,
 )
+from worker.failures import newer_version
 from worker.queue import JobQueue, QueueSettings, new_job
 from worker.retention import Sweep
 from worker.settings import WorkerSettings
@@ -80,6 +81,23 @@ def test_jobs_leave_a_trace(kept: Store) -> None:
     assert kept.jobs.get(job) is None
     assert kept.jobs.expired(job)
     assert not kept.jobs.expired("nobody")
+
+
+@pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
+def test_the_trace_of_a_job_outlives_it_however_long_it_took(kept: Store, way: str) -> None:
+    queue = JobQueue(kept, QueueSettings())
+    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    kept.jobs.claim(job, "me")
+    kept.client.delete(keys.job_trace(job))
+    match way:
+        case "done":
+            assert kept.jobs.succeed(job, "me")
+        case "cancelled":
+            kept.jobs.cancel(job)
+            assert kept.jobs.leave(job, "me")
+        case "lost":
+            assert kept.jobs.lose(job, 0, newer_version()) is JobState.FAILED
+    assert TTL + TRACE - 5 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
 
 
 def test_the_listings_follow(kept: Store, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -63,6 +63,7 @@ class Jobs:
             "state": JobState.QUEUED.value,
             "stage": record.progress.stage,
             "fraction": str(record.progress.fraction),
+            "trace": str(self.settings.trace_ttl),
         }
         if record.webhook is not None:
             fields["webhook"] = record.webhook.url

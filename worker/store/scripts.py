@@ -33,6 +33,11 @@ local function finish(from, to, now, ttl)
     redis.call('ZREM', KEYS[2], ARGV[1])
     redis.call('HSET', KEYS[1], 'ended', now)
     redis.call('EXPIRE', KEYS[1], ttl)
+    local trace = redis.call('HGET', KEYS[1], 'trace')
+    if trace then
+        -- It outlives the record, however long the job waited and took.
+        redis.call('SET', KEYS[1] .. ':trace', '', 'EX', ttl + trace)
+    end
     if redis.call('HEXISTS', KEYS[1], 'webhook') == 1 then
         redis.call('ZADD', KEYS[9], redis.call('TIME')[1], ARGV[1])
     end
