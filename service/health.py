@@ -42,6 +42,6 @@ def ready(service: ServiceOf) -> Readiness:
     if workers < needed:
         raise NotReady(
             f"{workers} workers are ready of the {needed} that are needed (ISOMATCH_READY_WORKERS);"
-            " `python -m worker` starts one."
+            " those just started warm up first, and `python -m worker` starts one."
         )
     return Readiness(status="ok", workers=workers)

@@ -7,7 +7,7 @@ import typer
 from isomatch import _render as render
 from isomatch._address import DEFAULT_URL
 from isomatch._models import JobState
-from isomatch._options import AsJson, Output, Picture, Quiet, Url, WhichPicture
+from isomatch._options import AsJson, Output, Picture, Quiet, Url, WhichPicture, id_given
 from isomatch._shell import EXIT_CODES, NO_RESULT, connected, echo_models, finish, job_left_alone
 
 JobId = Annotated[str, typer.Argument(help="Id of the job.")]
@@ -28,7 +28,8 @@ def list_jobs(
     ] = None,
     kind: Annotated[str | None, typer.Option(help="match, dissimilarities or prototype.")] = None,
     of: Annotated[
-        str | None, typer.Option(help="Id of a shape or a prototype: only jobs of it.")
+        str | None,
+        typer.Option(callback=id_given, help="Id of a shape or a prototype: only jobs of it."),
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,

@@ -39,6 +39,15 @@ def source_given(given: str) -> str:
     return given if names_prototype(given) else shapes_given(given)
 
 
+def id_given(given: str | None) -> str | None:
+    """Return the id of a shape or a prototype, if it is one; a file's name is none."""
+    if given is None or _SHAPE_ID.fullmatch(given) or _PROTOTYPE_ID.fullmatch(given):
+        return given
+    raise typer.BadParameter(
+        f"{given!r} is no id; `isomatch shapes` and `isomatch prototype list` say them"
+    )
+
+
 def names_prototype(given: str) -> bool:
     """Whether something is the id of a prototype, and no file."""
     return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()

@@ -26,7 +26,9 @@ from isomatch._errors import (
     JobCancelled,
     JobFailed,
     ProblemError,
+    TooLarge,
     UnexpectedResponse,
+    UnprocessableShape,
 )
 from isomatch._job import Job
 from isomatch._match import Match
@@ -84,13 +86,15 @@ def interrupts_deferred() -> Iterator[None]:
         raise KeyboardInterrupt
 
 
-def leave(error: Exception, as_json: bool = False) -> NoReturn:
-    """Say what went wrong and end the command."""
-    message = str(error)
+def leave(error: Exception, as_json: bool = False, file: str | None = None) -> NoReturn:
+    """Say what went wrong, and of which file, and end the command."""
+    message = str(error) if file is None else f"{file}: {error}"
     if isinstance(error, ConnectionFailed):
         message += " (start one with `isomatch serve`, or say where it is with --url)"
     if as_json:
-        typer.echo(json.dumps(problem_document(error, message)), err=True)
+        document = problem_document(error, message)
+        named = {} if file is None else {"file": file}
+        typer.echo(json.dumps(document | named), err=True)
     else:
         typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
     code = REFUSED
@@ -149,8 +153,9 @@ def run(
             typer.echo(f"in a browser: {page.rstrip('/')}/#job={job.id}", err=True)
     except KeyboardInterrupt:
         if job is not None:
-            job.cancel()
-            typer.echo(f"job {job.id} cancelled", err=True)
+            state = job.cancel().state
+            ended = state in ("succeeded", "failed")
+            typer.echo(f"job {job.id} {f'has {state} already' if ended else 'cancelled'}", err=True)
         raise
 
 
@@ -196,7 +201,7 @@ def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:
     """
     shapes = []
     for source in sources:
-        with slowness_told(source, as_json):
+        with named_upload(source, as_json):
             shape = client.upload(source) if Path(source).is_file() else client.shape(source)
         warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
         if not as_json:
@@ -206,8 +211,10 @@ def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:
 
 
 @contextmanager
-def slowness_told(source: str, as_json: bool, after: float = SLOW) -> Iterator[None]:
-    """Say after some seconds what an upload waits for: where no worker is, that is for ever.
+def named_upload(source: str, as_json: bool, after: float = SLOW) -> Iterator[None]:
+    """Say which file of several is refused, and after some seconds what an upload waits for.
+
+    Where no worker is, it waits for ever.
 
     Parameters
     ----------
@@ -228,6 +235,8 @@ def slowness_told(source: str, as_json: bool, after: float = SLOW) -> Iterator[N
         timer.start()
     try:
         yield
+    except (UnprocessableShape, TooLarge) as error:
+        leave(error, as_json, "the standard input" if source == "-" else source)
     finally:
         timer.cancel()
 

@@ -36,9 +36,9 @@ from isomatch._shell import (
     connected,
     echo_models,
     leave,
+    named_upload,
     run,
     shape_name,
-    slowness_told,
     uploaded,
 )
 
@@ -226,7 +226,7 @@ def upload(
     with connected(url, as_json) as client:
         shapes = []
         for mesh in meshes:
-            with slowness_told(mesh, as_json):
+            with named_upload(mesh, as_json):
                 data = sys.stdin.buffer.read() if mesh == "-" else mesh
                 shapes.append(client.upload(data, name, file_type=file_type))
         if as_json:

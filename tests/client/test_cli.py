@@ -17,7 +17,7 @@ from typing import IO
 
 import isomatch
 import pytest
-from isomatch._shell import slowness_told
+from isomatch._shell import named_upload
 
 from demo.stack import ROOT
 
@@ -185,6 +185,23 @@ def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Pat
         assert "Traceback" not in done.stderr
 
 
+def test_the_file_that_is_refused_is_named(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    text = tmp_path / "letter.off"
+    text.write_text("Dear reader,\n")
+    commands: list[list[str | Path]] = [["upload", blobs[0], text], ["match", text, blobs[1]]]
+    for command in commands:
+        done = run(*command, url=url)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr.splitlines()[-1].startswith(f"isomatch: {text}: not an OFF file")
+    problem = json.loads(run("upload", blobs[0], text, "--json", url=url).stderr)
+    assert (problem["file"], problem["status"]) == (str(text), 422)
+    with text.open("rb") as file:
+        piped = run("upload", "-", "--file-type", "off", url=url, stdin=file)
+    assert piped.stderr.startswith("isomatch: the standard input: not an OFF file")
+
+
 def test_refusals_are_problem_documents_for_programs(url: str, blobs: tuple[Path, Path]) -> None:
     done = run("match", *blobs, "--points", "2", "--json", url=url)
     assert (done.returncode, done.stdout) == (1, "")
@@ -206,6 +223,7 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
         ["match", __file__, __file__, "--picture", nowhere.with_suffix(".png")],
         ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
         ["jobs", "result", "nothing", "--alternative", "1"],
+        ["jobs", "list", "--of", "a.off"],
         ["frobnicate"],
     ):
         done = run(*command, url=url)
@@ -263,14 +281,14 @@ def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
 
 def test_an_upload_that_waits_says_what_for(capsys: pytest.CaptureFixture[str]) -> None:
     before = set(threading.enumerate())
-    with slowness_told("a.off", as_json=False, after=0.01):
+    with named_upload("a.off", as_json=False, after=0.01):
         for thread in set(threading.enumerate()) - before:
             if isinstance(thread, threading.Timer):
                 thread.join()
     assert "a.off waits to be read" in capsys.readouterr().err
-    with slowness_told("a.off", as_json=True, after=0.01):
+    with named_upload("a.off", as_json=True, after=0.01):
         time.sleep(0.3)
-    with slowness_told("a.off", as_json=False, after=30.0):
+    with named_upload("a.off", as_json=False, after=30.0):
         pass
     assert capsys.readouterr().err == ""
 
