@@ -39,7 +39,7 @@ class Receiver:
     received: list[Received] = field(default_factory=list)
     pause: float = 0.0
 
-    def wait(self, count: int, seconds: float = 60.0) -> list[Received]:
+    def wait(self, count: int, seconds: float = 240.0) -> list[Received]:
         """Wait until so many requests came in."""
         deadline = time.monotonic() + seconds
         while len(self.received) < count:

@@ -6,11 +6,14 @@ import pytest
 
 from demo.stack import Stack, running_stack
 
+PATIENT = {"ISOMATCH_VALIDATION_WAIT": "240"}
+"""Uploads are answered when they are read, however busy the machine."""
+
 
 @pytest.fixture(scope="session")
 def stack() -> Iterator[Stack]:
     """Run service, workers and store on a free port with a data directory of their own."""
-    with running_stack() as running:
+    with running_stack(PATIENT) as running:
         yield running
 
 

@@ -88,11 +88,11 @@ def _compute(key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra) -> Spectrum
     if needed > left:
         raise TooLarge(mesh.n_vertices, needed, left)
     spectrum = Shape(mesh, eigenpairs=key.eigenpairs).spectrum()
-    # Whoever finds it in the cache finds it counted.
+    # Whoever finds it in the cache finds it counted, and told of.
     spectra.count_computed()
-    spectra.put(key, spectrum.to_bytes())
     seconds = round(time.perf_counter() - start, 3)
     log.info("spectrum computed", spectrum=str(key), vertices=mesh.n_vertices, seconds=seconds)
+    spectra.put(key, spectrum.to_bytes())
     return spectrum
 
 

@@ -91,7 +91,7 @@ def test_a_cancelled_task_leaves_the_job_and_nothing_else(
             with pytest.raises(isomatch.WaitTimeout):
                 await job.wait(timeout=0.0)
             await job.cancel()
-            await job.wait(timeout=30)
+            await job.wait(timeout=240)
             with pytest.raises(isomatch.JobCancelled):
                 await job.result()
 

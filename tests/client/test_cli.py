@@ -34,7 +34,7 @@ def run(
         env={**os.environ, "ISOMATCH_URL": url, "NO_COLOR": "1", "COLUMNS": "100"},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=240,
         check=False,
     )
 
@@ -143,7 +143,7 @@ def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
     cancelled = run("jobs", "cancel", job_id, "--json", url=url)
     assert [job["id"] for job in json.loads(cancelled.stdout)] == [job_id]
     with isomatch.Client(url) as client:
-        client.job(job_id).wait(timeout=30)
+        client.job(job_id).wait(timeout=240)
     assert run("jobs", "follow", job_id, url=url).returncode == 4
     done = run("jobs", "result", job_id, "--json", url=url)
     assert (done.returncode, done.stdout) == (4, "")
@@ -321,11 +321,11 @@ def test_interrupting_a_follower_leaves_the_job(url: str, blobs: tuple[Path, Pat
             assert process.stdout is not None
             process.stdout.readline()
             process.send_signal(signal.SIGINT)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=240)
         assert process.returncode == 130, said
         assert f"job {job.id} goes on" in said
         assert not job.refresh().finished
-        job.cancel().wait(timeout=30)
+        job.cancel().wait(timeout=240)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
@@ -343,8 +343,8 @@ def test_interrupting_cancels_the_job(url: str, blobs: tuple[Path, Path]) -> Non
                 time.sleep(0.1)
                 new = {job.id for job in client.jobs()} - before
             process.send_signal(signal.SIGINT)
-            _, said = process.communicate(timeout=30)
+            _, said = process.communicate(timeout=240)
         assert process.returncode == 130, said
         (job_id,) = new
         assert f"job {job_id} cancelled" in said
-        assert client.job(job_id).wait(timeout=30).state == "cancelled"
+        assert client.job(job_id).wait(timeout=240).state == "cancelled"

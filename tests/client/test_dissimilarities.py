@@ -29,7 +29,7 @@ def test_a_collection(client: isomatch.Client, meshes: list[Path], tmp_path: Pat
     shapes = [client.upload(mesh) for mesh in meshes]
     labels = [mesh.stem[:-1] for mesh in meshes]
     job = client.dissimilarities(shapes, labels, eigenpairs=40, points=6)
-    found = job.result(progress=True, timeout=60)
+    found = job.result(progress=True, timeout=240)
     assert job.kind == "dissimilarities"
     assert found.shapes == tuple(shape.id for shape in shapes)
     assert found.labels == tuple(labels)

@@ -67,7 +67,7 @@ def test_a_result_that_is_not_there_yet(
     client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
 ) -> None:
     job = client.match(*pair, points=128, rho=1.9).cancel()
-    job.wait(timeout=30)
+    job.wait(timeout=240)
     with pytest.raises(isomatch.Conflict):
         job.picture()
 

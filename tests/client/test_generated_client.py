@@ -23,7 +23,7 @@ from generated.models import MatchRequest, MatchResult, Problem, Shape, Structur
 from generated.types import File
 
 url, *paths = sys.argv[1:]
-with Client(base_url=url, timeout=60) as client:
+with Client(base_url=url, timeout=300) as client:
     shapes = []
     for path in paths:
         with open(path, "rb") as mesh:
@@ -74,7 +74,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
         env={**os.environ, "PATH": f"{here}:{os.environ['PATH']}"},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=500,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
@@ -88,7 +88,7 @@ def test_it_uploads_and_matches(url: str, generated: Path, blobs: tuple[Path, Pa
         cwd=generated,
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=500,
         check=False,
     )
     assert (done.returncode, done.stdout) == (0, "8 422\n"), done.stderr

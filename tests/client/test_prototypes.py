@@ -30,7 +30,7 @@ def test_a_prototype(client: isomatch.Client, meshes: list[Path], tmp_path: Path
         shapes[:5], name="sdk", reference=shapes[1], correspondence="shared_connectivity",
         points=8, components=2, eigenpairs=30,
     )  # fmt: skip
-    learned = job.result(progress=True, timeout=60)
+    learned = job.result(progress=True, timeout=240)
     prototype = learned.prototype
     assert job.kind == "prototype"
     assert (prototype.name, prototype.version, prototype.points) == ("sdk", 1, 8)
@@ -45,7 +45,7 @@ def test_a_prototype(client: isomatch.Client, meshes: list[Path], tmp_path: Path
     with pytest.raises(isomatch.Conflict, match="no picture"):
         job.picture()
 
-    match = client.match(prototype, shapes[5]).result(timeout=60)
+    match = client.match(prototype, shapes[5]).result(timeout=240)
     assert (match.source, match.source_kind) == (prototype.id, "prototype")
     assert sorted(match.pairs[:, 0]) == list(range(8))
 
@@ -62,7 +62,7 @@ def test_a_prototype(client: isomatch.Client, meshes: list[Path], tmp_path: Path
         again = client.upload_prototype(file)
     assert (again.id, again.name, again.version) == (prototype.id, "sdk.npz"[:-4], 2)
     assert client.upload_prototype(path.read_bytes(), "other") == again
-    found = client.match(again.id, shapes[5]).result(timeout=60)
+    found = client.match(again.id, shapes[5]).result(timeout=240)
     assert (found.pairs == match.pairs).all()
 
 
@@ -70,7 +70,7 @@ def test_correspondences_are_arrays_or_lists(client: isomatch.Client, meshes: li
     shapes = [client.upload(mesh) for mesh in meshes[:3]]
     vertices = np.tile([3, 77, 41, 150], (3, 1))
     job = client.learn_prototype(shapes, vertices, name="given", components=1, metric="geodesic")
-    prototype = job.result(timeout=60).prototype
+    prototype = job.result(timeout=240).prototype
     assert (prototype.points, prototype.examples) == (4, 3)
 
 

@@ -137,7 +137,7 @@ def outside(folder: Path, *command: str | Path, **variables: str) -> str:
         env={**inherited, "NO_COLOR": "1", **variables},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=240,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr

@@ -19,7 +19,7 @@ SERVED = "http://127.0.0.1:8000"
 ARROW = re.compile(r"\s# → (?P<answer>\{.*)$", re.MULTILINE)
 PLACEHOLDER = re.compile(r"[0-9a-f]+…")
 
-PATIENCE = 90.0
+PATIENCE = 300.0
 KEEP = "export -p | grep -v '^declare -[a-z]*r' > .variables"
 STAND_INS = ("make", "python", "pip", "docker", "kubectl", "helm", "redis-cli", "st", "git")
 

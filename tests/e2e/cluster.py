@@ -17,9 +17,15 @@ from rq import Worker
 from demo.stack import LISTENS, ROOT
 from service.embedded import EmbeddedServer
 from service.standalone import listening
+from tests.append_only import until_written
 
-SETTINGS = {"ISOMATCH_HEARTBEAT": "1", "ISOMATCH_JOB_MEMORY_MB": "200"}
-"""A quick heart, so that what is lost is found soon, and a limit that a bomb runs into."""
+SETTINGS = {
+    "ISOMATCH_HEARTBEAT": "2",
+    "ISOMATCH_JOB_MEMORY_MB": "200",
+    "ISOMATCH_VALIDATION_WAIT": "240",
+}
+"""A quick heart, so that what is lost is found soon, a limit that a bomb runs into, and uploads
+that are answered when they are read, however busy the machine."""
 
 
 class Cluster:
@@ -42,7 +48,7 @@ class Cluster:
             self._port = str(free.getsockname()[1])
         self.api = self.start_api()
         self.workers = [self.start_worker() for _ in range(2)]
-        self.http = httpx2.Client(base_url=f"http://127.0.0.1:{self._port}", timeout=90.0)
+        self.http = httpx2.Client(base_url=f"http://127.0.0.1:{self._port}", timeout=300.0)
 
     def start_api(self, port: str | None = None, **settings: str) -> subprocess.Popen[str]:
         """Start an API where the last one was, and wait until it listens."""
@@ -68,6 +74,7 @@ class Cluster:
     def restart_store(self) -> None:
         """Kill the store, and start it again on what it has written."""
         assert self.store.pid is not None
+        until_written(self.store.url)
         os.kill(self.store.pid, signal.SIGKILL)
         self.until(lambda: not self.store.alive(), 60)
         self.store.start()
@@ -127,7 +134,7 @@ class Cluster:
 
     def ended(self, job: str) -> dict[str, Any]:
         """Return a job when it has ended."""
-        deadline = time.monotonic() + 180
+        deadline = time.monotonic() + 300
         while (record := self.job(job, wait=60))["state"] in ("queued", "running"):
             assert time.monotonic() < deadline, record
         return record
@@ -140,7 +147,7 @@ class Cluster:
             assert record["state"] in ("queued", "running"), record
             return bool(record["state"] == "running" and record["progress"]["fraction"] >= 0.4)
 
-        self.until(begun, 60)
+        self.until(begun, 240)
 
     def until(self, true: Any, seconds: float) -> None:
         """Wait until something is so."""

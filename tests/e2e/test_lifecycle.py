@@ -17,7 +17,7 @@ from tests.e2e.processes import descendants, running
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
 
-def gone(pids: set[int], within: float = 30.0) -> bool:
+def gone(pids: set[int], within: float = 120.0) -> bool:
     deadline = time.monotonic() + within
     while running(pids) and time.monotonic() < deadline:
         time.sleep(0.05)
@@ -55,7 +55,7 @@ def demo(output: Path, folder: Path) -> subprocess.Popen[str]:
 def test_the_demo(tmp_path: Path) -> None:
     output = tmp_path / "made" / "here"
     with demo(output, tmp_path) as process:
-        said, progress = process.communicate(timeout=240)
+        said, progress = process.communicate(timeout=500)
     assert process.returncode == 0, said + progress
     for word in ("source", "distortion", "gap", "coarse level", "mean error", "What next"):
         assert word in said
@@ -75,13 +75,13 @@ def test_the_demo(tmp_path: Path) -> None:
 @linux
 def test_an_interrupted_demo_leaves_no_process(tmp_path: Path) -> None:
     with demo(tmp_path, tmp_path) as process:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 240
         while len(descendants(process.pid)) < 3 and time.monotonic() < deadline:
             time.sleep(0.05)
         family = descendants(process.pid)
         assert len(family) >= 3
         process.send_signal(signal.SIGINT)
-        said, _ = process.communicate(timeout=60)
+        said, _ = process.communicate(timeout=500)
     assert process.returncode == 130, said
     assert "Interrupted" in said
     assert gone(family)
@@ -91,6 +91,6 @@ def test_a_demo_that_cannot_write_says_so(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("")
     with demo(blocked / "folder", tmp_path) as process:
-        said, _ = process.communicate(timeout=60)
+        said, _ = process.communicate(timeout=500)
     assert process.returncode == 1
     assert "The demo failed" in said

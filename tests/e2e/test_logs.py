@@ -1,6 +1,7 @@
 """The log of the whole service: one JSON object a line, and one name for all a request caused."""
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,32 @@ from tests.client.shapes import write_blobs
 
 
 def lines(stack: Stack, request_id: str) -> list[dict[str, Any]]:
-    found = [json.loads(line) for line in stack.log.read_text().splitlines()]
+    # The last line may just be written.
+    whole = stack.log.read_text().rpartition("\n")[0]
+    found = [json.loads(line) for line in whole.splitlines()]
     return [line for line in found if line.get("request_id") == request_id]
+
+
+def all_told(stack: Stack, request_id: str) -> list[dict[str, Any]]:
+    """What is told of a request once all its jobs are done, which is told a little later."""
+    deadline = time.monotonic() + 240
+    while True:
+        told = lines(stack, request_id)
+        queued, done = (
+            {line["job_id"] for line in told if line["event"] == event}
+            for event in ("queued", "done")
+        )
+        if queued and queued == done and "request" in [line["event"] for line in told]:
+            return told
+        assert time.monotonic() < deadline, told
+        time.sleep(0.05)
 
 
 def test_what_a_request_caused_is_found_by_its_name(stack: Stack, tmp_path: Path) -> None:
     path, _ = write_blobs(tmp_path)
     # Bytes that no other test sends: somebody has to read them, and to compute their spectrum.
     data = path.read_bytes() + b"# for the log\n"
-    with httpx2.Client(base_url=stack.url, timeout=60.0) as http:
+    with httpx2.Client(base_url=stack.url, timeout=300.0) as http:
         files = {"file": ("a.off", data)}
         names = {"upload": {"X-Request-ID": "an-upload"}, "match": {"X-Request-ID": "a-match"}}
         shape = http.post("/v1/shapes", files=files, headers=names["upload"]).json()["id"]
@@ -27,7 +45,7 @@ def test_what_a_request_caused_is_found_by_its_name(stack: Stack, tmp_path: Path
         job = http.post("/v1/matches", json=body, headers=names["match"]).json()
         http.get(job["links"]["self"], params={"wait": 60})
     for request_id, kinds in (("an-upload", {"validation"}), ("a-match", {"spectrum", "match"})):
-        told = lines(stack, request_id)
+        told = all_told(stack, request_id)
         by_the_api = [line for line in told if line["process"] == "api"]
         by_workers = [line for line in told if line["process"] == "worker"]
         queued = {line["job_id"]: line["kind"] for line in by_the_api if line["event"] == "queued"}

@@ -58,7 +58,7 @@ def numbers(document: Any) -> Iterator[float]:
 def test_a_symmetric_figure(client: isomatch.Client, symmetric: Figures, tmp_path: Path) -> None:
     shapes = uploaded(client, symmetric, tmp_path)
     job = client.match(*shapes, points=32)
-    match = job.result(timeout=120)
+    match = job.result(timeout=500)
     direct, mirrored = symmetric.errors(match.pairs)
     assert len(match.pairs) == 32
     assert min(direct.mean(), mirrored.mean()) < 0.05
@@ -85,7 +85,7 @@ def test_a_symmetric_figure(client: isomatch.Client, symmetric: Figures, tmp_pat
 def test_an_asymmetric_figure_is_not_mirrored(
     client: isomatch.Client, asymmetric: Figures, tmp_path: Path
 ) -> None:
-    match = client.match(*uploaded(client, asymmetric, tmp_path), points=32).result(timeout=120)
+    match = client.match(*uploaded(client, asymmetric, tmp_path), points=32).result(timeout=500)
     direct, mirrored = asymmetric.errors(match.pairs)
     assert direct.mean() < 0.05
     assert direct.mean() < mirrored.mean()

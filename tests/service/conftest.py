@@ -29,6 +29,9 @@ WORKERS = 2
 LIMIT = 2 * 1024**2
 """Bytes of an upload that the tested service takes."""
 
+PATIENCE = 240.0
+"""Seconds an upload waits for its validation, where it is a test's whole purpose that it ends."""
+
 DATABASES = cycle(range(1, 16))
 """Numbers of those of a server that the shared workers do not serve, one after the other."""
 
@@ -95,7 +98,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]
 
 @pytest.fixture(scope="session")
 def settings(server: EmbeddedServer) -> Settings:
-    return Settings(redis_url=server.url, max_upload_bytes=LIMIT)
+    return Settings(redis_url=server.url, max_upload_bytes=LIMIT, validation_wait=PATIENCE)
 
 
 @contextmanager
@@ -122,7 +125,7 @@ def api(settings: Settings) -> Iterator[Api]:
 
 @pytest.fixture(scope="session")
 def http(api: Api) -> Iterator[httpx2.Client]:
-    with httpx2.Client(base_url=api.url, timeout=60.0) as client:
+    with httpx2.Client(base_url=api.url, timeout=300.0) as client:
         yield client
 
 

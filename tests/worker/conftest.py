@@ -88,7 +88,7 @@ def upload(served: JobQueue) -> Callable[..., str]:
     return upload_data
 
 
-def ended(queue: JobQueue, job_id: str, seconds: float = 60.0) -> JobRecord:
+def ended(queue: JobQueue, job_id: str, seconds: float = 240.0) -> JobRecord:
     """Wait for the end of a job."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:

@@ -54,7 +54,7 @@ def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
 
 def forgotten(queue: JobQueue, job: JobRecord) -> bool:
     """Whether nothing is left of the parts of a job, which is tidied up when it has ended."""
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 240
     while queue.store.client.keys(keys.job_parts(job.id) + "*") and time.monotonic() < deadline:
         time.sleep(0.01)
     return time.monotonic() < deadline
