@@ -21,7 +21,7 @@ from tests.append_only import until_written
 
 SETTINGS = {
     "ISOMATCH_HEARTBEAT": "2",
-    "ISOMATCH_JOB_MEMORY_MB": "200",
+    "ISOMATCH_JOB_MEMORY_MB": "450",
     "ISOMATCH_VALIDATION_WAIT": "240",
 }
 """A quick heart, so that what is lost is found soon, a limit that a bomb runs into, and uploads

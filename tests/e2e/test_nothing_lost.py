@@ -23,7 +23,9 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 RECOVERY = 60.0
 """Seconds within which what was lost has to go on."""
 
-LONG: dict[str, Any] = {"points": 256, "coarse_points": 10, "alternatives": 32}
+LONG: dict[str, Any] = {"points": 160, "coarse_points": 10, "alternatives": 32}
+"""Of a match that lasts some seconds, and takes less memory than one job may."""
+
 QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30}
 
 
