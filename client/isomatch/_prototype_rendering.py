@@ -28,8 +28,23 @@ def print_prototypes(prototypes: Iterable[Prototype], console: Console) -> None:
 
 def print_prototype(prototype: Prototype, console: Console) -> None:
     """Print what is known of a prototype."""
+    console.print(named_values(_values(prototype)))
+    _print_left_out(prototype, console)
+
+
+def print_learned(learned: LearnedPrototype, console: Console) -> None:
+    """Print what came of learning a prototype."""
+    rows = _values(learned.prototype)
+    if "total" in learned.timings:
+        rows["seconds"] = f"{learned.timings['total']:.2f}"
+    console.print(named_values(rows))
+    _print_left_out(learned.prototype, console)
+    print_warnings(learned.warnings, console)
+
+
+def _values(prototype: Prototype) -> dict[str, str]:
     parameters = prototype.parameters
-    rows = {
+    return {
         "id": prototype.id,
         "name": prototype.name,
         "version": str(prototype.version),
@@ -43,18 +58,12 @@ def print_prototype(prototype: Prototype, console: Console) -> None:
         "reference": prototype.reference or "not known: it was uploaded",
         "made": local(prototype.created),
     }
-    console.print(named_values(rows))
+
+
+def _print_left_out(prototype: Prototype, console: Console) -> None:
     for example in prototype.learned_from or ():
         if not example.used:
             console.print(Text(f"left out: {example.shape}: {example.reason}"), soft_wrap=True)
-
-
-def print_learned(learned: LearnedPrototype, console: Console) -> None:
-    """Print what came of learning a prototype."""
-    print_prototype(learned.prototype, console)
-    if "total" in learned.timings:
-        console.print(named_values({"seconds": f"{learned.timings['total']:.2f}"}))
-    print_warnings(learned.warnings, console)
 
 
 def _structures(given: Any) -> str:

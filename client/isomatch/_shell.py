@@ -27,6 +27,7 @@ from isomatch._errors import (
     JobFailed,
     ProblemError,
     TooLarge,
+    Unauthorized,
     UnexpectedResponse,
     UnprocessableShape,
 )
@@ -91,6 +92,8 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
     message = str(error) if file is None else f"{file}: {error}"
     if isinstance(error, ConnectionFailed):
         message += " (start one with `isomatch serve`, or say where it is with --url)"
+    if isinstance(error, Unauthorized):
+        message += " (commands take it from the environment, ISOMATCH_API_KEY)"
     if as_json:
         document = problem_document(error, message)
         named = {} if file is None else {"file": file}

@@ -1,5 +1,8 @@
 """A service that takes small files only, lets nobody wait for their validation, and wants a key."""
 
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -64,6 +67,14 @@ def test_strangers_are_told_what_they_need(client: isomatch.Client, key: str | N
         pytest.raises(isomatch.Unauthorized, match="API key"),
     ):
         stranger.upload(b"OFF", file_type="off")
+
+
+def test_a_command_says_where_it_takes_the_key_from(client: isomatch.Client) -> None:
+    command = [sys.executable, "-m", "isomatch.cli", "shapes", "--url", client.base_url]
+    environment = {name: value for name, value in os.environ.items() if name != "ISOMATCH_API_KEY"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "ISOMATCH_API_KEY" in done.stderr
 
 
 def test_a_receiver_is_told_of_the_end(client: isomatch.Client) -> None:

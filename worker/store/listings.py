@@ -80,7 +80,7 @@ class Listing:
                     passed += 1
                     continue
                 if item is None:
-                    self._unlist(member)
+                    self._unlist(member, self.client)
                 if item is not None and suits(item):
                     items.append(item)
                 else:
@@ -107,14 +107,16 @@ class Listing:
             for member in members:
                 pipe.exists(self.record(member))
             there = pipe.execute()
-        for member, exists in zip(members, there, strict=True):
-            if not exists:
-                self._unlist(member)
+        with self.client.pipeline(transaction=False) as pipe:
+            for member, exists in zip(members, there, strict=True):
+                if not exists:
+                    self._unlist(member, pipe)
+            pipe.execute()
         return cursor
 
-    def _unlist(self, member: str) -> None:
+    def _unlist(self, member: str, client: Redis) -> None:
         # A shape may have been uploaded again since its record was looked for.
-        self.client.eval(scripts.UNLIST, 2, self.key, self.record(member), member)
+        client.eval(scripts.UNLIST, 2, self.key, self.record(member), member)
 
     def _entries(self, last: tuple[float, str] | None, count: int) -> list[tuple[str, float]]:
         start = math.inf if last is None else last[0]
