@@ -33,6 +33,9 @@ Upload = Callable[..., Json]
 
 QUICK = {"eigenpairs": 40}
 
+COUNT = 200
+"""Shapes whose comparison lasts much longer than it is looked at."""
+
 
 @pytest.fixture(scope="module")
 def collection(upload: Upload) -> tuple[list[str], list[str]]:
@@ -85,7 +88,7 @@ def test_a_collection_is_compared(
 def test_what_is_known_is_seen_while_it_runs_and_a_cancelled_job_has_nothing(
     http: httpx2.Client, api: Api
 ) -> None:
-    payload = imagined(api.store, 90, DissimilarityParameters(points=10), seed=3)
+    payload = imagined(api.store, COUNT, DissimilarityParameters(points=10), seed=3)
     body = {"shapes": payload.shapes, "points": 10}
     job = http.post("/v1/dissimilarities", json=body).json()
     seen: list[PartialDissimilarities] = []
@@ -94,9 +97,9 @@ def test_what_is_known_is_seen_while_it_runs_and_a_cancelled_job_has_nothing(
         assert answer.status_code == 200, answer.text
         seen.append(PartialDissimilarities.model_validate_json(answer.content))
     assert seen[-1].state == "running"
-    assert seen[-1].pairs_done < seen[-1].pairs == 90 * 89 // 2
+    assert seen[-1].pairs_done < seen[-1].pairs == COUNT * (COUNT - 1) // 2
     known = sum(value is not None for row in seen[-1].matrix for value in row)
-    assert known == 90 + 2 * seen[-1].pairs_done
+    assert known == COUNT + 2 * seen[-1].pairs_done
     problem(http.get(job["links"]["result"]), 409, "result-not-ready")
     problem(http.get(job["links"]["arrays"]), 409, "result-not-ready")
     cancelled = http.delete(job["links"]["self"]).json()

@@ -22,7 +22,7 @@ from playwright.sync_api import (
 from tests.service.conftest import Api
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
-PATIENCE = 30_000
+PATIENCE = 120_000
 """Milliseconds: machines that run tests are busy, and draw without a graphics card."""
 
 SMALL: ViewportSize = {"width": 720, "height": 560}
@@ -71,7 +71,9 @@ def playwright() -> Iterator[Playwright]:
 
 @pytest.fixture(scope="package")
 def browser(playwright: Playwright) -> Iterator[Browser]:
-    launched = playwright.chromium.launch(executable_path=chromium(), args=list(OPTIONS))
+    launched = playwright.chromium.launch(
+        executable_path=chromium(), args=list(OPTIONS), timeout=PATIENCE
+    )
     yield launched
     launched.close()
 
@@ -135,5 +137,7 @@ def job_of(page: Page) -> str:
 
 def result_of(page: Page, api: Api) -> dict[str, Any]:
     """The result of that job, as the API has it."""
-    result: dict[str, Any] = httpx2.get(f"{api.url}/v1/jobs/{job_of(page)}/result").json()
+    result: dict[str, Any] = httpx2.get(
+        f"{api.url}/v1/jobs/{job_of(page)}/result", timeout=60.0
+    ).json()
     return result

@@ -14,6 +14,8 @@ from tests.service.page.conftest import SURFACE, eventually, opened, place, resu
 FIGURES = [STATIC / "shapes" / f"human-{pose}.off" for pose in ("standing", "walking")]
 HIGHEST = "s => s.data[0].y.indexOf(Math.max(...s.data[0].y))"
 VERTICES = "s => s.data[1].x.length"
+POINTED_AT = "s => Boolean(s._fullLayout.scene._scene.oldEventData)"
+"""Whether plotly.js has found out what the pointer is at, which takes it a frame."""
 
 
 @pytest.fixture
@@ -40,6 +42,7 @@ def press(page: Page, drawn: Locator, vertex: int, drag: int = 0) -> None:
     page.mouse.move(x - 5, y + 5)
     page.mouse.move(x, y + 3, steps=3)
     page.wait_for_timeout(100)
+    eventually(lambda: drawn.evaluate(POINTED_AT))
     page.mouse.down()
     if drag:
         page.mouse.move(x + drag, y + 3 + drag, steps=4)

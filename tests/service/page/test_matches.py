@@ -171,7 +171,7 @@ def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page)
     expect(matched.get_by_role("button", name="Tell left from right")).to_have_count(0)
     told = result_of(matched, api)
     asked = {"source": told["source"], "target": told["target"], "points": 10, "metric": "geodesic"}
-    job = httpx2.post(f"{api.url}/v1/matches", json=asked).json()["id"]
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
     page.goto(f"/#/jobs/{job}")
     page.get_by_role("button", name="Tell left from right").click()
     page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
@@ -184,7 +184,7 @@ def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page)
 
 
 def result_named(api: Api, job: str) -> Json:
-    result: Json = httpx2.get(f"{api.url}/v1/jobs/{job}/result").json()
+    result: Json = httpx2.get(f"{api.url}/v1/jobs/{job}/result", timeout=60.0).json()
     return result
 
 
@@ -226,7 +226,7 @@ def test_a_job_is_cancelled(page: Page, api: Api) -> None:
 def test_a_prototype_is_matched(page: Page, api: Api, upload: Callable[..., Json]) -> None:
     shapes = [upload(blob_file(2, seed=seed), f"chosen{seed}.off")["id"] for seed in (95, 96)]
     asked = {"shapes": shapes, "points": 6, "name": "<b>blob", "eigenpairs": 30}
-    answer = httpx2.post(f"{api.url}/v1/prototypes", json=asked)
+    answer = httpx2.post(f"{api.url}/v1/prototypes", json=asked, timeout=60.0)
     page.goto(f"/#/jobs/{answer.json()['id']}")
     page.get_by_role("link", name="Match it with a shape").click()
     expect(page.locator(".chips li")).to_contain_text("<b>blob, version 1")

@@ -61,7 +61,7 @@ def test_a_prototype_is_learned_and_matched(
 def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Json]) -> None:
     shapes = examples(upload, 520)
     asked = {"shapes": shapes, "points": 6, "correspondence": "shared_connectivity"}
-    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked).json()["id"]
+    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked, timeout=60.0).json()["id"]
     page.goto(f"/#job={job}")
     made = page.get_by_role("link", name="Match it with a shape").get_attribute("href")
     assert made is not None
@@ -70,7 +70,7 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     drawn = page.locator("[data-drawn='6'] .scene")
     expect(drawn).to_have_count(1)
     # Its points are where the archive has them, but for a turn, the scale, and a little height.
-    archive = httpx2.get(f"{api.url}/v1/prototypes/{made}/archive").content
+    archive = httpx2.get(f"{api.url}/v1/prototypes/{made}/archive", timeout=60.0).content
     with np.load(io.BytesIO(archive), allow_pickle=False) as arrays:
         given = pdist(arrays["positions"])
     seen = pdist(drawn.evaluate(PLACES))
@@ -88,7 +88,7 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     expect(page.locator(".list a")).to_contain_text("Match: prototype, version")
     page.get_by_role("button", name="Delete").click()
     expect(page.get_by_text("Recent jobs")).to_be_visible()
-    assert httpx2.get(f"{api.url}/v1/prototypes/{made}").status_code == 404
+    assert httpx2.get(f"{api.url}/v1/prototypes/{made}", timeout=60.0).status_code == 404
     page.goto(f"/#/prototypes/{made}")
     expect(page.get_by_role("alert")).to_contain_text("no prototype")
 
@@ -98,12 +98,12 @@ def test_a_prototype_whose_reference_is_gone(
 ) -> None:
     shapes = examples(upload, 540)
     asked = {"shapes": shapes, "points": 6, "correspondence": "shared_connectivity"}
-    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked).json()["id"]
+    job = httpx2.post(f"{api.url}/v1/prototypes", json=asked, timeout=60.0).json()["id"]
     page.goto(f"/#job={job}")
     drawn = page.locator("[data-drawn='6'] .scene")
     drawn.wait_for()
     before = pdist(drawn.evaluate(PLACES))
-    assert httpx2.delete(f"{api.url}/v1/shapes/{shapes[0]}").status_code == 204
+    assert httpx2.delete(f"{api.url}/v1/shapes/{shapes[0]}", timeout=60.0).status_code == 204
     page.reload()
     drawn.wait_for()
     # The archive keeps the surface; here it has all vertices, for there are few.
@@ -113,7 +113,7 @@ def test_a_prototype_whose_reference_is_gone(
 def test_links_are_copied_and_opened(page: Page, api: Api, upload: Callable[..., Json]) -> None:
     shapes = examples(upload, 600)[:2]
     asked = {"source": shapes[0], "target": shapes[1], "points": 4, "eigenpairs": 20}
-    job = httpx2.post(f"{api.url}/v1/matches", json=asked).json()["id"]
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
     # The clipboard of this page is a variable, and nobody may write to it in the end.
     page.add_init_script(
         "window.copied = null;"
