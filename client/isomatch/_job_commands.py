@@ -1,6 +1,6 @@
 """``isomatch jobs``: jobs of the service, whoever asked for them."""
 
-from typing import Annotated, cast
+from typing import Annotated, Final, cast
 
 import typer
 
@@ -12,6 +12,14 @@ from isomatch._shell import EXIT_CODES, NO_RESULT, connected, echo_models, finis
 
 JobId = Annotated[str, typer.Argument(help="Id of the job.")]
 JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs.")]
+
+_LEFT: Final[dict[JobState, str]] = {
+    "queued": "is queued",
+    "running": "ends as soon as it can",
+    "cancelled": "is cancelled",
+    "succeeded": "has succeeded already",
+    "failed": "has failed already",
+}
 
 jobs = typer.Typer(
     name="jobs",
@@ -95,8 +103,11 @@ def result(
 def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
     """Cancel jobs, whether queued or running; what has ended stays as it is."""
     with connected(url, as_json) as client:
-        ended = [client.job(job_id).cancel() for job_id in job_ids]
+        records = []
+        for job_id in job_ids:
+            job = client.job(job_id).cancel()
+            records.append(job.record.model_dump_json())
+            if not as_json:
+                typer.echo(f"job {job.id} {_LEFT[job.state]}", err=True)
         if as_json:
-            echo_models(job.record.model_dump_json() for job in ended)
-        for job in ended:
-            typer.echo(f"job {job.id} is {job.state}", err=True)
+            echo_models(records)

@@ -132,8 +132,9 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     assert "succeeded" in shown
     assert "100%" in shown
     assert json.loads(run("jobs", "show", job_id, "--json", url=url).stdout)["id"] == job_id
-    cancelled = run("jobs", "cancel", job_id, url=url)
-    assert f"job {job_id} is succeeded" in cancelled.stderr
+    cancelled = run("jobs", "cancel", job_id, "nothing", url=url)
+    assert cancelled.returncode == 1
+    assert cancelled.stderr.splitlines()[0] == f"job {job_id} has succeeded already"
     assert first in run("shapes", "-q", url=url).stdout.split()
 
 
@@ -142,6 +143,7 @@ def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
     job_id = json.loads(left.stdout)["id"]
     cancelled = run("jobs", "cancel", job_id, "--json", url=url)
     assert [job["id"] for job in json.loads(cancelled.stdout)] == [job_id]
+    assert cancelled.stderr == ""
     with isomatch.Client(url) as client:
         client.job(job_id).wait(timeout=240)
     assert run("jobs", "follow", job_id, url=url).returncode == 4
