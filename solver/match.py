@@ -61,7 +61,7 @@ class LevelReport:
         Time spent on the level.
     rank
         Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
-        level. More than 1 at the coarsest level means that a finer level overruled it.
+        level. More than 1 means that a finer level overruled it, or the rest of the surface.
     """
 
     points: int
@@ -115,8 +115,10 @@ class Match:
     best
         The answer.
     alternatives
-        Other hypotheses, as refined to the finest level; most often intrinsic symmetries. By
-        energy; none is better than `best`, unless orientation chose it.
+        Other hypotheses, as refined to the finest level; most often intrinsic symmetries. By what
+        the rest of the surface says of them; some may have less energy than `best`. Where one
+        metric was named for all levels they come by energy, and none is better than `best` unless
+        orientation chose it.
     levels
         From the coarsest; the last one's bound is the certificate of `best`.
     warnings

@@ -29,6 +29,7 @@ from solver.options import GMDS, LINF, MatchOptions
 from solver.refinement import Refinement, refine_by_gmds
 from solver.shape import Shape
 from solver.solution import Method, Solution
+from solver.verification import verified
 
 _LARGEST = 1e12
 """√area of shapes that are not normalised, and its inverse; fourth powers of it are computed."""
@@ -43,8 +44,10 @@ def match(
     """Minimum-distortion correspondence between samples of two shapes: problem (1), as (5).
 
     The coarsest level is enumerated exactly; its best solutions are hypotheses, each refined
-    from level to level (4.1), ranked by their energy at the finest one. Then the winner's
-    problem is bounded at every level, and improved where the bound's search finds better.
+    from level to level (4.1). At the finest one they are put in order by what points that are not
+    matched say of them (:mod:`solver.verification`), or by their energy there, where one metric
+    was named for all levels. Then the winner's problem is bounded at every level, and improved
+    where the bound's search finds better.
 
     Parameters
     ----------
@@ -77,7 +80,7 @@ def match(
     levels = run.build_levels()
     if options.objective == LINF:
         return run.answer(run.minimax(levels[0]), levels)
-    return run.answer(run.ranked(levels), levels)
+    return run.answer(run.judged(run.ranked(levels), levels[-1]), levels)
 
 
 def _common_size(source: Shape, target: Shape) -> float:
@@ -134,6 +137,15 @@ class _Run(HierarchicalRun):
             levels.append(replace(level, index=index))
         self.timings["structures"] = time.perf_counter() - started
         return levels
+
+    def judged(self, hypotheses: list[Hypothesis], finest: Level) -> list[Hypothesis]:
+        """Put in order by what the rest of the surface says, unless one metric was named."""
+        if not is_decided(self.options):
+            return hypotheses
+        started = time.perf_counter()
+        found = verified(hypotheses, finest, self.source, self.target)
+        self.spend("refinement", started)
+        return found
 
     def minimax(self, level: Level) -> list[Hypothesis]:
         """Find the correspondences of least greatest distortion; of these, the best by (5)."""

@@ -245,11 +245,52 @@ def varadhan_distances(spectrum: Spectrum, points: IntArray, time: float) -> Flo
     -------
     (A, A) float64, exactly symmetric, zero on the diagonal.
     """
-    kernels = spectrum.eigenfunctions[points] * np.exp(-0.5 * time * spectrum.eigenvalues)
-    kernels /= np.linalg.norm(kernels, axis=1)[:, None]
-    alike = np.clip(kernels @ kernels.T, _LEAST_HEAT, 1.0)
-    found: FloatArray = np.sqrt(-4.0 * time * np.log(np.minimum(alike, alike.T)))
+    images = heat_images(spectrum, points, time)
+    found = lengths_by_heat(images, images, time)
+    found = np.maximum(found, found.T)
     np.fill_diagonal(found, 0.0)
+    return found
+
+
+def heat_images(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray:
+    """Unit vectors whose inner products are h_t(x, y) / √(h_t(x, x) h_t(y, y)).
+
+    Parameters
+    ----------
+    spectrum
+        Of the shape, with k eigenpairs.
+    points
+        (A,) vertices.
+    time
+        t > 0, in the spectrum's unit of area.
+
+    Returns
+    -------
+    (A, k) float64
+    """
+    images: FloatArray = spectrum.eigenfunctions[points] * np.exp(
+        -0.5 * time * spectrum.eigenvalues
+    )
+    images /= np.linalg.norm(images, axis=1)[:, None]
+    return images
+
+
+def lengths_by_heat(one: FloatArray, other: FloatArray, time: float) -> FloatArray:
+    """Varadhan's formula for every point of one set and every one of another.
+
+    Parameters
+    ----------
+    one, other
+        (A, k) and (B, k) of :func:`heat_images`.
+    time
+        That they were made with.
+
+    Returns
+    -------
+    (A, B) float64
+    """
+    alike = np.clip(one @ other.T, _LEAST_HEAT, 1.0)
+    found: FloatArray = np.sqrt(-4.0 * time * np.log(alike))
     return found
 
 

@@ -80,9 +80,8 @@ def test_few_points_are_matched_twice_and_the_answer_is_of_the_second_level() ->
     assert coarse.certified
     assert decided.lower_bound <= decided.energy == found.best.energy
     assert found.best.costs.sum() == pytest.approx(found.best.energy)
-    np.testing.assert_array_less(
-        found.best.energy - 1e-12, [other.energy for other in found.alternatives]
-    )
+    less = [other for other in found.alternatives if other.energy < found.best.energy - 1e-12]
+    assert len(less) < decided.rank
 
 
 def test_points_move_to_the_best_places_near_those_they_had() -> None:

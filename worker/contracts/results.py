@@ -166,7 +166,8 @@ class MatchResult(_Part):
         description="Whether the correspondence is proven to be the best of the problem solved."
     )
     alternatives: tuple[Alternative, ...] = Field(
-        description="Other good correspondences; where orientation chose, of less energy even."
+        description="Other good correspondences, the likeliest first; some may have less energy,"
+        " where the rest of the surface agrees better with the answer, or orientation chose it."
     )
     levels: tuple[Level, ...] = Field(description="The levels, coarsest first.")
     unmatched: tuple[int, ...] = Field(

@@ -1,0 +1,88 @@
+"""How many answers are right, by the number of points: ``python -m bench.points``.
+
+A match is right if all its points are within 0.25 √area of the truth, or all of its mirror image.
+Without ``--data`` the shapes are generated, of all classes.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+
+from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.correspondence import point_errors
+from solver.arrays import FloatArray
+from solver.matching import match
+from solver.options import MatchOptions
+from solver.synthetic import CLASSES
+
+RIGHT = 0.25
+"""Geodesic error of every point, over √area."""
+
+_POINTS = 6, 8, 10, 12, 14, 16, 20, 24, 32
+
+
+def measured(pairs: list[tuple[KnownShape, KnownShape]], options: MatchOptions) -> FloatArray:
+    """(P, 5) greatest and mean error, of the better truth, certified, rank and seconds by pair.
+
+    The rank is the coarsest level's, and spectra are known.
+    """
+    rows = []
+    for source, target in pairs:
+        started = time.perf_counter()
+        found = match(source.shape, target.shape, options)
+        seconds = time.perf_counter() - started
+        errors = np.array(point_errors(source, target, found)) / target.shape.size
+        greatest, mean = errors.max(axis=1).min(), errors.mean(axis=1).min()
+        rows.append((greatest, mean, found.certified, found.levels[0].rank, seconds))
+    return np.array(rows, dtype=np.float64)
+
+
+def main() -> None:
+    """Match all pairs within classes with each number of points, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--points", type=int, nargs="+", default=_POINTS)
+    parser.add_argument(
+        "--classes", type=int, default=len(CLASSES), help="generated ones, without --data"
+    )
+    parser.add_argument("--both", action="store_true", help="match each pair both ways")
+    parser.add_argument("--orientation", action="store_true", help="tell left from right")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    pairs += [(target, source) for source, target in pairs] if arguments.both else []
+    for pair in pairs:
+        for one in pair:
+            one.shape.spectrum()
+    match(pairs[0][0].shape, pairs[0][1].shape, MatchOptions(points=16))  # compiles
+    figures: dict[str, dict[str, float]] = {}
+    heads = "pairs", "right", "mean", "median", "proven", "overruled", "s"
+    print(f"{'points':>6}" + "".join(f"{head:>10}" for head in heads))
+    for points in arguments.points:
+        options = MatchOptions(points=points, orientation=arguments.orientation)
+        greatest, mean, certified, rank, seconds = measured(pairs, options).T
+        found = {
+            "pairs": len(pairs),
+            "right": int((greatest <= RIGHT).sum()),
+            "mean": float(mean.mean()),
+            "median": float(np.median(mean)),
+            "proven": int(certified.sum()),
+            "overruled": int((rank > 1).sum()),
+            "seconds": float(np.median(seconds)),
+        }
+        print(
+            f"{points:6}{found['pairs']:10}{found['right']:10}{found['mean']:10.4f}"
+            f"{found['median']:10.4f}{found['proven']:10}{found['overruled']:10}"
+            f"{found['seconds']:10.3f}",
+            flush=True,
+        )
+        figures[str(points)] = found
+    if arguments.json:
+        print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()
