@@ -24,9 +24,9 @@ from worker.contracts import (
 )
 from worker.queue import JobQueue
 from worker.settings import WorkerSettings
-from worker.store import Store, connect, keys
-from worker.store import connections as connections_module
-from worker.store.connections import CACHE_SILENCE, Absence, OnceInAWhile
+from worker.store import Store, absence, connect, keys
+from worker.store.absence import Absence
+from worker.store.connections import CACHE_SILENCE, OnceInAWhile
 
 MIB = 1024**2
 
@@ -155,7 +155,7 @@ def test_a_cache_that_says_nothing_is_waited_for_once(store: Store) -> None:
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
         with connect(url, patience=0, silence=0.05) as cache:
-            spectra = replace(store.spectra, cache=cache, absence=Absence())
+            spectra = replace(store.spectra, cache=cache)
 
             def look() -> None:
                 assert not spectra.has(key)
@@ -167,29 +167,37 @@ def test_a_cache_that_says_nothing_is_waited_for_once(store: Store) -> None:
             look()
             look()
             assert connections(silent) == 1
+            # Other processes of this machine know of it.
+            spectra = replace(spectra)
+            look()
+            assert connections(silent) == 0
             spectra.absence.begin(0.0)
             assert not spectra.has(key)
             assert connections(silent) == 1
 
 
-def test_one_asks_for_all_whether_a_cache_is_there_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_asks_for_all_whether_a_cache_is_there_again(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
     now = 0.0
-    monkeypatch.setattr(connections_module, "time", SimpleNamespace(monotonic=lambda: now))
-    absence = Absence()
-    assert [absence.lasts(), absence.lasts()] == [False, False]
-    absence.begin(10.0)
-    assert [absence.lasts(), absence.lasts()] == [True, True]
+    monkeypatch.setattr(absence, "time", SimpleNamespace(time=lambda: now))
+    mine, others, far = (Absence(store.client, name) for name in ("here", "here", "there"))
+    assert [mine.lasts(), others.lasts()] == [False, False]
+    mine.begin(10.0)
+    assert [mine.lasts(), others.lasts(), far.lasts()] == [True, True, False]
     now = 10.0
-    assert [absence.lasts(), absence.lasts()] == [False, True]
+    assert [mine.lasts(), others.lasts()] == [False, True]
     now = 20.0
-    assert not absence.lasts()
-    absence.end()
-    assert [absence.lasts(), absence.lasts()] == [False, False]
+    assert not others.lasts()
+    others.end()
+    assert [mine.lasts(), others.lasts()] == [False, False]
+    mine.begin(0.0)
+    assert 0 < store.client.ttl(keys.cache_away("here")) <= 10
 
 
 def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
     spectra, key = apart.spectra, SpectrumKey("a", 10)
-    spectra.absence.begin(math.inf)
+    spectra.absence.begin(1000.0)
     assert not spectra.put(key, b"spectrum")
     spectra.absence.begin(0.0)
     assert spectra.put(key, b"spectrum")

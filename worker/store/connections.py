@@ -29,7 +29,7 @@ CACHE_SILENCE: Final = 10.0
 of some ten megabytes has to come through in these."""
 
 CACHE_SILENT_LULL: Final = 60.0
-"""Seconds after which one that said nothing is asked again."""
+"""Seconds after which one that said nothing is asked again, by any process of a machine."""
 
 
 class StoreSettings(BaseSettings):
@@ -65,35 +65,6 @@ class StoreSettings(BaseSettings):
     candidate_ttl: int = Field(
         default=3600, ge=1, description="Seconds an upload waits for its validation at most."
     )
-
-
-class Absence:
-    """A store that is away, and is not asked for a while.
-
-    When that is over, the first who asks does so for all: if it says nothing, others were not kept
-    waiting for it.
-    """
-
-    def __init__(self) -> None:
-        self._lull = 0.0
-        self._over: float | None = None
-
-    def begin(self, lull: float) -> None:
-        """Note that it is away, and is not to be asked for so many seconds."""
-        self._lull = lull
-        self._over = time.monotonic() + lull
-
-    def end(self) -> None:
-        """Note that it has answered."""
-        self._over = None
-
-    def lasts(self) -> bool:
-        """Whether it is not to be asked."""
-        now = time.monotonic()
-        if self._over is None or now < self._over:
-            return self._over is not None
-        self._over = now + self._lull
-        return False
 
 
 class OnceInAWhile(AbstractBackoff):

@@ -192,6 +192,11 @@ def spectrum_lock(spectrum: object) -> str:
     return f"{PREFIX}spectrum:{spectrum}:lock"
 
 
+def cache_away(machine: str) -> str:
+    """Until when the processes of a machine do not ask a cache with a Redis of its own."""
+    return f"{PREFIX}cache:away:{machine}"
+
+
 def cached_spectrum(spectrum: object) -> str:
     """A cached spectrum, npz; in the cache's own Redis where there is one."""
     return f"{PREFIX}cache:spectrum:{spectrum}"

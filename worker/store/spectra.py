@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from redis import Redis
-from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from worker.contracts import SpectrumKey
 from worker.store import keys, scripts
-from worker.store.connections import CACHE_LULL, CACHE_SILENT_LULL, Absence, StoreSettings
+from worker.store.absence import Absence
+from worker.store.connections import CACHE_SILENT_LULL, StoreSettings
 from worker.store.replies import blob, text
 from worker.telemetry import logger
 
@@ -55,14 +55,16 @@ class Spectra:
         Connection to the Redis of the queue.
     settings
         Budget and time to live.
-    absence
-        Until when a cache of its own that is away is not asked again.
     """
 
     cache: Redis
     client: Redis
     settings: StoreSettings
-    absence: Absence = field(default_factory=Absence)
+    absence: Absence = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Look whether the cache is away where all processes of this machine do."""
+        object.__setattr__(self, "absence", Absence(self.client))
 
     @property
     def apart(self) -> bool:
@@ -152,8 +154,6 @@ class Spectra:
             log.warning("the cache cannot be used", error=str(error))
             if isinstance(error, RedisTimeoutError):
                 self.absence.begin(CACHE_SILENT_LULL)
-            elif isinstance(error, RedisConnectionError):
-                self.absence.begin(CACHE_LULL)
         else:
             self.absence.end()
 
