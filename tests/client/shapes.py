@@ -1,6 +1,7 @@
 """One lopsided blob in two triangulations: small enough that a match takes a moment."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,15 @@ Floats = npt.NDArray[np.float64]
 BUMPS = np.array([[1.0, 0.0, 0.0], [-0.5, 0.9, 0.1], [0.1, -0.4, 0.9], [-0.3, -0.6, -0.7]])
 TURN = Rotation.from_rotvec([0.9, 1.7, 0.6]).as_matrix()
 HEIGHTS = np.array([1.4, 0.9, 0.6, 0.35])
+
+LASTING: dict[str, Any] = {
+    "points": 256,
+    "alternatives": 32,
+    "coarse_points": 10,
+    "metric": "geodesic",
+    "descriptor": "none",
+}
+"""Parameters with which a match lasts longer than any program takes to start and be heard."""
 
 
 def blob(vertices: Floats) -> Floats:

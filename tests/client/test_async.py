@@ -11,7 +11,7 @@ import pytest
 import trio
 from isomatch import _exchange
 
-from tests.client.shapes import blob_meshes
+from tests.client.shapes import LASTING, blob_meshes
 from tests.client.test_events import JOB, event
 
 
@@ -74,7 +74,7 @@ def test_a_cancelled_task_leaves_the_job_and_nothing_else(
     async def program() -> None:
         async with isomatch.AsyncClient(url) as client:
             source, target = await asyncio.gather(*map(client.upload, blobs))
-            job = await client.match(source, target, points=200, beta=1.5)
+            job = await client.match(source, target, **LASTING)
 
             async def follow() -> None:
                 async for _ in job.events():

@@ -20,9 +20,13 @@ import pytest
 from isomatch._shell import named_upload
 
 from demo.stack import ROOT
+from tests.client.shapes import LASTING
 
 COMMAND = [sys.executable, "-m", "isomatch.cli"]
 QUICK = ["--points", "6", "--coarse-points", "6"]
+ENDLESS = [
+    text for name, value in LASTING.items() for text in (f"--{name.replace('_', '-')}", str(value))
+]
 
 
 def run(
@@ -139,7 +143,7 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
 
 
 def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
-    left = run("match", *blobs, "--points", "200", "--no-wait", "--json", url=url)
+    left = run("match", *blobs, *ENDLESS, "--no-wait", "--json", url=url)
     job_id = json.loads(left.stdout)["id"]
     cancelled = run("jobs", "cancel", job_id, "--json", url=url)
     assert [job["id"] for job in json.loads(cancelled.stdout)] == [job_id]
@@ -312,7 +316,7 @@ def test_no_service() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 def test_interrupting_a_follower_leaves_the_job(url: str, blobs: tuple[Path, Path]) -> None:
     with isomatch.Client(url) as client:
-        job = client.match(*map(client.upload, blobs), points=250)
+        job = client.match(*map(client.upload, blobs), **LASTING)
         process = subprocess.Popen(
             [*COMMAND, "jobs", "follow", job.id, "--url", url],
             stdout=subprocess.PIPE,
@@ -335,7 +339,7 @@ def test_interrupting_cancels_the_job(url: str, blobs: tuple[Path, Path]) -> Non
     with isomatch.Client(url) as client:
         before = {job.id for job in client.jobs()}
         process = subprocess.Popen(
-            [*COMMAND, "match", *map(str, blobs), "--points", "256", "--url", url],
+            [*COMMAND, "match", *map(str, blobs), *ENDLESS, "--url", url],
             stderr=subprocess.PIPE,
             text=True,
         )
