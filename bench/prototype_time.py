@@ -1,12 +1,14 @@
 """Time of a match with a prototype beside that of two shapes: ``python -m bench.prototype_time``.
 
-A prototype of generated humans is matched with figures outside of its family, and so is one human
-of standard proportions, with as many points and all else by default. Spectra are known to both.
-The prototype is matched without orientation, and with it, which is its default.
+A prototype of generated humans is matched with other people and with figures outside of its family,
+and so is one human of standard proportions, with as many points and all else by default. Spectra
+are known to both.
+Both are matched without orientation, and with it, which is the prototype's default.
 Times are of whole matches, and of the processor, which counts what others do meanwhile the least:
-when all other structures of the shapes are known as well, the least of three, and when they are
-not. Each ratio is of the sums over all figures, or the median of theirs; a figure is matched both
-ways one after the other, and every second one in the opposite order. `--data` adds real bodies.
+when all other structures of the shapes are known as well, the least of three without orientation,
+and when they are not. Each ratio is of the sums over all figures, or the median of theirs; a figure
+is matched all ways one after the other, and every second one in the opposite order. `--data` adds
+real bodies.
 """
 
 import argparse
@@ -19,6 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.bodies import generated_humans
 from bench.collection import default_folder, read_collection
 from bench.figure6 import learn
 from bench.humans import human_family, unfamiliar_figures
@@ -34,6 +37,7 @@ from solver.prototype.matching import PrototypeRun
 from solver.shape import Shape
 
 POINTS = 8, 10, 12, 16, 24, 32
+_WAYS, _KNOWN = ("plain", "oriented"), ("known", "unknown")
 _BODIES = "michael", "gorilla"
 _REPETITIONS = 3
 _SEED = 2
@@ -52,31 +56,26 @@ def measured(
     Returns
     -------
     seconds
-        (3, 2) of two shapes, of the prototype without and with orientation, with structures known
-        and unknown.
+        (2, 2, 2) without and with orientation, of two shapes and of the prototype, with structures
+        known and unknown.
     certified
-        Whether each answer is proven.
+        Whether the answers without orientation are proven: of two shapes, and of the prototype.
     """
-    options = MatchOptions(points=points)
-    oriented = replace(options, orientation=bool(prototype.surfaces))
-
-    def deterministic(of: Shape, figure: Shape) -> Match:
-        return match(of, figure, options)
-
-    def probabilistic(_of: Shape, figure: Shape) -> Match:
-        return match_prototype(prototype, figure, options)
-
-    def default(_of: Shape, figure: Shape) -> Match:
-        return match_prototype(prototype, figure, oriented)
-
-    kinds: list[Callable[[Shape, Shape], Match]] = [deterministic, probabilistic, default]
-    seconds, certified = np.zeros((3, 2)), [False] * 3
-    for kind in (0, 1, 2) if turn % 2 == 0 else (2, 1, 0):
-        shapes = fresh(source), fresh(target)
-        seconds[kind, 1], answer = _timed(partial(kinds[kind], *shapes))
-        again = [_timed(partial(kinds[kind], *shapes))[0] for _ in range(_REPETITIONS)]
-        seconds[kind, 0] = min(again)
-        certified[kind] = answer.certified
+    seconds, certified = np.zeros((2, 2, 2)), [False, False]
+    kinds = [(oriented, probabilistic) for oriented in (0, 1) for probabilistic in (0, 1)]
+    for oriented, probabilistic in kinds if turn % 2 == 0 else kinds[::-1]:
+        options = MatchOptions(points=points, orientation=bool(oriented))
+        here, there = fresh(source), fresh(target)
+        solve: Callable[[], Match] = (
+            partial(match_prototype, prototype, there, options)
+            if probabilistic
+            else partial(match, here, there, options)
+        )
+        seconds[oriented, probabilistic, 1], answer = _timed(solve)
+        again = [_timed(solve)[0] for _ in range(1 if oriented else _REPETITIONS)]
+        seconds[oriented, probabilistic, 0] = min(again)
+        if not oriented:
+            certified[probabilistic] = answer.certified
     return seconds, certified
 
 
@@ -96,27 +95,24 @@ def compare(
         strict=True,
     )
     total, middle = np.sum(rows, axis=0), np.median(rows, axis=0) * 1e3
-    ratios = np.median([row[1] / row[0] for row in rows], axis=0)
-    proven = np.mean(proofs, axis=0)
-    found = {
-        "points": points,
-        "deterministic_ms": middle[0, 0],
-        "probabilistic_ms": middle[1, 0],
-        "ratio": total[1, 0] / total[0, 0],
-        "median_ratio": ratios[0],
-        "ratio_structures_unknown": total[1, 1] / total[0, 1],
-        "deterministic_proven": proven[0],
-        "probabilistic_proven": proven[1],
-        "default_ms": middle[2, 1],
-        "default_ratio": total[2, 1] / total[0, 1],
-        "default_median_ratio": np.median([row[2, 1] / row[0, 1] for row in rows]),
-    }
-    print(
-        f"{points:6}{middle[0, 0]:10.1f}{middle[1, 0]:11.1f}{found['ratio']:8.2f}{ratios[0]:8.2f}"
-        f"{middle[0, 1]:12.1f}{middle[1, 1]:11.1f}{total[1, 1] / total[0, 1]:8.2f}"
-        f"{proven[0]:9.0%}{proven[1]:6.0%}"
-        f"{middle[2, 1]:10.1f}{found['default_ratio']:8.2f}{found['default_median_ratio']:8.2f}"
-    )
+    ratios, proven = total[:, 1] / total[:, 0], np.mean(proofs, axis=0)
+    medians = np.median([row[:, 1] / row[:, 0] for row in rows], axis=0)
+    found = {"points": points}
+    for oriented, name in enumerate(_WAYS):
+        for unknown, known in enumerate(_KNOWN):
+            kind = f"{name}_{known}"
+            found[f"{kind}_deterministic_ms"] = middle[oriented, 0, unknown]
+            found[f"{kind}_probabilistic_ms"] = middle[oriented, 1, unknown]
+            found[f"{kind}_ratio"] = ratios[oriented, unknown]
+            found[f"{kind}_median_ratio"] = medians[oriented, unknown]
+    found["deterministic_proven"], found["probabilistic_proven"] = proven
+    found["default_over_deterministic"] = total[1, 1, 1] / total[0, 0, 1]
+    print(f"{points:6}", end="")
+    for oriented, unknown in np.ndindex(2, 2):
+        two, prototypes = middle[oriented, :, unknown]
+        ratio, median = ratios[oriented, unknown], medians[oriented, unknown]
+        print(f"{two:9.0f}{prototypes:10.0f}{ratio:7.2f}{median:7.2f}", end="")
+    print(f"{found['default_over_deterministic']:9.1f}{proven[0]:8.0%}{proven[1]:7.0%}", flush=True)
     return {name: float(value) for name, value in found.items()}
 
 
@@ -177,7 +173,11 @@ def main() -> None:
     family = human_family(arguments.examples - 1)
     prototype = learn(family, arguments.examples, 5, max(arguments.points))
     figures = [one.shape for one in unfamiliar_figures(family, arguments.figures, _SEED)]
-    groups = {"generated figures": (family.reference, figures)}
+    people = [body.clean for body in generated_humans(prototype, family)][: arguments.figures]
+    groups = {
+        "generated people": (family.reference, people),
+        "unusual figures": (family.reference, figures),
+    }
     if arguments.data:
         bodies = [one for one in read_collection(arguments.data) if one.category in _BODIES]
         for body in _BODIES:
@@ -186,12 +186,12 @@ def main() -> None:
                 groups[body] = group[0], group[1:]
     found: dict[str, object] = {}
     for name, (source, targets) in groups.items():
-        print(f"\n{name}: structures known, ms and ratios; unknown; proven; default, unknown")
         print(
-            f"{'points':>6}{'two shapes':>11}{'prototype':>11}{'ratio':>7}{'median':>8}"
-            f"{'two shapes':>12}{'prototype':>11}{'ratio':>8}{'proven':>12}"
-            f"{'default':>13}{'ratio':>8}{'median':>8}"
+            f"\n{name}: ms of two shapes and of the prototype, ratio of sums, median ratio; then"
+            " the default over two shapes without orientation, and proven without"
         )
+        heads = [f"{way}, structures {known}" for way in _WAYS for known in _KNOWN]
+        print(" " * 6 + "".join(f"{head:>33}" for head in heads))
         found[name] = [compare(prototype, source, targets, n) for n in arguments.points]
     ratio = ratio_by_geodesics(prototype, family.reference, figures)
     print(f"\nEight points take {ratio:.2f} times as long as of two shapes by geodesic distances")
