@@ -12,7 +12,7 @@ from solver.match import Correspondence, DenseCorrespondence, LevelReport, Match
 from solver.matching import match
 from solver.mesh import TriangleMesh
 from solver.options import MatchOptions
-from solver.prototype import Prototype
+from solver.prototype import Prototype, SurfaceSpectra
 from solver.prototype import match_prototype as match_with_prototype
 from solver.refinement import Refinement
 from solver.shape import Shape
@@ -94,7 +94,11 @@ def match_shapes(
 
 
 def match_prototype(
-    prototype: Prototype, target: Side, payload: MatchPayload, control: Control
+    prototype: Prototype,
+    target: Side,
+    payload: MatchPayload,
+    control: Control,
+    surface_spectrum: SurfaceSpectra,
 ) -> MatchResult:
     """Match a prototype with a shape and return the result document.
 
@@ -111,7 +115,7 @@ def match_prototype(
     options = replace(options_of(parameters), metric=usual.metric, descriptor=usual.descriptor)
     with blaming("target"):
         shape = target.shape(parameters)
-    found = match_with_prototype(prototype, shape, options, control)
+    found = match_with_prototype(prototype, shape, options, control, surface_spectrum)
     return _document(found, payload)
 
 

@@ -48,7 +48,7 @@ from worker.picture import draw_match, draw_prototype_match
 from worker.prototypes import learn
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
-from worker.spectra import spectrum_of
+from worker.spectra import spectrum_of, surface_spectra
 from worker.store import NewerRecord, Store
 from worker.telemetry import logger
 from worker.turns import Turn
@@ -193,7 +193,8 @@ class Runner:
             control.report("spectrum of the target", 0.0)
             target = self._side("target", payload, control)
             waited = time.perf_counter() - start
-            result = match_prototype(prototype, target, payload, matching)
+            spectra = surface_spectra(payload.source, prototype.surfaces, self.store.spectra)
+            result = match_prototype(prototype, target, payload, matching, spectra)
         else:
             control.report("spectrum of the source", 0.0)
             source = self._side("source", payload, control)

@@ -2,15 +2,17 @@
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
 
 from solver.control import Control
 from solver.mesh import TriangleMesh
+from solver.prototype import ExampleSurface, SurfaceSpectra
 from solver.shape import Shape
 from solver.spectrum import Spectrum, spectrum_memory
 from worker.contracts import SpectrumKey
+from worker.contracts.spectra import SPECTRUM_VERSION
 from worker.failures import TooLarge
 from worker.limits import memory_left
 from worker.store import Spectra
@@ -71,7 +73,36 @@ def spectrum_of(
             time.sleep(_POLL)
 
 
-def _cached(key: SpectrumKey, spectra: Spectra) -> Spectrum | None:
+def surface_spectra(
+    prototype: str, surfaces: Sequence[ExampleSurface], spectra: Spectra
+) -> SurfaceSpectra:
+    """Spectra of a prototype's surfaces, kept in the cache: later matches need not compute them.
+
+    Whoever finds one missing computes it; that takes less time than to wait for others.
+
+    Parameters
+    ----------
+    prototype
+        Id of the prototype.
+    surfaces
+        All of its surfaces, in their order.
+    spectra
+        The cache.
+    """
+    places = {id(surface): place for place, surface in enumerate(surfaces)}
+
+    def spectrum(surface: ExampleSurface, compute: Callable[[], Spectrum]) -> Spectrum:
+        name = f"{prototype}:surface{places[id(surface)]}:v{SPECTRUM_VERSION}"
+        known = _cached(name, spectra)
+        if known is None or len(known.mass) != len(surface.vertices):
+            known = compute()
+            spectra.put(name, known.to_bytes())
+        return known
+
+    return spectrum
+
+
+def _cached(key: SpectrumKey | str, spectra: Spectra) -> Spectrum | None:
     stored = spectra.get(key)
     if stored is None:
         return None

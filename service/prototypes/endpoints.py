@@ -107,6 +107,7 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
     """
     if not service.store.prototypes.delete(prototype):
         raise PrototypeNotFound(f"There is no prototype {prototype}.")
+    service.store.spectra.forget(prototype)
 
 
 @router.get(

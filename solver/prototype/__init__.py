@@ -12,12 +12,15 @@ from solver.prototype.learning import learn_prototype
 from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
 from solver.prototype.prototype import Prototype
+from solver.prototype.surfaces import ExampleSurface, SurfaceSpectra
 
 __all__ = [
     "CorrespondingExamples",
     "Example",
+    "ExampleSurface",
     "Prototype",
     "PrototypeOptions",
+    "SurfaceSpectra",
     "connected_examples",
     "given_examples",
     "learn_prototype",

@@ -17,6 +17,7 @@ from solver.options import L2, MAX_COARSE_POINTS, MatchOptions
 from solver.prototype.likelihood import PrototypeLevel, mean_distances
 from solver.prototype.orientation import oriented_images
 from solver.prototype.prototype import Prototype
+from solver.prototype.surfaces import SurfaceSpectra, computed
 from solver.shape import WITHOUT_COLORS, Shape
 from solver.structures import MetricChoice
 
@@ -32,6 +33,7 @@ def match_prototype(
     target: Shape,
     options: MatchOptions | None = None,
     control: Control | None = None,
+    surface_spectrum: SurfaceSpectra = computed,
 ) -> Match:
     """Most likely correspondence between a prototype's points and samples of a shape: problem (6).
 
@@ -52,6 +54,9 @@ def match_prototype(
     control
         Reports progress and cancels. Past its deadline, or the options' time limit, the best
         answer so far is returned with the bound known by then.
+    surface_spectrum
+        Takes spectra of the prototype's surfaces from where they are kept between matches, or
+        computes them.
 
     Returns
     -------
@@ -74,7 +79,13 @@ def match_prototype(
         control = control.within(options.time_limit)
     if options.coarse_points == MatchOptions().coarse_points:
         options = replace(options, coarse_points=MAX_COARSE_POINTS)
-    run = PrototypeRun(options, control, prototype=prototype, target=target)
+    run = PrototypeRun(
+        options,
+        control,
+        prototype=prototype,
+        target=target,
+        surface_spectrum=surface_spectrum,
+    )
     levels = run.build_levels()
     hypotheses = run.oriented(run.ranked(levels), levels)
     return run.answer([run.bounded(hypotheses[0], levels), *hypotheses[1:]], levels)
@@ -149,6 +160,7 @@ class PrototypeRun(HierarchicalRun):
 
     prototype: Prototype
     target: Shape
+    surface_spectrum: SurfaceSpectra = computed
 
     def build_levels(self) -> list[Level]:
         """Sample the target and compute its structures at every level."""
@@ -230,7 +242,13 @@ class PrototypeRun(HierarchicalRun):
         for one in distinct(hypotheses):
             matched = np.flatnonzero(one.partners != UNMATCHED)
             given.append((matched, finest.target.vertices[one.partners[matched]]))
-        images = oriented_images(self.prototype.surfaces, self.target, given, self.control)
+        images = oriented_images(
+            self.prototype.surfaces,
+            self.target,
+            given,
+            self.control,
+            spectrum=self.surface_spectrum,
+        )
         self.spend("maps from examples", started)
         if images is None:
             self.warnings.append(

@@ -12,13 +12,18 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.comparison import Comparison, Side
 from solver.control import Control
-from solver.dense import QUICK, extensions
+from solver.dense import QUICK, SELECTIVE, extensions
 from solver.dense_map import DenseMap, oriented_first
 from solver.errors import MeshError, OptionError
 from solver.extension import LEAST_EXTENDED
 from solver.matching import match
 from solver.options import MatchOptions
-from solver.prototype.surfaces import ExampleSurface, nearest_surfaces
+from solver.prototype.surfaces import (
+    ExampleSurface,
+    SurfaceSpectra,
+    computed,
+    nearest_surfaces,
+)
 from solver.shape import Shape
 from solver.symmetry import reflection
 
@@ -51,6 +56,7 @@ def oriented_images(
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
     least: float = CLEAR,
+    spectrum: SurfaceSpectra = computed,
 ) -> IntArray | None:
     """Find where a prototype's points are on a target, by a map that keeps orientation.
 
@@ -66,6 +72,8 @@ def oriented_images(
         May cancel; past its deadline, less is tried.
     least
         Orientation from which on a map is believed.
+    spectrum
+        Takes spectra of surfaces from where they are kept, or computes them.
 
     Returns
     -------
@@ -86,7 +94,7 @@ def oriented_images(
         if found and not control.seconds_left():
             break
         try:
-            source = surface.shape(target)
+            source = surface.shape(target, spectrum)
             maps = _maps(source, surface, there, different, control)
         except (MeshError, OptionError):  # of a surface that anybody may have written
             continue
@@ -144,7 +152,7 @@ def _maps(
     maps = extensions(comparison, own[:_MATCHES], control, effort=QUICK)
     if oriented_first(maps)[0].orientation < CERTAIN:
         given = [(surface.points[x], y) for x, y in hypotheses]
-        maps = extensions(comparison, [*own[:_MATCHES], *given], control)
+        maps = extensions(comparison, [*own[:_MATCHES], *given], control, effort=SELECTIVE)
     return maps
 
 

@@ -5,17 +5,20 @@ of the left hind leg, and that left is not right, is said by a surface alone. So
 those of some examples, with few vertices, and as different from one another as it can.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.comparison import EIGENPAIRS
 from solver.control import Control
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
 from solver.simplification import simplified
+from solver.spectrum import Spectrum, laplace_beltrami_spectrum
 
 MOST_SURFACES = 24
 KEPT_VERTICES = 1000
@@ -70,14 +73,51 @@ class ExampleSurface:
             raise MeshError(f"the surface has fewer than {_LEAST_VERTICES} vertices")
         return mesh
 
-    def shape(self, like: Shape) -> Shape:
-        """Return the surface as a shape, whose structures are computed as those of another are."""
-        return Shape(
-            self.mesh(),
-            normalise=like.normalise,
-            eigenpairs=like.eigenpairs,
-            geodesic_method=like.geodesic_method,
-        )
+    def shape(self, like: Shape, spectrum: "SurfaceSpectra") -> Shape:
+        """Return the surface as a shape, whose structures are computed as those of another are.
+
+        It is the same for all that are alike in this, so that what is computed of it is so once.
+
+        Parameters
+        ----------
+        like
+            The other.
+        spectrum
+            Takes the spectrum from where it is kept, or computes it.
+
+        Raises
+        ------
+        MeshError
+            The surface is not sound, not connected, or too small.
+        """
+        alike = like.normalise, like.eigenpairs, like.geodesic_method
+        if alike not in self._shapes:
+            mesh, most = self.mesh(), max(like.eigenpairs, EIGENPAIRS)
+
+            def compute() -> Spectrum:
+                return laplace_beltrami_spectrum(mesh.scaled(1.0 / np.sqrt(mesh.area)), most)
+
+            self._shapes[alike] = Shape(
+                mesh,
+                spectrum(self, compute),
+                normalise=like.normalise,
+                eigenpairs=like.eigenpairs,
+                geodesic_method=like.geodesic_method,
+            )
+        return self._shapes[alike]
+
+    @cached_property
+    def _shapes(self) -> dict[tuple[bool, int, str], Shape]:
+        return {}
+
+
+SurfaceSpectra = Callable[[ExampleSurface, Callable[[], Spectrum]], Spectrum]
+"""Returns what the second computes of the first, on unit area, or has it from an earlier match."""
+
+
+def computed(_surface: ExampleSurface, compute: Callable[[], Spectrum]) -> Spectrum:
+    """Spectra of surfaces that nobody keeps."""
+    return compute()
 
 
 def example_surfaces(

@@ -424,9 +424,11 @@ def test_a_match_whose_prototype_is_deleted_meanwhile(
         (target, _) = put_shapes(api)
         record = PrototypeRecord.model_validate_json(send(http, archive).content)
         api.store.prototypes.add(record, archive)
+        api.store.spectra.put(f"{record.id}:surface0", b"spectrum")
         body = {"source": record.id, "target": target}
         job = idle.post("/v1/matches", json=body).json()["id"]
         assert idle.delete(f"/v1/prototypes/{record.id}").status_code == 204
+        assert api.store.spectra.get(f"{record.id}:surface0") is None
         runner = Runner(JobQueue(api.store, QueueSettings()), "me")
         runner.run(job)
         ended = idle.get(f"/v1/jobs/{job}").json()

@@ -3,12 +3,19 @@
 from dataclasses import fields, replace
 from datetime import UTC, datetime
 
-from solver.prototype import PrototypeOptions
+import numpy as np
+
+from solver.mesh import triangle_mesh
+from solver.prototype import ExampleSurface, PrototypeOptions
+from solver.spectrum import Spectrum, laplace_beltrami_spectrum
+from tests.worker.figures import blob
 from tests.worker.test_retention import TRACE, TTL
 from worker.contracts import PrototypeParameters, PrototypeRecord, PrototypeStructures
 from worker.prototypes import options_of
 from worker.settings import WorkerSettings
+from worker.spectra import surface_spectra
 from worker.store import Store, keys
+from worker.store.replies import text
 
 NOT_FOR_THE_SOLVER = {"correspondence", "eigenpairs", "geodesic_method", "normalise", "simplify"}
 
@@ -51,6 +58,43 @@ def test_versions_are_counted_by_name_and_never_reused(store: Store) -> None:
     assert prototypes.add(record("a", "4"), b"x").version == 3
     assert [one.id for one in prototypes.page(10, None, "a").items] == ["p-4", "p-1"]
     assert len(prototypes.page(10, None).items) == 3
+
+
+def cached(store: Store) -> list[str]:
+    """Names of what is in the cache."""
+    prefix = keys.cached_spectrum("")
+    return [text(key).removeprefix(prefix) for key in store.client.scan_iter(f"{prefix}*")]
+
+
+def test_spectra_of_surfaces_are_computed_once_for_each_prototype(store: Store) -> None:
+    """What is cached and cannot be read, or is of something else, is computed again."""
+    mesh = triangle_mesh(*blob(1))
+    surfaces = [
+        ExampleSurface(mesh.vertices, mesh.faces, np.arange(3), np.ones(19)) for _ in range(2)
+    ]
+    usual = laplace_beltrami_spectrum(mesh, 5)
+    computed: list[tuple[str, int]] = []
+
+    def found(prototype: str, place: int) -> Spectrum:
+        def compute() -> Spectrum:
+            computed.append((prototype, place))
+            return usual
+
+        return surface_spectra(prototype, surfaces, store.spectra)(surfaces[place], compute)
+
+    asked = [("p-1", 0), ("p-1", 1), ("p-2", 0)]
+    for one in (*asked, *asked):
+        np.testing.assert_array_equal(found(*one).eigenfunctions, usual.eigenfunctions)
+    assert computed == asked
+    assert len(cached(store)) == len(asked)
+    store.spectra.forget("p-1")
+    (left,) = cached(store)
+    assert left.startswith("p-2:")
+    other = laplace_beltrami_spectrum(triangle_mesh(*blob(2)), 5)
+    for wrong in (b"nothing", other.to_bytes()):
+        store.spectra.put(left, wrong)
+        found("p-2", 0)
+    assert computed == [*asked, ("p-2", 0), ("p-2", 0)]
 
 
 def test_what_belongs_to_a_name_outlives_what_has_it(

@@ -1,7 +1,7 @@
 """The spectrum cache in Redis: bounded in bytes, and who computes which spectrum.
 
-Signatures, which are made of spectra, and the simplified meshes that spectra are of, are kept with
-them, under names of their own.
+Signatures, which are made of spectra, the simplified meshes that spectra are of, and spectra of the
+surfaces of prototypes are kept with them, under names of their own.
 """
 
 import time

@@ -1,5 +1,6 @@
 """Matches with a prototype that tell left from right, and which legs go together."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -33,6 +34,7 @@ from solver.prototype.surfaces import (
     nearest_surfaces,
 )
 from solver.shape import Shape
+from solver.spectrum import Spectrum
 from solver.synthetic import CLASSES, SyntheticShape, articulated, correspondence
 from tests.solver import shapes
 from tests.solver.test_orientation import mirrored
@@ -138,6 +140,30 @@ def test_where_only_mirror_images_are_found_they_are_reflected() -> None:
     expected = truth[prototype("horse").vertices]
     distances = goal.metric("geodesic").distances(found)
     assert distances[np.arange(len(found)), expected].max() < 0.5
+
+
+def test_spectra_of_surfaces_that_are_kept_change_no_answer() -> None:
+    """They are asked for once, of the surfaces that are tried."""
+    archive, goal = prototype_to_bytes(prototype("cat")), target("cat", "turning")
+    usual = match_prototype(prototype_from_bytes(archive), goal)
+    kept: dict[bytes, Spectrum] = {}
+    asked: list[ExampleSurface] = []
+
+    def spectrum(surface: ExampleSurface, compute: Callable[[], Spectrum]) -> Spectrum:
+        asked.append(surface)
+        name = surface.vertices.tobytes()
+        if name not in kept:
+            kept[name] = compute()
+        return kept[name]
+
+    for learned in prototype_from_bytes(archive), prototype_from_bytes(archive):
+        asked.clear()
+        for _ in range(2):
+            answer = match_prototype(learned, goal, surface_spectrum=spectrum)
+            assert answer.best.energy == usual.best.energy
+            np.testing.assert_array_equal(answer.best.target, usual.best.target)
+        assert asked == nearest_surfaces(learned.surfaces, goal, len(asked))
+        assert len(asked) == len(kept) > 0
 
 
 def test_an_archive_without_surfaces_is_read_and_refuses_orientation() -> None:
