@@ -12,6 +12,7 @@ from starlette.concurrency import run_in_threadpool
 
 from service.jobs.schemas import Job
 from service.state import FIRST_POLL, LONGEST_POLL, Service
+from worker.store import NewerRecord
 from worker.telemetry import logger
 
 EVENT: Final = "job"
@@ -71,9 +72,9 @@ async def events(service: Service, job: Job, last: str | None) -> AsyncIterator[
         pause = min(pause * 1.5, LONGEST_POLL)
         try:
             present = await run_in_threadpool(present_job, service, job.id)
-        except RedisError as error:
-            # The client comes back, and is told then whether the store is there again.
-            log.warning("a stream of events lost its store", error=str(error))
+        except (RedisError, NewerRecord) as error:
+            # The client comes back, and is told then what it is if that lasts.
+            log.warning("a stream of events cannot go on", error=str(error))
             return
         if present is None:
             return

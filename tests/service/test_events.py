@@ -133,6 +133,19 @@ def test_a_record_that_expires_ends_it(http: httpx2.Client, api: Api, job: Json)
     problem(http.get(job["links"]["events"]), 410, "job-expired")
 
 
+def test_a_record_that_a_newer_version_goes_on_with_ends_it(
+    lasting: tuple[httpx2.Client, Api, Json],
+) -> None:
+    http, api, job = lasting
+    with follow(http, job) as stream:
+        coming = events(stream)
+        next(coming)
+        api.store.client.hset(keys.job(job["id"]), "state", "paused")
+        # The stream ends as it should: one that broke off would be an error here.
+        assert all("data" not in event for event in coming)
+    problem(http.get(job["links"]["events"]), 503, "newer-version")
+
+
 def looked_at(api: Api, job: Json, seconds: float) -> bool:
     """Whether anybody looks at a job within a time."""
     end = time.monotonic() + seconds
