@@ -192,7 +192,7 @@ def running_cluster(folder: Path) -> Iterator[Cluster]:
     """Run a cluster for as long as a block of code lasts."""
     cluster = Cluster(folder)
     try:
-        cluster.until(lambda: cluster.ready() == 2, 270)
+        cluster.until(lambda: cluster.ready() == 2, 540)
         yield cluster
     finally:
         cluster.stop()

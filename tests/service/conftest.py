@@ -109,7 +109,7 @@ def served_api(settings: Settings) -> Iterator[Api]:
     pool.start()
     with running_api(settings) as running:
         queue = JobQueue(running.store, settings)
-        deadline = time.monotonic() + 270
+        deadline = time.monotonic() + 540
         while queue.workers() < WORKERS:
             assert time.monotonic() < deadline
             time.sleep(0.05)

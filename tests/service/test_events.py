@@ -26,7 +26,7 @@ def api(server: EmbeddedServer) -> Iterator[Api]:
 
 @pytest.fixture
 def http(api: Api) -> Iterator[httpx2.Client]:
-    with httpx2.Client(base_url=api.url, timeout=30.0) as http:
+    with httpx2.Client(base_url=api.url, timeout=120.0) as http:
         yield http
 
 
@@ -160,7 +160,7 @@ def looked_at(api: Api, job: Json, seconds: float) -> bool:
 def test_a_client_that_goes_away_costs_nothing_more(server: EmbeddedServer) -> None:
     with (
         idle_api(server, events_heartbeat=HEARTBEAT, events_lifetime=300.0) as api,
-        httpx2.Client(base_url=api.url, timeout=30.0) as http,
+        httpx2.Client(base_url=api.url, timeout=120.0) as http,
     ):
         job = asked(http, api)
         with follow(http, job) as stream:

@@ -91,7 +91,7 @@ def test_head_of_a_picture_that_cannot_be_drawn(
 
 
 def test_head_of_events_ends_at_once(server: EmbeddedServer) -> None:
-    with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=20.0) as http:
+    with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=120.0) as http:
         source, target = put_shapes(api)
         body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
         job = http.post("/v1/matches", json=body).json()

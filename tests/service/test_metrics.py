@@ -34,7 +34,7 @@ def own_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedSer
 def idle(own_server: EmbeddedServer) -> Iterator[tuple[httpx2.Client, Api]]:
     with (
         idle_api(own_server, redis_patience=0.2) as api,
-        httpx2.Client(base_url=api.url, timeout=30.0) as http,
+        httpx2.Client(base_url=api.url, timeout=120.0) as http,
     ):
         yield http, api
 

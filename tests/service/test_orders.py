@@ -26,7 +26,7 @@ def api(server: EmbeddedServer) -> Iterator[Api]:
 def http(api: Api) -> Iterator[httpx2.Client]:
     api.store.client.flushdb()
     put_shapes(api)
-    with httpx2.Client(base_url=api.url, timeout=30.0) as http:
+    with httpx2.Client(base_url=api.url, timeout=120.0) as http:
         yield http
 
 

@@ -18,7 +18,7 @@ def api(server: EmbeddedServer) -> Iterator[Api]:
 
 @pytest.fixture
 def http(api: Api) -> Iterator[httpx2.Client]:
-    with httpx2.Client(base_url=api.url, timeout=30.0) as http:
+    with httpx2.Client(base_url=api.url, timeout=120.0) as http:
         yield http
 
 

@@ -32,7 +32,7 @@ def api(server: EmbeddedServer) -> Iterator[Api]:
 
 def caller(api: Api, key: str | None) -> httpx2.Client:
     headers = {} if key is None else {"Authorization": f"Bearer {key}"}
-    return httpx2.Client(base_url=api.url, headers=headers, timeout=30.0)
+    return httpx2.Client(base_url=api.url, headers=headers, timeout=120.0)
 
 
 def test_what_needs_a_key_and_what_does_not(api: Api) -> None:

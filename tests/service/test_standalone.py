@@ -45,7 +45,7 @@ class Running:
             )
         self.said: SimpleQueue[str] = SimpleQueue()
         Thread(target=self._listen, daemon=True).start()
-        line = self.said.get(timeout=270)
+        line = self.said.get(timeout=540)
         assert line.startswith("isomatch listens on http://127.0.0.1:"), log.read_text()
         self.http = httpx2.Client(base_url=line.split()[-1], timeout=300.0)
 

@@ -56,7 +56,7 @@ def served(server: EmbeddedServer) -> Iterator[JobQueue]:
     queue = JobQueue(opened, settings)
     pool = WorkerPool(WORKERS, server.url)
     pool.start()
-    deadline = time.monotonic() + 270
+    deadline = time.monotonic() + 540
     while queue.workers() < WORKERS and time.monotonic() < deadline:
         time.sleep(0.05)
     assert queue.workers() == WORKERS

@@ -24,7 +24,7 @@ def asked(redis_url: str) -> subprocess.CompletedProcess[str]:
         env={**os.environ, "ISOMATCH_REDIS_URL": redis_url},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         check=False,
     )
 

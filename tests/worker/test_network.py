@@ -68,7 +68,7 @@ def secured(plain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Se
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
     found = Secured(server.sockets[0].getsockname()[1], file)
-    with connect(found.url(), patience=10, pause=0.05) as client:
+    with connect(found.url(), patience=120, pause=0.05) as client:
         client.ping()
     yield found
     loop.call_soon_threadsafe(loop.stop)
