@@ -29,6 +29,7 @@ from worker.contracts import (
     ValidationPayload,
     is_prototype,
     spectrum_key,
+    subject_of,
 )
 from worker.delivery import deliver
 from worker.failures import (
@@ -48,6 +49,7 @@ from worker.picture import draw_match, draw_prototype_match
 from worker.prototypes import learn
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
+from worker.retention import forget_deleted
 from worker.spectra import spectrum_of, surface_spectra
 from worker.store import NewerRecord, Store
 from worker.telemetry import logger
@@ -120,6 +122,7 @@ class Runner:
         else:
             kept = self.store.jobs.succeed(job_id, self.name, result)
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+        forget_deleted(self.store, subject_of(record.payload).shapes)
         stages = reporter.seconds() | {TOTAL: time.perf_counter() - start}
         if record.started is not None:
             stages[WAITING] = (record.started - record.created).total_seconds()

@@ -23,12 +23,13 @@ from solver.similarity import (
     number_of_pairs,
     pairs_between,
 )
-from worker.contracts import DissimilaritiesPayload, JobRecord, TurnPayload
+from worker.contracts import DissimilaritiesPayload, JobRecord, TurnPayload, subject_of
 from worker.contracts.dissimilarities import PAIRS, RESULT, STRUCTURES
 from worker.dissimilarities import arrays_of, result_of
 from worker.failures import newer_version, problem_of
 from worker.queue import JobQueue
 from worker.reporting import TOTAL, WAITING, Reporter
+from worker.retention import forget_deleted
 from worker.signatures import cached_signatures, compute_signature, options_of
 from worker.store import NewerRecord, Offer, Store, Taken
 from worker.telemetry import logger
@@ -103,6 +104,8 @@ class Turn:
         state = jobs.state(job_id)
         if state is None or state.ended:
             parts.forget(job_id)
+            if job is not None:
+                forget_deleted(self.store, subject_of(job.payload).shapes)
 
     @property
     def store(self) -> Store:

@@ -15,6 +15,8 @@ from worker.contracts import (
     PrototypeRecord,
     PrototypeStructures,
     PrototypeValidationPayload,
+    SpectrumKey,
+    SpectrumPayload,
     UploadPayload,
     ValidationPayload,
     Webhook,
@@ -72,6 +74,24 @@ def test_a_shape_that_comes_again_while_it_is_looked_for_stays_listed(store: Sto
     store.client.delete(keys.shape(SHAPE))
     assert store.shapes.page(10, None).items == ()
     assert store.client.zscore(keys.SHAPES, SHAPE) is None
+
+
+@pytest.mark.parametrize("kind", ["spectrum", "turn"])
+def test_what_was_found_out_of_a_deleted_shape_does_not_stay(queue: JobQueue, kind: str) -> None:
+    store = queue.store
+    put_shape(store)
+    there, gone = SpectrumKey(SHAPE, 10), SpectrumKey("b" * 32, 10)
+    if kind == "turn":
+        job = f"{compared(queue).id}-1"
+    else:
+        payload = SpectrumPayload(shape=gone.shape, eigenpairs=10, largest_component=False)
+        job = queue.submit(new_job(payload)).id
+    # As if it had been put there after the shape was deleted.
+    for key in (there, gone):
+        assert store.spectra.put(key, b"spectrum")
+    Runner(queue, "runner").run(job)
+    assert store.spectra.has(there)
+    assert not store.spectra.has(gone)
 
 
 def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
