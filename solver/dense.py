@@ -72,7 +72,7 @@ QUICK = Effort(fits=(30,), step=12)
 SELECTIVE = Effort(kept=4)
 """As careful where there are many hypotheses, in two thirds of the time."""
 
-_CAREFUL = Effort()
+CAREFUL = Effort()
 
 
 def dense_map(
@@ -114,7 +114,7 @@ def extensions(
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
     first: int = 0,
-    effort: Effort = _CAREFUL,
+    effort: Effort = CAREFUL,
 ) -> list[DenseMap]:
     """Extend hypotheses to functional maps, each in several ways.
 
@@ -178,7 +178,7 @@ def extension(
     comparison: Comparison,
     start: FunctionalMap,
     hypothesis: int,
-    effort: Effort = _CAREFUL,
+    effort: Effort = CAREFUL,
     most: int = _TOLD,
 ) -> DenseMap:
     """Refine a small functional map as far as it takes to compare it with others.

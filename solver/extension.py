@@ -19,7 +19,7 @@ from solver.dense_map import DenseMap, first_of_each, oriented_first
 from solver.functional_map import FunctionalMap
 from solver.match import DenseCorrespondence
 from solver.shape import Shape
-from solver.symmetry import maps_by_signs, reflection
+from solver.symmetry import composed, maps_by_signs, reflection
 
 LEAST_EXTENDED = 3
 """Matched points that a map of all vertices takes at least."""
@@ -36,9 +36,6 @@ _RESTARTED = 3
 
 _RESTARTS = 10, 16, 24, 36
 """Eigenfunctions from which a map is refined again. The more there are, the less changes."""
-
-_COMPOSED = 20, 30, 54
-"""Eigenfunctions in which a map is composed with a reflection."""
 
 _LITTLE = 1.1
 """Where a map keeps orientation and changes that much more than another, the latter's mirror image
@@ -126,12 +123,7 @@ def _reflected(
     if reflected is None:
         return
     for one in first_of_each(sorted(found, key=lambda one: one.doubt), _RESTARTED):
-        for size in _COMPOSED:
-            control.check()
-            first = one.functional_map.matrix[:size, :size]
-            few = len(first)  # of a tiny target there are fewer
-            before = reflected.functional_map.matrix[:few, :few]
-            yield extension(comparison, FunctionalMap(first @ before), hypothesis)
+        yield from composed(comparison, reflected, one, control, hypothesis)
 
 
 def dense_correspondence(found: DenseMap) -> DenseCorrespondence:

@@ -1,5 +1,6 @@
-"""Maps of shapes with a symmetry, by the signs of eigenfunctions."""
+"""Maps of shapes with a symmetry, by the signs of eigenfunctions, and compositions with them."""
 
+from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
@@ -15,6 +16,9 @@ _EIGENFUNCTIONS = 6
 _FINALISTS = 4
 _STEPS = 4, 6, 10
 """How fast the number of eigenfunctions grows: each leads to maps that others miss."""
+
+_COMPOSED = 20, 30, 54
+"""Eigenfunctions in which two maps are composed."""
 
 
 def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0) -> list[DenseMap]:
@@ -83,3 +87,40 @@ def reflection(shape: Shape, control: Control) -> DenseMap | None:
     # Without the identity, than which nothing preserves more.
     reversing = [one for one in found if one.reverses]
     return oriented_first(reversing, turn=-1)[0] if reversing else None
+
+
+def composed(
+    comparison: Comparison, first: DenseMap, then: DenseMap, control: Control, hypothesis: int = 0
+) -> Iterator[DenseMap]:
+    """Compose two maps, such as a reflection and one that reverses orientation, and refine that.
+
+    A reflection that was found may be none, so what comes of it is to be looked at again.
+
+    Parameters
+    ----------
+    comparison
+        Of the shapes that the composition is between.
+    first, then
+        The maps, of which the second begins where the first ends.
+    control
+        May cancel; past its deadline, less is tried.
+    hypothesis
+        What the maps shall say they come from.
+
+    Yields
+    ------
+    DenseMap
+        Compositions in several numbers of eigenfunctions, refined.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    for size in _COMPOSED:
+        control.check()
+        if control.seconds_left() <= 0.0:
+            return
+        few = min(size, first.functional_map.size, then.functional_map.size)
+        one, other = (each.functional_map.matrix[:few, :few] for each in (first, then))
+        yield extension(comparison, FunctionalMap(other @ one), hypothesis)

@@ -42,8 +42,6 @@ _SPECTRA_SHARE: Final = 0.4
 _EXAMPLES_SHARE: Final = 0.4
 """Shares of the progress that are given to the spectra, and to what of the shapes corresponds."""
 
-_LEFT_OUT: Final = "its match with the reference misfits those of the others"
-
 
 def options_of(parameters: PrototypeParameters) -> PrototypeOptions:
     """Return the solver's options, which have the same names.
@@ -178,7 +176,7 @@ def _reports(payload: PrototypePayload, found: CorrespondingExamples) -> tuple[E
             shape=shape,
             used=place in kept,
             misfit=float(found.misfits[place]),
-            reason=None if place in kept else _LEFT_OUT,
+            reason=found.left_out.get(place),
         )
         for place, shape in enumerate(payload.shapes)
     )

@@ -57,10 +57,13 @@ class Example:
         The shape.
     vertices
         (N,) vertices of its mesh that correspond to the prototype's points, in their order.
+    oriented
+        Whether left is known to be left on it: distances do not say, and its surface would.
     """
 
     shape: Shape
     vertices: IntArray
+    oriented: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +88,7 @@ class Observed:
     def chosen(self, places: Sequence[int], points: int) -> "Observed":
         """The first points of some of the examples."""
         kept = [self.examples[place] for place in places]
-        examples = tuple(Example(one.shape, one.vertices[:points]) for one in kept)
+        examples = tuple(replace(one, vertices=one.vertices[:points]) for one in kept)
         rows: dict[Structure, int] = dict.fromkeys(self.descriptors, points)
         rows |= dict.fromkeys(self.metrics, points * (points - 1) // 2)
         samples = {one: self.samples[one][: rows[one]][:, list(places)] for one in rows}
@@ -191,7 +194,7 @@ def _consistent(examples: Sequence[Example], points: int) -> list[Example]:
             raise PrototypeError(f"the structures of example {number} are computed in another way")
     if count < 2:
         raise PrototypeError("a prototype needs at least two points")
-    return [Example(one.shape, one.vertices[:points]) for one in examples]
+    return [replace(one, vertices=one.vertices[:points]) for one in examples]
 
 
 def _samples(

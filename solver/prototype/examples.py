@@ -1,7 +1,7 @@
 """Examples of a class put into correspondence: given, by shared connectivity, or by matching."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,9 @@ _POOR = 3.0
 _FEW = 4
 """Examples below which a preliminary prototype would say nothing."""
 
+_UNREACHED = "no map to it, there and back, was sure, and with so few examples nothing else tells"
+_MISFIT = "its match with the reference misfits those of the others"
+
 
 @dataclass(frozen=True, eq=False)
 class CorrespondingExamples:
@@ -41,14 +44,21 @@ class CorrespondingExamples:
     misfits
         (M,) of all shapes offered: energy of their match with a preliminary prototype; 0 where
         nothing was matched.
-    warnings
-        What the user should know, with places of shapes that were left out.
+    left_out
+        Why each of the others was left out, by its place.
     """
 
     examples: tuple[Example, ...]
     kept: tuple[int, ...]
     misfits: FloatArray
-    warnings: tuple[str, ...] = ()
+    left_out: Mapping[int, str] = field(default_factory=dict)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know."""
+        return tuple(
+            f"shapes.{place}: left out, for {reason}" for place, reason in self.left_out.items()
+        )
 
 
 def given_examples(
@@ -145,12 +155,14 @@ def matched_examples(
 
     Points of the reference are carried from each shape to those most similar to it, by maps that
     keep orientation: see :func:`solver.prototype.carrying.carried_points`. The reference is matched
-    with every shape that these do not reach. Distances can hardly tell such a match from its mirror
+    with every shape that these do not reach; of fewer than four shapes, which could not overrule a
+    match that is wrong, such shapes are left out. Distances can hardly tell a match from its mirror
     image, and which of the two comes first changes from shape to shape. So of each match's answer
     and alternatives, all good by themselves, the one is taken whose distances are most likely given
     those of the examples taken before, the best matches first. Proportions can make single matches
     wrong; so a preliminary prototype, with one Gaussian of each distance and descriptor, is matched
-    with all shapes, and takes their place. Then those are left out that misfit it most.
+    with all shapes, and takes their place. Then those are left out that misfit it most. Only of
+    shapes that the maps reach left is known to be left, and surfaces are kept.
 
     Parameters
     ----------
@@ -177,33 +189,36 @@ def matched_examples(
     sampling = options.sampling_metrics[0].settled(first.size)
     own = first.sampling(sampling, options.points).indices
     carried = carried_points(shapes, reference, own, control)
-    found = {number: [vertices] for number, vertices in carried.items()}
-    energies = dict.fromkeys(carried, 0.0)
-    quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
+    left_out = dict.fromkeys(carried.unreached if len(shapes) < _FEW else (), _UNREACHED)
+    found = {number: [vertices] for number, vertices in carried.vertices.items()}
+    energies = dict.fromkeys(found, 0.0)
     matching = MatchOptions(points=options.points, metric=(sampling, "geodesic"))
     for number, shape in enumerate(shapes):
         control.check()
-        if number in carried:
+        if number in found or number in left_out:
             continue
-        answer = match(first, shape, matching, quiet)
-        energies[number] = answer.best.energy
-        found[number] = [
-            _in_order(first, shape, one, own) for one in (answer.best, *answer.alternatives)
-        ]
+        energies[number], found[number] = _matched(first, shape, own, matching, control)
     order = sorted(found, key=lambda number: (number != reference, energies[number]))
     chosen = _consistent(shapes, found, order, options)
     again, misfits = _matched_again(shapes, chosen, reference, options, control)
-    chosen = again | carried
+    chosen = {**again, **carried.vertices}
     limit = _POOR * float(np.median(np.delete(misfits, reference))) if len(shapes) > 2 else np.inf
     poor = [n for n in range(len(shapes)) if n != reference and misfits[n] > limit]
-    warnings = tuple(
-        f"shapes.{number}: left out, for its match with the reference misfits those of the others"
-        for number in poor
-    )
-    kept = [n for n in range(len(shapes)) if n not in poor]
+    left_out |= dict.fromkeys(poor, _MISFIT)
+    kept = [n for n in range(len(shapes)) if n not in left_out]
     kept.sort(key=lambda number: number != reference)
-    examples = tuple(Example(shapes[n], chosen[n]) for n in kept)
-    return CorrespondingExamples(examples, tuple(kept), misfits, warnings)
+    examples = tuple(Example(shapes[n], chosen[n], n in carried.vertices) for n in kept)
+    return CorrespondingExamples(examples, tuple(kept), misfits, left_out)
+
+
+def _matched(
+    first: Shape, other: Shape, own: IntArray, options: MatchOptions, control: Control
+) -> tuple[float, list[IntArray]]:
+    """Energy of the reference's match with a shape, and all that it offers for the points."""
+    quiet = Control(is_cancelled=control.is_cancelled, deadline=control.deadline)
+    answer = match(first, other, options, quiet)
+    several = [_in_order(first, other, one, own) for one in (answer.best, *answer.alternatives)]
+    return answer.best.energy, several
 
 
 def _check_reference(shapes: Sequence[Shape], reference: int) -> None:

@@ -49,6 +49,7 @@ def learn_prototype(
     control.report("examples left out by turns", 0.95)
     energies = left_out_energies(seen, options, control)
     control.report("surfaces of the examples", 0.98)
-    shapes, points = ([one.shape for one in seen.examples], [one.vertices for one in seen.examples])
+    oriented = [one for one in seen.examples if one.oriented]
+    shapes, points = [one.shape for one in oriented], [one.vertices for one in oriented]
     surfaces = example_surfaces(shapes, points, control)
     return replace(learned, left_out_energies=energies, surfaces=surfaces)

@@ -242,7 +242,7 @@ class PrototypeRun(HierarchicalRun):
         for one in distinct(hypotheses):
             matched = np.flatnonzero(one.partners != UNMATCHED)
             given.append((matched, finest.target.vertices[one.partners[matched]]))
-        images = oriented_images(
+        found = oriented_images(
             self.prototype.surfaces,
             self.target,
             given,
@@ -250,11 +250,12 @@ class PrototypeRun(HierarchicalRun):
             spectrum=self.surface_spectrum,
         )
         self.spend("maps from examples", started)
-        if images is None:
+        if found is None:
             self.warnings.append(
                 "left and right could not be told apart: the target is like none of the examples"
             )
             return hypotheses
+        images = found.vertices
         for place, one in enumerate(hypotheses):
             if self._agrees(one, images, finest):
                 return [one, *hypotheses[:place], *hypotheses[place + 1 :]]

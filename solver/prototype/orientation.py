@@ -5,14 +5,15 @@ single distances hardly see. Maps of all vertices do: those from the surfaces of
 examples to the target, begun at the hypotheses, and at what a match of both surfaces finds.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from solver.arrays import IntArray
 from solver.comparison import Comparison, Side
 from solver.control import Control
-from solver.dense import QUICK, SELECTIVE, extensions
+from solver.dense import CAREFUL, QUICK, SELECTIVE, extensions
 from solver.dense_map import DenseMap, oriented_first
 from solver.errors import MeshError, OptionError
 from solver.extension import LEAST_EXTENDED
@@ -25,7 +26,7 @@ from solver.prototype.surfaces import (
     nearest_surfaces,
 )
 from solver.shape import Shape
-from solver.symmetry import reflection
+from solver.symmetry import composed, reflection
 
 _SURFACES = 3
 """That are tried, the most similar first."""
@@ -50,14 +51,33 @@ _MORE = 1.5
 """Times the change of a map's mirror image from which on it is not the same, reflected."""
 
 
+@dataclass(frozen=True, eq=False)
+class OrientedImages:
+    """Where a map that keeps orientation has a prototype's points.
+
+    Parameters
+    ----------
+    vertices
+        (N,) of the target.
+    orientation
+        Of the map, at least `CLEAR`: the more, the surer.
+    surface
+        That it maps.
+    """
+
+    vertices: IntArray
+    orientation: float
+    surface: ExampleSurface
+
+
 def oriented_images(
     surfaces: Sequence[ExampleSurface],
     target: Shape,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
-    least: float = CLEAR,
     spectrum: SurfaceSpectra = computed,
-) -> IntArray | None:
+    careful: bool = False,
+) -> OrientedImages | None:
     """Find where a prototype's points are on a target, by a map that keeps orientation.
 
     Parameters
@@ -70,15 +90,15 @@ def oriented_images(
         (n,) points of the prototype and (n,) vertices of Y that correspond, the most likely first.
     control
         May cancel; past its deadline, less is tried.
-    least
-        Orientation from which on a map is believed.
     spectrum
         Takes spectra of surfaces from where they are kept, or computes them.
+    careful
+        Whether to spare no time and to believe nothing that contradicts itself, as where nothing
+        else judges the answer.
 
     Returns
     -------
-    (N,) vertices of Y, or ``None`` if no map keeps orientation clearly: of shapes that no example
-    is like, none does.
+    ``None`` if no map keeps orientation clearly: of shapes that no example is like, none does.
 
     Raises
     ------
@@ -95,29 +115,87 @@ def oriented_images(
             break
         try:
             source = surface.shape(target, spectrum)
-            maps = _maps(source, surface, there, different, control)
+            maps = _maps(source, surface, there, different, control, careful)
         except (MeshError, OptionError):  # of a surface that anybody may have written
             continue
         found += [(one, surface) for one in maps]
         if _first(found)[0].orientation >= CERTAIN:
             break
-    return _decided(found, control, least) if found else None
+    if not found:
+        return None
+    return _verified(found, there, control) if careful else _decided(found, control)
 
 
 def _decided(
-    found: Sequence[tuple[DenseMap, ExampleSurface]], control: Control, least: float
-) -> IntArray | None:
+    found: Sequence[tuple[DenseMap, ExampleSurface]], control: Control
+) -> OrientedImages | None:
     """Where the best of some maps has the points, if it keeps orientation clearly."""
     best, surface = _first(found)
-    clear = best.orientation >= least
+    clear = best.orientation >= CLEAR
     reversing, other = _first(found, turn=-1)
     better = not clear or best.change > _MORE * reversing.change
-    if better and reversing.orientation <= -least and control.seconds_left() > 0.0:
+    if better and reversing.orientation <= -CLEAR and control.seconds_left() > 0.0:
         # A clear mirror image, reflected before, rather than a mixture that preserves less.
         reflected = reflection(reversing.source, control)
         if reflected is not None:
-            return reversing.images(reflected.images(other.points))
-    return best.images(surface.points) if clear else None
+            images = reversing.images(reflected.images(other.points))
+            return OrientedImages(images, -reversing.orientation, other)
+    if not clear:
+        return None
+    return OrientedImages(best.images(surface.points), best.orientation, surface)
+
+
+def _verified(
+    found: Sequence[tuple[DenseMap, ExampleSurface]], there: Side, control: Control
+) -> OrientedImages | None:
+    """The same, where what is reflected is looked at again, and no other map contradicts it."""
+    best, surface = _first(found)
+    reversing, other = _first(found, turn=-1)
+    better = best.orientation < CLEAR or best.change > _MORE * reversing.change
+    if better and reversing.orientation <= -CLEAR:
+        # A clear mirror image, reflected, rather than a mixture that preserves less.
+        reflected = [(one, other) for one in _reflected(reversing, there, control)]
+        best, surface = _first([*found, *reflected])
+    images = best.images(surface.points)
+    if best.orientation < CLEAR or _contradicted(best, images, found, there.shape):
+        return None
+    return OrientedImages(images, best.orientation, surface)
+
+
+def _contradicted(
+    best: DenseMap,
+    images: IntArray,
+    found: Sequence[tuple[DenseMap, ExampleSurface]],
+    target: Shape,
+) -> bool:
+    """Whether a map that reverses orientation as clearly has the points at the same places.
+
+    One of both then has the front of a body at its back: limbs do not tell which.
+    """
+    rows = np.arange(len(images))
+    for one, surface in found:
+        if one.orientation > -best.orientation or one.change > _MORE * best.change:
+            continue
+        distances = target.metric("geodesic").distances(images)
+        apart = distances[rows, one.images(surface.points)]
+        if (apart <= _APART * target.size).all():
+            return True
+    return False
+
+
+def _reflected(reversing: DenseMap, there: Side, control: Control) -> Iterator[DenseMap]:
+    """Compose a map with the reflection of its source; if that leaves doubt, of its target."""
+    comparison, sure = Comparison(reversing.source, there), False
+    for shape in reversing.source, there.shape:
+        if sure or not control.seconds_left():
+            return
+        mirrored = reflection(shape, control)
+        if mirrored is None:
+            continue
+        ends = (mirrored, reversing) if shape is reversing.source else (reversing, mirrored)
+        for one in composed(comparison, *ends, control):
+            sure = sure or one.orientation >= CERTAIN
+            yield one
 
 
 def _first(
@@ -134,6 +212,7 @@ def _maps(
     there: Side,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
+    careful: bool,
 ) -> list[DenseMap]:
     """Maps from one surface: of its own match with the target.
 
@@ -152,7 +231,8 @@ def _maps(
     maps = extensions(comparison, own[:_MATCHES], control, effort=QUICK)
     if oriented_first(maps)[0].orientation < CERTAIN:
         given = [(surface.points[x], y) for x, y in hypotheses]
-        maps = extensions(comparison, [*own[:_MATCHES], *given], control, effort=SELECTIVE)
+        effort = CAREFUL if careful else SELECTIVE
+        maps = extensions(comparison, [*own[:_MATCHES], *given], control, effort=effort)
     return maps
 
 

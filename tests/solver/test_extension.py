@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from solver.arrays import IntArray
+from solver.comparison import Comparison
 from solver.control import Control
 from solver.extension import dense_correspondence, extended_map
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
-from solver.symmetry import reflection
+from solver.symmetry import composed, reflection
 from solver.synthetic import SyntheticShape, correspondence, human
 from tests.solver import shapes
 from tests.solver.test_orientation import errors, mirrored
@@ -122,3 +123,19 @@ def test_a_target_of_a_dozen_vertices_is_mapped_to() -> None:
     assert found.functional_map.size <= target.n_vertices
     images = found.images(np.arange(source.n_vertices))
     assert set(images.tolist()) <= set(range(target.n_vertices))
+
+
+def test_a_reflection_composed_with_itself_leaves_everything_in_place(
+    pair: tuple[Shape, Shape],
+) -> None:
+    """Whatever number of eigenfunctions they are composed in."""
+    comparison = Comparison(pair[0], pair[0])
+    mirror = reflection(pair[0], Control())
+    assert mirror is not None
+    everywhere = np.arange(pair[0].n_vertices)
+    several = list(composed(comparison, mirror, mirror, Control(), hypothesis=5))
+    assert {one.hypothesis for one in several} == {5}
+    for one in several:
+        assert one.keeps
+        assert errors(pair[0], one.images(everywhere), everywhere)[0] < 0.05
+    assert not list(composed(comparison, mirror, mirror, Control(deadline=0.0)))

@@ -23,7 +23,8 @@ from solver.prototype import (
     prototype_from_bytes,
     prototype_to_bytes,
 )
-from solver.prototype.orientation import oriented_images
+from solver.prototype.carrying import comes_back
+from solver.prototype.orientation import CLEAR, oriented_images
 from solver.prototype.surfaces import (
     KEPT_VERTICES,
     MOST_FACES,
@@ -106,6 +107,58 @@ def test_examples_are_matched_with_every_leg_in_its_place() -> None:
         assert distances[np.arange(10), own].max() < 0.5
 
 
+def test_two_examples_correspond_and_left_is_known_on_both() -> None:
+    """Nothing overrules a match of two that is wrong."""
+    first, other = examples("horse")[0], target("horse", "galloping")
+    found = matched_examples([first, other], _OPTIONS)
+    assert found.kept == (0, 1)
+    assert found.warnings == ()
+    assert all(example.oriented for example in found.examples)
+    own, theirs = (example.vertices for example in found.examples)
+    truth = correspondence(figure("horse", "standing"), figure("horse", "galloping", seed=3))
+    distances = other.metric("geodesic").distances(theirs)
+    assert distances[np.arange(10), truth[own]].max() < 0.5 * other.size
+
+
+def test_of_few_examples_one_that_no_map_reaches_is_left_out() -> None:
+    stranger, horse = Shape(shapes.blob(3)), examples("horse")[0]
+    found = matched_examples([stranger, horse], _OPTIONS, reference=1)
+    assert found.kept == (1,)
+    (warning,) = found.warnings
+    assert warning == f"shapes.0: left out, for {found.left_out[0]}"
+    assert "there and back" in warning
+    tiny = matched_examples([horse, Shape(shapes.icosphere(1))], _OPTIONS)
+    assert tiny.kept == (0,)
+
+
+def test_where_no_surface_can_be_kept_examples_are_matched() -> None:
+    """Of so few vertices no map is made, so none says that they do not correspond."""
+    one, other = Shape(shapes.blob(1)), Shape(shapes.blob(1))
+    found = matched_examples([one, other], _OPTIONS)
+    assert found.kept == (0, 1)
+    assert [example.oriented for example in found.examples] == [True, False]
+
+
+def test_points_come_back_from_where_they_are_and_not_from_their_mirror_images() -> None:
+    start, end = examples("horse")[0], target("horse", "galloping")
+    goal = figure("horse", "galloping", seed=3)
+    own = prototype("horse").vertices
+    truth = correspondence(figure("horse", "standing"), goal)
+    right, wrong = truth[own], mirrored(goal)[truth][own]
+    assert comes_back((start, own), (end, right), Control())
+    assert comes_back((start, own), (end, wrong), Control()) is False
+    assert comes_back((start, own), (Shape(shapes.icosphere(1)), own % 42), Control()) is None
+
+
+def test_only_of_examples_on_which_left_is_known_surfaces_are_kept() -> None:
+    known = connected_examples(examples("cat")[:3], _OPTIONS).examples
+    one, two, three = known
+    learned = learn_prototype([one, replace(two, oriented=False), three], _OPTIONS)
+    assert learned.examples == 3
+    assert len(learned.surfaces) == 2
+    assert not np.array_equal(learned.surfaces[0].eigenvalues, learned.surfaces[1].eigenvalues)
+
+
 def test_what_is_taken_is_most_likely_of_what_agrees_with_the_surface() -> None:
     """Unless the most likely hypotheses are wrong, the answer is one of them."""
     options = MatchOptions(points=10)
@@ -138,8 +191,10 @@ def test_where_only_mirror_images_are_found_they_are_reflected() -> None:
     assert found is not None
     truth = correspondence(known, figure("horse", "galloping", seed=3))
     expected = truth[prototype("horse").vertices]
-    distances = goal.metric("geodesic").distances(found)
-    assert distances[np.arange(len(found)), expected].max() < 0.5
+    distances = goal.metric("geodesic").distances(found.vertices)
+    assert distances[np.arange(len(expected)), expected].max() < 0.5
+    assert found.orientation >= CLEAR
+    assert found.surface is surface
 
 
 def test_spectra_of_surfaces_that_are_kept_change_no_answer() -> None:
