@@ -300,12 +300,13 @@ def test_a_sender_that_stops_sending_is_not_waited_for(
     def refused(path: bytes, patience: float) -> bytes:
         with idle_api(server, max_upload_bytes=LIMIT, body_patience=patience) as api:
             address = urlsplit(api.url)
-            with socket.create_connection((address.hostname, address.port), timeout=90) as sender:
+            connecting = socket.create_connection((address.hostname, address.port), timeout=90)
+            with connecting as sender, suppress(ConnectionError):
                 sender.sendall(
                     b"POST %s HTTP/1.1\r\nHost: x\r\n"
                     b"Content-Type: multipart/form-data; boundary=x\r\n%s" % (path, framing)
                 )
-                with sender.makefile("rb") as answer, suppress(ConnectionError):
+                with sender.makefile("rb") as answer:
                     return answer.read()
         return b""
 

@@ -127,7 +127,9 @@ class Watched:
             for known in Worker.all(connection=self.queue.store.client):
                 turn = known.get_current_job_id() or ""
                 wanted = turn.startswith(self.job.id) and turn != besides
-                if wanted and known.pid and (found := horses(known.pid)):
+                found = horses(known.pid) if wanted and known.pid else []
+                # The process may be that of the next turn already.
+                if found and known.get_current_job_id() == turn:
                     return found[0], turn
         raise AssertionError("nobody works on it")
 
