@@ -23,6 +23,7 @@ from rq.serializers import JSONSerializer
 from rq.utils import now
 
 from worker.contracts import (
+    DissimilaritiesPayload,
     JobKind,
     JobRecord,
     JobState,
@@ -210,6 +211,8 @@ def _clean_up(store: Store, record: JobRecord | None, state: JobState | None, ho
             store.shapes.reject(payload.upload, payload.file_type, record.id)
         case PrototypeValidationPayload() as payload:
             store.prototypes.reject(payload.upload, payload.file_type, record.id)
+        case DissimilaritiesPayload():
+            store.parts.forget(record.id)
         case TurnPayload(job=job) if state is JobState.FAILED:
             # What it was at has cost every process that tried.
             store.jobs.fail(job, job, lost_process(store.jobs.readable(job), how))

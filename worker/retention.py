@@ -3,28 +3,28 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from worker.contracts import JobState
+from worker.contracts import JobState, is_prototype
 from worker.store import Store, keys
 from worker.store.listings import Listing
 
 
-def forget_deleted(store: Store, shapes: Sequence[str]) -> None:
-    """Take out of the cache what a job has put there of shapes that were deleted meanwhile.
+def forget_deleted(store: Store, named: Sequence[str]) -> None:
+    """Take out of the cache what a job has put there of what was deleted meanwhile.
 
     Parameters
     ----------
     store
-        Where they are.
-    shapes
-        What the job was of.
+        Where it is.
+    named
+        Ids of the shapes and the prototype that the job was of.
     """
     with store.client.pipeline(transaction=False) as pipe:
-        for shape in shapes:
-            pipe.exists(keys.shape(shape))
+        for one in named:
+            pipe.exists(keys.prototype(one) if is_prototype(one) else keys.shape(one))
         there = pipe.execute()
-    for shape, exists in zip(shapes, there, strict=True):
+    for one, exists in zip(named, there, strict=True):
         if not exists:
-            store.spectra.forget(shape)
+            store.spectra.forget(one)
 
 
 @dataclass

@@ -122,7 +122,7 @@ class Runner:
         else:
             kept = self.store.jobs.succeed(job_id, self.name, result)
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
-        forget_deleted(self.store, subject_of(record.payload).shapes)
+        forget_deleted(self.store, subject_of(record.payload).named)
         stages = reporter.seconds() | {TOTAL: time.perf_counter() - start}
         if record.started is not None:
             stages[WAITING] = (record.started - record.created).total_seconds()
@@ -174,7 +174,9 @@ class Runner:
             created=job.created,
         )
         packed = mesh_to_bytes(mesh), packed_geometry(mesh)
-        if not self.store.shapes.accept(record, *packed, job.id):
+        accepted = self.store.shapes.accept(record, *packed, job.id)
+        # One that was given up and came back may have made the shape meanwhile.
+        if not accepted and self.store.shapes.get(payload.shape) is None:
             raise UploadGone
 
     def _compute_spectrum(self, payload: SpectrumPayload, control: Control) -> None:

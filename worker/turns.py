@@ -105,7 +105,7 @@ class Turn:
         if state is None or state.ended:
             parts.forget(job_id)
             if job is not None:
-                forget_deleted(self.store, subject_of(job.payload).shapes)
+                forget_deleted(self.store, subject_of(job.payload).named)
 
     @property
     def store(self) -> Store:

@@ -1,9 +1,12 @@
 """What expires, ends or comes again between two looks, and leaves nothing behind for good."""
 
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
+from redis.client import Pipeline
 
+from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
 from worker.contracts import (
     DissimilaritiesPayload,
@@ -15,17 +18,20 @@ from worker.contracts import (
     PrototypeRecord,
     PrototypeStructures,
     PrototypeValidationPayload,
+    ShapeRecord,
     SpectrumKey,
     SpectrumPayload,
     UploadPayload,
     ValidationPayload,
     Webhook,
+    shape_id,
 )
 from worker.contracts.dissimilarities import PAIRS, STRUCTURES
 from worker.queue import JobQueue, QueueSettings, new_job
+from worker.recovery import LOSSES_WITH_WORKER, Patience, recover
 from worker.runner import Runner
 from worker.settings import WorkerSettings
-from worker.store import Offer, Store, keys
+from worker.store import Offer, Shapes, Store, keys
 from worker.store.listings import Listing
 from worker.webhooks import WebhookSettings, dispatch
 
@@ -94,6 +100,17 @@ def test_what_was_found_out_of_a_deleted_shape_does_not_stay(queue: JobQueue, ki
     assert not store.spectra.has(gone)
 
 
+def test_what_was_found_out_of_a_deleted_prototype_does_not_stay(queue: JobQueue) -> None:
+    spectra, prototype = queue.store.spectra, "p-" + SHAPE
+    put_shape(queue.store)
+    match = MatchPayload(source=prototype, target=SHAPE, parameters=MatchParameters())
+    job = queue.submit(new_job(match)).id
+    for name in (prototype, SHAPE):
+        assert spectra.put(f"{name}:surface0", b"spectrum")
+    Runner(queue, "runner").run(job)
+    assert spectra.signatures([f"{prototype}:surface0", f"{SHAPE}:surface0"]) == [None, b"spectrum"]
+
+
 def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
     store: Store,
 ) -> None:
@@ -129,6 +146,43 @@ def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue:
     assert not queue.store.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
     assert queue.store.shapes.get(SHAPE) is None
     assert queue.store.shapes.mesh(SHAPE) is None
+
+
+class Dying(Shapes):
+    """Shapes of a process that ends just before it stores one."""
+
+    def release(self, upload_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
+        """End instead."""
+        raise SystemExit
+
+
+def test_an_upload_is_still_there_for_who_comes_after_one_that_died(queue: JobQueue) -> None:
+    payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
+    job, shapes = queue.submit_validation(payload, b"data"), queue.store.shapes
+    with pytest.raises(SystemExit):
+        Dying(shapes.client, shapes.settings).accept(shape_record(SHAPE), b"m", b"g", job)
+    left = queue.store.client.ttl(keys.candidate(SHAPE, "off", job))
+    assert shapes.settings.candidate_ttl - 500 <= left <= shapes.settings.candidate_ttl
+
+
+class ComingBack(Shapes):
+    """Shapes where one that was given up and came back is a moment earlier."""
+
+    def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
+        """Make the shape for the other, and then for this one."""
+        assert super().accept(record, mesh, geometry, job_id)
+        return super().accept(record, mesh, geometry, job_id)
+
+
+def test_an_upload_that_two_have_read_is_a_shape(store: Store) -> None:
+    shapes = ComingBack(store.client, store.shapes.settings)
+    queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
+    data = blob_file(1)
+    payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
+    job = queue.submit_validation(payload, data)
+    Runner(queue, "runner").run(job)
+    assert store.jobs.state(job) is JobState.SUCCEEDED
+    assert store.shapes.upload(shape_id(data)) == data
 
 
 @pytest.mark.parametrize("kind", ["shape", "prototype"])
@@ -171,6 +225,24 @@ def test_a_job_that_is_over_gets_no_further_turns(queue: JobQueue) -> None:
         Runner(queue, "runner").run(f"{record.id}-{number}")
     assert lasting(store) == set()
     assert not store.client.exists(keys.job_parts(record.id), keys.job_turns(record.id))
+
+
+def test_a_comparison_that_is_lost_for_good_leaves_nothing(queue: JobQueue) -> None:
+    record, store = compared(queue), queue.store
+    now = Patience(unseen=timedelta(0), silence=timedelta(0))
+    for _ in range(LOSSES_WITH_WORKER + 1):
+        assert store.jobs.claim(record.id, record.id)
+        store.parts.open(record.id, "", STRUCTURES, 2, 0.5)
+        assert store.parts.take(record.id, "turn", "runner").offer is Offer.PART
+        for turn in store.parts.turns(record.id):
+            queue.withdraw(turn)
+            store.client.delete(keys.job(turn))
+        # It is seen to be lost, and the next time that it still is.
+        recover(store, queue, now)
+        recover(store, queue, now)
+    assert store.jobs.state(record.id) is JobState.FAILED
+    assert lasting(store) == set()
+    assert store.parts.counts(record.id).stage == ""
 
 
 @pytest.fixture

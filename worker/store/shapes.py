@@ -13,7 +13,7 @@ from worker.store.records import read_record
 from worker.store.uploads import Uploads
 
 _MOMENT: Final = 60
-"""Seconds for which a candidate is kept that is about to be a shape."""
+"""Seconds for which a candidate is kept at least that is about to be a shape."""
 
 
 @dataclass(frozen=True)
@@ -73,9 +73,10 @@ class Shapes(Uploads):
             return bool(pipe.execute()[0])
 
     def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
-        """Make a shape of a job's candidate, all at once; False if that has expired."""
+        """Make a shape of a job's candidate, all at once; False if that is gone."""
         candidate = keys.candidate(record.id, record.file_type, job_id)
-        if not self.client.expire(candidate, _MOMENT):
+        # Should this process die now, another one still finds it.
+        if not self.client.expire(candidate, max(self.settings.candidate_ttl, _MOMENT)):
             return False
         with self.client.pipeline() as pipe:
             pipe.rename(candidate, keys.shape_upload(record.id))
