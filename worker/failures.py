@@ -7,7 +7,7 @@ from typing import ClassVar
 from rq.timeouts import JobTimeoutException
 
 from solver.errors import MeshError, OptionError, PrototypeError, SolverError
-from worker.contracts import FieldProblem, JobKind, JobRecord, Problem
+from worker.contracts import FieldProblem, JobKind, JobRecord, Problem, no_alternative
 from worker.store import NewerRecord
 
 
@@ -76,9 +76,8 @@ class NoAlternative(Exception):  # noqa: N818 - said of the match
     """
 
     def __init__(self, asked: int, count: int) -> None:
-        there = f"it has {count}, numbered from 1" if count else "it has none"
-        super().__init__(f"The match has no alternative {asked}: {there}; 0 is the match itself.")
-        self.field = FieldProblem(field="query.alternative", message=there)
+        detail, self.field = no_alternative(asked, count)
+        super().__init__(detail)
 
 
 class UnusableShape(Exception):  # noqa: N818 - said of the shape

@@ -41,6 +41,7 @@ from worker.contracts import (
     PicturePayload,
     PrototypeResult,
     is_prototype,
+    no_alternative,
 )
 from worker.queue import new_job
 
@@ -170,9 +171,7 @@ def _check_alternative(packed: bytes, alternative: int | None) -> None:
         return
     count = len(json.loads(gzip.decompress(packed))["alternatives"])
     if alternative > count:
-        there = f"it has {count}, numbered from 1" if count else "it has none"
-        detail = f"The match has no alternative {alternative}: {there}; 0 is the match itself."
-        field = FieldProblem(field="query.alternative", message=there)
+        detail, field = no_alternative(alternative, count)
         raise InvalidRequest(detail, (field,))
 
 

@@ -51,6 +51,7 @@ from worker.contracts.results import (
     MatchResult,
     RefinedPoint,
     Refinement,
+    no_alternative,
 )
 from worker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
 from worker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
@@ -111,6 +112,7 @@ __all__ = [
     "catalogue",
     "file_type_of",
     "is_prototype",
+    "no_alternative",
     "prototype_id",
     "shape_id",
     "spectrum_key",

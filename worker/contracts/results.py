@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from worker.contracts.parameters import MatchParameters
+from worker.contracts.problems import FieldProblem
 
 
 class _Part(BaseModel):
@@ -194,3 +195,18 @@ class MatchResult(_Part):
     )
     warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
     timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
+
+
+def no_alternative(asked: int, count: int) -> tuple[str, FieldProblem]:
+    """Return what is said of an alternative that a match does not have, whole and of the field.
+
+    Parameters
+    ----------
+    asked
+        Number of the one that is to be drawn.
+    count
+        How many there are.
+    """
+    there = f"it has {count}, numbered from 1" if count else "it has none"
+    detail = f"The match has no alternative {asked}: {there}; 0 is the match itself."
+    return detail, FieldProblem(field="query.alternative", message=there)
