@@ -125,7 +125,7 @@ def enumeration_ratio(prototype: Prototype, source: Shape, targets: Sequence[Sha
     options = MatchOptions(points=10, coarse_points=10)
     points, metric = prototype.vertices[:10], prototype.distances[0].metric
     seconds = np.zeros(2)
-    for target in (targets[0], *targets):
+    for turn, target in enumerate((targets[0], *targets)):
         run = PrototypeRun(options, Control(), prototype=prototype, target=target)
         (likely,) = run.build_levels()
         here = SampledStructure(
@@ -140,7 +140,7 @@ def enumeration_ratio(prototype: Prototype, source: Shape, targets: Sequence[Sha
             started = time.process_time()
             m_best_solutions(level.problem(level.all_candidates()), 8)
             seconds[place] += time.process_time() - started
-        if target is targets[0]:
+        if turn == 0:
             seconds[:] = 0.0  # it compiled
     return float(seconds[1] / seconds[0])
 
@@ -153,10 +153,10 @@ def ratio_by_geodesics(prototype: Prototype, source: Shape, targets: Sequence[Sh
     options = MatchOptions(points=8)
     same = MatchOptions(points=8, metric=("geodesic",))
     seconds = np.zeros(2)
-    for target in (targets[0], *targets):
+    for turn, target in enumerate((targets[0], *targets)):
         seconds[0] += _timed(partial(match, fresh(source), fresh(target), same))[0]
         seconds[1] += _timed(partial(match_prototype, prototype, fresh(target), options))[0]
-        if target is targets[0]:
+        if turn == 0:
             seconds[:] = 0.0  # it compiled
     return float(seconds[1] / seconds[0])
 
