@@ -24,7 +24,8 @@ _OVERSAMPLING = 6
 def is_decided(options: MatchOptions) -> bool:
     """Whether the coarse points are matched a second time: between commute times and geodesics.
 
-    Who names one metric for all levels gets that one alone.
+    Who names one metric for all levels gets that one alone. Where they are, hypotheses are verified
+    by the rest of the surface as well.
 
     Parameters
     ----------

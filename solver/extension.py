@@ -56,7 +56,7 @@ def extended_map(
     source, target
         The shapes X and Y.
     hypotheses
-        (n,) vertices of X and (n,) vertices of Y that correspond, the best by energy first. Those
+        (n,) vertices of X and (n,) vertices of Y that correspond, the likeliest first. Those
         of less than three points are passed over.
     control
         May cancel; past its deadline, less is tried.

@@ -76,11 +76,6 @@ class HierarchicalRun:
     warnings: list[str] = field(default_factory=list)
     started: float = field(default_factory=time.perf_counter)
 
-    def best_first(self, levels: list[Level]) -> list[Hypothesis]:
-        """Enumerate coarse solutions, refine each, and bound the winner."""
-        hypotheses = self.ranked(levels)
-        return [self.bounded(hypotheses[0], levels), *hypotheses[1:]]
-
     def ranked(self, levels: list[Level]) -> list[Hypothesis]:
         """Enumerate coarse solutions, refine each, and put them in the order of their energy."""
         hypotheses = self.coarse(levels[0])

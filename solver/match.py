@@ -116,9 +116,9 @@ class Match:
         The answer.
     alternatives
         Other hypotheses, as refined to the finest level; most often intrinsic symmetries. By what
-        the rest of the surface says of them; some may have less energy than `best`. Where one
-        metric was named for all levels they come by energy, and none is better than `best` unless
-        orientation chose it.
+        the rest of the surface says of them; some may have less energy than `best`. With metrics
+        other than commute times and then geodesic distances, and of a prototype, they come by
+        energy, and none is better than `best` unless orientation chose it.
     levels
         From the coarsest; the last one's bound is the certificate of `best`.
     warnings

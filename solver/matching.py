@@ -45,9 +45,9 @@ def match(
 
     The coarsest level is enumerated exactly; its best solutions are hypotheses, each refined
     from level to level (4.1). At the finest one they are put in order by what points that are not
-    matched say of them (:mod:`solver.verification`), or by their energy there, where one metric
-    was named for all levels. Then the winner's problem is bounded at every level, and improved
-    where the bound's search finds better.
+    matched say of them (:mod:`solver.verification`), or by their energy there, where metrics are
+    not commute times and then geodesic distances. Then the winner's problem is bounded at every
+    level, and improved where the bound's search finds better.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class _Run(HierarchicalRun):
         return levels
 
     def judged(self, hypotheses: list[Hypothesis], finest: Level) -> list[Hypothesis]:
-        """Put in order by what the rest of the surface says, unless one metric was named."""
+        """Put in order by what the rest of the surface says, where heat decided before."""
         if not is_decided(self.options):
             return hypotheses
         started = time.perf_counter()

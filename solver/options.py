@@ -74,8 +74,8 @@ class MatchOptions:
         the matched points, between its vertices: see :mod:`solver.refinement`. ``None`` not to.
     orientation
         Whether of the hypotheses that one is returned whose extension to all vertices preserves
-        most and keeps orientation, so that left is matched with left, rather than the one of
-        least energy, of which the mirror image is as good; its points then lie where that extension
+        most and keeps orientation, so that left is matched with left, rather than the likeliest by
+        distances, of which the mirror image is as good; its points then lie where that extension
         has them. `dense` and `refine` include that.
         With objective ``"linf"`` the answer stays that of least distortion.
     dense

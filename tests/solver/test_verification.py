@@ -156,9 +156,9 @@ def test_legs_are_not_crossed() -> None:
         return float(min(distances[rows, one[found.best.source]].max() for one in truths))
 
     assert error(found.best.target) < 0.25
-    likeliest = min(found.alternatives, key=lambda one: one.energy)
-    assert likeliest.energy < found.best.energy
-    assert error(likeliest.target) > 0.5
+    cheapest = min(found.alternatives, key=lambda one: one.energy)
+    assert cheapest.energy < found.best.energy
+    assert error(cheapest.target) > 0.5
     assert found.certified
     assert found.lower_bound <= found.best.energy
     assert found.levels[-1].rank > 1

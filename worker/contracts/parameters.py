@@ -122,8 +122,8 @@ class MatchParameters(BaseModel):
     orientation: bool = Field(
         default=False,
         description="Whether to tell left from right: the answer is the hypothesis whose extension"
-        " to all vertices preserves most and keeps orientation, rather than the one of least"
-        " energy, of which the mirror image is as good; alternatives may then have less energy."
+        " to all vertices preserves most and keeps orientation, rather than the likeliest by"
+        " distances, of which the mirror image is as good; alternatives may then have less energy."
         " Takes some seconds. `dense` and `refine` include it. Surfaces must be wound alike, as"
         " closed ones are after repair. With a prototype that keeps surfaces of its examples the"
         " default is true, and it tells too which of the front legs goes with which of the hind"
