@@ -5,6 +5,8 @@ from pathlib import Path
 import isomatch
 import pytest
 
+from tests.client.shapes import LASTING
+
 UNKNOWN = "0" * 32
 TRUNCATED = b"OFF\n4 4 0\n0 0 0\n1 0 0\n"
 NOT_FINITE = b"OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"
@@ -66,7 +68,7 @@ def test_what_is_wrong_is_said_once(
 def test_a_result_that_is_not_there_yet(
     client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
 ) -> None:
-    job = client.match(*pair, points=128, rho=1.9).cancel()
+    job = client.match(*pair, **LASTING).cancel()
     job.wait(timeout=240)
     with pytest.raises(isomatch.Conflict):
         job.picture()

@@ -7,7 +7,7 @@ import isomatch
 import numpy as np
 import pytest
 
-from tests.client.shapes import blob_meshes, moved
+from tests.client.shapes import LASTING, blob_meshes, moved
 
 Pair = tuple[isomatch.Shape, isomatch.Shape]
 
@@ -110,8 +110,7 @@ def test_jobs_are_found_again(client: isomatch.Client, pair: Pair) -> None:
 
 
 def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> None:
-    # One worker process at least is busy with the first, so that the last is cancelled in time.
-    jobs = [client.match(*pair, points=128, beta=1.0 + i) for i in range(4)]
+    jobs = [client.match(*pair, **LASTING, beta=1.0 + i) for i in range(4)]
     last = jobs[-1].cancel()
     last.wait(timeout=240)
     assert last.state == "cancelled"
@@ -123,7 +122,7 @@ def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> N
 
 
 def test_waiting_ends_in_time_and_the_job_goes_on(client: isomatch.Client, pair: Pair) -> None:
-    job = client.match(*pair, points=96, rho=1.9)
+    job = client.match(*pair, **LASTING, rho=1.9)
     with pytest.raises(isomatch.WaitTimeout, match="it goes on"):
         job.result(timeout=0.0)
     with pytest.raises(TimeoutError):

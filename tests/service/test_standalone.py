@@ -20,6 +20,7 @@ import pytest
 
 from service.standalone import listening
 from tests.append_only import until_written
+from tests.stack import PATIENT
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -139,10 +140,16 @@ def gone(pids: set[int]) -> bool:
 LONG = {"points": 256, "coarse_points": 10, "alternatives": 32}
 
 
-def begun(running: Running, data: bytes, **parameters: object) -> str:
-    """Begin a match of a mesh with itself, and return its job's path."""
-    shape = running.http.post("/v1/shapes", files={"file": ("a.off", data)}).json()["id"]
-    body = {"source": shape, "target": shape, **parameters}
+def begun(running: Running) -> str:
+    """Begin a match that lasts much longer than a worker is given to end it, and return its path.
+
+    Two different shapes take several times as long as a shape and itself.
+    """
+    source, target = (
+        running.http.post("/v1/shapes", files={"file": ("a.off", blob_file(4, seed))}).json()["id"]
+        for seed in (0, 1)
+    )
+    body = {"source": source, "target": target, **LONG}
     path: str = running.http.post("/v1/matches", json=body).headers["location"]
     deadline = time.monotonic() + 240
     while True:
@@ -186,8 +193,8 @@ def test_it_starts_serves_and_stops(tmp_path: Path) -> None:
 
 @linux
 def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path: Path) -> None:
-    with service(tmp_path / "data", tmp_path / "log") as running:
-        path = begun(running, blob_file(4), **LONG)
+    with service(tmp_path / "data", tmp_path / "log", **PATIENT) as running:
+        path = begun(running)
         events: list[str] = []
 
         def follow() -> None:
@@ -217,8 +224,8 @@ def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path
 
 @linux
 def test_killed_it_leaves_no_process_and_loses_no_job(tmp_path: Path) -> None:
-    with service(tmp_path / "data", tmp_path / "log") as running:
-        path = begun(running, blob_file(4), **LONG)
+    with service(tmp_path / "data", tmp_path / "log", **PATIENT) as running:
+        path = begun(running)
         family = running.family()
         # The store, the worker, and the process of the job.
         assert len(family) == 3
@@ -241,7 +248,7 @@ def test_killed_it_leaves_no_process_and_loses_no_job(tmp_path: Path) -> None:
 @linux
 def test_workers_and_a_store_that_die_are_replaced(tmp_path: Path) -> None:
     # Another worker takes as long to start as the first did.
-    settings = {"ISOMATCH_VALIDATION_WAIT": "240", "ISOMATCH_REDIS_PATIENCE": "60"}
+    settings = {**PATIENT, "ISOMATCH_REDIS_PATIENCE": "60"}
     with service(tmp_path / "data", tmp_path / "log", **settings) as running:
         (worker,) = running.workers()
         (store,) = running.family() - {worker}
