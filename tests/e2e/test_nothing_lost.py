@@ -100,10 +100,11 @@ def test_the_api_is_killed(cluster: Cluster, shape: str) -> None:
     broken: list[Exception] = []
 
     def poll() -> None:
-        try:
-            cluster.http.get(path, params={"wait": 60})
-        except httpx2.TransportError as error:
-            broken.append(error)
+        while not broken:
+            try:
+                cluster.http.get(path, params={"wait": 60})
+            except httpx2.TransportError as error:
+                broken.append(error)
 
     thread = Thread(target=poll)
     thread.start()
