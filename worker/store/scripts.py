@@ -212,6 +212,15 @@ return redis.call('ZREM', KEYS[1], ARGV[1])
 """
 """Take an entry out of a listing unless its record is there, be it there again."""
 
+TAKE_UPLOAD: Final = """
+-- KEYS: 1 candidate, 2 upload
+if redis.call('EXISTS', KEYS[1]) == 1 then
+    redis.call('RENAME', KEYS[1], KEYS[2])
+end
+"""
+"""Make a candidate what a shape was uploaded as, once: where the answer of a transaction is lost,
+all of it is sent again."""
+
 RELEASE: Final = """
 if redis.call('GET', KEYS[1]) == ARGV[1] then
     return redis.call('DEL', KEYS[1])

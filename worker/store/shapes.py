@@ -7,7 +7,7 @@ from typing import Final
 from redis.client import Pipeline
 
 from worker.contracts import ShapeRecord
-from worker.store import keys
+from worker.store import keys, scripts
 from worker.store.listings import Listing, Page
 from worker.store.records import read_record
 from worker.store.uploads import Uploads
@@ -79,7 +79,7 @@ class Shapes(Uploads):
         if not self.client.expire(candidate, max(self.settings.candidate_ttl, _MOMENT)):
             return False
         with self.client.pipeline() as pipe:
-            pipe.rename(candidate, keys.shape_upload(record.id))
+            pipe.eval(scripts.TAKE_UPLOAD, 2, candidate, keys.shape_upload(record.id))
             pipe.set(keys.shape_mesh(record.id), mesh)
             pipe.set(keys.shape_geometry(record.id), geometry)
             pipe.set(keys.shape(record.id), record.model_dump_json())
