@@ -103,7 +103,7 @@ def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     with blobs[0].open("rb") as file:
         first = run("upload", "-", "--file-type", "off", "-q", url=url, stdin=file).stdout.strip()
     second = run("upload", blobs[1], "--quiet", url=url).stdout.strip()
-    left = run("match", first, second, "--points", "48", "--no-wait", url=url)
+    left = run("match", first, second, "--points", "16", "--no-wait", url=url)
     assert left.returncode == 0, left.stderr
     job_id = left.stdout.strip()
 
