@@ -17,7 +17,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.comparison import Comparison, Side
 from solver.control import Control
-from solver.dense_map import DenseMap, first_of_each, oriented_first
+from solver.dense_map import DenseMap, oriented_first
 from solver.functional_map import (
     FunctionalMap,
     fit_functional_map,
@@ -40,9 +40,6 @@ _LAST_STEP = 12
 _TOLD = 54
 """Eigenfunctions that tell which map is best: what is wrong by then stays wrong."""
 
-_BEGUN = 32
-"""Eigenfunctions that tell which maps are hardly the best."""
-
 _MOST_POINTS = 10_000
 
 
@@ -56,23 +53,16 @@ class Effort:
         Numbers of eigenfunctions of the maps that are fitted to first points and signatures.
     step
         By how many eigenfunctions maps grow at a time.
-    kept
-        How many maps, no two alike, are refined to the end: those that are best at first.
-        ``None`` for all.
     """
 
     fits: tuple[int, ...] = (20, 30)
     step: int = 6
-    kept: int | None = None
 
 
 QUICK = Effort(fits=(30,), step=12)
 """Enough where the answer is clear, in less than half the time."""
 
-SELECTIVE = Effort(kept=4)
-"""As careful where there are many hypotheses, in two thirds of the time."""
-
-CAREFUL = Effort()
+_CAREFUL = Effort()
 
 
 def dense_map(
@@ -114,7 +104,7 @@ def extensions(
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
     first: int = 0,
-    effort: Effort = CAREFUL,
+    effort: Effort = _CAREFUL,
 ) -> list[DenseMap]:
     """Extend hypotheses to functional maps, each in several ways.
 
@@ -132,7 +122,7 @@ def extensions(
     Returns
     -------
     One for each hypothesis and one for each of the effort's fits to it, of few eigenfunctions,
-    unless a deadline cuts it short, or fewer are kept.
+    unless a deadline cuts it short.
 
     Raises
     ------
@@ -145,41 +135,18 @@ def extensions(
         raise ValueError("at least one hypothesis of three points is needed")
     x, y = comparison.source, comparison.target
     k = min(x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
-    starts = [
-        (index, start)
-        for index, points in enumerate(hypotheses, start=first)
-        for start in _starts(x, y, points, k, effort.fits)
-    ]
-    if effort.kept is not None:
-        begun = _extended(comparison, starts, control, effort, _BEGUN)
-        best = first_of_each(sorted(begun, key=lambda one: one.doubt), effort.kept)
-        starts = [(one.hypothesis, one.functional_map) for one in best]
-    return _extended(comparison, starts, control, effort, _TOLD)
-
-
-def _extended(
-    comparison: Comparison,
-    starts: Sequence[tuple[int, FunctionalMap]],
-    control: Control,
-    effort: Effort,
-    most: int,
-) -> list[DenseMap]:
-    """Refine small maps, each with the number of its hypothesis, until a deadline."""
     found: list[DenseMap] = []
-    for index, start in starts:
-        control.check()
-        if found and not control.seconds_left():
-            break
-        found.append(extension(comparison, start, index, effort, most))
+    for index, points in enumerate(hypotheses, start=first):
+        for start in _starts(x, y, points, k, effort.fits):
+            control.check()
+            if found and not control.seconds_left():
+                return found
+            found.append(extension(comparison, start, index, effort))
     return found
 
 
 def extension(
-    comparison: Comparison,
-    start: FunctionalMap,
-    hypothesis: int,
-    effort: Effort = CAREFUL,
-    most: int = _TOLD,
+    comparison: Comparison, start: FunctionalMap, hypothesis: int, effort: Effort = _CAREFUL
 ) -> DenseMap:
     """Refine a small functional map as far as it takes to compare it with others.
 
@@ -193,11 +160,9 @@ def extension(
         What it came from.
     effort
         How carefully. Another step may lead elsewhere.
-    most
-        To how many eigenfunctions, if both shapes have so many.
     """
     x, y = comparison.source, comparison.target
-    most = min(most, x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
+    most = min(_TOLD, x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
     sizes = [*range(start.size + effort.step, most, effort.step), most]
     functional = spectral_upsampling(start, x.embedded, y.embedded, sizes)
     return measured(comparison, functional, hypothesis)

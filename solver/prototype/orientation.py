@@ -13,7 +13,7 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.comparison import Comparison, Side
 from solver.control import Control
-from solver.dense import CAREFUL, QUICK, SELECTIVE, extensions
+from solver.dense import QUICK, extensions
 from solver.dense_map import DenseMap, oriented_first
 from solver.errors import MeshError, OptionError
 from solver.extension import LEAST_EXTENDED
@@ -93,8 +93,7 @@ def oriented_images(
     spectrum
         Takes spectra of surfaces from where they are kept, or computes them.
     careful
-        Whether to spare no time and to believe nothing that contradicts itself, as where nothing
-        else judges the answer.
+        Whether to believe nothing that contradicts itself, as where nothing else judges the answer.
 
     Returns
     -------
@@ -115,7 +114,7 @@ def oriented_images(
             break
         try:
             source = surface.shape(target, spectrum)
-            maps = _maps(source, surface, there, different, control, careful)
+            maps = _maps(source, surface, there, different, control)
         except (MeshError, OptionError):  # of a surface that anybody may have written
             continue
         found += [(one, surface) for one in maps]
@@ -212,7 +211,6 @@ def _maps(
     there: Side,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
-    careful: bool,
 ) -> list[DenseMap]:
     """Maps from one surface: of its own match with the target.
 
@@ -231,8 +229,7 @@ def _maps(
     maps = extensions(comparison, own[:_MATCHES], control, effort=QUICK)
     if oriented_first(maps)[0].orientation < CERTAIN:
         given = [(surface.points[x], y) for x, y in hypotheses]
-        effort = CAREFUL if careful else SELECTIVE
-        maps = extensions(comparison, [*own[:_MATCHES], *given], control, effort=effort)
+        maps = extensions(comparison, [*own[:_MATCHES], *given], control)
     return maps
 
 

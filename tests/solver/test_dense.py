@@ -8,8 +8,8 @@ import pytest
 from solver.arrays import IntArray
 from solver.comparison import Comparison
 from solver.control import Control
-from solver.dense import Effort, dense_map, extensions
-from solver.dense_map import first_of_each, oriented_first
+from solver.dense import dense_map, extensions
+from solver.dense_map import first_of_each
 from solver.errors import Cancelled
 from solver.matching import match
 from solver.mesh import triangle_mesh
@@ -88,24 +88,6 @@ def test_maps_that_agree_count_once(pair: tuple[Shape, Shape], truth: IntArray) 
     assert len(first_of_each([*right, *right], 9)) == 1
     assert len(first_of_each([*right, *other], 9)) > 1
     assert first_of_each([*right, *other], 1) == right[:1]
-
-
-def test_few_of_many_maps_are_refined_to_the_end(
-    pair: tuple[Shape, Shape], truth: IntArray
-) -> None:
-    """No two alike, and the right one among them, whatever its place."""
-    few = pair[0].sampling("geodesic", 24).indices
-    random = np.random.default_rng(3)
-    wrong = [(few, random.permutation(truth[few])) for _ in range(3)]
-    hypotheses: list[Points] = [*wrong, (few, truth[few])]
-    comparison = Comparison(*pair)
-    kept = extensions(comparison, hypotheses, Control(), effort=Effort(kept=2))
-    assert len(kept) == 2
-    assert len(first_of_each(kept, 9)) == 2
-    best = oriented_first(kept)[0]
-    assert best.hypothesis == 3
-    (usual, *_) = oriented_first(extensions(comparison, hypotheses[3:], Control()))
-    assert first_of_each([usual, best], 9) == [usual]
 
 
 def test_what_is_turned_over_in_part_is_doubted(pair: tuple[Shape, Shape], truth: IntArray) -> None:
