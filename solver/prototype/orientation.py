@@ -171,15 +171,16 @@ def _contradicted(
 
     One of both then has the front of a body at its back: limbs do not tell which.
     """
+    as_clear = [
+        one.images(surface.points)
+        for one, surface in found
+        if one.orientation <= -best.orientation and one.change <= _MORE * best.change
+    ]
+    if not as_clear:
+        return False
+    distances = target.metric("geodesic").distances(images)
     rows = np.arange(len(images))
-    for one, surface in found:
-        if one.orientation > -best.orientation or one.change > _MORE * best.change:
-            continue
-        distances = target.metric("geodesic").distances(images)
-        apart = distances[rows, one.images(surface.points)]
-        if (apart <= _APART * target.size).all():
-            return True
-    return False
+    return any((distances[rows, there] <= _APART * target.size).all() for there in as_clear)
 
 
 def _reflected(reversing: DenseMap, there: Side, control: Control) -> Iterator[DenseMap]:
