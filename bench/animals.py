@@ -23,9 +23,7 @@ from bench.figure6 import CHOOSING, HELD_OUT, RIGHT, learn, usual_options
 from bench.humans import Family, Unfamiliar
 from bench.quadrupeds import individuals, quadruped_family
 from solver.arrays import FloatArray, IntArray
-from solver.match import Match
-from solver.matching import match
-from solver.options import MatchOptions
+from solver.matching import Match, MatchOptions, match
 from solver.prototype import (
     Prototype,
     PrototypeOptions,

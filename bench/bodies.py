@@ -14,7 +14,7 @@ from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.prototype import Prototype, match_prototype
 from solver.shape import Shape
-from solver.synthetic import HUMAN_POSES, HumanProportions, Pose, carried, human, human_figure
+from synthetic import HUMAN_POSES, HumanProportions, Pose, carried, human, human_figure
 
 _SEED = 3002
 _RESOLUTION = 3000

@@ -12,7 +12,7 @@ from scipy.spatial import KDTree
 from solver.arrays import IntArray
 from solver.mesh import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.shape import Shape
-from solver.synthetic import CLASSES, articulated, correspondence
+from synthetic import CLASSES, articulated, correspondence
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ def generated_collection(resolution: int = 3000, classes: int = 1) -> list[Known
     resolution
         Vertices of each shape.
     classes
-        How many of :data:`solver.synthetic.CLASSES`, the human first. One takes about 5 seconds.
+        How many of :data:`synthetic.CLASSES`, the human first. One takes about 5 seconds.
 
     Returns
     -------

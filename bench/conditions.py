@@ -8,11 +8,9 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh, largest_component, triangle_mesh
-from solver.normals import vertex_normals
+from solver.mesh import TriangleMesh, largest_component, simplified, triangle_mesh, vertex_normals
 from solver.shape import Shape
-from solver.simplification import simplified
-from solver.synthetic import Transformed, glued, near_in_space, noisy, punched, remeshed
+from synthetic import Transformed, glued, near_in_space, noisy, punched, remeshed
 
 _HOLES, _HOLE_RADIUS = 5, 0.03
 _CUT_RADIUS = 0.2

@@ -14,9 +14,7 @@ from scipy.spatial import KDTree
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from solver.arrays import FloatArray, IntArray
-from solver.match import Match
-from solver.matching import match
-from solver.options import MatchOptions
+from solver.matching import Match, MatchOptions, match
 
 
 def point_errors(

@@ -14,9 +14,8 @@ from pathlib import Path
 
 from bench.dd_format import parse_dd, read_dd, read_text
 from solver.control import Control
-from solver.labelling import LabellingProblem
-from solver.minimise import minimise
-from solver.solution import Solution
+from solver.labelling import LabellingProblem, Solution
+from solver.optimisation import minimise
 
 _SMALL = "p 17 2 18 1\n" + "\n".join(
     [*(f"a {x} {x} 0 -1" for x in range(17)), "a 17 0 1 -1", "e 1 17 -1"]

@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.labelling import LabellingProblem
-from solver.pairwise import PairwiseTerms
+from solver.labelling import LabellingProblem, PairwiseTerms
 
 _DECOMPRESS: dict[str, Callable[[bytes], bytes]] = {
     ".xz": lzma.decompress,

@@ -15,8 +15,7 @@ from bench.collection import KnownShape, collection, default_folder, pairs_of_kn
 from bench.surface_error import surface_errors, truths_of
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints
-from solver.matching import match
-from solver.options import MatchOptions
+from solver.matching import MatchOptions, match
 
 
 def main() -> None:

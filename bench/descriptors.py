@@ -15,8 +15,8 @@ import numpy as np
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from solver.arrays import FloatArray, IntArray
-from solver.descriptors import aligned_eigenfunctions
-from solver.structures import DESCRIPTORS, Eigenfunctions
+from solver.shape.choices import DESCRIPTORS, Eigenfunctions
+from solver.shape.descriptors import aligned_eigenfunctions
 
 POINTS = 300
 

@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
-from worker.view import View, source_view
+from worker.pictures import View, source_view
 
 _SKIN = np.array([0.80, 0.83, 0.88])
 _LIGHT = np.array([-0.37, 0.57, 0.73])

@@ -9,9 +9,8 @@ from bench.correspondence import point_errors
 from bench.drawing import Matched, draw_pair
 from bench.structure_change import eight_points
 from bench.transformed import BENDING, SCALE, TOPOLOGY, Pair
-from solver.matching import match
-from solver.options import MatchOptions
-from solver.structures import (
+from solver.matching import MatchOptions, match
+from solver.shape.choices import (
     CommuteTime,
     Diffusion,
     Geodesic,

@@ -19,8 +19,7 @@ from bench.drawing import Matched, draw_pair
 from bench.surface_error import better_errors
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints, embed
-from solver.matching import match
-from solver.options import MatchOptions
+from solver.matching import MatchOptions, match
 
 PICTURE = Path("bench-output/figure3.png")
 POINTS = 8

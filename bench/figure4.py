@@ -20,9 +20,7 @@ from matplotlib.figure import Figure
 from bench.collection import KnownShape, collection, default_folder
 from solver.arrays import FloatArray
 from solver.gmds import InterpolatedMetric, embed
-from solver.retrieval import retrieval_scores
-from solver.signature import SimilarityOptions, signature
-from solver.similarity import dissimilarity_matrix
+from solver.similarity import SimilarityOptions, dissimilarity_matrix, retrieval_scores, signature
 
 PICTURE = Path("bench-output/figure4.png")
 

@@ -29,9 +29,8 @@ from bench.scanned import (
     scanned_shapes,
 )
 from solver.arrays import FloatArray, IntArray
-from solver.matching import match
-from solver.options import MatchOptions
-from solver.structures import DescriptorChoice, Photometric, ScaleInvariantHeatKernelSignature
+from solver.matching import MatchOptions, match
+from solver.shape.choices import DescriptorChoice, Photometric, ScaleInvariantHeatKernelSignature
 
 PICTURE = Path("bench-output/figure5.png")
 POINTS = 7

@@ -28,9 +28,7 @@ from bench.collection import KnownShape, default_folder, read_collection
 from bench.drawing import Matched, draw_pair
 from bench.humans import Family, Unfamiliar, human_family, unfamiliar_figures
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.match import Match
-from solver.matching import match
-from solver.options import MAX_COARSE_POINTS, MatchOptions
+from solver.matching import MAX_COARSE_POINTS, Match, MatchOptions, match
 from solver.prototype import (
     Prototype,
     PrototypeOptions,

@@ -15,9 +15,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from solver.arrays import FloatArray, IntArray
-from solver.geodesics import GEODESIC_METHODS, GeodesicMethod, geodesics
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
-from solver.synthetic import human
+from solver.shape.geodesics import GEODESIC_METHODS, GeodesicMethod, geodesics
+from synthetic import human
 
 SIZES = 5_000, 28_000
 SOURCES = 100

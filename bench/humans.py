@@ -8,8 +8,8 @@ from scipy.spatial import KDTree
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
-from solver.synthetic import HumanProportions, Pose, carried, human, human_figure
-from solver.synthetic.pose import Deformation
+from synthetic import HumanProportions, Pose, carried, human, human_figure
+from synthetic.pose import Deformation
 
 USUAL = {
     "head": (0.75, 1.5),

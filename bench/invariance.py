@@ -39,7 +39,7 @@ from bench.transformed import (
     passage_pairs,
     real_pairs,
 )
-from solver.structures import DEGREES, Degree, Photometric, Structure
+from solver.shape.choices import DEGREES, Degree, Photometric, Structure
 
 THRESHOLDS: Mapping[Degree, float] = {"yes": 0.15, "approx": 0.4, "no": np.inf}
 """What a change has to be below."""

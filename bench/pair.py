@@ -13,9 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.collection import collection, default_folder, pairs_within_classes
-from solver.matching import match
+from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh
-from solver.options import MatchOptions
 from solver.shape import Shape
 
 

@@ -14,9 +14,8 @@ import numpy as np
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.correspondence import point_errors
 from solver.arrays import FloatArray
-from solver.matching import match
-from solver.options import MatchOptions
-from solver.synthetic import CLASSES
+from solver.matching import MatchOptions, match
+from synthetic import CLASSES
 
 RIGHT = 0.25
 """Geodesic error of every point, over √area."""

@@ -26,12 +26,9 @@ from bench.collection import default_folder, read_collection
 from bench.figure6 import learn
 from bench.humans import human_family, unfamiliar_figures
 from solver.arrays import FloatArray
-from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
-from solver.level import Level, SampledStructure
-from solver.match import Match
-from solver.matching import match
-from solver.options import MatchOptions
+from solver.matching import Level, Match, MatchOptions, SampledStructure, match
+from solver.optimisation.exact import m_best_solutions
 from solver.prototype import Prototype, match_prototype
 from solver.prototype.matching import PrototypeRun
 from solver.shape import Shape

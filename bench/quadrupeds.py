@@ -10,12 +10,12 @@ from bench.humans import Family, Unfamiliar
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
-from solver.synthetic import Pose, carried
-from solver.synthetic.animal_poses import QUADRUPED_POSES
-from solver.synthetic.pose import Deformation
-from solver.synthetic.quadruped import CAT, DOG, HORSE, QuadrupedProportions, quadruped_figure
-from solver.synthetic.shapes import posed
-from solver.synthetic.surface import skin
+from synthetic import Pose, carried
+from synthetic.animal_poses import QUADRUPED_POSES
+from synthetic.pose import Deformation
+from synthetic.quadruped import CAT, DOG, HORSE, QuadrupedProportions, quadruped_figure
+from synthetic.shapes import posed
+from synthetic.surface import skin
 
 KINDS: Mapping[str, QuadrupedProportions] = {"cat": CAT, "dog": DOG, "horse": HORSE}
 

@@ -15,8 +15,7 @@ import numpy as np
 from bench.collection import collection, default_folder, pairs_of_known_truth
 from bench.surface_error import better_errors
 from solver.gmds import SurfacePoints
-from solver.matching import match
-from solver.options import MatchOptions
+from solver.matching import MatchOptions, match
 
 
 def main() -> None:

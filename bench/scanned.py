@@ -13,11 +13,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh import TriangleMesh, triangle_mesh
-from solver.normals import vertex_normals
+from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
 from solver.shape import Shape
-from solver.simplification import simplified
-from solver.synthetic import (
+from synthetic import (
     CLASSES,
     SyntheticShape,
     Transformed,
@@ -68,7 +66,7 @@ class ScannedShape:
     Parameters
     ----------
     name, category
-        The class is one of :data:`solver.synthetic.CLASSES`.
+        The class is one of :data:`synthetic.CLASSES`.
     shape
         The scan, which is matched; without colours until it is lit.
     rest

@@ -25,22 +25,29 @@ from isomatch import Client
 from isomatch import Shape as Uploaded
 
 from bench.collection import KnownShape, collection, default_folder
-from demo.stack import running_stack
-from service.embedded import EmbeddedServer
-from service.pool import WorkerPool
-from solver.shape import Shape
-from solver.signature import SAMPLINGS, Signature, SimilarityOptions, signature
-from solver.similarity import SignatureCollection, dissimilarities, number_of_pairs, pairs_between
-from solver.structures import Diffusion
-from worker.contracts import (
+from broker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
     ShapeRecord,
     spectrum_key,
 )
-from worker.queue import JobQueue, new_job
-from worker.settings import WorkerSettings
-from worker.store import Store, keys
+from broker.queue import JobQueue, new_job
+from broker.store import Store, keys
+from demo.stack import running_stack
+from service.standalone import EmbeddedServer, WorkerPool
+from solver.shape import Shape
+from solver.shape.choices import Diffusion
+from solver.similarity import (
+    SAMPLINGS,
+    Signature,
+    SignatureCollection,
+    SimilarityOptions,
+    dissimilarities,
+    number_of_pairs,
+    pairs_between,
+    signature,
+)
+from worker.process.settings import WorkerSettings
 
 _shapes: list[Shape] = []
 """What the bare processes inherit."""

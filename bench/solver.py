@@ -19,11 +19,10 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.control import Control
-from solver.dual_decomposition import DualDecomposition, Subproblems
-from solver.labelling import LabellingProblem
-from solver.minimise import minimise
-from solver.primal import local_search
-from solver.solution import CERTIFIED_GAP
+from solver.labelling import CERTIFIED_GAP, LabellingProblem
+from solver.optimisation import minimise
+from solver.optimisation.dual_decomposition import DualDecomposition, Subproblems
+from solver.optimisation.primal import local_search
 
 COMBINATIONS = {
     "linear, maxflow": Subproblems(source_pairs=False, target_pairs=False, maxflow=True),

@@ -1,9 +1,10 @@
 """Our eigensolver beside SciPy's: ``python -m bench.spectrum``.
 
-The 100 smallest eigenpairs of the Laplace-Beltrami operator, by :mod:`solver.eigensolver` and by
-plain ``scipy.sparse.linalg.eigsh(L, k=100, M=M, sigma=-0.01)``, in turn, in one process, on one
-thread; both make their matrices within their time. Both are checked: the residual ‖L φ − λ M φ‖ in
-the norm of M⁻¹, relative to the greatest eigenvalue, and how far the eigenvalues are apart.
+The 100 smallest eigenpairs of the Laplace-Beltrami operator, by
+:mod:`solver.shape.laplacian.eigensolver` and by plain
+``scipy.sparse.linalg.eigsh(L, k=100, M=M, sigma=-0.01)``, in turn, in one process, on one thread;
+both make their matrices within their time. Both are checked: the residual ‖L φ − λ M φ‖ in the norm
+of M⁻¹, relative to the greatest eigenvalue, and how far the eigenvalues are apart.
 """
 
 import argparse
@@ -19,8 +20,8 @@ from threadpoolctl import threadpool_limits
 
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
-from solver.spectrum import laplace_beltrami_spectrum, laplacian
-from solver.synthetic import human
+from solver.shape.laplacian import laplace_beltrami_spectrum, laplacian
+from synthetic import human
 
 SIZES = 5_000, 10_000, 28_000, 52_000
 EIGENPAIRS = 100

@@ -6,12 +6,9 @@ from scipy.spatial import KDTree
 from bench.correspondence import mean_errors
 from bench.transformed import Pair
 from solver.arrays import FloatArray, IntArray
-from solver.branch_and_bound import m_best_solutions
-from solver.descriptors import aligned_eigenfunctions
-from solver.level import Level, SampledStructure
-from solver.matching import match
-from solver.options import MatchOptions
-from solver.structures import (
+from solver.matching import Level, MatchOptions, SampledStructure, match
+from solver.optimisation.exact import m_best_solutions
+from solver.shape.choices import (
     DESCRIPTORS,
     METRICS,
     CommuteTime,
@@ -23,6 +20,7 @@ from solver.structures import (
     ScaleInvariantHeatKernelSignature,
     Structure,
 )
+from solver.shape.descriptors import aligned_eigenfunctions
 
 POINTS = 60
 """At which structures are compared."""

@@ -11,7 +11,7 @@ from bench.collection import KnownShape
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
-from solver.synthetic import (
+from synthetic import (
     CLASSES,
     Transformed,
     articulated,
@@ -57,7 +57,7 @@ def generated_pairs(resolution: int, classes: int) -> Iterator[tuple[str, Pair]]
     resolution
         Vertices of each shape.
     classes
-        How many of :data:`solver.synthetic.CLASSES`.
+        How many of :data:`synthetic.CLASSES`.
 
     Yields
     ------

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
-from solver.geodesics import GeodesicGraph
 from solver.mesh import triangle_mesh
-from solver.synthetic import HumanProportions, SyntheticShape, human
+from solver.shape.geodesics import GeodesicGraph
+from synthetic import HumanProportions, SyntheticShape, human
 
 ACROSS = np.array([-1.0, 1.0, 1.0])
 """Takes a point of the resting figure to its mirror image."""

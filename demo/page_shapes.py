@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.synthetic import articulated
+from synthetic import articulated
 
 FOLDER = Path(__file__).resolve().parents[1] / "service" / "page" / "static" / "shapes"
 SHAPES = (

@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
-from worker.limits import die_with_parent
+from broker.processes import die_with_parent
 
 LINUX = sys.platform == "linux"
 ROOT = Path(__file__).resolve().parents[1]

@@ -6,10 +6,10 @@ import sys
 
 from pydantic import ValidationError
 
+from broker.environment import complaints
+from broker.telemetry import configure_logging
 from service.settings import Settings
 from service.standalone import StartError, serve
-from worker.environment import complaints
-from worker.telemetry import configure_logging
 
 
 def main() -> int:

@@ -11,33 +11,29 @@ from prometheus_client import CollectorRegistry
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
-from service import error_handlers, health, webhooks
+from broker.queue import JobQueue
+from broker.store import Store
+from broker.telemetry import logger
+from broker.upkeep import Sweep, recover
+from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
+from broker.webhooks import dispatch
+from service import health, webhooks
 from service.dissimilarities import endpoints as dissimilarities
-from service.head import HeadLikeGet
+from service.http import Authentication, BodyLimit, HeadLikeGet, RequestContext, error_handlers
+from service.http.openapi import document
 from service.jobs import endpoints as jobs
 from service.jobs import results
 from service.matches import endpoints as matches
+from service.metrics import MeasureRequests, RequestTimes, StoreCollector
 from service.metrics import endpoints as metrics
-from service.metrics.collector import StoreCollector
-from service.metrics.requests import MeasureRequests, RequestTimes
-from service.middleware import BodyLimit, RequestContext
-from service.openapi import document
 from service.page import endpoints as page
 from service.prototypes import archives
 from service.prototypes import endpoints as prototypes
-from service.security import Authentication
 from service.settings import Settings
 from service.shapes import endpoints as shapes
 from service.shapes import files
 from service.state import Service, State
 from service.structures import endpoints as structures
-from worker.queue import JobQueue
-from worker.recovery import recover
-from worker.retention import Sweep
-from worker.store import Store
-from worker.telemetry import logger
-from worker.webhooks import INTERVAL as WEBHOOK_INTERVAL
-from worker.webhooks import dispatch
 
 BODY_LIMIT: Final = 1024**2
 """Bytes of a request that is not an upload."""

@@ -4,8 +4,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from redis.exceptions import ResponseError
 
-from service.problem_documents import responses
-from service.problems import NotReady
+from service.http import NotReady, responses
 from service.state import ServiceOf
 
 router = APIRouter(tags=["health"])

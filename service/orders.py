@@ -8,9 +8,17 @@ from urllib.parse import urlsplit
 from fastapi import Depends, Header, Request, Response
 from pydantic import AfterValidator, BaseModel, Field
 
-from service.jobs.schemas import Job
-from service.problem_documents import responses
-from service.problems import (
+from broker.contracts import (
+    FieldProblem,
+    JobRecord,
+    Once,
+    Order,
+    PrototypeRecord,
+    ShapeRecord,
+    Webhook,
+)
+from broker.webhooks import literal_address, permitted
+from service.http import (
     ApiProblem,
     BadRequest,
     BodyStalled,
@@ -21,18 +29,10 @@ from service.problems import (
     UnknownPrototype,
     UnknownShape,
     UploadTooLarge,
+    responses,
 )
+from service.job_schema import Job
 from service.state import Caller, RequestId, Service, ServiceOf
-from worker.addresses import literal_address, permitted
-from worker.contracts import (
-    FieldProblem,
-    JobRecord,
-    Once,
-    Order,
-    PrototypeRecord,
-    ShapeRecord,
-    Webhook,
-)
 
 LONGEST_KEY: Final = 255
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from pydantic import Field
 
-from service.security import ApiKeys
-from worker.environment import FROM_ENVIRONMENT, LogLevel
-from worker.queue import QueueSettings
-from worker.store import StoreSettings
-from worker.webhooks import WebhookSettings
+from broker.environment import FROM_ENVIRONMENT, LogLevel
+from broker.queue import QueueSettings
+from broker.store import StoreSettings
+from broker.webhooks import WebhookSettings
+from service.http import ApiKeys
 
 
 class Settings(StoreSettings, QueueSettings, WebhookSettings):

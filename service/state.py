@@ -9,10 +9,10 @@ from fastapi import Depends, Request
 from prometheus_client import CollectorRegistry
 from starlette.concurrency import run_in_threadpool
 
+from broker.contracts import JobRecord
+from broker.queue import JobQueue
+from broker.store import Store
 from service.settings import Settings
-from worker.contracts import JobRecord
-from worker.queue import JobQueue
-from worker.store import Store
 
 FIRST_POLL: Final = 0.01
 LONGEST_POLL: Final = 0.25

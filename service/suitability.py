@@ -2,16 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 
-from service.problems import InvalidRequest
-from service.requests import MOST_FIELDS
-from service.structures.colors import check_colors
-from worker.contracts import (
+from broker.contracts import (
     DissimilarityParameters,
     FieldProblem,
     MatchParameters,
     PrototypeParameters,
     ShapeRecord,
 )
+from service.colors import check_colors
+from service.http import MOST_FIELDS, InvalidRequest
 
 
 def named(shapes: Sequence[str]) -> dict[str, str]:

@@ -6,10 +6,10 @@ from typing import Any, Final, TypeVar
 from fastapi import Depends, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from service.jobs.schemas import Job
-from service.problems import InvalidRequest, Reported, UploadCancelled
+from broker.contracts import FieldProblem, JobRecord, JobState, Once, UploadPayload
+from service.http import InvalidRequest, Reported, UploadCancelled
+from service.job_schema import Job
 from service.state import Service
-from worker.contracts import FieldProblem, JobRecord, JobState, Once, UploadPayload
 
 RecordT = TypeVar("RecordT")
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header
 
-from worker.contracts import WebhookEvent
+from broker.contracts import WebhookEvent
 
 router = APIRouter()
 

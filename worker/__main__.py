@@ -23,7 +23,7 @@ def main() -> int:
     signal.signal(signal.SIGTERM, _leave)
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
-    from worker.process import main as run_worker
+    from worker.process.process import main as run_worker
 
     return run_worker()
 

@@ -8,12 +8,7 @@
 
 from importlib.metadata import version as _version
 
-from isomatch._async_client import AsyncClient
-from isomatch._async_job import AsyncJob
-from isomatch._client import Client
-from isomatch._correspondences import Alternative, Correspondence, Distortion, Level
-from isomatch._dense import DenseCorrespondence
-from isomatch._dissimilarities import Dissimilarities, PartialDissimilarities
+from isomatch._clients import AsyncClient, AsyncJob, Client, Job
 from isomatch._errors import (
     BadRequest,
     Conflict,
@@ -41,17 +36,38 @@ from isomatch._errors import (
     UnsupportedFormat,
     WaitTimeout,
 )
-from isomatch._geometry import Geometry
-from isomatch._job import Job
-from isomatch._match import Match
-from isomatch._meshes import MeshLike
-from isomatch._models import JobRecord, JobWebhook, Progress, Shape
-from isomatch._parameters import DissimilarityParameters, MatchParameters, PrototypeParameters
+from isomatch._models import (
+    Alternative,
+    Correspondence,
+    DenseCorrespondence,
+    DissimilarityParameters,
+    Distortion,
+    Invariance,
+    JobRecord,
+    JobWebhook,
+    Level,
+    MatchParameters,
+    Progress,
+    PrototypeParameters,
+    RefinedPoint,
+    Refinement,
+    Shape,
+    Structure,
+    StructureParameter,
+    Structures,
+)
 from isomatch._problem import FieldProblem, Problem
-from isomatch._prototype_points import PrototypePoints
-from isomatch._prototypes import Example, LearnedPrototype, Prototype
-from isomatch._refinement import RefinedPoint, Refinement
-from isomatch._structures import Invariance, Structure, StructureParameter, Structures
+from isomatch._results import (
+    Dissimilarities,
+    Example,
+    Geometry,
+    LearnedPrototype,
+    Match,
+    PartialDissimilarities,
+    Prototype,
+    PrototypePoints,
+)
+from isomatch._upload import MeshLike
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
 
 __version__ = _version("isomatch")

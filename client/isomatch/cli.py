@@ -7,13 +7,11 @@ from typing import Annotated, Any, cast
 
 import typer
 
-from isomatch import _parameter_options as options
-from isomatch import _render as render
-from isomatch._address import DEFAULT_URL
-from isomatch._examples import COMPARE_EXAMPLES, MATCH_EXAMPLES
-from isomatch._job_commands import jobs
-from isomatch._options import (
+from isomatch._cli import (
+    COMPARE_EXAMPLES,
+    EXIT_CODES,
     FORMATS,
+    MATCH_EXAMPLES,
     AsJson,
     Mesh,
     Meshes,
@@ -23,24 +21,25 @@ from isomatch._options import (
     Source,
     Url,
     Wait,
-    landmarks,
-    names_prototype,
-    structure_choices,
-)
-from isomatch._parameters import DissimilarityParameters, MatchParameters
-from isomatch._prototype_commands import prototypes
-from isomatch._serve import serve as start_service
-from isomatch._shell import (
-    EXIT_CODES,
     class_of,
     connected,
     echo_models,
+    jobs,
+    landmarks,
     leave,
     named_upload,
+    names_prototype,
+    prototypes,
+    render,
     run,
     shape_name,
+    structure_choices,
     uploaded,
 )
+from isomatch._cli import parameter_options as options
+from isomatch._cli import serve as start_service
+from isomatch._http import DEFAULT_URL
+from isomatch._models import DissimilarityParameters, MatchParameters
 
 app = typer.Typer(
     name="isomatch",

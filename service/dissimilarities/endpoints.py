@@ -7,29 +7,24 @@ from typing import Final
 
 from fastapi import APIRouter, Response
 
-from service.answers import AcceptEncoding
+from broker.contracts import PAIRS, RESULT, DissimilaritiesPayload, JobRecord, JobState
+from broker.queue import new_job
 from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
-from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
-from service.jobs.schemas import Job
-from service.orders import JobOrder, accepted, answers, told_to, use_shapes
-from service.problem_documents import responses
-from service.problems import (
+from service.http import (
+    AcceptEncoding,
     InvalidRequest,
     JobExpired,
     JobNotFound,
     JobWithoutResult,
     ResultExpired,
+    responses,
 )
+from service.job_schema import Job
+from service.jobs import JobId, job_with_result, json_answer, packed_result
+from service.orders import JobOrder, accepted, answers, told_to, use_shapes
 from service.state import Service, ServiceOf
 from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices
-from worker.contracts import (
-    DissimilaritiesPayload,
-    JobRecord,
-    JobState,
-)
-from worker.contracts.dissimilarities import PAIRS, RESULT
-from worker.queue import new_job
 
 _REFUSED: Final = "These shapes cannot be compared; `errors` says why."
 

@@ -4,9 +4,9 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from broker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
+from service.names import showable
 from service.orders import JobRequest
-from service.shapes.names import showable
-from worker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
 
 ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 Label = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]

@@ -6,15 +6,21 @@ from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
-from service.head import body_wanted
+from broker.contracts import JobKind, JobRecord, JobState
+from service.http import (
+    Cursor,
+    InvalidRequest,
+    JobExpired,
+    JobNotFound,
+    Limit,
+    body_wanted,
+    page_of,
+    responses,
+)
+from service.job_schema import Job, JobPage
 from service.jobs.events import EVENT, RETRY_MS, event_id, events, present_job
 from service.jobs.lookup import JobId, missing
-from service.jobs.schemas import Job, JobPage
-from service.paging import Cursor, Limit, page_of
-from service.problem_documents import responses
-from service.problems import InvalidRequest, JobExpired, JobNotFound
 from service.state import Service, ServiceOf
-from worker.contracts import JobKind, JobRecord, JobState
 
 LONGEST_WAIT: Final = 60.0
 CANCEL_WAIT: Final = 2.0

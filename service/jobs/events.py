@@ -10,10 +10,10 @@ from fastapi.sse import format_sse_event
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
-from service.jobs.schemas import Job
+from broker.store import NewerRecord
+from broker.telemetry import logger
+from service.job_schema import Job
 from service.state import FIRST_POLL, LONGEST_POLL, Service
-from worker.store import NewerRecord
-from worker.telemetry import logger
 
 EVENT: Final = "job"
 RETRY_MS: Final = 1000

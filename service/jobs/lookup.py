@@ -4,17 +4,17 @@ from typing import Annotated
 
 from fastapi import Path, Response
 
-from service.answers import unpacked_if_need_be
-from service.problems import (
+from broker.contracts import JobRecord, JobState
+from service.http import (
     ApiProblem,
     JobExpired,
     JobNotFound,
     JobWithoutResult,
     ResultExpired,
     ResultNotReady,
+    unpacked_if_need_be,
 )
 from service.state import Service
-from worker.contracts import JobRecord, JobState
 
 JobId = Annotated[str, Path(description="Id of the job.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 

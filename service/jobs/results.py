@@ -8,30 +8,7 @@ from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
-from service.answers import AcceptEncoding
-from service.head import body_wanted
-from service.jobs.lookup import (
-    JobId,
-    job_with_result,
-    json_answer,
-    packed_result,
-    result_expired,
-)
-from service.problem_documents import responses
-from service.problems import (
-    InvalidRequest,
-    JobExpired,
-    JobNotFound,
-    JobWithoutResult,
-    PictureNotReady,
-    PrototypeDeleted,
-    Reported,
-    ResultExpired,
-    ResultNotReady,
-    ShapeDeleted,
-)
-from service.state import Caller, RequestId, Service, ServiceOf
-from worker.contracts import (
+from broker.contracts import (
     DissimilarityResult,
     FieldProblem,
     JobKind,
@@ -43,7 +20,24 @@ from worker.contracts import (
     is_prototype,
     no_alternative,
 )
-from worker.queue import new_job
+from broker.queue import new_job
+from service.http import (
+    AcceptEncoding,
+    InvalidRequest,
+    JobExpired,
+    JobNotFound,
+    JobWithoutResult,
+    PictureNotReady,
+    PrototypeDeleted,
+    Reported,
+    ResultExpired,
+    ResultNotReady,
+    ShapeDeleted,
+    body_wanted,
+    responses,
+)
+from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, result_expired
+from service.state import Caller, RequestId, Service, ServiceOf
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 

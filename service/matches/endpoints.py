@@ -2,14 +2,14 @@
 
 from fastapi import APIRouter, Response
 
-from service.jobs.schemas import Job
+from broker.contracts import MatchPayload, is_prototype
+from service.http import UnknownPrototype
+from service.job_schema import Job
 from service.matches.prototypes import CANNOT_BE_MATCHED, prototype_match
 from service.matches.schemas import MatchRequest
 from service.orders import JobOrder, accepted, answers, told_to, use_shapes
-from service.problems import UnknownPrototype
 from service.state import Service, ServiceOf
 from service.suitability import check_shapes
-from worker.contracts import MatchPayload, is_prototype
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
 

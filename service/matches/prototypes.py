@@ -2,18 +2,18 @@
 
 from typing import Any, Final
 
-from service.matches.schemas import MatchRequest
-from service.orders import use_prototype, use_shapes
-from service.problems import InvalidRequest
-from service.state import Service
-from service.suitability import several_components, simplified_too_far
-from worker.contracts import (
+from broker.contracts import (
     FieldProblem,
     MatchParameters,
     MatchPayload,
     PrototypeRecord,
     ShapeRecord,
 )
+from service.http import InvalidRequest
+from service.matches.schemas import MatchRequest
+from service.orders import use_prototype, use_shapes
+from service.state import Service
+from service.suitability import several_components, simplified_too_far
 
 CANNOT_BE_MATCHED: Final = "These two cannot be matched, or not so; `errors` says why."
 

@@ -2,8 +2,8 @@
 
 from pydantic import ConfigDict, Field
 
+from broker.contracts import MatchParameters
 from service.orders import JobRequest
-from worker.contracts import MatchParameters
 
 _SHAPE_ID = r"^[0-9a-zA-Z_-]{1,64}$"
 

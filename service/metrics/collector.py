@@ -12,12 +12,10 @@ from prometheus_client.core import (
 from prometheus_client.registry import Collector
 from redis.exceptions import RedisError
 
-from worker.contracts import JobState
-from worker.queue import JobQueue
-from worker.store import Store, keys
-from worker.store.tallies import BOUNDS, Counts, Times
-from worker.telemetry import logger
-from worker.workforce import depths, worker_states
+from broker.contracts import JobState
+from broker.queue import JobQueue, depths, worker_states
+from broker.store import BOUNDS, Counts, Store, Times, keys
+from broker.telemetry import logger
 
 log = logger("isomatch.api")
 

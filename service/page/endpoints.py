@@ -5,9 +5,8 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Response
 
-from service.answers import AcceptEncoding, names, unpacked_if_need_be
+from service.http import AcceptEncoding, NotFound, names, unpacked_if_need_be
 from service.page.files import PLOTLY, page_file
-from service.problems import NotFound
 
 router = APIRouter(include_in_schema=False)
 

@@ -6,9 +6,15 @@ from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
-from service.orders import IdempotencyKey
-from service.problem_documents import responses
-from service.problems import (
+from broker.contracts import (
+    ARCHIVE_TYPE,
+    JobRecord,
+    Order,
+    PrototypeRecord,
+    PrototypeValidationPayload,
+    prototype_id,
+)
+from service.http import (
     BadRequest,
     BodyStalled,
     EncodedBody,
@@ -18,19 +24,13 @@ from service.problems import (
     UnusablePrototype,
     UploadCancelled,
     UploadTooLarge,
+    responses,
 )
+from service.names import LONGEST, base_name, showable
+from service.orders import IdempotencyKey
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
-from service.shapes.names import LONGEST, base_name, showable
 from service.state import Caller, RequestId, Service, ServiceOf
 from service.uploads import VALIDATING, EachPartOnce, bind, read, still_reading
-from worker.contracts import (
-    JobRecord,
-    Order,
-    PrototypeRecord,
-    PrototypeValidationPayload,
-    prototype_id,
-)
-from worker.contracts.prototypes import ARCHIVE_TYPE
 
 PROTOTYPES: Final = "/v1/prototypes"
 PATH: Final = "/v1/prototype-archives"

@@ -5,29 +5,26 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Path, Query, Response
 
-from service.jobs.schemas import Job
-from service.orders import JobOrder, accepted, answers, told_to, use_shapes
-from service.paging import Cursor, Limit, page_of
-from service.problem_documents import responses
-from service.problems import (
+from broker.contracts import FieldProblem, PrototypePayload, ShapeRecord
+from service.http import (
     ApiProblem,
+    Cursor,
     InvalidRequest,
+    Limit,
     PrototypeExpired,
     PrototypeNotFound,
     UnusablePrototype,
+    page_of,
+    responses,
 )
+from service.job_schema import Job
+from service.names import LONGEST
+from service.orders import JobOrder, accepted, answers, told_to, use_shapes
 from service.prototypes.archives import PROTOTYPES, VALIDATING_PROTOTYPE, still_validating
-from service.prototypes.schemas import (
-    DEFAULT_NAME,
-    Prototype,
-    PrototypePage,
-    PrototypeRequest,
-)
-from service.shapes.names import LONGEST
+from service.prototypes.schemas import DEFAULT_NAME, Prototype, PrototypePage, PrototypeRequest
 from service.state import Service, ServiceOf
 from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices
 from service.uploads import reader
-from worker.contracts import FieldProblem, PrototypePayload, ShapeRecord
 
 router = APIRouter(prefix=PROTOTYPES, tags=["prototypes"])
 

@@ -4,9 +4,9 @@ from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
+from broker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord
+from service.names import LONGEST, showable
 from service.orders import JobRequest
-from service.shapes.names import LONGEST, showable
-from worker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord
 
 ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 Vertices = Annotated[

@@ -6,29 +6,7 @@ from fastapi import APIRouter, File, Form, Request, Response, UploadFile
 from pydantic import AfterValidator
 from starlette.concurrency import run_in_threadpool
 
-from service.orders import IdempotencyKey
-from service.paging import Cursor, Limit, page_of
-from service.problem_documents import responses
-from service.problems import (
-    BadRequest,
-    BodyStalled,
-    EncodedBody,
-    IdempotencyKeyReused,
-    InvalidRequest,
-    ShapeDeleted,
-    ShapeExpired,
-    ShapeNotFound,
-    UnsupportedFormat,
-    UnusableMesh,
-    UploadCancelled,
-    UploadTooLarge,
-)
-from service.shapes.lookup import ShapeId, missing_shape
-from service.shapes.names import LONGEST, base_name, showable
-from service.shapes.schemas import Shape, ShapePage
-from service.state import Caller, RequestId, Service, ServiceOf
-from service.uploads import VALIDATING, EachPartOnce, bind, read, reader, still_reading
-from worker.contracts import (
+from broker.contracts import (
     MESH_FORMATS,
     JobRecord,
     Order,
@@ -37,6 +15,30 @@ from worker.contracts import (
     file_type_of,
     shape_id,
 )
+from service.http import (
+    BadRequest,
+    BodyStalled,
+    Cursor,
+    EncodedBody,
+    IdempotencyKeyReused,
+    InvalidRequest,
+    Limit,
+    ShapeDeleted,
+    ShapeExpired,
+    ShapeNotFound,
+    UnsupportedFormat,
+    UnusableMesh,
+    UploadCancelled,
+    UploadTooLarge,
+    page_of,
+    responses,
+)
+from service.names import LONGEST, base_name, showable
+from service.orders import IdempotencyKey
+from service.shapes.lookup import ShapeId, missing_shape
+from service.shapes.schemas import Shape, ShapePage
+from service.state import Caller, RequestId, Service, ServiceOf
+from service.uploads import VALIDATING, EachPartOnce, bind, read, reader, still_reading
 
 PATH: Final = "/v1/shapes"
 

@@ -4,9 +4,16 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Response
 
-from service.answers import AcceptEncoding, names, unpacked_if_need_be
-from service.problem_documents import responses
-from service.problems import GeometryNotKept, InvalidRequest, ShapeExpired, ShapeNotFound
+from service.http import (
+    AcceptEncoding,
+    GeometryNotKept,
+    InvalidRequest,
+    ShapeExpired,
+    ShapeNotFound,
+    names,
+    responses,
+    unpacked_if_need_be,
+)
 from service.shapes.lookup import ShapeId, missing_shape
 from service.state import ServiceOf
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from fastapi import Path
 
-from service.problems import ApiProblem, ShapeExpired, ShapeNotFound
+from service.http import ApiProblem, ShapeExpired, ShapeNotFound
 from service.state import Service
 
 ShapeId = Annotated[str, Path(description="Id of the shape.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]

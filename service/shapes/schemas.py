@@ -2,7 +2,7 @@
 
 from pydantic import BaseModel, Field
 
-from worker.contracts import ShapeRecord
+from broker.contracts import ShapeRecord
 
 
 class Shape(ShapeRecord):

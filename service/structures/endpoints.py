@@ -2,8 +2,8 @@
 
 from fastapi import APIRouter
 
-from service.problem_documents import responses
-from worker.contracts import Structures, catalogue
+from broker.contracts import Structures, catalogue
+from service.http import responses
 
 router = APIRouter(prefix="/v1/structures", tags=["structures"])
 

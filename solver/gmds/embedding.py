@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.branch_and_bound import m_best_solutions
 from solver.control import Control
 from solver.errors import OptionError
 from solver.gmds.descent import GmdsSolution, Term, gmds
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
 from solver.labelling import LabellingProblem
+from solver.optimisation.exact import m_best_solutions
 from solver.shape import Shape
 
 _SAMPLES = 48

@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.gmds.surface import Charts, SurfacePoints, charts_of
 from solver.mesh import TriangleMesh
-from solver.metrics import EmbeddedMetric, Metric
+from solver.shape import EmbeddedMetric, Metric
 
 
 class InterpolatedMetric:

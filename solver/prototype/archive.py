@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.errors import OptionError, PrototypeError
-from solver.geodesics import GEODESIC_METHODS
-from solver.options import MAX_POINTS, MIN_POINTS
-from solver.prototype.mixture import GaussianMixtures
+from solver.matching import MAX_POINTS, MIN_POINTS
+from solver.prototype.mixtures import GaussianMixtures
 from solver.prototype.options import MAX_COMPONENTS
 from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, Prototype
 from solver.prototype.surfaces import (
@@ -20,7 +19,7 @@ from solver.prototype.surfaces import (
     MOST_VERTICES,
     ExampleSurface,
 )
-from solver.structures import (
+from solver.shape.choices import (
     DESCRIPTORS,
     METRICS,
     DescriptorChoice,
@@ -28,6 +27,7 @@ from solver.structures import (
     NoDescriptor,
     Structure,
 )
+from solver.shape.geodesics import GEODESIC_METHODS
 
 FORMAT = "isomatch-prototype"
 VERSION = 1

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from solver.errors import OptionError
-from solver.options import MAX_POINTS, MIN_POINTS
-from solver.structures import DescriptorChoice, MetricChoice, descriptor_choice, metric_choice
+from solver.matching import MAX_POINTS, MIN_POINTS
+from solver.shape.choices import DescriptorChoice, MetricChoice, descriptor_choice, metric_choice
 
 MAX_COMPONENTS = 16
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.prototype.mixture import GaussianMixtures
+from solver.prototype.mixtures import GaussianMixtures
 from solver.prototype.surfaces import ExampleSurface
-from solver.structures import DescriptorChoice, MetricChoice
+from solver.shape.choices import DescriptorChoice, MetricChoice
 
 _LEAST_USUAL = 0.1
 """Of examples that are nearly equal, energies are due to samples alone."""

@@ -12,13 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.comparison import EIGENPAIRS
 from solver.control import Control
 from solver.errors import MeshError
-from solver.mesh import TriangleMesh, triangle_mesh
+from solver.functional_maps import EIGENPAIRS
+from solver.mesh import TriangleMesh, simplified, triangle_mesh
 from solver.shape import Shape
-from solver.simplification import simplified
-from solver.spectrum import Spectrum, laplace_beltrami_spectrum
+from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 
 MOST_SURFACES = 24
 KEPT_VERTICES = 1000

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from packaging.requirements import Requirement
 
-from service.embedded import server_binary
+from service.standalone import server_binary
 from tests.containers.engine import Engine
 from tests.containers.manifests import DOCKER, ROOT, compose
 

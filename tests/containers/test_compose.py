@@ -4,10 +4,10 @@ from typing import Any
 
 import pytest
 
-from service.embedded import EmbeddedServer
 from service.settings import Settings
+from service.standalone import EmbeddedServer
 from tests.containers.manifests import DOCKER, Json, compose, settings_names, stages
-from worker.settings import WorkerSettings
+from worker.process.settings import WorkerSettings
 
 SERVICES: dict[str, Json] = compose()["services"]
 STORES = ("queue", "cache")

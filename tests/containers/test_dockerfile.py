@@ -13,7 +13,7 @@ import pytest
 
 from service.settings import Settings
 from tests.containers.manifests import DOCKER, ROOT, settings_names, stages
-from worker.settings import WorkerSettings
+from worker.process.settings import WorkerSettings
 
 TARGETS = ("api", "worker")
 
@@ -43,7 +43,7 @@ def test_what_is_run_is_there() -> None:
     script = DOCKER / "start-worker"
     assert os.access(script, os.X_OK)
     assert "exec python -m worker" in script.read_text()
-    for module in ("service", "worker", "worker.health"):
+    for module in ("service", "worker", "worker.process.health"):
         assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists() or (
             ROOT / module / "__main__.py"
         ).exists()

@@ -6,11 +6,11 @@ import kubernetes_validate
 import pytest
 import yaml
 
+from broker.queue import QUEUES, QueueSettings
 from service.app import create_app
 from service.settings import Settings
 from tests.containers.manifests import KUBERNETES, Pod, objects, pods, settings_names
-from worker.queue import QUEUES, QueueSettings
-from worker.settings import WorkerSettings
+from worker.process.settings import WorkerSettings
 
 OURS = ("isomatch-api", "isomatch-worker")
 PODS = {pod.name: pod for pod in pods()}
@@ -65,7 +65,7 @@ def test_probes_ask_what_is_there(pod: Pod) -> None:
             assert probe["httpGet"]["port"] == port["name"]
         elif "exec" in probe:
             assert probe["exec"]["command"] in (
-                ["python", "-m", "worker.health"],
+                ["python", "-m", "worker.process.health"],
                 ["valkey-cli", "-e", "ping"],
             )
 

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 
 from tests.client.shapes import TURN, blob_meshes, write_blobs
-from tests.solver.textured_files import image_file, ramp, textured_glb, zipped_obj
+from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb, zipped_obj
 from tests.worker.families import family
 
 

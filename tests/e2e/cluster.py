@@ -15,8 +15,7 @@ from redis import Redis
 from rq import Worker
 
 from demo.stack import LISTENS, ROOT
-from service.embedded import EmbeddedServer
-from service.standalone import listening
+from service.standalone import EmbeddedServer, listening
 from tests.append_only import until_written
 
 SETTINGS = {

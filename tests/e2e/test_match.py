@@ -14,7 +14,7 @@ from PIL import Image
 
 from demo.figures import Figures, generate, write_off
 from demo.stack import Stack
-from solver.synthetic import ASYMMETRIC_HUMAN
+from synthetic import ASYMMETRIC_HUMAN
 
 VERTICES = 2000
 

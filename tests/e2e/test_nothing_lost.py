@@ -13,10 +13,10 @@ from typing import Any
 import httpx2
 import pytest
 
+from broker.contracts import MatchResult
 from tests.e2e.cluster import Cluster, end, running_cluster
 from tests.worker.families import family
 from tests.worker.figures import blob_file
-from worker.contracts import MatchResult
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 

@@ -15,15 +15,14 @@ import pytest
 import structlog
 import uvicorn
 
+from broker.queue import JobQueue
+from broker.store import Store, connect, keys
 from service.app import create_app
-from service.connections import Connection
-from service.embedded import EmbeddedServer
-from service.pool import WorkerPool
+from service.http import Connection
 from service.settings import Settings
+from service.standalone import EmbeddedServer, WorkerPool
 from tests.worker.figures import blob_file
 from tests.worker.records import shape_record
-from worker.queue import JobQueue
-from worker.store import Store, connect, keys
 
 WORKERS = 2
 LIMIT = 2 * 1024**2

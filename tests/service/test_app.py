@@ -14,12 +14,12 @@ import pytest
 from openapi_schema_validator import OAS31Validator, oas31_format_checker
 from openapi_spec_validator import validate
 
+from broker.store import keys
 from service.app import create_app
-from service.embedded import EmbeddedServer
-from service.openapi import text
+from service.http.openapi import text
 from service.settings import Settings
+from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, running_api
-from worker.store import keys
 
 ROOT = Path(__file__).resolve().parents[2]
 OPENAPI = ROOT / "openapi" / "openapi.json"
@@ -136,7 +136,7 @@ def test_what_nobody_foresaw(http: httpx2.Client, api: Api) -> None:
 
 def test_the_api_process_knows_no_numerics() -> None:
     program = (
-        "import sys, service.app, service.standalone\n"
+        "import sys, service.app, service.standalone.standalone\n"
         "heavy = {'numpy', 'scipy', 'trimesh', 'numba', 'matplotlib', 'skimage', 'solver'}\n"
         "print(sorted(heavy & set(sys.modules)))\n"
         "print(sorted(m for m in sys.modules if m.startswith('worker.') and m.count('.') == 1))\n"

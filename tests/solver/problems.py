@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.labelling import UNMATCHED, LabellingProblem
-from solver.pairwise import PairwiseTerms
+from solver.labelling import UNMATCHED, LabellingProblem, PairwiseTerms
 
 
 def distances_of(points: FloatArray) -> FloatArray:

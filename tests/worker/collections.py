@@ -2,17 +2,13 @@
 
 import numpy as np
 
+from broker.contracts import DissimilaritiesPayload, DissimilarityParameters, spectrum_key
+from broker.store import Store, keys
 from solver.mesh import triangle_mesh
-from solver.signature import SAMPLINGS, Signature
+from solver.similarity import SAMPLINGS, Signature
 from tests.solver.shapes import blob, cube, moved, torus
 from tests.worker.figures import off
 from tests.worker.records import shape_record
-from worker.contracts import (
-    DissimilaritiesPayload,
-    DissimilarityParameters,
-    spectrum_key,
-)
-from worker.store import Store, keys
 
 VERTICES = 100
 

@@ -3,7 +3,7 @@
 from datetime import UTC, datetime
 from typing import Any
 
-from worker.contracts import ShapeRecord
+from broker.contracts import ShapeRecord
 
 CREATED = datetime(2026, 1, 1, tzinfo=UTC)
 

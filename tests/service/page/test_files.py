@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 import httpx2
 import pytest
 
-from service.page.files import PLOTLY, STATIC, page_file
+from service.page import PLOTLY, STATIC, page_file
 from tests.service.conftest import problem
 
 ROOT = Path(__file__).resolve().parents[3]

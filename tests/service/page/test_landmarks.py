@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from service.page.files import STATIC
+from service.page import STATIC
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import SURFACE, eventually, opened, place, result_of
 

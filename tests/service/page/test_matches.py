@@ -10,7 +10,7 @@ import httpx2
 import pytest
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from service.page.files import STATIC
+from service.page import STATIC
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import (
     PATIENCE,

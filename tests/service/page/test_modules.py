@@ -14,7 +14,7 @@ from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
 from tests.service.page.conftest import PATIENCE
 from tests.worker.figures import blob
-from worker.geometry import packed_geometry
+from worker.pictures import packed_geometry
 
 
 def call(page: Page, module: str, body: str, given: Any) -> Any:

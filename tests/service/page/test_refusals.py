@@ -5,8 +5,8 @@ from collections.abc import Callable
 import httpx2
 from playwright.sync_api import Browser, FilePayload, Page, expect
 
-from service.embedded import EmbeddedServer
-from service.security import read_keys
+from service.http import read_keys
+from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api
 from tests.service.page.conftest import job_of, opened
 from tests.worker.figures import blob_file, two_blobs_file

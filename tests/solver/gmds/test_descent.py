@@ -6,10 +6,19 @@ import pytest
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import Cancelled
-from solver.gmds import InterpolatedMetric, Status, SurfacePoints, Term, gmds
-from solver.gmds.stress import Fields, costs_of_vertices, descent_model, share, stress
-from solver.metrics import EmbeddedMetric
-from solver.shape import Shape
+from solver.gmds import (
+    Fields,
+    InterpolatedMetric,
+    Status,
+    SurfacePoints,
+    Term,
+    costs_of_vertices,
+    descent_model,
+    gmds,
+    share,
+    stress,
+)
+from solver.shape import EmbeddedMetric, Shape
 from tests.solver import shapes
 from tests.solver.gmds.surfaces import (
     StraightMetric,

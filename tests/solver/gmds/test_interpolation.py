@@ -6,8 +6,7 @@ import pytest
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import InterpolatedMetric, SurfacePoints
 from solver.mesh import TriangleMesh
-from solver.metrics import EmbeddedMetric
-from solver.shape import Shape
+from solver.shape import EmbeddedMetric, Shape
 from tests.solver import shapes
 from tests.solver.gmds.surfaces import StraightMetric, random_points
 

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
-from solver.gmds import SurfacePoints
-from solver.gmds.movement import walk
-from solver.gmds.surface import charts_of
+from solver.gmds import SurfacePoints, charts_of, walk
 from solver.mesh import TriangleMesh, triangle_mesh
 from tests.solver import shapes
 from tests.solver.gmds.surfaces import random_points

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from solver.errors import PrototypeError
-from solver.match import Match
+from solver.matching import Match, MatchOptions
 from solver.mesh import triangle_mesh
-from solver.options import MatchOptions
 from solver.prototype import (
     Example,
     Prototype,
@@ -21,7 +20,7 @@ from solver.prototype import (
     prototype_to_bytes,
 )
 from solver.shape import Shape
-from solver.synthetic import HUMAN_POSES, articulated, human
+from synthetic import HUMAN_POSES, articulated, human
 
 _OPTIONS = PrototypeOptions(points=8, components=2)
 

@@ -8,12 +8,7 @@ from scipy.stats import multivariate_normal, norm
 from sklearn.mixture import GaussianMixture
 
 from solver.arrays import FloatArray
-from solver.prototype.expectation_maximisation import (
-    fit_mixtures,
-    initial_mixtures,
-    maximise,
-)
-from solver.prototype.mixture import GaussianMixtures
+from solver.prototype.mixtures import GaussianMixtures, fit_mixtures, initial_mixtures, maximise
 
 _NO_FLOOR = 1e-12
 

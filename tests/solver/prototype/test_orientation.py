@@ -10,35 +10,32 @@ import pytest
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import MeshError, OptionError
-from solver.match import Match
+from solver.matching import Match, MatchOptions
 from solver.mesh import triangle_mesh
-from solver.options import MatchOptions
 from solver.prototype import (
-    Prototype,
-    PrototypeOptions,
-    connected_examples,
-    learn_prototype,
-    match_prototype,
-    matched_examples,
-    prototype_from_bytes,
-    prototype_to_bytes,
-)
-from solver.prototype.carrying import comes_back
-from solver.prototype.orientation import CLEAR, oriented_images
-from solver.prototype.surfaces import (
     KEPT_VERTICES,
     MOST_FACES,
     MOST_SURFACES,
     MOST_VERTICES,
     ExampleSurface,
+    Prototype,
+    PrototypeOptions,
+    connected_examples,
     example_surfaces,
+    learn_prototype,
+    match_prototype,
+    matched_examples,
     nearest_surfaces,
+    prototype_from_bytes,
+    prototype_to_bytes,
 )
+from solver.prototype.learning import comes_back
+from solver.prototype.matching import CLEAR, oriented_images
 from solver.shape import Shape
-from solver.spectrum import Spectrum
-from solver.synthetic import CLASSES, SyntheticShape, articulated, correspondence
+from solver.shape.laplacian import Spectrum
+from synthetic import CLASSES, SyntheticShape, articulated, correspondence
 from tests.solver import shapes
-from tests.solver.test_orientation import mirrored
+from tests.solver.matching.test_orientation import mirrored
 
 _OPTIONS = PrototypeOptions(points=10, components=1)
 

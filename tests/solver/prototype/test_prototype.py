@@ -11,35 +11,36 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from solver.arrays import IntArray
-from solver.branch_and_bound import m_best_solutions
 from solver.errors import OptionError, PrototypeError
-from solver.hierarchy import refine
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.level import SampledStructure
+from solver.matching import MatchOptions, SampledStructure, refine
 from solver.mesh import triangle_mesh
-from solver.minimise import minimise
-from solver.options import MatchOptions
-from solver.primal import local_search
+from solver.optimisation import minimise
+from solver.optimisation.exact import m_best_solutions
+from solver.optimisation.primal import local_search
 from solver.prototype import (
     CorrespondingExamples,
     Example,
+    LearnedDescriptors,
+    LearnedDistances,
     Prototype,
     PrototypeOptions,
+    all_pairs,
     connected_examples,
     given_examples,
     learn_prototype,
     match_prototype,
     matched_examples,
+    pair_places,
     prototype_from_bytes,
     prototype_to_bytes,
 )
-from solver.prototype.distributions import discriminant_axes
-from solver.prototype.likelihood import PrototypeLevel, mean_distances
-from solver.prototype.mixture import GaussianMixtures
-from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, all_pairs, pair_places
+from solver.prototype.learning import discriminant_axes
+from solver.prototype.matching import PrototypeLevel, mean_distances
+from solver.prototype.mixtures import GaussianMixtures
 from solver.shape import Shape
-from solver.structures import Geodesic, ScaleInvariantHeatKernelSignature
-from solver.synthetic import HUMAN_POSES, human
+from solver.shape.choices import Geodesic, ScaleInvariantHeatKernelSignature
+from synthetic import HUMAN_POSES, human
 from tests.solver import shapes
 
 _RESOLUTION = 500

@@ -5,7 +5,7 @@ import pytest
 
 from solver.prototype.matching import samples_by_turns
 from solver.shape import Shape
-from solver.structures import CommuteTime, Geodesic
+from solver.shape.choices import CommuteTime, Geodesic
 from tests.solver import shapes
 
 METRICS = CommuteTime(), Geodesic()

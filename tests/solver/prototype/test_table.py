@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
-from solver.pairwise import NO_TABLE
-from solver.prototype.likelihood import negative_log_likelihoods
-from solver.prototype.mixture import GaussianMixtures
-from solver.prototype.table import likelihood_table
+from solver.labelling import NO_TABLE
+from solver.prototype.matching import negative_log_likelihoods
+from solver.prototype.mixtures import GaussianMixtures, likelihood_table
 
 POINTS, SAMPLES = 4, 7
 EVERYTHING = np.argwhere(np.ones((POINTS, SAMPLES), dtype=np.bool_)).astype(np.int64)

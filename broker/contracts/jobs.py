@@ -1,0 +1,227 @@
+"""Jobs: what they are asked (payloads) and how they are (records)."""
+
+from datetime import datetime
+from enum import StrEnum
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from broker.contracts.dissimilarities import DissimilarityParameters
+from broker.contracts.parameters import MatchParameters
+from broker.contracts.problems import Problem
+from broker.contracts.prototypes import ARCHIVE_TYPE, PrototypeParameters, is_prototype
+from broker.contracts.spectra import SpectrumKey
+from broker.contracts.webhooks import Delivery, Webhook
+
+
+class JobKind(StrEnum):
+    """What a job does."""
+
+    MATCH = "match"
+    DISSIMILARITIES = "dissimilarities"
+    TURN = "turn"
+    SPECTRUM = "spectrum"
+    VALIDATION = "validation"
+    PROTOTYPE = "prototype"
+    PROTOTYPE_VALIDATION = "prototype_validation"
+    PICTURE = "picture"
+    WEBHOOK = "webhook"
+
+    @property
+    def has_result(self) -> bool:
+        """Whether jobs of this kind are asked for by users and have a result."""
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE)
+
+    @property
+    def has_arrays(self) -> bool:
+        """Whether jobs of this kind leave a result as NumPy arrays too."""
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
+
+    @property
+    def has_picture(self) -> bool:
+        """Whether their result can be drawn."""
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
+
+
+class JobState(StrEnum):
+    """Where a job is: queued, running, and then one of three ends that never change."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def ended(self) -> bool:
+        """Whether a job in this state stays in it."""
+        return self not in (JobState.QUEUED, JobState.RUNNING)
+
+
+class Progress(BaseModel):
+    """How far a job is."""
+
+    model_config = ConfigDict(frozen=True)
+
+    stage: str = Field(description="What is being done.")
+    fraction: float = Field(ge=0, le=1, description="Share of the whole job that is done.")
+
+
+class _Payload(BaseModel):
+    model_config = ConfigDict(frozen=True)
+
+    version: Literal[1] = 1
+
+
+class ValidationPayload(_Payload):
+    """Read an upload, and make a shape of it if it is a usable mesh."""
+
+    kind: Literal[JobKind.VALIDATION] = JobKind.VALIDATION
+    shape: str
+    name: str
+    file_type: str
+
+    @property
+    def upload(self) -> str:
+        """Id of the upload, which is that of the shape."""
+        return self.shape
+
+
+class PrototypeValidationPayload(_Payload):
+    """Read an uploaded archive, and make a prototype of it if it is one."""
+
+    kind: Literal[JobKind.PROTOTYPE_VALIDATION] = JobKind.PROTOTYPE_VALIDATION
+    prototype: str
+    name: str
+
+    @property
+    def upload(self) -> str:
+        """Id of the upload, which is that of the prototype."""
+        return self.prototype
+
+    @property
+    def file_type(self) -> str:
+        """Format of the file."""
+        return ARCHIVE_TYPE
+
+
+UploadPayload: TypeAlias = ValidationPayload | PrototypeValidationPayload
+"""What asks whether an upload is usable."""
+
+
+class SpectrumPayload(_Payload):
+    """Compute the spectrum of a shape before it is needed."""
+
+    kind: Literal[JobKind.SPECTRUM] = JobKind.SPECTRUM
+    shape: str
+    eigenpairs: int
+    largest_component: bool
+    simplify: int | None = None
+
+    @property
+    def key(self) -> SpectrumKey:
+        """Name of the spectrum in the cache."""
+        return SpectrumKey(self.shape, self.eigenpairs, self.largest_component, self.simplify)
+
+
+class MatchPayload(_Payload):
+    """Match two shapes, or a prototype and a shape."""
+
+    kind: Literal[JobKind.MATCH] = JobKind.MATCH
+    source: str
+    target: str
+    parameters: MatchParameters
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether the spectra of the shapes are looked at."""
+        # Points to be matched with a prototype are sampled in a spectral metric as a rule.
+        return self.parameters.needs_spectrum or is_prototype(self.source)
+
+
+class DissimilaritiesPayload(_Payload):
+    """Compare all shapes of a collection; done in turns, by as many workers as there are."""
+
+    kind: Literal[JobKind.DISSIMILARITIES] = JobKind.DISSIMILARITIES
+    shapes: tuple[str, ...]
+    labels: tuple[str, ...] | None
+    parameters: DissimilarityParameters
+
+
+class PrototypePayload(_Payload):
+    """Learn a prototype from shapes."""
+
+    kind: Literal[JobKind.PROTOTYPE] = JobKind.PROTOTYPE
+    shapes: tuple[str, ...]
+    reference: int = Field(description="Place of the shape that the points are chosen on.")
+    correspondences: tuple[tuple[int, ...], ...] | None
+    name: str
+    parameters: PrototypeParameters
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether the spectra of the shapes are looked at."""
+        return self.parameters.needs_spectrum
+
+
+class TurnPayload(_Payload):
+    """Work for a while on a job that is done in turns."""
+
+    kind: Literal[JobKind.TURN] = JobKind.TURN
+    job: str = Field(description="Id of the job that is worked on.")
+
+
+class PicturePayload(_Payload):
+    """Draw the result of a job."""
+
+    kind: Literal[JobKind.PICTURE] = JobKind.PICTURE
+    job: str = Field(description="Id of the job whose result is drawn.")
+    alternative: int | None = Field(
+        default=None, description="Which of its alternatives is drawn, 0 for none of them."
+    )
+
+
+class DeliveryPayload(_Payload):
+    """Tell the receiver of a job's webhook that it has ended."""
+
+    kind: Literal[JobKind.WEBHOOK] = JobKind.WEBHOOK
+    job: str = Field(description="Id of the job that has ended.")
+    attempt: int = Field(ge=1, description="Which try this is.")
+
+
+Payload: TypeAlias = Annotated[
+    ValidationPayload
+    | PrototypeValidationPayload
+    | SpectrumPayload
+    | MatchPayload
+    | DissimilaritiesPayload
+    | PrototypePayload
+    | TurnPayload
+    | PicturePayload
+    | DeliveryPayload,
+    Field(discriminator="kind"),
+]
+
+
+class JobRecord(BaseModel):
+    """A job, as the store keeps it."""
+
+    model_config = ConfigDict(frozen=True)
+
+    id: str
+    payload: Payload
+    created: datetime
+    request_id: str | None = None
+    caller: str | None = None
+    webhook: Webhook | None = None
+    state: JobState = JobState.QUEUED
+    progress: Progress = Progress(stage="queued", fraction=0.0)
+    started: datetime | None = None
+    ended: datetime | None = None
+    error: Problem | None = None
+    delivery: Delivery | None = None
+
+    @property
+    def kind(self) -> JobKind:
+        """What the job does."""
+        return self.payload.kind

@@ -1,0 +1,212 @@
+"""The result of a match."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from broker.contracts.parameters import MatchParameters
+from broker.contracts.problems import FieldProblem
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+
+class Correspondence(_Part):
+    """One matched pair of vertices."""
+
+    source: int = Field(
+        description="0-based vertex index in the source's file; of a prototype, that of its point."
+    )
+    target: int = Field(description="0-based vertex index in the target's file.")
+    cost: float = Field(
+        description="What the pair contributes to the energy; with the objective"
+        ' "linf" its largest distortion.'
+    )
+
+
+class Distortion(_Part):
+    """Distortion of a correspondence C, section 2 of the paper; lengths on shapes of unit area."""
+
+    first_order: float | None = Field(
+        description="Sum of squared differences of descriptors over C; null without a descriptor."
+    )
+    second_order: float = Field(description="Sum of squared differences of distances over C × C.")
+    linf: float = Field(description="Largest difference of distances.")
+
+
+class Alternative(_Part):
+    """Another good correspondence, often the mirror image of the best."""
+
+    energy: float = Field(description="Energy of the labelling problem, (5) of the paper.")
+    correspondences: tuple[Correspondence, ...]
+    distortion: Distortion
+
+
+class Level(_Part):
+    """One level of the coarse-to-fine matching, section 4.1 of the paper."""
+
+    points: int = Field(description="Samples on the source.")
+    target_points: int = Field(description="Samples on the target.")
+    candidates: int = Field(description="Pairs of samples that were considered.")
+    metric: str = Field(
+        description='Metric that was compared. "varadhan": geodesic distances as heat tells them,'
+        " by which the coarsest level's points are matched a second time."
+    )
+    descriptor: str = Field(description="Descriptor that was compared.")
+    energy: float = Field(description="Energy of the best answer found.")
+    lower_bound: float = Field(description="No answer of the level's problem has less energy.")
+    gap: float = Field(description="Relative difference of the two.")
+    certified: bool = Field(description="Whether the answer is proven to be the best.")
+    iterations: int = Field(description="Steps of the solver.")
+    method: str = Field(description="How the proof was made.")
+    seconds: float = Field(description="Time the level took.")
+    rank: int = Field(
+        description="Place of the answer among all hypotheses by their energy at this level."
+    )
+
+
+class RefinedPoint(_Part):
+    """A point of the target's surface, between three vertices that make a triangle there."""
+
+    source: int = Field(description="0-based vertex index in the source's file.")
+    vertices: Annotated[tuple[int, ...], Field(min_length=3, max_length=3)] = Field(
+        description="0-based indices, in the target's file, of the triangle's corners. Of a shape"
+        " that was simplified it is a triangle of fewer, larger ones, whose corners are vertices of"
+        " the file all the same."
+    )
+    weights: Annotated[
+        tuple[Annotated[float, Field(ge=0, le=1)], ...], Field(min_length=3, max_length=3)
+    ] = Field(
+        description="Barycentric coordinates, none negative, of sum 1: the point is the mean of"
+        " the corners with these weights."
+    )
+
+
+class Refinement(_Part):
+    """Where the matched points lie on the target between its vertices: GMDS, (7) and 7.1."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "hypothesis": 0,
+                    "stress": 0.31,
+                    "initial_stress": 0.47,
+                    "status": "converged",
+                    "points": [
+                        {"source": 17, "vertices": [204, 31, 205], "weights": [0.25, 0.0, 0.75]}
+                    ],
+                }
+            ]
+        }
+    )
+
+    hypothesis: int = Field(
+        ge=0,
+        description='What was refined: 0 for `correspondences`. With objective "linf", whose'
+        " answer is that of least distortion whatever its extension is like, it may be j for the"
+        " j-th of `alternatives`; the points are then near its pairs.",
+    )
+    stress: float = Field(
+        ge=0,
+        description="Sum of squared differences of distances, near ones weighing most, among these"
+        " points and others between them; in units of the target's area.",
+    )
+    initial_stress: float = Field(ge=0, description="The same before GMDS; never less.")
+    status: Literal["converged", "iterations", "deadline"] = Field(description="Why it ended.")
+    points: tuple[RefinedPoint, ...] = Field(
+        description="One for each of `correspondences`, in their order."
+    )
+
+
+class DenseCorrespondence(_Part):
+    """A map of all vertices of the source's surface; both lists are of the same length."""
+
+    hypothesis: int = Field(
+        ge=0,
+        description='What was extended: 0 for `correspondences`. With objective "linf", whose'
+        " answer is that of least distortion whatever its extension is like, it may be j for the"
+        " j-th of `alternatives`.",
+    )
+    source: tuple[int, ...] = Field(
+        description="0-based vertex indices in the source's file, ascending: all that the matched"
+        " surface has. Vertices of no face or of another component are not among them; one that"
+        " `simplify` has removed goes where the one that stands for it does."
+    )
+    target: tuple[int, ...] = Field(
+        description="The vertex of the target's file that each of them corresponds to; several"
+        " may go to one."
+    )
+
+
+class MatchResult(_Part):
+    """A minimum-distortion correspondence, with what is proven of it."""
+
+    version: Literal[1] = Field(default=1, description="Version of this format.")
+    source: str = Field(description="Id of the source: a shape, or a prototype.")
+    source_kind: Literal["shape", "prototype"] = Field(
+        default="shape",
+        description="What the source is. Of a prototype, points are named by their numbers from 0"
+        " where vertices of a shape are.",
+    )
+    target: str = Field(description="Id of the target shape.")
+    parameters: MatchParameters = Field(description="The parameters in force.")
+    correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
+    distortion: Distortion
+    gromov_hausdorff: float = Field(
+        description="Gromov-Hausdorff distance of the samples: half the largest distortion."
+    )
+    energy: float = Field(
+        description="Energy of the labelling problem, (5) of the paper; with the objective"
+        ' "linf" the largest distortion.'
+    )
+    lower_bound: float = Field(description="No correspondence of the problem solved has less.")
+    gap: float = Field(description="Relative difference of `energy` and `lower_bound`.")
+    certified: bool = Field(
+        description="Whether the correspondence is proven to be the best of the problem solved."
+    )
+    alternatives: tuple[Alternative, ...] = Field(
+        description="Other good correspondences, the likeliest first; some may have less energy,"
+        " where the rest of the surface agrees better with the answer, or orientation chose it."
+    )
+    levels: tuple[Level, ...] = Field(description="The levels, coarsest first.")
+    unmatched: tuple[int, ...] = Field(
+        description="Source vertices (or points) that are cheaper to leave unmatched."
+    )
+    refinement: Refinement | None = Field(
+        default=None,
+        description="The matched points between the target's vertices; null if that was not asked"
+        " for, or if fewer than three points were matched.",
+    )
+    dense: DenseCorrespondence | None = Field(
+        default=None,
+        description="The match extended to all vertices; null if that was not asked for, or if"
+        " fewer than three points were matched.",
+    )
+    misfit: FiniteFloat | None = Field(
+        default=None,
+        description="Of a prototype, how much the target misfits its class: the energy per point at"
+        " the coarsest level over that of a usual example that was left out when the prototype was"
+        " learned; 1 is usual, and a warning says from which on the target is unlike them all."
+        " Null of two shapes, of prototypes of fewer than four examples, and where `beta`,"
+        " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
+        " by default.",
+    )
+    warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
+    timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')
+
+
+def no_alternative(asked: int, count: int) -> tuple[str, FieldProblem]:
+    """Return what is said of an alternative that a match does not have, whole and of the field.
+
+    Parameters
+    ----------
+    asked
+        Number of the one that is to be drawn.
+    count
+        How many there are.
+    """
+    there = f"it has {count}, numbered from 1" if count else "it has none"
+    detail = f"The match has no alternative {asked}: {there}; 0 is the match itself."
+    return detail, FieldProblem(field="query.alternative", message=there)

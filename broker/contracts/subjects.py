@@ -1,0 +1,62 @@
+"""What a job is of: the shapes and prototypes that it names."""
+
+from dataclasses import dataclass
+
+from broker.contracts.jobs import (
+    DissimilaritiesPayload,
+    MatchPayload,
+    Payload,
+    PrototypePayload,
+    PrototypeValidationPayload,
+    SpectrumPayload,
+    ValidationPayload,
+)
+from broker.contracts.prototypes import is_prototype
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a job is of.
+
+    Parameters
+    ----------
+    source, target
+        Of a match.
+    shapes
+        All shapes, in the order in which the request named them, each once.
+    prototype
+        The one that is matched, or was uploaded.
+    name
+        Of an upload, or of the prototype that is learned.
+    """
+
+    source: str | None = None
+    target: str | None = None
+    shapes: tuple[str, ...] = ()
+    prototype: str | None = None
+    name: str | None = None
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """Ids of shapes and prototypes that the job is found by."""
+        return self.shapes if self.prototype is None else (*self.shapes, self.prototype)
+
+
+def subject_of(payload: Payload) -> Subject:
+    """Return what a job is of; of nothing, if it serves another job."""
+    match payload:
+        case MatchPayload(source=source, target=target) if is_prototype(source):
+            return Subject(source, target, (target,), source)
+        case MatchPayload(source=source, target=target):
+            return Subject(source, target, tuple(dict.fromkeys((source, target))))
+        case DissimilaritiesPayload():
+            return Subject(shapes=payload.shapes)
+        case PrototypePayload():
+            return Subject(shapes=payload.shapes, name=payload.name)
+        case ValidationPayload():
+            return Subject(shapes=(payload.shape,), name=payload.name)
+        case PrototypeValidationPayload():
+            return Subject(prototype=payload.prototype, name=payload.name)
+        case SpectrumPayload():
+            return Subject(shapes=(payload.shape,))
+    return Subject()

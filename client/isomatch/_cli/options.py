@@ -1,0 +1,159 @@
+"""The arguments and options that commands have in common, and what is refused of them."""
+
+import re
+from pathlib import Path
+from typing import Annotated, Final, TypeVar
+
+import typer
+
+from isomatch._http import URL_VARIABLE
+from isomatch._models import StructureChoice, structure_choice
+
+_SHAPE_ID = re.compile(r"[0-9a-f]{32}")
+_PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
+
+
+GivenT = TypeVar("GivenT", str, list[str])
+
+
+def shapes_given(given: GivenT) -> GivenT:
+    """Return what names shapes, files or ids, if it does.
+
+    Raises
+    ------
+    typer.BadParameter
+        One is neither.
+    """
+    for one in [given] if isinstance(given, str) else given:
+        if not Path(one).is_file() and not _SHAPE_ID.fullmatch(one):
+            if names_prototype(one):
+                raise typer.BadParameter(
+                    f"{one!r} is a prototype: only the source of a match can be one"
+                )
+            raise typer.BadParameter(f"{one!r} is neither a file nor the id of a shape")
+    return given
+
+
+def source_given(given: str) -> str:
+    """Return what names the source of a match: as :func:`shapes_given`, or a prototype's id."""
+    return given if names_prototype(given) else shapes_given(given)
+
+
+def id_given(given: str | None) -> str | None:
+    """Return the id of a shape or a prototype, if it is one; a file's name is none."""
+    if given is None or _SHAPE_ID.fullmatch(given) or _PROTOTYPE_ID.fullmatch(given):
+        return given
+    raise typer.BadParameter(
+        f"{given!r} is no id; `isomatch shapes` and `isomatch prototype list` say them"
+    )
+
+
+def names_prototype(given: str) -> bool:
+    """Whether something is the id of a prototype, and no file."""
+    return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
+
+
+def writable(given: Path | None) -> Path | None:
+    """Return the name of a file to write, if one can be there: better known before the work."""
+    if given is not None and not given.parent.is_dir():
+        raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
+    if given is not None and given.is_dir():
+        raise typer.BadParameter(f"{str(given)!r} is a folder")
+    return given
+
+
+def picture_given(given: Path | None) -> Path | None:
+    """Return the name of a picture to write, as :func:`writable`, if it says what will be in it."""
+    if given is not None and given.suffix.lower() != ".png":
+        raise typer.BadParameter(f"pictures are PNG files: {given.stem}.png")
+    return writable(given)
+
+
+OUTPUT: Final = "Output and service"
+"""Heading of the options that all commands have in common."""
+
+Url = Annotated[
+    str,
+    typer.Option(
+        "--url", envvar=URL_VARIABLE, help="Address of the service.", rich_help_panel=OUTPUT
+    ),
+]
+AsJson = Annotated[
+    bool,
+    typer.Option("--json", help="Print JSON and nothing else.", rich_help_panel=OUTPUT),
+]
+FORMATS: Final = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures"
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Print ids and nothing else.", rich_help_panel=OUTPUT),
+]
+Mesh = Annotated[
+    str,
+    typer.Argument(callback=shapes_given, help=f"A file ({FORMATS}) or a shape's id."),
+]
+Source = Annotated[
+    str,
+    typer.Argument(
+        callback=source_given,
+        help=f"A file ({FORMATS}), a shape's id or that of a prototype.",
+    ),
+]
+Meshes = Annotated[
+    list[str],
+    typer.Argument(callback=shapes_given, help=f"Files ({FORMATS}) or shapes' ids."),
+]
+Output = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        callback=writable,
+        help="Write the result to this JSON file.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+WhichPicture = Annotated[
+    int | None,
+    typer.Option(
+        "--alternative",
+        min=0,
+        help="Which answer of a match --picture draws: 0 for the match itself, 1 for the first of"
+        " its alternatives.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Picture = Annotated[
+    Path | None,
+    typer.Option(
+        "--picture",
+        callback=picture_given,
+        help="Write a picture of the result to this PNG file.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Wait = Annotated[
+    bool,
+    typer.Option(
+        "--wait/--no-wait",
+        help="Wait for the result, or print the job's id and leave it to run.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+
+
+def structure_choices(given: list[str] | None) -> list[StructureChoice]:
+    """Return the structures that options name."""
+    try:
+        return [structure_choice(text) for text in given or ()]
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+
+
+def landmarks(given: list[str] | None) -> list[tuple[int, int]]:
+    try:
+        pairs = [tuple(map(int, text.split(":"))) for text in given or ()]
+    except ValueError as error:
+        raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203") from error
+    if any(len(pair) != 2 for pair in pairs):
+        raise typer.BadParameter("a landmark is two vertex numbers, as in 17:203")
+    return [(pair[0], pair[1]) for pair in pairs]

@@ -1,0 +1,174 @@
+"""``isomatch prototype``: what classes of shapes are like."""
+
+from pathlib import Path
+from typing import Annotated, Any, Final, cast
+
+import typer
+
+from isomatch._cli import parameter_options as options
+from isomatch._cli.examples import LEARN_EXAMPLES
+from isomatch._cli.options import AsJson, Meshes, Output, Quiet, Url, Wait, structure_choices
+from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
+from isomatch._cli.render import standard_error, standard_output
+from isomatch._cli.shell import EXIT_CODES, connected, echo_models, run, uploaded
+from isomatch._http import DEFAULT_URL
+from isomatch._models import PrototypeParameters
+
+PrototypeId = Annotated[str, typer.Argument(help="Id of the prototype.")]
+Name = Annotated[
+    str | None, typer.Option(help="What to call it; one that is taken gets a next version.")
+]
+
+MIXTURES: Final = "Mixtures"
+
+prototypes = typer.Typer(
+    name="prototype",
+    help="Learn, list, show, exchange and delete prototypes of classes of shapes.",
+    epilog=EXIT_CODES,
+    no_args_is_help=True,
+)
+
+
+@prototypes.command(epilog=LEARN_EXAMPLES)
+def learn(
+    meshes: Meshes,
+    name: Name = None,
+    points: Annotated[
+        int | None, typer.Option(help="Points of the prototype, 3 to 256 [32].")
+    ] = None,
+    shared_connectivity: Annotated[
+        bool,
+        typer.Option(
+            "--shared-connectivity",
+            help="The same vertex of every mesh corresponds; by default the first is matched.",
+        ),
+    ] = False,
+    normalise: options.Normalise = None,
+    simplify: options.Simplify = None,
+    metric: options.Metrics = None,
+    descriptor: options.Descriptors = None,
+    sampling: options.Samplings = None,
+    eigenpairs: options.Eigenpairs = None,
+    geodesic_method: options.GeodesicMethod = None,
+    components: Annotated[
+        int | None,
+        typer.Option(help="Gaussians of each mixture, 1 to 16 [5].", rich_help_panel=MIXTURES),
+    ] = None,
+    select_components: Annotated[
+        bool | None,
+        typer.Option(
+            "--select-components",
+            help="Choose their number by the BIC, up to that.",
+            rich_help_panel=MIXTURES,
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(help="Of what is random in learning [0].", rich_help_panel=MIXTURES),
+    ] = None,
+    output: Output = None,
+    as_json: AsJson = False,
+    wait: Wait = True,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Learn a prototype from meshes of one class; the first says which points are taken."""
+    given: dict[str, Any] = {
+        "points": points,
+        "components": components,
+        "select_components": select_components,
+        "correspondence": "shared_connectivity" if shared_connectivity else None,
+        "metric": structure_choices(metric),
+        "descriptor": structure_choices(descriptor),
+        "sampling": structure_choices(sampling),
+        "eigenpairs": eigenpairs,
+        "geodesic_method": geodesic_method,
+        "normalise": normalise,
+        "simplify": simplify,
+        "seed": seed,
+    }
+    parameters = {key: value for key, value in given.items() if value not in (None, [])}
+    with connected(url, as_json) as client:
+        shapes = uploaded(client, meshes, as_json)
+        wanted = cast(PrototypeParameters, parameters)
+        run(
+            lambda: client.learn_prototype(shapes, name=name, **wanted),
+            as_json,
+            output,
+            None,
+            wait=wait,
+            page=client.base_url,
+        )
+
+
+@prototypes.command("list")
+def list_prototypes(
+    name: Annotated[str | None, typer.Option(help="Only the versions of this name.")] = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """List the prototypes, all versions of all names, newest first."""
+    with connected(url, as_json) as client:
+        found = client.prototypes(name)
+        if as_json:
+            echo_models(prototype.model_dump_json() for prototype in found)
+        elif quiet:
+            for prototype in found:
+                typer.echo(prototype.id)
+        else:
+            print_prototypes(found, standard_output())
+
+
+@prototypes.command()
+def show(prototype_id: PrototypeId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
+    """Show what is known of a prototype."""
+    with connected(url, as_json) as client:
+        prototype = client.prototype(prototype_id)
+        if as_json:
+            typer.echo(prototype.model_dump_json())
+        else:
+            print_prototype(prototype, standard_output())
+
+
+@prototypes.command()
+def download(
+    prototype_id: PrototypeId,
+    path: Annotated[Path, typer.Argument(help="The NumPy file (.npz) to write.")],
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Write a prototype to a file, which this and other services take."""
+    with connected(url) as client:
+        client.download_prototype(prototype_id, path)
+
+
+@prototypes.command()
+def upload(
+    archive: Annotated[
+        Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="A prototype, .npz.")
+    ],
+    name: Name = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Upload a prototype; the same file again is the same prototype."""
+    with connected(url, as_json) as client:
+        prototype = client.upload_prototype(archive, name)
+        if as_json:
+            typer.echo(prototype.model_dump_json())
+        elif quiet:
+            typer.echo(prototype.id)
+        else:
+            print_prototypes([prototype], standard_output())
+
+
+@prototypes.command()
+def delete(
+    prototype_ids: Annotated[list[str], typer.Argument(help="Ids of prototypes.")],
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Delete prototypes; matches with them that have not begun will fail."""
+    with connected(url) as client:
+        for prototype_id in prototype_ids:
+            client.delete_prototype(prototype_id)
+            standard_error().print(f"prototype {prototype_id} is deleted")

@@ -1,0 +1,286 @@
+"""Results as tables for a terminal or a text file."""
+
+import os
+from collections.abc import Iterable, Mapping
+from datetime import datetime
+from itertools import repeat
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Column, Table
+from rich.text import Text
+
+from isomatch._clients import Job
+from isomatch._models import (
+    JobRecord,
+    RefinedPoint,
+    Refinement,
+    Shape,
+    Structure,
+    StructureParameter,
+    Structures,
+)
+from isomatch._results import Dissimilarities, Match
+
+FILE_WIDTH = 120
+"""Columns of what is not printed on a terminal."""
+
+
+def standard_output() -> Console:
+    """Return the console that results are printed on."""
+    console = Console(highlight=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = FILE_WIDTH
+    return console
+
+
+def standard_error() -> Console:
+    """Return the console that is told what is not the result."""
+    return Console(stderr=True)
+
+
+def print_match(match: Match, console: Console) -> None:
+    """Print the correspondences of a match and what is proven of it."""
+    columns = [Column(name, justify="right") for name in ("source", "target", "cost")]
+    if match.refinement is not None:
+        columns.append(Column("between the target's vertices, with weights"))
+    table = Table(*columns, box=SIMPLE_HEAD, pad_edge=False)
+    refined = map(_refined, match.refinement.points) if match.refinement is not None else repeat("")
+    for pair, between in zip(match.correspondences, refined, strict=False):
+        table.add_row(str(pair.source), str(pair.target), f"{pair.cost:.6g}", between)
+    console.print(table)
+    console.print(match_summary(match))
+    print_warnings(match.warnings, console)
+
+
+def _refined(point: RefinedPoint) -> str:
+    corners = zip(point.vertices, point.weights, strict=True)
+    return ", ".join(f"{vertex}: {weight:.3f}" for vertex, weight in corners)
+
+
+def match_summary(match: Match) -> Table:
+    """Return the figures of a match as a table of names and values."""
+    distortion = match.distortion
+    first_order = "none" if distortion.first_order is None else f"{distortion.first_order:.6g}"
+    proof = "yes: no better one exists" if match.certified else "no: the gap says how far it can be"
+    rows = {
+        "distortion, first order": first_order,
+        "distortion, second order": f"{distortion.second_order:.6g}",
+        "distortion, largest": f"{distortion.linf:.6g}",
+        "Gromov-Hausdorff": f"{match.gromov_hausdorff:.6g}",
+        "energy": f"{match.energy:.6g}",
+        "lower bound": f"{match.lower_bound:.6g}",
+        "gap": f"{match.gap:.3g}",
+        "certified": proof,
+        "certified levels": certified_levels(match),
+        "alternatives": str(len(match.alternatives)),
+        "refinement": _refinement(match.refinement),
+        "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
+        "unmatched": str(len(match.unmatched)),
+        **({} if match.misfit is None else {"misfit": f"{match.misfit:.3g}, 1 being usual"}),
+        "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
+    }
+    return named_values(rows)
+
+
+def named_values(rows: Mapping[str, str]) -> Table:
+    """Return a table of names and values."""
+    table = Table(show_header=False, box=None, pad_edge=False)
+    for name, value in rows.items():
+        table.add_row(name, Text(value))
+    return table
+
+
+def _refinement(found: Refinement | None) -> str:
+    if found is None:
+        return "none"
+    what = f"alternative {found.hypothesis}" if found.hypothesis else "this correspondence"
+    return f"of {what}: stress {found.stress:.3g}, before {found.initial_stress:.3g}"
+
+
+def certified_levels(match: Match) -> str:
+    """Return which levels carry a proof, as in ``8 points, not 16, not 32``."""
+    return ", ".join(
+        f"{level.points} points" if level.certified else f"not {level.points}"
+        for level in match.levels
+    )
+
+
+def print_dissimilarities(
+    result: Dissimilarities, names: Mapping[str, str], console: Console
+) -> None:
+    """Print a collection: each shape, what it is most like, and what is proven of that.
+
+    Parameters
+    ----------
+    result
+        The dissimilarities.
+    names
+        What the shapes are called, by their ids.
+    console
+        Where they are printed.
+    """
+    called = [names.get(shape, shape) for shape in result.shapes]
+    columns = [Column("shape"), Column("nearest"), Column("dissimilarity", justify="right")]
+    labels = result.labels
+    if labels is not None:
+        columns.insert(1, Column("label"))
+        columns.append(Column("average precision", justify="right"))
+    table = Table(*columns, box=SIMPLE_HEAD, pad_edge=False)
+    for place, (name, ranked) in enumerate(zip(called, result.nearest, strict=True)):
+        row = [name, called[ranked[0]], f"{result.matrix[place, ranked[0]]:.6g}"]
+        if labels is not None:
+            precision = (result.average_precisions or ())[place]
+            row.insert(1, labels[place])
+            row.append("alone" if precision is None else f"{precision:.3f}")
+        table.add_row(*map(Text, row))
+    console.print(table)
+    console.print(_collection_summary(result))
+    print_warnings(result.warnings, console)
+
+
+def _collection_summary(result: Dissimilarities) -> Table:
+    count = len(result.shapes)
+    pairs = count * (count - 1) // 2
+    rows = {
+        "pairs": str(pairs),
+        "certified": "all of them"
+        if result.certified
+        else f"all but {len(result.uncertified)} of them",
+        "seconds": f"{result.timings['total']:.2f}" if "total" in result.timings else "unknown",
+    }
+    if result.mean_average_precision is not None and result.precision_at_1 is not None:
+        rows["mean average precision"] = f"{result.mean_average_precision:.4f}"
+        rows["precision at 1"] = f"{result.precision_at_1:.4f}"
+    return named_values(rows)
+
+
+def print_shapes(shapes: Iterable[Shape], console: Console) -> None:
+    """Print shapes, one in a row."""
+    table = listing("id", "type", "vertices", "faces", "uploaded")
+    table.add_column("name", overflow="fold")
+    for shape in shapes:
+        table.add_row(
+            shape.id,
+            shape.file_type,
+            str(shape.vertices),
+            str(shape.faces),
+            local(shape.created),
+            Text(shape.name),
+        )
+    console.print(table)
+
+
+def print_structures(structures: Structures, console: Console) -> None:
+    """Print what can be chosen, one in a row, metrics and descriptors apart."""
+    _print_kind("metric", structures.metrics, console)
+    _print_kind("descriptor", structures.descriptors, console)
+    console.print(
+        Text("Not normalised, structures are invariant as said. A parameter is given as in"),
+        Text("diffusion:time=0.02; lengths and areas are in those of a surface of area 1."),
+    )
+
+
+def _print_kind(kind: str, structures: Iterable[Structure], console: Console) -> None:
+    table = listing(kind, "bending", "topology", "scale")
+    table.add_column("parameters", overflow="fold")
+    table.add_column("", overflow="fold")
+    for structure in structures:
+        invariance = structure.invariance
+        table.add_row(
+            structure.name,
+            invariance.bending,
+            invariance.topology,
+            invariance.scale,
+            Text("\n".join(map(_parameter, structure.parameters))),
+            Text(structure.description),
+        )
+    console.print(table)
+
+
+def _parameter(parameter: StructureParameter) -> str:
+    value = parameter.default
+    default = f"{value[0]:.2g},...,{value[-1]:.2g}" if isinstance(value, tuple) else f"{value:g}"
+    unit = f" ({parameter.unit})" if parameter.unit else ""
+    return f"{parameter.name}={default}{unit}"
+
+
+def print_jobs(jobs: Iterable[Job], console: Console) -> None:
+    """Print jobs, one in a row."""
+    table = listing("id", "kind", "state", "done", "queued")
+    table.add_column("of", overflow="fold")
+    table.add_column("stage", overflow="fold")
+    for job in jobs:
+        table.add_row(
+            job.id,
+            job.kind,
+            job.state,
+            f"{job.progress.fraction:.0%}",
+            local(job.created),
+            Text(_subject(job.record, short=True)),
+            Text(job.progress.stage),
+        )
+    console.print(table)
+
+
+def _subject(record: JobRecord, short: bool = False) -> str:
+    """What a job is of, with ids as long as they are or as long as tells them apart."""
+
+    def shown(name: str | None) -> str:
+        return (name or "")[:10] if short else name or ""
+
+    if record.source is not None:
+        return f"{shown(record.source)} -> {shown(record.target)}"
+    few = record.shape_count == len(record.shapes) <= (2 if short else 20)
+    shapes = ", ".join(map(shown, record.shapes)) if few else f"{record.shape_count} shapes"
+    return ": ".join(part for part in (record.name, shown(record.prototype), shapes) if part)
+
+
+def print_job(record: JobRecord, console: Console) -> None:
+    """Print what is known of a job."""
+    rows = {
+        "id": record.id,
+        "kind": record.kind,
+        "of": _subject(record),
+        "state": record.state,
+        "progress": f"{record.progress.fraction:.0%}, {record.progress.stage}",
+        "queued": local(record.created),
+        "started": "not yet" if record.started is None else local(record.started),
+        "ended": "not yet" if record.ended is None else local(record.ended),
+    }
+    if record.position is not None:
+        rows["jobs before it"] = str(record.position)
+    if record.error is not None:
+        rows["error"] = record.error.summary
+    if record.caller is not None:
+        rows["caller"] = record.caller
+    if record.webhook is not None:
+        rows["webhook"] = f"{record.webhook.url}: {record.webhook.state}"
+    console.print(named_values(rows))
+
+
+def event_line(record: JobRecord) -> str:
+    """Return in one line how a job is."""
+    line = f"{datetime.now():%H:%M:%S}  {record.state:9}  {record.progress.fraction:4.0%}"
+    if record.error is not None:
+        return f"{line}  {record.error.summary}"
+    if record.position:
+        return f"{line}  {record.position} before it"
+    return f"{line}  {record.progress.stage}"
+
+
+def listing(*names: str) -> Table:
+    """Return a table of rows without a frame, whose columns are not cut short."""
+    # What is cut short, an id above all, is of no use: the last column is what gives way.
+    return Table(*(Column(name, no_wrap=True) for name in names), box=SIMPLE_HEAD, pad_edge=False)
+
+
+def local(time: datetime) -> str:
+    """Return a time in words, where the user is."""
+    return f"{time.astimezone():%Y-%m-%d %H:%M}"
+
+
+def print_warnings(warnings: Iterable[str], console: Console) -> None:
+    """Print warnings, one in a line."""
+    for warning in warnings:
+        console.print(Text(f"warning: {warning}"), soft_wrap=True)

@@ -1,0 +1,8 @@
+"""The clients and their jobs, blocking and asynchronous: the twins of one surface."""
+
+from isomatch._clients.async_client import AsyncClient
+from isomatch._clients.async_job import AsyncJob
+from isomatch._clients.client import Client
+from isomatch._clients.job import Job
+
+__all__ = ["AsyncClient", "AsyncJob", "Client", "Job"]

@@ -1,0 +1,126 @@
+"""Runs operations over asynchronous I/O; the only module that knows how the async client waits."""
+
+from collections.abc import AsyncGenerator, AsyncIterator, Callable
+from contextlib import AsyncExitStack, aclosing, closing
+from typing import TypeVar
+
+import anyio
+import httpx2
+
+from isomatch._http.exchange import (
+    Call,
+    Heard,
+    Listen,
+    NextLine,
+    Operation,
+    Pause,
+    Stream,
+    persistently,
+)
+from isomatch._http.transport import BlockingTransport, advance, client_arguments, request_arguments
+from isomatch._models import Page
+
+ResultT = TypeVar("ResultT")
+
+
+class AsyncTransport:
+    """Runs operations against one service, in the calling task.
+
+    The parameters are those of :class:`isomatch._http.transport.BlockingTransport`. A task that is
+    cancelled leaves nothing behind: the operation is ended and its connection closed.
+    """
+
+    def __init__(
+        self,
+        base_url: str,
+        timeout: float | None,
+        retries: int,
+        transport: httpx2.AsyncBaseTransport | None,
+        api_key: str | None,
+    ) -> None:
+        self._timeout = timeout
+        self.retries = retries
+        self.carried = transport is not None
+        self._address = base_url, api_key
+        self._http = httpx2.AsyncClient(transport=transport, **client_arguments(base_url, api_key))
+
+    async def run(self, operation: Operation[ResultT]) -> ResultT:
+        """Do what the operation asks until it returns."""
+        persistent, outcome = persistently(operation, self.retries), None
+        try:
+            while True:
+                outcome = await self._outcome(advance(persistent, outcome))
+        except StopIteration as end:
+            result: ResultT = end.value
+            return result
+        finally:
+            persistent.close()
+
+    async def stream(self, operation: Stream[ResultT]) -> AsyncGenerator[ResultT]:
+        """Do what the operation asks, and go through what it hears."""
+        lines: AsyncIterator[str] | None = None
+        outcome: object = None
+        with closing(operation):
+            async with AsyncExitStack() as listening:
+                while True:
+                    try:
+                        step = advance(operation, outcome)
+                    except StopIteration:
+                        return
+                    if isinstance(step, Heard):
+                        yield step.what
+                        outcome = None
+                    elif isinstance(step, Listen):
+                        await listening.aclose()
+                        outcome = await self._outcome(step.call, stream=True)
+                        if isinstance(outcome, httpx2.Response):
+                            await listening.enter_async_context(aclosing(outcome))
+                            lines = outcome.aiter_lines()
+                    elif isinstance(step, NextLine):
+                        assert lines is not None
+                        outcome = await _line(lines)
+                    else:
+                        outcome = await self._outcome(step)
+
+    async def pages(
+        self, ask: Callable[[str | None], Operation[Page[ResultT]]]
+    ) -> AsyncIterator[ResultT]:
+        """Go through all items of a listing, asking for page after page."""
+        page = await self.run(ask(None))
+        for item in page.items:
+            yield item
+        while page.next_cursor is not None:
+            page = await self.run(ask(page.next_cursor))
+            for item in page.items:
+                yield item
+
+    def blocking(self) -> BlockingTransport:
+        """Return a new transport to the same service, over the network, that blocks."""
+        base_url, api_key = self._address
+        return BlockingTransport(base_url, self._timeout, self.retries, None, api_key)
+
+    async def close(self) -> None:
+        """Close the connections."""
+        await self._http.aclose()
+
+    async def _outcome(
+        self, step: Call | Pause, stream: bool = False
+    ) -> httpx2.Response | httpx2.TransportError | None:
+        if isinstance(step, Pause):
+            await anyio.sleep(step.seconds)
+            return None
+        request = self._http.build_request(**request_arguments(step, self._timeout))
+        try:
+            response = await self._http.send(request, stream=stream)
+            if stream and not response.is_success:
+                await response.aread()
+        except httpx2.TransportError as error:
+            return error
+        return response
+
+
+async def _line(lines: AsyncIterator[str]) -> str | httpx2.TransportError | None:
+    try:
+        return await anext(lines, None)
+    except httpx2.TransportError as error:
+        return error

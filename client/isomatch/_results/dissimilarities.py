@@ -1,0 +1,184 @@
+"""The result of comparing a collection of shapes."""
+
+import os
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    FiniteFloat,
+    PlainSerializer,
+    SkipValidation,
+    WithJsonSchema,
+)
+
+from isomatch._models import Answer, DissimilarityParameters, JobState
+from isomatch._results.plotting import plot_matrix, saved
+from isomatch._results.result import Drawable, Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def _numbers(given: Any) -> npt.NDArray[np.float64]:
+    numbers = np.asarray(given, dtype=np.float64)
+    if not np.isfinite(numbers).all():
+        raise ValueError("Input should be finite numbers")
+    return numbers
+
+
+def _known(given: Any) -> npt.NDArray[np.float64]:
+    # What is null is not known yet.
+    return np.asarray(given, dtype=np.float64)
+
+
+def _places(given: Any) -> npt.NDArray[np.int64]:
+    return np.asarray(given, dtype=np.int64)
+
+
+_NUMBER, _PLACE = {"type": "number"}, {"type": "integer"}
+_LIST: PlainSerializer = PlainSerializer(lambda array: array.tolist())
+
+
+def _rows(of: dict[str, Any]) -> WithJsonSchema:
+    return WithJsonSchema({"type": "array", "items": {"type": "array", "items": of}})
+
+
+_Floats: TypeAlias = Annotated[npt.NDArray[np.float64], SkipValidation]
+_Square: TypeAlias = Annotated[_Floats, BeforeValidator(_numbers), _LIST, _rows(_NUMBER)]
+_Line: TypeAlias = Annotated[
+    _Floats, BeforeValidator(_numbers), _LIST, WithJsonSchema({"type": "array", "items": _NUMBER})
+]
+_Places: TypeAlias = Annotated[
+    npt.NDArray[np.int64], SkipValidation, BeforeValidator(_places), _LIST, _rows(_PLACE)
+]
+_Partly: TypeAlias = Annotated[
+    _Floats, BeforeValidator(_known), _LIST, _rows({"anyOf": [_NUMBER, {"type": "null"}]})
+]
+
+
+class Dissimilarities(Result):
+    """Dissimilarities among the K shapes of a collection, each the least of its kind, and proven.
+
+    Attributes
+    ----------
+    version
+        Version of the result format.
+    shapes
+        Ids of the shapes, as they were given.
+    labels
+        Their labels; None if none were given.
+    parameters
+        The parameters in force, defaults filled in.
+    matrix
+        Dissimilarities, (K, K) float64: symmetric, 0 on the diagonal. To nine digits;
+        :meth:`isomatch.Job.save_arrays` has all.
+    lower_bounds
+        What each pair's distortion is at least, (K (K - 1) / 2,) float64: the upper triangle of
+        `matrix`, row by row, as ``matrix[numpy.triu_indices(K, 1)]``.
+    certified
+        Whether every dissimilarity is proven to be the least.
+    uncertified
+        Pairs of shapes, by their places, of which that is not proven.
+    nearest
+        Places of the nearest other shapes of each, (K, n) int64, the least dissimilar first.
+    mean_average_precision, precision_at_1
+        How well each shape's nearest ones are those of its label; None without labels, or where no
+        two shapes have the same.
+    average_precisions
+        The same for each shape; None for one that is alone with its label.
+    warnings
+        What the service wants known about this answer.
+    timings
+        Seconds of all workers by stage, and ``"total"``, the seconds from the start.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    version: int = 1
+    shapes: tuple[str, ...]
+    labels: tuple[str, ...] | None
+    parameters: DissimilarityParameters
+    matrix: _Square
+    lower_bounds: _Line
+    certified: bool
+    uncertified: tuple[tuple[int, int], ...]
+    nearest: _Places
+    mean_average_precision: FiniteFloat | None
+    precision_at_1: FiniteFloat | None
+    average_precisions: tuple[FiniteFloat | None, ...] | None
+    warnings: tuple[str, ...]
+    timings: dict[str, FiniteFloat]
+
+    def __repr__(self) -> str:
+        line = f"<Dissimilarities of {len(self.shapes)} shapes"
+        if self.certified:
+            line += ", certified"
+        if self.mean_average_precision is not None:
+            line += f", mean average precision {self.mean_average_precision:.3f}"
+        return line + ">"
+
+    __str__ = __repr__
+
+    @cached_property
+    def lower_bound_matrix(self) -> npt.NDArray[np.float64]:
+        """`lower_bounds` in the places of `matrix`, (K, K) float64."""
+        square = np.zeros_like(self.matrix)
+        square[np.triu_indices(len(square), 1)] = self.lower_bounds
+        return square + square.T
+
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
+        names = self.labels or [shape[:8] for shape in self.shapes]
+        title = f"{len(self.shapes)} shapes"
+        if self.mean_average_precision is not None:
+            title += f", mean average precision {self.mean_average_precision:.3f}"
+        return plot_matrix(self.matrix, names, self.labels, title)
+
+
+class PartialDissimilarities(Answer):
+    """Dissimilarities as far as they are known.
+
+    Attributes
+    ----------
+    job, state
+        Id and state of the job that computes them.
+    shapes, labels
+        Ids of the shapes, and their labels if they have any.
+    pairs, pairs_done
+        How many pairs of shapes there are, and of how many the dissimilarity is known.
+    matrix
+        Dissimilarities, (K, K) float64; NaN where they are not known.
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    job: str
+    state: JobState
+    shapes: tuple[str, ...]
+    labels: tuple[str, ...] | None
+    pairs: int
+    pairs_done: int
+    matrix: _Partly
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
+        """Draw what is known, as :meth:`Dissimilarities.plot` draws all; the rest stays white.
+
+        Parameters
+        ----------
+        path
+            File to write the figure to; its ending tells the format.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed.
+        OSError
+            The file cannot be written.
+        """
+        names = self.labels or [shape[:8] for shape in self.shapes]
+        title = f"{len(self.shapes)} shapes, {self.pairs_done} of {self.pairs} pairs known"
+        return saved(plot_matrix(self.matrix, names, self.labels, title), path)

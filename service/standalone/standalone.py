@@ -1,0 +1,218 @@
+"""The whole service on one machine: private Redis, workers and API, started and stopped together.
+
+Where ``ISOMATCH_REDIS_URL`` names a Redis, only the API is run, and as many workers as
+``ISOMATCH_WORKERS`` says.
+"""
+
+import asyncio
+import contextlib
+import fcntl
+import os
+import signal
+import socket
+from collections.abc import AsyncIterator, Iterator
+from pathlib import Path
+from typing import Final
+
+import uvicorn
+from redis.exceptions import RedisError
+
+from broker.queue import JobQueue
+from broker.store import Store
+from broker.telemetry import logger
+from broker.upkeep import forget_workers
+from service.app import create_app
+from service.http import Connection
+from service.settings import Settings
+from service.standalone.embedded import EmbeddedServer, EmbeddedServerError
+from service.standalone.pool import WorkerPool
+
+TEND_INTERVAL: Final = 0.2
+DRAIN_SECONDS: Final = 3
+"""Seconds open requests may take to end when the service stops."""
+
+MOST_EARLY_DEATHS: Final = 4
+"""So many workers that die before one is ready mean that none ever will be."""
+
+log = logger("isomatch.service")
+
+
+class StartError(Exception):
+    """The service cannot start; the message is fit for a user."""
+
+
+class _Server(uvicorn.Server):
+    """Uvicorn without handlers of signals: what they mean is decided for the whole stack."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Capture none."""
+        yield
+
+
+async def serve(settings: Settings) -> None:
+    """Run the service until SIGINT or SIGTERM.
+
+    Raises
+    ------
+    StartError
+        It cannot start.
+    """
+    stop = asyncio.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, stop.set)
+    with listening(settings.host, settings.port) as listener:
+        async with _redis(settings) as (settings, redis):
+            store = Store.open(settings, settings.redis_patience, pause=0.2)
+            try:
+                if redis is not None:
+                    # The server is ours alone: no worker it remembers can be alive.
+                    forget_workers(store)
+                await _run(settings, listener, JobQueue(store, settings), redis, stop)
+            finally:
+                store.close()
+
+
+async def _run(
+    settings: Settings,
+    listener: socket.socket,
+    queue: JobQueue,
+    redis: EmbeddedServer | None,
+    stop: asyncio.Event,
+) -> None:
+    assert settings.redis_url is not None
+    closing = asyncio.Event()
+    config = uvicorn.Config(
+        create_app(settings, closing),
+        http=Connection,
+        log_config=None,
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=DRAIN_SECONDS,
+    )
+    server = _Server(config)
+    pool = WorkerPool(settings.worker_count, settings.redis_url)
+    pool.start()
+    serving = asyncio.create_task(server.serve(sockets=[listener]))
+    stopping = asyncio.create_task(stop.wait())
+    tending = asyncio.create_task(_tend(pool, redis))
+    try:
+        ready = asyncio.create_task(_ready(settings, server, queue, pool))
+        await asyncio.wait({ready, serving, stopping}, return_when=asyncio.FIRST_COMPLETED)
+        if ready.done():
+            ready.result()
+            print(f"isomatch listens on {_url(listener)}", flush=True)
+            if _alive(queue) == 0:
+                log.warning("no worker is there, and jobs wait: `python -m worker` starts one")
+        else:
+            ready.cancel()
+        await asyncio.wait({serving, stopping, tending}, return_when=asyncio.FIRST_COMPLETED)
+        if tending.done():
+            tending.result()
+    finally:
+        log.info("stopping")
+        tending.cancel()
+        stopping.cancel()
+        closing.set()
+        server.should_exit = True
+        await asyncio.wait({serving}, timeout=DRAIN_SECONDS + 1)
+        await asyncio.to_thread(pool.stop)
+
+
+async def _tend(pool: WorkerPool, redis: EmbeddedServer | None) -> None:
+    # Children must be started by the main thread: they die with the thread that started them.
+    while True:
+        await asyncio.sleep(TEND_INTERVAL)
+        if redis is not None and not redis.alive():
+            log.error("the private Redis server died; starting it again")
+            try:
+                redis.start()
+            except EmbeddedServerError as error:
+                raise StartError(str(error)) from error
+        pool.tend()
+
+
+async def _ready(
+    settings: Settings, server: uvicorn.Server, queue: JobQueue, pool: WorkerPool
+) -> None:
+    while not server.started or _alive(queue) < settings.worker_count:
+        if pool.early_deaths >= MOST_EARLY_DEATHS:
+            raise StartError("the workers die as soon as they start; the log above says why")
+        await asyncio.sleep(0.05)
+
+
+def _alive(queue: JobQueue) -> int:
+    try:
+        return queue.workers()
+    except RedisError as error:
+        raise StartError(f"no Redis answers at ISOMATCH_REDIS_URL: {error}") from error
+
+
+@contextlib.asynccontextmanager
+async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedServer | None]]:
+    if settings.redis_url is not None:
+        yield settings, None
+        return
+    with _locked(settings.data_dir):
+        redis = EmbeddedServer(settings.data_dir / "redis")
+        try:
+            try:
+                redis.start()
+            except EmbeddedServerError as error:
+                raise StartError(str(error)) from error
+            found = {"redis_url": redis.url, "workers": settings.worker_count}
+            yield settings.model_copy(update=found), redis
+        finally:
+            redis.stop()
+
+
+@contextlib.contextmanager
+def _locked(directory: Path) -> Iterator[None]:
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        lock = (directory / "lock").open("a+")
+    except OSError as error:
+        raise StartError(f"cannot write to the data directory {directory}: {error}") from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            lock.seek(0)
+            owner = lock.read().strip()
+            raise StartError(
+                f"the data directory {directory} is in use by another isomatch"
+                f" (process {owner}); stop it, or set ISOMATCH_DATA_DIR"
+            ) from error
+        lock.truncate(0)
+        lock.write(str(os.getpid()))
+        lock.flush()
+        yield
+
+
+@contextlib.contextmanager
+def listening(host: str, port: int) -> Iterator[socket.socket]:
+    """Bind a socket to listen on.
+
+    Raises
+    ------
+    StartError
+        The address is taken, or not one of this machine.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    # Only where the protocol is named does asyncio send answers without waiting for more: with
+    # Nagle's algorithm each would take 40 ms longer.
+    with socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listener:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listener.bind((host, port))
+        except OSError as error:
+            raise StartError(
+                f"cannot listen on {host} port {port}: {error.strerror};"
+                " ISOMATCH_HOST and ISOMATCH_PORT, or --host and --port, choose another address"
+            ) from error
+        yield listener
+
+
+def _url(listener: socket.socket) -> str:
+    host, port = listener.getsockname()[:2]
+    return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"

@@ -1,0 +1,8 @@
+"""Objectives of a match: which norm of the distortions is minimised (section 2)."""
+
+from typing import Final
+
+L2: Final = "l2"
+"""Sum of squared distortions: the energy (5)."""
+LINF: Final = "linf"
+"""Greatest distortion: the Gromov-Hausdorff distance, minimised by the minimax search."""

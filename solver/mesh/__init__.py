@@ -1,0 +1,25 @@
+"""Triangle meshes: reading, repair, colours and textures, normals, simplification."""
+
+from solver.mesh.normals import face_normals, signed_areas, vertex_normals
+from solver.mesh.simplification import simplified
+from solver.mesh.triangle_mesh import (
+    MESH_FORMATS,
+    TriangleMesh,
+    largest_component,
+    read_mesh,
+    triangle_areas,
+    triangle_mesh,
+)
+
+__all__ = [
+    "MESH_FORMATS",
+    "TriangleMesh",
+    "face_normals",
+    "largest_component",
+    "read_mesh",
+    "signed_areas",
+    "simplified",
+    "triangle_areas",
+    "triangle_mesh",
+    "vertex_normals",
+]

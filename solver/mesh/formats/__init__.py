@@ -1,0 +1,32 @@
+"""Mesh files as arrays, one module per format.
+
+Every reader keeps the file's own vertex numbering and refuses what it cannot read in full: a file
+that is cut off or contradicts itself raises `MeshError`, it never yields part of a shape.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from solver.mesh.formats.archive import read_zip
+from solver.mesh.formats.gltf import read_glb, read_gltf
+from solver.mesh.formats.obj import read_obj
+from solver.mesh.formats.off import read_off
+from solver.mesh.formats.ply import read_ply
+from solver.mesh.formats.ply_data import Element, Property, binary_columns
+from solver.mesh.formats.stl import read_stl
+from solver.mesh.repair import TriangleSoup
+
+READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
+    {
+        "off": read_off,
+        "obj": read_obj,
+        "ply": read_ply,
+        "stl": read_stl,
+        "glb": read_glb,
+        "gltf": read_gltf,
+        "zip": read_zip,
+    }
+)
+"""Reader of each format by file extension, lower case, without the dot."""
+
+__all__ = ["READERS", "Element", "Property", "TriangleSoup", "binary_columns"]

@@ -1,0 +1,152 @@
+"""ZIP archives: one mesh file and the files that it refers to, materials and images.
+
+Nothing is unpacked: members are read from memory, only those that the mesh refers to, and never
+more of one than the archive's own directory promises, nor of all than `MOST_BYTES` or than an
+archive of its size may come to.
+"""
+
+import io
+import posixpath
+import zipfile
+from dataclasses import dataclass, field
+
+from solver.errors import MeshError
+from solver.mesh.formats.companions import Companions
+from solver.mesh.formats.gltf import read_glb, read_gltf
+from solver.mesh.formats.obj import read_obj
+from solver.mesh.formats.off import read_off
+from solver.mesh.formats.ply import read_ply
+from solver.mesh.formats.stl import read_stl
+from solver.mesh.repair import TriangleSoup
+
+MOST_MEMBERS = 1000
+"""Of an archive."""
+
+MOST_BYTES = 512 * 2**20
+"""Read of an archive, unpacked; a bomb promises or delivers more."""
+
+_MOST_FOLD = 24
+"""Bytes that come of one of an archive; of meshes some five do, of very regular ones some ten."""
+
+_ANY_ARCHIVE = 8 * 2**20
+"""Bytes that may come of an archive in any case: files of a few lines are packed even smaller."""
+
+_ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl}
+_WITH_COMPANIONS = {"obj": read_obj, "gltf": read_gltf, "glb": read_glb}
+_ENCRYPTED = 0x1
+
+
+def read_zip(data: bytes) -> TriangleSoup:
+    """Read the mesh file in a ZIP archive.
+
+    Parameters
+    ----------
+    data
+        Bytes of the archive. It holds one mesh file, and what that refers to: for OBJ its
+        material files and their images, for glTF its buffers and images. Other files do not
+        matter.
+
+    Returns
+    -------
+    TriangleSoup
+        As the reader of the mesh file's format.
+
+    Raises
+    ------
+    MeshError
+        The archive is damaged, encrypted, too large, or leads out of itself; it has no mesh file
+        or several; the mesh file cannot be read, or a file that it refers to is missing.
+    """
+    archive = _Archive.opened(data)
+    name = archive.mesh_name()
+    kind = _extension(name)
+    contents = archive.read(name)
+    if kind in _WITH_COMPANIONS:
+        companions = Companions(archive.names, posixpath.dirname(name), archive.read)
+        return _WITH_COMPANIONS[kind](contents, companions)
+    return _ALONE[kind](contents)
+
+
+@dataclass
+class _Archive:
+    file: zipfile.ZipFile
+    names: tuple[str, ...]
+    most: int
+    left: int
+    seen: dict[str, bytes] = field(default_factory=dict)
+
+    @staticmethod
+    def opened(data: bytes) -> "_Archive":
+        try:
+            file = zipfile.ZipFile(io.BytesIO(data))
+        except MemoryError:
+            raise
+        except Exception as error:  # a damaged directory makes zipfile raise anything
+            raise MeshError(f"not a ZIP archive, or it is damaged or cut off: {error}") from error
+        names = [member.filename for member in file.infolist() if not member.is_dir()]
+        if len(names) > MOST_MEMBERS:
+            raise MeshError(f"the archive has more than {MOST_MEMBERS} files; send only the shape")
+        for name in names:
+            if posixpath.isabs(name) or ".." in name.replace("\\", "/").split("/"):
+                raise MeshError(
+                    f"the archive has a file {name[:100]!r}, which leads out of it; pack it again"
+                )
+        if len(set(names)) < len(names):
+            raise MeshError("the archive has two files of the same name; pack it again")
+        # macOS packs notes of its own beside the files, under their names.
+        names = [name for name in names if not posixpath.basename(name).startswith("._")]
+        most = min(_MOST_FOLD * len(data) + _ANY_ARCHIVE, MOST_BYTES)
+        return _Archive(file, tuple(names), most, most)
+
+    def mesh_name(self) -> str:
+        meshes = [name for name in self.names if _extension(name) in {*_ALONE, *_WITH_COMPANIONS}]
+        if not meshes:
+            known = ", ".join("." + kind for kind in (*_WITH_COMPANIONS, *_ALONE))
+            raise MeshError(f"the archive has no mesh file; one ending in {known} is needed")
+        if len(meshes) > 1:
+            listed = ", ".join(name[:100] for name in meshes[:5])
+            raise MeshError(
+                f"the archive has {len(meshes)} mesh files ({listed}); send each shape in an "
+                "archive of its own"
+            )
+        return meshes[0]
+
+    def read(self, name: str) -> bytes:
+        if name in self.seen:
+            return self.seen[name]
+        member = self.file.getinfo(name)
+        if member.flag_bits & _ENCRYPTED:
+            raise MeshError(f"{name[:100]} in the archive is encrypted; pack it without a password")
+        if member.file_size > self.left:
+            raise MeshError(self._too_large())
+        try:
+            with self.file.open(member) as stream:
+                contents = stream.read(member.file_size + 1)
+        except MemoryError:
+            raise
+        except Exception as error:  # zipfile and zlib raise a dozen kinds for a damaged member
+            raise MeshError(
+                f"{name[:100]} in the archive cannot be unpacked; it is damaged ({error})"
+            ) from error
+        if len(contents) != member.file_size:
+            raise MeshError(
+                f"{name[:100]} in the archive is not of the size it says; it is damaged"
+            )
+        self.left -= len(contents)
+        self.seen[name] = contents
+        return contents
+
+    def _too_large(self) -> str:
+        if self.most == MOST_BYTES:
+            return (
+                f"the archive is larger than {MOST_BYTES >> 20} MiB when unpacked; simplify the "
+                "mesh, or save its images smaller"
+            )
+        return (
+            f"the archive is larger than {self.most >> 20} MiB when unpacked, which is far too "
+            "much for its size; send the mesh file as it is, and images as PNG or JPEG"
+        )
+
+
+def _extension(name: str) -> str:
+    return posixpath.splitext(name)[1].removeprefix(".").lower()

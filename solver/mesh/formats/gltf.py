@@ -1,0 +1,244 @@
+"""glTF 2.0, as one binary file (GLB) or as JSON with its buffers inside or beside it.
+
+The scene's meshes are joined into one, each placed by its node. A vertex of glTF carries its
+normal and texture coordinates, so files repeat vertices along every seam and crease; vertices of
+equal position are merged again, or the surface would fall apart along its texture's seams.
+
+The standard multiplies texture, colour of the vertex and factor of the material in linear light,
+and so is done here. But numbers of COLOR_0, which the standard means linearly, are taken for
+display values, as those of a texture are: so do most programs that write them, and so a shape has
+the same colours in every format.
+"""
+
+import json
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
+from solver.mesh.formats.companions import Companions
+from solver.mesh.formats.contents import check_indices, merge_coincident
+from solver.mesh.formats.gltf_data import GltfData
+from solver.mesh.formats.gltf_materials import GltfMaterial, GltfMaterials
+from solver.mesh.formats.gltf_scene import MODES, check_tree, placed_nodes
+from solver.mesh.repair import TriangleSoup
+from solver.mesh.textures import Paint, Texture, linear_light, painted_colors, tinted
+
+_SEAMS = "glTF repeats vertices along texture seams and creases"
+_JSON, _BINARY = b"JSON", b"BIN\0"
+
+
+def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
+    """Read a binary glTF file.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+    companions
+        The files that came with it, if any.
+
+    Returns
+    -------
+    TriangleSoup
+        `vertex_ids` number the positions of all meshes in the order in which the scene uses them.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete GLB file, or use what is not supported.
+    """
+    if len(data) < 20 or data[:4] != b"glTF":
+        raise MeshError("not a GLB file: it does not begin with glTF")
+    length, json_length, kind = struct.unpack_from("<8xII4s", data)
+    if max(length, 20 + json_length) > len(data):
+        promised = max(length, 20 + json_length)
+        raise MeshError(
+            f"the GLB file promises {promised} bytes and has {len(data)}; it is cut off"
+        )
+    if length < 20 + json_length or kind != _JSON:
+        raise MeshError("the GLB file is longer than it says, or in another order; it is damaged")
+    return _read(data[20 : 20 + json_length], _binary(data, 20 + json_length), companions, "GLB")
+
+
+def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup:
+    """Read a glTF file in JSON with its buffers and images in data URIs, or beside it.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+    companions
+        The files that came with it, if any.
+
+    Returns
+    -------
+    TriangleSoup
+        As :func:`read_glb`.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not glTF, or use what is not supported, such as buffers that did not come.
+    """
+    return _read(data, None, companions, "GLTF")
+
+
+def _binary(data: bytes, start: int) -> bytes | None:
+    """Return the chunk of a GLB file that follows its JSON."""
+    if len(data) < start + 8:
+        return None
+    length, kind = struct.unpack_from("<I4s", data, start)
+    if kind != _BINARY:
+        return None
+    if start + 8 + length > len(data):
+        raise MeshError("the GLB file promises more bytes than it has; it is cut off")
+    return data[start + 8 : start + 8 + length]
+
+
+def _read(
+    text: bytes, binary: bytes | None, companions: Companions | None, kind: str
+) -> TriangleSoup:
+    try:
+        tree = json.loads(text.decode("utf-8"))
+        size = len(text) + len(binary or b"")
+        if companions is not None and isinstance(tree, dict):
+            uris = {buffer.get("uri", "data:") for buffer in tree.get("buffers", [])}
+            files = [companions.find(uri) for uri in uris if not uri.startswith("data:")]
+            size += sum(len(file or b"") for file in files)
+        check_tree(tree, size)
+        data = GltfData(tree, binary, companions)
+        materials = GltfMaterials(data)
+        parts = _parts(data, materials)
+        if not parts:
+            raise MeshError("the glTF scene shows no triangles")
+        return _joined(parts).noting(*materials.notes)
+    except (MeshError, MemoryError):
+        raise
+    except Exception as error:  # a tree may have anything anywhere
+        reason = f"{type(error).__name__}: {error}".rstrip(": ")[:200]
+        raise MeshError(
+            f"the {kind} file cannot be read; it is damaged or cut off ({reason})"
+        ) from error
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """The triangles of one primitive, where one node places them.
+
+    Attributes
+    ----------
+    vertices, faces
+        (V, 3) and (F, 3).
+    colors
+        (V, 3) in 0..1, of COLOR_0; ``None`` without.
+    coordinates
+        (V, 2) texture coordinates as its material places them; ``None`` without.
+    material
+        What is on it.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    colors: FloatArray | None
+    coordinates: FloatArray | None
+    material: GltfMaterial
+
+
+def _parts(data: GltfData, materials: GltfMaterials) -> list[_Part]:
+    parts: list[_Part] = []
+    meshes = data.tree.get("meshes", [])
+    for mesh, matrices in placed_nodes(data.tree):
+        for primitive in meshes[mesh]["primitives"]:
+            if primitive.get("mode", 4) in MODES:
+                part = _part(data, materials, primitive)
+                parts.extend(_placed(part, matrix) for matrix in matrices)
+    return parts
+
+
+def _part(data: GltfData, materials: GltfMaterials, primitive: Any) -> _Part:
+    attributes = primitive["attributes"]
+    vertices = data.values(attributes["POSITION"]).astype(np.float64)
+    if "indices" in primitive:
+        walk = data.values(primitive["indices"]).reshape(-1).astype(np.int64)
+    else:
+        walk = np.arange(len(vertices))
+    check_indices(walk, len(vertices))
+    colors = coordinates = None
+    if "COLOR_0" in attributes:
+        colors = data.normalised(attributes["COLOR_0"])[:, :3]
+        if colors.shape != vertices.shape or not np.isfinite(colors).all():
+            raise MeshError("COLOR_0 of the glTF file is not a colour for every vertex")
+        colors = colors.clip(0.0, 1.0)
+    material = materials.material(primitive.get("material"))
+    name = f"TEXCOORD_{material.coordinates}"
+    if material.texture is not None and name in attributes:
+        written = data.normalised(attributes[name])
+        if written.shape != (len(vertices), 2):
+            raise MeshError(f"{name} of the glTF file is not a pair for every vertex")
+        coordinates = written @ material.matrix[:, :2].T + material.matrix[:, 2]
+    faces = MODES[primitive.get("mode", 4)](walk)
+    return _Part(vertices, faces, colors, coordinates, material)
+
+
+def _placed(part: _Part, matrix: FloatArray) -> _Part:
+    # A mirror turns faces inside out.
+    faces = part.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else part.faces
+    return replace(part, vertices=part.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces=faces)
+
+
+def _joined(parts: Sequence[_Part]) -> TriangleSoup:
+    offsets = np.cumsum([0] + [len(part.vertices) for part in parts])
+    notes = (f"{len(parts)} meshes of the scene were joined",) if len(parts) > 1 else ()
+    colors = None
+    if any(part.colors is not None for part in parts):
+        colors = np.concatenate(
+            [np.ones_like(p.vertices) if p.colors is None else p.colors for p in parts]
+        )
+    merged = merge_coincident(
+        TriangleSoup(
+            np.concatenate([part.vertices for part in parts]),
+            np.concatenate([p.faces + start for p, start in zip(parts, offsets, strict=False)]),
+            colors,
+            np.arange(offsets[-1], dtype=np.int64),
+            notes,
+        ),
+        _SEAMS,
+    )
+    lights = np.array([part.material.light for part in parts])
+    textured = any(part.coordinates is not None for part in parts)
+    # One colour all over says nothing of a point.
+    plain = (lights == 1.0 if colors is not None else lights == lights[:1]).all()
+    if plain and not textured:
+        return merged
+    painted = painted_colors(merged.vertices, merged.faces, _paint(parts))
+    if merged.colors is not None:
+        painted = tinted(painted, linear_light(merged.colors))
+    return replace(merged, colors=painted)
+
+
+def _paint(parts: Sequence[_Part]) -> Paint:
+    """The materials on all triangles, part after part."""
+    textures: dict[Texture, int] = {}
+    coordinates, colors, numbers, lights = [], [], [], []
+    for part in parts:
+        number, texture = -1, part.material.texture
+        placed = np.zeros((len(part.faces), 3, 2))
+        if texture is not None and part.coordinates is not None:
+            number = textures.setdefault(texture, len(textures))
+            placed = part.coordinates[part.faces]
+        coordinates.append(placed)
+        colors.append(np.broadcast_to(part.material.color, (len(part.faces), 3)))
+        numbers.append(np.full(len(part.faces), number, dtype=np.int64))
+        lights.append(np.broadcast_to(part.material.light, (len(part.faces), 3)))
+    return Paint(
+        np.concatenate(coordinates),
+        np.concatenate(colors),
+        np.concatenate(numbers),
+        tuple(textures),
+        np.concatenate(lights),
+    )

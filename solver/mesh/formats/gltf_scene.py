@@ -1,0 +1,177 @@
+"""The tree of a glTF file: what is checked before any of it is read, and where its nodes are."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
+from solver.mesh.formats.gltf_data import FLOAT, ITEMS, entry
+
+_MOST_SHARED = 16
+"""Values per byte of the file: several meshes may share the same data, but within reason."""
+_MOST_PARTS = 20_000
+"""Primitives where nodes place them; each takes time, however small it is."""
+_DEEPEST = 256
+"""Levels of nodes; the bones of a figure are some dozens deep."""
+_COMPRESSED = ("KHR_draco", "EXT_meshopt", "KHR_mesh_quantization")
+
+
+def _triangles(walk: IntArray) -> IntArray:
+    if len(walk) % 3:
+        raise MeshError("a glTF mesh has a triangle without three corners; it is damaged")
+    return walk.reshape(-1, 3)
+
+
+def _strip(walk: IntArray) -> IntArray:
+    faces = np.stack([walk[:-2], walk[1:-1], walk[2:]], axis=1)
+    faces[1::2] = faces[1::2, [1, 0, 2]]  # every other one is named the other way round
+    return faces
+
+
+def _fan(walk: IntArray) -> IntArray:
+    return np.stack([np.repeat(walk[:1], max(len(walk) - 2, 0)), walk[1:-1], walk[2:]], axis=1)
+
+
+MODES: Mapping[int, Callable[[IntArray], IntArray]] = {4: _triangles, 5: _strip, 6: _fan}
+"""How vertices in a row make (F, 3) triangles; other primitives are points and lines."""
+
+
+def placed_nodes(tree: Any) -> list[tuple[int, list[FloatArray]]]:
+    """Return the meshes that the scene shows, in the file's order, and where it places them.
+
+    Parameters
+    ----------
+    tree
+        One that :func:`check_tree` let pass.
+    """
+    nodes = tree.get("nodes", [])
+    scenes = tree.get("scenes", [])
+    if scenes:
+        roots = entry(scenes, tree.get("scene", 0), "scene").get("nodes", [])
+    else:
+        inner = {child for node in nodes for child in node.get("children", [])}
+        roots = [index for index in range(len(nodes)) if index not in inner]
+    placed: dict[int, list[FloatArray]] = {}
+    seen: set[int] = set()
+    waiting = [(root, np.eye(4)) for root in reversed(roots)]
+    while waiting:
+        index, above = waiting.pop()
+        node = entry(nodes, index, "node")
+        if index in seen:
+            continue
+        seen.add(index)
+        matrix = above @ _matrix(node)
+        if "mesh" in node:
+            placed.setdefault(node["mesh"], []).append(matrix)
+        waiting += [(child, matrix) for child in reversed(node.get("children", []))]
+    return sorted(placed.items())
+
+
+def _matrix(node: Any) -> FloatArray:
+    if "matrix" in node:
+        matrix = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    else:
+        x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=np.float64)
+        scale = np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=np.float64).reshape(3)
+        square = x * x + y * y + z * z + w * w
+        s = 2.0 / square if square > 0.0 else 0.0
+        rotation = np.array(
+            [
+                [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+                [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+                [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+            ]
+        )
+        matrix = np.eye(4)
+        matrix[:3, :3] = rotation * scale
+        matrix[:3, 3] = np.array(node.get("translation", (0.0, 0.0, 0.0)), dtype=np.float64)
+    if not np.isfinite(matrix).all():
+        raise MeshError("a node of the glTF scene has a place that is not finite; it is damaged")
+    return matrix
+
+
+def check_tree(tree: Any, size: int) -> None:
+    """Refuse what is not supported, and what would take memory or time without end.
+
+    Parameters
+    ----------
+    tree
+        JSON of the file.
+    size
+        Of the file and its buffers, in bytes.
+
+    Raises
+    ------
+    MeshError
+        With the reason. Whatever else is wrong in the tree may raise anything.
+    """
+    if not isinstance(tree, dict):
+        raise MeshError("not a glTF file: its JSON is not an object")
+    required = tree.get("extensionsRequired", [])
+    unsupported = [name for name in required if name.startswith(_COMPRESSED)]
+    if unsupported:
+        raise MeshError(f"glTF compressed with {', '.join(unsupported)}: save it uncompressed")
+    accessors = tree.get("accessors", [])
+    if any(type(accessor["count"]) is not int or accessor["count"] < 1 for accessor in accessors):
+        raise MeshError("the glTF file has an accessor of no values; it is damaged")
+    values = sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in accessors)
+    if values > _MOST_SHARED * size:
+        raise MeshError("the glTF file promises far more values than it has bytes; it is damaged")
+    drawn = [
+        sum(_check_primitive(primitive, accessors) for primitive in mesh["primitives"])
+        for mesh in tree.get("meshes", [])
+    ]
+    nodes = tree.get("nodes", [])
+    _check_nodes(nodes)
+    shown = [node["mesh"] for node in nodes if "mesh" in node]
+    placed = sum(entry(drawn, mesh, "mesh") for mesh in shown)
+    if placed > _MOST_SHARED * size:
+        raise MeshError(
+            "the glTF scene shows the same mesh far too often; save only what is to be matched"
+        )
+    parts = sum(len(tree["meshes"][mesh]["primitives"]) for mesh in shown)
+    if parts > _MOST_PARTS:
+        raise MeshError(
+            f"the glTF scene has {parts} parts, more than {_MOST_PARTS}; join them, or save only "
+            "what is to be matched"
+        )
+
+
+def _check_nodes(nodes: Any) -> None:
+    """Refuse nodes that are not trees, or so deep that finding their places takes minutes."""
+    children = [child for node in nodes for child in node.get("children", [])]
+    for child in children:
+        entry(nodes, child, "node")
+    if len(set(children)) < len(children):
+        raise MeshError("a node of the glTF scene has two parents; the file is damaged")
+    level = set(range(len(nodes))) - set(children)
+    reached = len(level)
+    for _ in range(_DEEPEST):
+        level = {child for node in level for child in nodes[node].get("children", [])}
+        reached += len(level)
+    if level or reached < len(nodes):
+        raise MeshError(
+            f"the nodes of the glTF scene form a ring, or more than {_DEEPEST} levels; save it flat"
+        )
+
+
+def _check_primitive(primitive: Any, accessors: Any) -> int:
+    """Return the number of values that are read for it."""
+    if primitive.get("mode", 4) not in MODES:
+        return 0
+    position = entry(accessors, primitive["attributes"]["POSITION"], "accessor")
+    used = [position]
+    if "indices" in primitive:
+        used.append(entry(accessors, primitive["indices"], "accessor"))
+    if any("bufferView" not in accessor or "sparse" in accessor for accessor in used):
+        raise MeshError("sparse or compressed glTF data is not supported; save it uncompressed")
+    if position["componentType"] != FLOAT or position["type"] != "VEC3":
+        raise MeshError("quantised glTF positions are not supported; save them as floats")
+    colors = [
+        entry(accessors, index, "accessor")
+        for name, index in primitive["attributes"].items()
+        if name.startswith(("COLOR_", "TEXCOORD_"))
+    ]
+    return sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in (*used, *colors))

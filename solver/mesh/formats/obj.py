@@ -1,0 +1,258 @@
+"""Wavefront OBJ: positions, faces, vertex colours, and materials with textures if these come along.
+
+Texture coordinates and normals have their own indices in a face's corners; a vertex here is a
+``v`` line, whatever seams the texture has. Read here and not by trimesh 5.2, which repeats vertices
+along seams and for every material, takes index 0 and negative indices for other vertices than are
+meant, and drops faces that are cut off.
+"""
+
+import re
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.errors import MeshError
+from solver.mesh.formats.companions import Companions
+from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
+from solver.mesh.formats.materials import ObjMaterial, read_materials
+from solver.mesh.formats.text import decode, float_table, last_line_note
+from solver.mesh.repair import TriangleSoup, triangulated
+from solver.mesh.textures import ImageBudget, Paint, Texture, painted_colors
+
+_OTHER_INDICES = re.compile(r"/\S*")
+
+
+@dataclass
+class _Lines:
+    """The lines of the file by what they are.
+
+    Attributes
+    ----------
+    faces
+        Corners as they are written, "1/2/3".
+    known
+        Numbers of ``v`` and of ``vt`` lines before each face: negative indices count from there.
+    material
+        Of each face, as an index into `materials`.
+    """
+
+    positions: list[str] = field(default_factory=list)
+    coordinates: list[str] = field(default_factory=list)
+    faces: list[str] = field(default_factory=list)
+    known: list[tuple[int, int]] = field(default_factory=list)
+    material: list[int] = field(default_factory=list)
+    materials: list[str] = field(default_factory=lambda: [""])
+    libraries: list[str] = field(default_factory=list)
+
+
+def read_obj(data: bytes, companions: Companions | None = None) -> TriangleSoup:
+    """Read a Wavefront OBJ file.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+    companions
+        The files that came with it, if any.
+
+    Returns
+    -------
+    TriangleSoup
+        Vertices are the ``v`` lines in the order of the file. Colours are those of the textures;
+        without any, those of the vertices; without these, those of materials, if they differ.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete OBJ file, or a file that it refers to is missing among its
+        companions, or cannot be read.
+    """
+    text = decode(data)
+    lines = _sorted_lines(text)
+    if not lines.positions:
+        raise MeshError("not an OBJ file, or one without vertices: it has no line beginning with v")
+    vertices, colors = _vertices(lines.positions)
+    words = [_OTHER_INDICES.sub("", face).split() for face in lines.faces]
+    sizes = np.array([len(corners) for corners in words], dtype=np.int64)
+    before = np.array([v for v, _ in lines.known], dtype=np.int64)
+    corners = _indices([word for face in words for word in face], np.repeat(before, sizes))
+    contents = polygon_contents(vertices, sizes, corners, colors, last_line_note(text))
+    if companions is None:
+        return _noting_what_did_not_come(contents, lines)
+    return _Painter(lines, companions, sizes, corners).painted(contents)
+
+
+def _sorted_lines(text: str) -> _Lines:
+    lines = _Lines()
+    numbers = {"": 0}
+    current = 0
+    for line in re.sub(r"\\\r?\n", " ", text).splitlines():
+        keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
+        if keyword == "v":
+            lines.positions.append(rest.partition("#")[0])
+        elif keyword == "vt":
+            lines.coordinates.append(rest.partition("#")[0])
+        elif keyword == "f":
+            lines.faces.append(rest.partition("#")[0])
+            lines.known.append((len(lines.positions), len(lines.coordinates)))
+            lines.material.append(current)
+        elif keyword == "usemtl":
+            current = numbers.setdefault(rest.strip(), len(numbers))
+        elif keyword == "mtllib":
+            lines.libraries.append(rest.strip())
+    lines.materials = list(numbers)
+    return lines
+
+
+def _noting_what_did_not_come(contents: TriangleSoup, lines: _Lines) -> TriangleSoup:
+    if not lines.libraries:
+        return contents
+    return contents.noting(
+        f"the file refers to the material file {lines.libraries[0][:100]!r}, which did not come "
+        "with it: colours of materials and textures were not read; for these, upload the OBJ "
+        "file, its material file and its images together as one .zip"
+    )
+
+
+def _vertices(lines: list[str]) -> tuple[FloatArray, FloatArray | None]:
+    table = float_table(lines, "vertex")
+    columns = table.shape[1]
+    if columns < 3:
+        raise MeshError("a vertex line of the OBJ file has fewer than three coordinates")
+    colors = None
+    if columns in (6, 7):  # x y z r g b, an extension most programs know
+        colors = colors_in_unit_range(np.ascontiguousarray(table[:, 3:6]))
+    return np.ascontiguousarray(table[:, :3]), colors
+
+
+def _indices(words: list[str], before: IntArray, what: str = "vertex") -> IntArray:
+    """Indices from 0 out of OBJ's, which start at 1 or count back from -1."""
+    try:
+        written = np.array([int(word) for word in words], dtype=np.int64)
+    except (ValueError, OverflowError) as error:
+        raise MeshError(f"a face line of the OBJ file cannot be read: {error}") from error
+    if (written == 0).any():
+        raise MeshError(
+            f"a face of the OBJ file refers to {what} 0, but OBJ counts from 1; "
+            "the program that wrote the file counted from 0"
+        )
+    return np.where(written > 0, written - 1, before + written)
+
+
+@dataclass(frozen=True, eq=False)
+class _Painter:
+    """Puts the materials of an OBJ file on its triangles.
+
+    Parameters
+    ----------
+    lines
+        Of the file.
+    companions
+        Files that came with it.
+    sizes, corners
+        Polygons: their numbers of corners, and all their vertex indices.
+    """
+
+    lines: _Lines
+    companions: Companions
+    sizes: IntArray
+    corners: IntArray
+    decoded: dict[tuple[bytes, bool], Texture] = field(default_factory=dict)
+
+    def painted(self, contents: TriangleSoup) -> TriangleSoup:
+        """Return the triangles with the colours that are on them."""
+        materials, notes = self._materials()
+        used = sorted(set(self.lines.material))
+        budget = ImageBudget()
+        textures: dict[tuple[str, bool], Texture | None] = {}
+        for material in (materials[number] for number in used):
+            key = material.image, material.clamped
+            if key not in textures:
+                textures[key] = self._texture(material, budget)
+        contents = contents.noting(*notes)
+        if not any(textures.values()):
+            colors = np.array([materials[number].color for number in used]).reshape(-1, 3)
+            if contents.colors is not None or not (colors != colors[:1]).any():
+                return contents
+        paint = self._paint(contents, materials, textures)
+        colors = painted_colors(contents.vertices, contents.faces, paint)
+        return replace(contents, colors=colors)
+
+    def _texture(self, material: ObjMaterial, budget: ImageBudget) -> Texture | None:
+        """Decode the image of a material, once however it is named."""
+        data = material.image_file(self.companions)
+        if data is None:
+            return None
+        key = data, material.clamped
+        if key not in self.decoded:
+            self.decoded[key] = material.texture(data, budget)
+        return self.decoded[key]
+
+    def _materials(self) -> tuple[list[ObjMaterial], list[str]]:
+        """Materials as the faces number them."""
+        known: dict[str, ObjMaterial] = {}
+        seen: set[bytes] = set()  # a file may be named on every line
+        for library in dict.fromkeys(self.lines.libraries):
+            files = [self.companions.find(name) for name in (library, *library.split())]
+            found = files[:1] if files[0] is not None else files[1:]
+            for data in found:
+                if data is None:
+                    raise MeshError(
+                        f"the OBJ file refers to the material file {library[:100]!r}, which is "
+                        "not in the archive"
+                    )
+                if data not in seen:
+                    seen.add(data)
+                    known |= read_materials(data)
+        missing = [name for name in self.lines.materials[1:] if name not in known]
+        notes = [f"the material {missing[0][:100]!r} is not defined: white"] if missing else []
+        return [known.get(name, ObjMaterial()) for name in self.lines.materials], notes
+
+    def _paint(
+        self,
+        contents: TriangleSoup,
+        materials: list[ObjMaterial],
+        textures: dict[tuple[str, bool], Texture | None],
+    ) -> Paint:
+        # The same cut as that of the faces, for it depends on nothing but positions.
+        places = contents.vertices[self.corners]
+        cut = triangulated(places, self.sizes, np.arange(len(self.corners))).triangles
+        polygon = np.repeat(np.arange(len(self.sizes)), self.sizes)[cut[:, 0]]
+        material = np.array(self.lines.material, dtype=np.int64)[polygon]
+        of_corner, known = self._coordinates()
+        scale, offset = (
+            np.array([getattr(m, what) for m in materials]) for what in ("scale", "offset")
+        )
+        coordinates = of_corner[cut] * scale[material][:, None] + offset[material][:, None]
+        has: BoolArray = np.all(known[cut], axis=1)
+        present = list(dict.fromkeys(texture for texture in textures.values() if texture))
+        place = {texture: number for number, texture in enumerate(present)}
+        of_material = np.full(len(materials), -1, dtype=np.int64)
+        for index in np.unique(material).tolist():
+            texture = textures[materials[index].image, materials[index].clamped]
+            of_material[index] = -1 if texture is None else place[texture]
+        number = np.where(has, of_material[material], -1)
+        coordinates[:, :, 1] = 1.0 - coordinates[:, :, 1]  # OBJ counts v from the last row upwards
+        colors = np.array([one.color for one in materials])[material]
+        return Paint(coordinates, colors, number, tuple(present))
+
+    def _coordinates(self) -> tuple[FloatArray, BoolArray]:
+        """(corners, 2) texture coordinates of the polygons' corners, and whether they have any."""
+        table = float_table(self.lines.coordinates, "texture coordinate")
+        found = np.zeros((len(self.corners), 2))
+        parts = [word.split("/") for face in self.lines.faces for word in face.split()]
+        words = [part[1] if len(part) > 1 else "" for part in parts]
+        has = np.array([bool(word) for word in words], dtype=np.bool_)
+        before = np.array([vt for _, vt in self.lines.known], dtype=np.int64)
+        before = np.repeat(before, self.sizes)[has]
+        index = _indices([word for word in words if word], before, "texture coordinate")
+        if len(index) and (index.min() < 0 or index.max() >= len(table)):
+            raise MeshError(
+                "a face of the OBJ file refers to a texture coordinate that is not there; the "
+                "file is cut off or damaged"
+            )
+        if len(index):
+            width = min(table.shape[1], 2)
+            found[has, :width] = table[index, :width]
+        return found, has

@@ -1,0 +1,173 @@
+"""Polygon File Format (PLY): text and binary, either byte order, polygons of any mix of sizes.
+
+The header declares *elements* (``vertex``, ``face``, ...) of so many rows, and the properties of a
+row in order: a number, or a list preceded by its length. Read here and not by trimesh 5.2, which
+refuses binary files of mixed polygons, ignores the length of every list but the first, and shortens
+the faces of a text file that is cut off.
+"""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import MeshError
+from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
+from solver.mesh.formats.ply_data import Columns, Element, Property, binary_columns, text_columns
+from solver.mesh.formats.text import decode, last_line_note
+from solver.mesh.repair import TriangleSoup
+
+_TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "int64": "i8",
+    "uint64": "u8",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
+_GREATEST = {"u1": 255.0, "u2": 65535.0}
+"""What full red is in integers without sign."""
+
+_FACE_LISTS = ("vertex_indices", "vertex_index")
+"""Names under which faces list their corners."""
+
+_FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+_LONGEST_HEADER = 1 << 20
+_MOST_PROPERTIES = 1000
+"""Every row is read property by property; files have some dozens at most."""
+_COUNT = re.compile(r"[0-9]{1,100}")
+
+
+@dataclass(frozen=True)
+class _Header:
+    byte_order: str  # "" for text
+    elements: tuple[Element, ...]
+    size: int  # bytes, the line break after end_header included
+
+
+def read_ply(data: bytes) -> TriangleSoup:
+    """Read a PLY file.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    TriangleSoup
+        With colours if the vertices have ``red``, ``green`` and ``blue``.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete PLY file.
+    """
+    header = _parse_header(data)
+    body = data[header.size :]
+    notes: tuple[str, ...] = ()
+    if header.byte_order:
+        columns = binary_columns(header.elements, body, header.byte_order)
+    else:
+        text = decode(body)
+        columns = text_columns(header.elements, text)
+        notes = last_line_note(text)
+    if "vertex" not in columns:
+        raise MeshError("the PLY file has no vertices")
+    if "face" not in columns and "tristrips" in columns:
+        raise MeshError("PLY triangle strips are not supported; save with faces instead")
+    vertex, face = columns["vertex"], columns.get("face", {})
+    vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
+    sizes, corners = _polygons(face)
+    types = next(e.properties for e in header.elements if e.name == "vertex")
+    return polygon_contents(vertices, sizes, corners, _colors(vertex, types), notes)
+
+
+def _parse_header(data: bytes) -> _Header:
+    if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r", b" "):
+        raise MeshError("not a PLY file: it does not begin with the word ply")
+    end = data.find(b"end_header", 0, _LONGEST_HEADER)
+    line_break = data.find(b"\n", end, end + 16)
+    if end < 0 or line_break < 0:
+        raise MeshError("the PLY header does not end; the file is cut off or damaged")
+    byte_order: str | None = None
+    elements: dict[str, Element] = {}
+    element: Element | None = None
+    properties = 0
+    for line in decode(data[:end]).splitlines()[1:]:
+        words = line.split()
+        if not words or words[0] in ("comment", "obj_info"):
+            continue
+        if words[0] == "format" and len(words) == 3 and words[1] in _FORMATS:
+            byte_order = _FORMATS[words[1]]
+        elif words[0] == "element" and len(words) == 3 and _COUNT.fullmatch(words[2]):
+            element = Element(words[1], int(words[2]))
+            if elements.setdefault(element.name, element) is not element:
+                raise MeshError(f"the PLY header declares the element {element.name[:80]} twice")
+        elif words[0] == "property" and element is not None:
+            properties += 1
+            if properties > _MOST_PROPERTIES:
+                raise MeshError(
+                    f"the PLY header declares more than {_MOST_PROPERTIES} properties; it is"
+                    " damaged, or save it without what is not needed"
+                )
+            prop = _property(words)
+            if element.properties.setdefault(words[-1], prop) is not prop:
+                raise MeshError(f"the PLY header declares the property {words[-1][:80]} twice")
+        else:
+            raise MeshError(f"a line of the PLY header cannot be read: {line[:80]!r}")
+    if byte_order is None:
+        raise MeshError("the PLY header does not say its format")
+    return _Header(byte_order, tuple(elements.values()), line_break + 1)
+
+
+def _property(words: list[str]) -> Property:
+    try:
+        if len(words) == 5 and words[1] == "list":
+            length = _TYPES[words[2]]
+            if length[0] == "f":
+                raise KeyError(words[2])
+            return Property(_TYPES[words[3]], length)
+        _, kind, _ = words
+        return Property(_TYPES[kind])
+    except (KeyError, ValueError):
+        raise MeshError(f"a PLY property cannot be read: {' '.join(words)[:80]!r}") from None
+
+
+def _numbers(columns: Columns, name: str) -> FloatArray:
+    values = columns.get(name)
+    if not isinstance(values, np.ndarray):
+        raise MeshError(f"the vertices of the PLY file have no {name}")
+    return values.astype(np.float64)
+
+
+def _polygons(columns: Columns) -> tuple[IntArray, IntArray]:
+    if not columns:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    lists = next((columns[name] for name in _FACE_LISTS if name in columns), None)
+    if not isinstance(lists, tuple) or lists[1].dtype.kind == "f":
+        raise MeshError("the faces of the PLY file have no list of integers vertex_indices")
+    sizes, corners = lists
+    return sizes, corners.astype(np.int64)
+
+
+def _colors(vertex: Columns, types: dict[str, Property]) -> FloatArray | None:
+    channels = [vertex.get(name) for name in ("red", "green", "blue")]
+    if not all(isinstance(channel, np.ndarray) for channel in channels):
+        return None
+    values = np.stack([np.asarray(channel, dtype=np.float64) for channel in channels], axis=1)
+    greatest = _GREATEST.get(types["red"].kind)
+    return colors_in_unit_range(values) if greatest is None else values / greatest

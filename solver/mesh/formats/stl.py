@@ -1,0 +1,75 @@
+"""Stereolithography (STL), binary and text: a soup of triangles whose vertices are merged.
+
+trimesh reads binary files, which it takes only if their length is the promised one. Text is read
+here: trimesh 5.2 drops what follows the last ``endsolid``, so that a file that is cut off loses
+facets in silence, and looks for vertices in the names of solids.
+"""
+
+import io
+
+import numpy as np
+
+from solver.arrays import FloatArray
+from solver.errors import MeshError
+from solver.mesh.formats.contents import merge_coincident
+from solver.mesh.formats.text import decode, float_table
+from solver.mesh.repair import TriangleSoup
+
+_FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
+"""First words of the lines that make a facet."""
+
+
+def read_stl(data: bytes) -> TriangleSoup:
+    """Read an STL file.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    TriangleSoup
+        Vertices of equal position merged, in the order in which the file first names them; since
+        STL has no vertex numbers, `vertex_ids` number the merged vertices.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete STL file.
+    """
+    # Imported here: it is slow to import, and most files do not need it.
+    from trimesh.exchange.stl import HeaderError, load_stl_binary
+
+    try:
+        corners = np.asarray(
+            load_stl_binary(io.BytesIO(data)).get("vertices", ()), dtype=np.float64
+        ).reshape(-1, 3)
+    except HeaderError as error:
+        if data[:512].lstrip()[:5].lower() != b"solid" or b"\0" in data:
+            raise MeshError(f"the STL file is cut off, damaged or no STL file: {error}") from error
+        corners = _text_corners(data)
+    number = np.arange(len(corners), dtype=np.int64)
+    soup = TriangleSoup(corners, number.reshape(-1, 3), None, number)
+    merged = merge_coincident(soup, "STL stores every triangle by itself")
+    ids = np.arange(len(merged.vertices), dtype=np.int64)
+    notes = (*merged.notes, "vertices are numbered in the order in which the STL file names them")
+    return TriangleSoup(merged.vertices, merged.faces, None, ids, notes)
+
+
+def _text_corners(data: bytes) -> FloatArray:
+    """Corners of the facets of all solids, each facet with a beginning, three vertices, an end."""
+    lines = [line for raw in decode(data).splitlines() if (line := raw.strip())]
+    words = [line.split(maxsplit=1)[0].lower() for line in lines]
+    facets = [word for word in words if word not in ("solid", "endsolid")]
+    whole = facets == [*_FACET] * (len(facets) // len(_FACET))
+    if not whole or words.count("solid") != words.count("endsolid"):
+        raise MeshError(
+            "the text STL file has a facet without three vertices or an end, or a solid without "
+            "endsolid; it is cut off or damaged"
+        )
+    vertices = [line for line, word in zip(lines, words, strict=True) if word == "vertex"]
+    table = float_table([line[len("vertex") :] for line in vertices], "vertex")
+    if vertices and table.shape[1] != 3:
+        raise MeshError("a vertex of the STL file does not have three coordinates")
+    return table.reshape(-1, 3)

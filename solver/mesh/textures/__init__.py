@@ -1,0 +1,17 @@
+"""Textures: images on a surface, and the colours that they give its vertices."""
+
+from solver.mesh.textures.images import ImageBudget
+from solver.mesh.textures.light import display_values, linear_light, tinted
+from solver.mesh.textures.painting import Paint, painted_colors
+from solver.mesh.textures.texture import Texture, Wrap
+
+__all__ = [
+    "ImageBudget",
+    "Paint",
+    "Texture",
+    "Wrap",
+    "display_values",
+    "linear_light",
+    "painted_colors",
+    "tinted",
+]

@@ -1,0 +1,71 @@
+"""The costs of a relaxation as costs to prune a search with."""
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.optimisation.primal import assignment_costs
+from solver.optimisation.reparametrisation import BoundingCosts
+
+_ROUNDING = 1e-9
+"""What rounding errors may have added to a bound, relative to it; far more than they do."""
+
+
+def reduced_costs(
+    problem: LabellingProblem,
+    linear: FloatArray,
+    partners: IntArray,
+    pairwise: FloatArray,
+    constant: float,
+) -> BoundingCosts:
+    """What every correspondence costs at least, and what its parts cost above that.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    linear, partners
+        (V,) costs of the linear subproblem and (N,) its optimal assignment.
+    pairwise
+        (V, V) what two candidates cost above the minima of the other subproblems.
+    constant
+        The sum of those minima.
+
+    Returns
+    -------
+    BoundingCosts
+        Its constant is the relaxation's bound, less 1e-9 of it for rounding errors.
+    """
+    costs = assignment_costs(problem, linear)
+    rows, columns = _potentials(costs, partners, problem.n_targets)
+    x, y = problem.candidates.T
+    unary = np.maximum(linear - rows[x] - columns[y], 0.0)
+    if problem.must_match_all:
+        occlusion = np.full(problem.n_sources, np.inf)
+    else:
+        own = problem.n_targets + np.arange(problem.n_sources)
+        occlusion = np.maximum(problem.occlusion_cost - rows - columns[own], 0.0)
+    exclusive = (x[:, None] == x[None, :]) | (y[:, None] == y[None, :])
+    pairwise = np.where(exclusive, np.inf, pairwise)
+    np.fill_diagonal(pairwise, 0.0)
+    constant += float(rows.sum() + columns.sum())
+    return BoundingCosts(constant - _ROUNDING * abs(constant), unary, pairwise, occlusion)
+
+
+def _potentials(
+    costs: FloatArray, partners: IntArray, n_targets: int
+) -> tuple[FloatArray, FloatArray]:
+    """Dual solution of an assignment problem, from its optimum: u_x + v_y <= c_xy, v <= 0.
+
+    The greatest v: shortest paths in the residual graph, none of whose cycles is negative.
+    """
+    n = len(costs)
+    columns = np.where(partners == UNMATCHED, n_targets + np.arange(n), partners)
+    own = costs[np.arange(n), columns]
+    v = np.zeros(costs.shape[1])
+    for _ in range(n):
+        lower = (costs + (v[columns] - own)[:, None]).min(axis=0)
+        if (lower >= v).all():
+            break
+        v = np.minimum(v, lower)
+    return own - v[columns], v

@@ -1,0 +1,122 @@
+"""Which triples are worth it: those that gain most over their pairs, no two sharing a pair."""
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.kernel import kernel
+from solver.optimisation.dual_decomposition.groups import Groups, Side, numbers, offsets
+from solver.optimisation.dual_decomposition.pairs import PairSubproblems
+from solver.optimisation.dual_decomposition.triples import Triples, shape_of, solve
+
+_MOST_WORK = 200_000_000
+"""Combinations of candidates that a search for triples may look at: about a second."""
+
+_LEAST_GAIN = 1e-6
+"""Relative to the sum of the pairs' minima; triples that gain less are not worth their time."""
+
+
+def choose_triples(pairs: PairSubproblems, most: int, taken: BoolArray) -> Triples:
+    """Triples that gain most over their pairs at the present costs, no two sharing a pair.
+
+    Parameters
+    ----------
+    pairs
+        The pairs of one side, minimised.
+    most
+        How many triples at most.
+    taken
+        (G,) pairs that may be in no triple; those of the triples chosen are marked.
+
+    Returns
+    -------
+    Triples
+        None where none gains anything.
+    """
+    number = numbers(pairs.side, pairs.groups)
+    threshold = _LEAST_GAIN * float(np.abs(pairs.minima).sum())
+    points, gains = _gains(
+        pairs.side, pairs.groups, number, pairs.unary, pairs.pairwise, pairs.minima,
+        pairs.optional, pairs.choices, taken, threshold, _MOST_WORK,
+    )  # fmt: skip
+    chosen, groups = [], []
+    for k in np.argsort(-gains, kind="stable"):
+        p, q, r = points[k]
+        members = [number[p, q], number[p, r], number[q, r]]
+        if not taken[members].any():
+            taken[members] = True
+            chosen.append(points[k])
+            groups.append(members)
+        if len(chosen) == most:
+            break
+    found = np.array(chosen, dtype=np.int64).reshape(-1, 3)
+    sizes = np.diff(pairs.side.first)[found]
+    blocks = sizes[:, 0] * sizes[:, 1] + sizes[:, 0] * sizes[:, 2] + sizes[:, 1] * sizes[:, 2]
+    return Triples(
+        found,
+        np.array(groups, dtype=np.int64).reshape(-1, 3),
+        offsets(sizes.sum(axis=1)),
+        offsets(blocks),
+    )
+
+
+@kernel
+def _gains(
+    side: Side,
+    groups: Groups,
+    number: IntArray,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    minima: FloatArray,
+    optional: bool,
+    choices: IntArray,
+    taken: BoolArray,
+    threshold: float,
+    most_work: int,
+) -> tuple[IntArray, FloatArray]:
+    """All triples of points that gain more than a threshold over their pairs, and their gains."""
+    count = len(side.first) - 1
+    found = []
+    gains = []
+    work = 0
+    for p in range(count):
+        for q in range(p + 1, count):
+            a = number[p, q]
+            if a < 0 or taken[a]:
+                continue
+            for r in range(q + 1, count):
+                b, c = number[p, r], number[q, r]
+                if b < 0 or c < 0 or taken[b] or taken[c]:
+                    continue
+                if (
+                    choices[a, 0] == choices[b, 0]
+                    and choices[a, 1] == choices[c, 0]
+                    and choices[b, 1] == choices[c, 1]
+                ):
+                    continue
+                points = np.array([p, q, r])
+                k, m, n = shape_of(side, points)
+                work += k * m * n
+                if work > most_work:
+                    break
+                ua, ub, uc = groups.unary[a], groups.unary[b], groups.unary[c]
+                ea, eb, ec = groups.pairwise[a], groups.pairwise[b], groups.pairwise[c]
+                blocks = (
+                    pairwise[ea : ea + k * m].reshape(k, m),
+                    pairwise[eb : eb + k * n].reshape(k, n),
+                    pairwise[ec : ec + m * n].reshape(m, n),
+                )
+                best, _, _, _ = solve(
+                    unary[ua : ua + k] + unary[ub : ub + k],
+                    unary[ua + k : ua + k + m] + unary[uc : uc + m],
+                    unary[ub + k : ub + k + n] + unary[uc + m : uc + m + n],
+                    blocks,
+                    optional,
+                )
+                gain = best - minima[a] - minima[b] - minima[c]
+                if gain > threshold:
+                    found.append((p, q, r))
+                    gains.append(gain)
+    points_found = np.empty((len(found), 3), dtype=np.int64)
+    for i in range(len(found)):
+        points_found[i, 0], points_found[i, 1], points_found[i, 2] = found[i]
+    return points_found, np.array(gains)

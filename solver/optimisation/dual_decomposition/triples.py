@@ -1,0 +1,242 @@
+"""Triples: three points of one side with all their candidates, where pairs of them disagree.
+
+Three pairs of points may each have a minimum that no common choice for the three points attains. A
+triple knows better: its minimum is at least the sum of theirs. Those that are chosen
+(:mod:`.triple_choice`) take over all costs of their pairs, so that the
+bound rises by what they gain, at once.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.kernel import kernel
+from solver.optimisation.dual_decomposition.groups import NOTHING, Groups, Side, gather, rows_of
+from solver.optimisation.dual_decomposition.pairs import PairSubproblems
+from solver.optimisation.dual_decomposition.shares import Used, used_once
+
+
+class Triples(NamedTuple):
+    """Three points of one side each, and their costs.
+
+    Attributes
+    ----------
+    points
+        (T, 3) ascending.
+    groups
+        (T, 3) the pairs' subproblems: of the first and second point, the first and third, the
+        second and third.
+    unary
+        (T+1,) offsets of the unary costs, the candidates of the three points in turn.
+    pairwise
+        (T+1,) offsets of the pairwise costs, three blocks in the order of `groups`.
+    """
+
+    points: IntArray
+    groups: IntArray
+    unary: IntArray
+    pairwise: IntArray
+
+
+class TripleSubproblems:
+    """Local subproblems of triples that take over the costs of their pairs.
+
+    Parameters
+    ----------
+    pairs
+        The pairs of the same side; full blocks. What the triples take is taken from their costs.
+    triples
+        The triples; no two share a pair.
+
+    Attributes
+    ----------
+    unary, pairwise
+        Their costs.
+    candidate_at, place_at
+        Candidate of each unary cost; position of each pairwise cost among those of the pairs.
+    """
+
+    def __init__(self, pairs: PairSubproblems, triples: Triples) -> None:
+        self._side, self._triples, self._optional = pairs.side, triples, pairs.optional
+        self.candidate_at, self.place_at = _layout(pairs.side, pairs.groups, triples)
+        self.unary, self.pairwise = _take_over(
+            pairs.side, pairs.groups, triples, pairs.unary, pairs.pairwise
+        )
+        self._unary_rows = rows_of(self.candidate_at, len(pairs.side.point))
+        self._pair_order = np.argsort(self.place_at, kind="stable").astype(np.int64)
+        self._choices: IntArray = np.full((len(triples.points), 3), NOTHING, dtype=np.int64)
+
+    def minimise(self) -> float:
+        """Solve all of them; return the sum of the minima."""
+        return _minimise(
+            self._side, self._triples, self.unary, self.pairwise, self._optional, self._choices
+        )
+
+    @property
+    def used(self) -> tuple[Used, Used]:
+        """Positions of the unary and of the pairwise costs that the minimisers use."""
+        unary, pairwise = _positions(self._side, self._triples, self._choices)
+        return used_once(unary), used_once(pairwise)
+
+    def unary_places_of(self, candidates: IntArray) -> Used:
+        """Positions of all unary costs of some candidates."""
+        return used_once(gather(*self._unary_rows, candidates))
+
+    def pairwise_places_of(self, places: IntArray) -> Used:
+        """Positions of the costs that were taken from some of the pairs' costs."""
+        ordered = self.place_at[self._pair_order]
+        found = np.minimum(np.searchsorted(ordered, places), len(ordered) - 1)
+        return used_once(self._pair_order[found[ordered[found] == places]])
+
+
+@kernel
+def shape_of(side: Side, points: IntArray) -> tuple[int, int, int]:
+    """Numbers of candidates of three points."""
+    p, q, r = points
+    return (
+        side.first[p + 1] - side.first[p],
+        side.first[q + 1] - side.first[q],
+        side.first[r + 1] - side.first[r],
+    )
+
+
+@kernel
+def solve(
+    one: FloatArray,
+    two: FloatArray,
+    three: FloatArray,
+    blocks: tuple[FloatArray, FloatArray, FloatArray],
+    optional: bool,
+) -> tuple[float, int, int, int]:
+    """Minimum over one candidate for each point, or none where that is allowed."""
+    first, second, third = blocks
+    least = -1 if optional else 0
+    best, best_i, best_j, best_k = np.inf, NOTHING, NOTHING, NOTHING
+    for i in range(least, len(one)):
+        alone = one[i] if i >= 0 else 0.0
+        for j in range(least, len(two)):
+            both = alone
+            if j >= 0:
+                both += two[j]
+                if i >= 0:
+                    both += first[i, j]
+            if np.isinf(both):
+                continue
+            if optional and both < best:
+                best, best_i, best_j, best_k = both, i, j, NOTHING
+            for k in range(len(three)):
+                cost = both + three[k]
+                if i >= 0:
+                    cost += second[i, k]
+                if j >= 0:
+                    cost += third[j, k]
+                if cost < best:
+                    best, best_i, best_j, best_k = cost, i, j, k
+    return best, best_i, best_j, best_k
+
+
+@kernel
+def _layout(side: Side, groups: Groups, triples: Triples) -> tuple[IntArray, IntArray]:
+    candidate_at = np.empty(triples.unary[-1], dtype=np.int64)
+    place_at = np.empty(triples.pairwise[-1], dtype=np.int64)
+    for t in range(len(triples.points)):
+        place = triples.unary[t]
+        for point in triples.points[t]:
+            for i in range(side.first[point], side.first[point + 1]):
+                candidate_at[place] = side.order[i]
+                place += 1
+        place = triples.pairwise[t]
+        for g in triples.groups[t]:
+            for e in range(groups.pairwise[g], groups.pairwise[g + 1]):
+                place_at[place] = e
+                place += 1
+    return candidate_at, place_at
+
+
+@kernel
+def _take_over(
+    side: Side, groups: Groups, triples: Triples, unary: FloatArray, pairwise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Move all costs of the triples' pairs to the triples."""
+    own_unary = np.zeros(triples.unary[-1])
+    own_pairwise = np.empty(triples.pairwise[-1])
+    for t in range(len(triples.points)):
+        k, m, n = shape_of(side, triples.points[t])
+        start = triples.unary[t]
+        starts = (start, start + k, start + k + m)
+        lengths = (k, m, n)
+        place = triples.pairwise[t]
+        for which in range(3):
+            g = triples.groups[t, which]
+            for e in range(groups.pairwise[g], groups.pairwise[g + 1]):
+                own_pairwise[place] = pairwise[e]
+                if np.isfinite(pairwise[e]):
+                    pairwise[e] = 0.0
+                place += 1
+            position = groups.unary[g]
+            for member in ((0, 1), (0, 2), (1, 2))[which]:
+                for i in range(lengths[member]):
+                    own_unary[starts[member] + i] += unary[position]
+                    unary[position] = 0.0
+                    position += 1
+    return own_unary, own_pairwise
+
+
+@kernel
+def _minimise(
+    side: Side,
+    triples: Triples,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    optional: bool,
+    choices: IntArray,
+) -> float:
+    total = 0.0
+    for t in range(len(triples.points)):
+        k, m, n = shape_of(side, triples.points[t])
+        u, e = triples.unary[t], triples.pairwise[t]
+        blocks = (
+            pairwise[e : e + k * m].reshape(k, m),
+            pairwise[e + k * m : e + k * m + k * n].reshape(k, n),
+            pairwise[e + k * m + k * n : triples.pairwise[t + 1]].reshape(m, n),
+        )
+        best, choices[t, 0], choices[t, 1], choices[t, 2] = solve(
+            unary[u : u + k],
+            unary[u + k : u + k + m],
+            unary[u + k + m : u + k + m + n],
+            blocks,
+            optional,
+        )
+        total += best
+    return total
+
+
+@kernel
+def _positions(side: Side, triples: Triples, choices: IntArray) -> tuple[IntArray, IntArray]:
+    unary = np.empty(3 * len(choices), dtype=np.int64)
+    pairwise = np.empty(3 * len(choices), dtype=np.int64)
+    u = e = 0
+    for t in range(len(choices)):
+        k, m, n = shape_of(side, triples.points[t])
+        i, j, h = choices[t]
+        start, place = triples.unary[t], triples.pairwise[t]
+        if i >= 0:
+            unary[u] = start + i
+            u += 1
+        if j >= 0:
+            unary[u] = start + k + j
+            u += 1
+        if h >= 0:
+            unary[u] = start + k + m + h
+            u += 1
+        if i >= 0 and j >= 0:
+            pairwise[e] = place + i * m + j
+            e += 1
+        if i >= 0 and h >= 0:
+            pairwise[e] = place + k * m + i * n + h
+            e += 1
+        if j >= 0 and h >= 0:
+            pairwise[e] = place + k * m + k * n + j * n + h
+            e += 1
+    return unary[:u], pairwise[:e]

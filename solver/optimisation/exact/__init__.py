@@ -1,0 +1,23 @@
+"""Exact search: branch and bound of the energy (5), and the minimax of section 6.2."""
+
+from solver.optimisation.exact.branch_and_bound import ExactSolutions, m_best_solutions
+from solver.optimisation.exact.dual_ascent import DualAscent
+from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
+from solver.optimisation.exact.minimax import (
+    gromov_hausdorff_distance,
+    minimax_correspondence,
+    within_distortion,
+)
+
+__all__ = [
+    "DualAscent",
+    "ExactSolutions",
+    "Incumbents",
+    "dive",
+    "energy_of",
+    "gromov_hausdorff_distance",
+    "keep",
+    "m_best_solutions",
+    "minimax_correspondence",
+    "within_distortion",
+]

@@ -1,0 +1,172 @@
+"""Depth-first search over the source points of a small labelling problem.
+
+At each node the open source point with the fewest choices left is decided, cheapest choice first,
+unless no correspondence that goes on from here can be among the best: see
+:mod:`solver.optimisation.exact.search_state` for the bound.
+"""
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.kernel import inlined, kernel
+from solver.labelling import UNMATCHED
+from solver.optimisation.exact.incumbents import energy_of, keep
+from solver.optimisation.exact.search_state import (
+    DEPTH,
+    ENTERING,
+    NODES,
+    OPEN,
+    ROUNDING,
+    Search,
+    add,
+    minimum,
+)
+
+
+@kernel
+def advance(s: Search, max_nodes: int) -> bool:
+    """Visit up to `max_nodes` more nodes; return whether the search is finished."""
+    n = len(s.chosen)
+    depth = s.counters[DEPTH]
+    for _ in range(max_nodes):
+        if s.counters[ENTERING] == 1:
+            s.counters[NODES] += 1
+            s.counters[ENTERING] = 0
+            if depth == n:
+                _keep(s)
+                s.cursor[depth, 0] = 0
+                s.cursor[depth, 1] = 0
+            else:
+                _expand(s, depth)
+        if s.cursor[depth, 0] >= s.cursor[depth, 1]:
+            if depth == 0:
+                return True
+            depth -= 1
+            s.chosen[s.row[depth]] = OPEN
+            s.counters[DEPTH] = depth
+            continue
+        a = s.choices[depth, s.cursor[depth, 0]]
+        s.cursor[depth, 0] += 1
+        _descend(s, depth, a)
+        depth += 1
+        s.counters[DEPTH] = depth
+        s.counters[ENTERING] = 1
+    return False
+
+
+@kernel
+def _keep(s: Search) -> None:
+    """Keep the correspondence that is decided, in the problem's own candidates."""
+    chosen = np.empty(len(s.chosen), dtype=np.int64)
+    for x in range(len(chosen)):
+        chosen[x] = s.kept[s.chosen[x]] if s.chosen[x] >= 0 else UNMATCHED
+    keep(s.best, energy_of(s.own_unary, s.own_pairwise, s.own_occlusion, chosen), chosen)
+
+
+@inlined
+def _expand(s: Search, depth: int) -> None:
+    """Bound the node; unless it can be pruned, choose its source point and order the choices."""
+    s.cursor[depth, 0] = 0
+    s.cursor[depth, 1] = 0
+    worst = s.best.energies[len(s.best.energies) - 1]
+    limit = worst - ROUNDING * (1.0 + abs(worst)) if np.isfinite(worst) else np.inf
+    if depth == 0:
+        for x in range(len(s.chosen)):
+            least = minimum(s.levels[0], s.rows[x], s.rows[x + 1])
+            s.least[0, x] = min(s.occlusion[0, x], least)
+        s.rest[0] = s.least[0].sum()
+        if not s.bound[0] + s.rest[0] < limit:
+            return
+    elif not _update(s, depth, limit):
+        return
+    margin = limit - s.bound[depth] - s.rest[depth]
+    costs, occlusion, leasts = s.levels[depth], s.occlusion[depth], s.least[depth]
+    x = _tightest(s.chosen, s.rows, leasts, costs, occlusion, margin)
+    s.row[depth] = x
+    s.cursor[depth, 1] = _order_choices(s, depth, x, leasts[x] + margin)
+
+
+@inlined
+def _update(s: Search, depth: int, limit: float) -> bool:
+    """Write the open points' costs given the last decision, while the bound is below a limit.
+
+    No cost falls with a decision, so what the points still to be looked at cost at least is what
+    they did before it.
+    """
+    x = s.row[depth - 1]
+    a = s.chosen[x] if s.chosen[x] >= 0 else len(s.kept) + x
+    rows, occlusion, least = s.rows, s.occlusion[depth], s.least[depth]
+    before, after, changes = s.levels[depth - 1], s.levels[depth], s.changes[a]
+    occlusion_before, of_occlusion = s.occlusion[depth - 1], s.occlusion_changes[a]
+    least_before, chosen = s.least[depth - 1], s.chosen
+    bound, rest = s.bound[depth], s.rest[depth - 1] - least_before[x]
+    total = 0.0
+    for other in range(len(chosen)):
+        if chosen[other] != OPEN:
+            continue
+        occlusion[other] = occlusion_before[other] + of_occlusion[other]
+        cheapest = add(before, changes, rows[other], rows[other + 1], after)
+        least[other] = min(occlusion[other], cheapest)
+        total += least[other]
+        rest -= least_before[other]
+        if not bound + total + rest < limit:
+            return False
+    s.rest[depth] = total
+    below: bool = bound + total < limit
+    return below
+
+
+@kernel
+def _tightest(
+    chosen: IntArray,
+    rows: IntArray,
+    least: FloatArray,
+    costs: FloatArray,
+    occlusion: FloatArray,
+    margin: float,
+) -> int:
+    """Open point with the fewest choices left, each counted by how much of the margin it leaves."""
+    x, fewest = -1, np.inf
+    for other in range(len(chosen)):
+        if chosen[other] != OPEN:
+            continue
+        limit = least[other] + margin
+        count = max(limit - occlusion[other], 0.0)
+        for a in range(rows[other], rows[other + 1]):
+            if costs[a] < limit:
+                count += limit - costs[a]
+        if x < 0 or count < fewest:
+            x, fewest = other, count
+    return x
+
+
+@inlined
+def _order_choices(s: Search, depth: int, x: int, limit: float) -> int:
+    """Write the choices of point x that cost less than a limit, cheapest first; return how many."""
+    first, count = s.rows[x], s.rows[x + 1] - s.rows[x]
+    costs, offers, choices = s.levels[depth], s.offers, s.choices[depth]
+    offers[count] = s.occlusion[depth, x]
+    for i in range(count):
+        offers[i] = costs[first + i]
+    kept = 0
+    for i in range(count + 1):
+        if not offers[i] < limit:
+            continue
+        place = kept
+        while place > 0 and offers[choices[place - 1]] > offers[i]:
+            choices[place] = choices[place - 1]
+            place -= 1
+        choices[place] = i
+        kept += 1
+    for i in range(kept):
+        choices[i] = UNMATCHED if choices[i] == count else first + choices[i]
+    return kept
+
+
+@inlined
+def _descend(s: Search, depth: int, a: int) -> None:
+    """Give the point of this depth candidate a."""
+    x = s.row[depth]
+    s.chosen[x] = a
+    cost = s.levels[depth, a] if a >= 0 else s.occlusion[depth, x]
+    s.bound[depth + 1] = s.bound[depth] + cost

@@ -1,0 +1,216 @@
+"""The best correspondences known, from which a search has only to look for better ones."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.kernel import kernel
+from solver.labelling import UNMATCHED
+from solver.optimisation.reparametrisation import BoundingCosts
+
+_OPEN = -2
+
+
+class Incumbents(NamedTuple):
+    """The m best correspondences so far, in arrays for compiled code.
+
+    Attributes
+    ----------
+    energies
+        (m,) ascending, ``inf`` where there is none yet.
+    chosen
+        (m, N) candidate of each source point, `UNMATCHED` for none.
+    explored
+        (m,) whether the neighbours have been looked at.
+    """
+
+    energies: FloatArray
+    chosen: IntArray
+    explored: BoolArray
+
+    @classmethod
+    def none(cls, m: int, n_sources: int) -> "Incumbents":
+        """Return room for m correspondences."""
+        chosen = np.full((m, n_sources), UNMATCHED, dtype=np.int64)
+        return cls(np.full(m, np.inf), chosen, np.zeros(m, dtype=np.bool_))
+
+
+@kernel
+def keep(found: Incumbents, energy: float, chosen: IntArray) -> None:
+    """Insert a correspondence in the sorted list, if it belongs there and is not in it."""
+    energies = found.energies
+    m = len(energies)
+    if not energy < energies[m - 1]:
+        return
+    for k in range(m):
+        if energies[k] < np.inf and (found.chosen[k] == chosen).all():
+            return
+    place = m - 1
+    while place > 0 and energies[place - 1] > energy:
+        energies[place] = energies[place - 1]
+        found.chosen[place] = found.chosen[place - 1]
+        found.explored[place] = found.explored[place - 1]
+        place -= 1
+    energies[place] = energy
+    found.chosen[place] = chosen
+    found.explored[place] = False
+
+
+@kernel
+def energy_of(
+    unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray, chosen: IntArray
+) -> float:
+    """Energy of a correspondence; infinite where candidates exclude one another."""
+    energy = 0.0
+    for x in range(len(chosen)):
+        a = chosen[x]
+        if a < 0:
+            energy += occlusion[x]
+            continue
+        energy += unary[a]
+        for other in range(x):
+            if chosen[other] >= 0:
+                energy += pairwise[chosen[other], a]
+    return energy
+
+
+def dive(
+    found: Incumbents,
+    own: BoundingCosts,
+    bounding: BoundingCosts,
+    rows: IntArray,
+    *,
+    everywhere: bool = False,
+) -> None:
+    """Look for good correspondences: greedily from each choice of one point, then around the best.
+
+    Parameters
+    ----------
+    found
+        Improved in place, until no change of one point improves it.
+    own
+        Costs of the problem.
+    bounding
+        Costs by which greedy choices are made.
+    rows
+        (N+1,) candidates of each source point.
+    everywhere
+        Whether from each choice of every point.
+    """
+    energies = own.unary, own.pairwise, own.occlusion
+    costs = bounding.unary, bounding.pairwise, bounding.occlusion
+    _dive(found, *energies, *costs, rows, everywhere)
+    explore(found, *energies, rows)
+
+
+@kernel
+def _dive(
+    found: Incumbents,
+    own_unary: FloatArray,
+    own_pairwise: FloatArray,
+    own_occlusion: FloatArray,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    occlusion: FloatArray,
+    rows: IntArray,
+    everywhere: bool,
+) -> None:
+    n = len(rows) - 1
+    chosen = np.empty(n, dtype=np.int64)
+    start = _most_different(unary, occlusion, rows, np.full(n, _OPEN))
+    place, last = (0, rows[n]) if everywhere else (rows[start], rows[start + 1])
+    for first in range(place, last):
+        chosen[:] = _OPEN
+        costs = unary.copy()
+        x, a = int(np.searchsorted(rows, first, side="right")) - 1, first
+        for _ in range(n):
+            chosen[x] = a
+            if a >= 0:
+                row = pairwise[a]
+                for b in range(len(costs)):
+                    costs[b] += row[b]
+            x = _most_different(costs, occlusion, rows, chosen)
+            if x < 0:
+                break
+            a, least = UNMATCHED, occlusion[x]
+            for b in range(rows[x], rows[x + 1]):
+                if costs[b] < least:
+                    a, least = b, costs[b]
+        keep(found, energy_of(own_unary, own_pairwise, own_occlusion, chosen), chosen)
+
+
+@kernel
+def _most_different(
+    costs: FloatArray, occlusion: FloatArray, rows: IntArray, chosen: IntArray
+) -> int:
+    """Open point whose candidates cost most on average above the cheapest; -1 if none is open."""
+    best, most = -1, -np.inf
+    for x in range(len(chosen)):
+        if chosen[x] != _OPEN:
+            continue
+        count, total, least = 0, 0.0, occlusion[x]
+        for b in range(rows[x], rows[x + 1]):
+            if costs[b] < np.inf:
+                count += 1
+                total += costs[b]
+                least = min(least, costs[b])
+        difference = total / count - least if count else np.inf
+        if difference > most or best < 0:
+            best, most = x, difference
+    return best
+
+
+@kernel
+def explore(
+    found: Incumbents,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    occlusion: FloatArray,
+    rows: IntArray,
+) -> None:
+    """Change single points of the best correspondences, until none of the changes is among them."""
+    m = len(found.energies)
+    k = 0
+    while k < m and found.energies[k] < np.inf:
+        if found.explored[k]:
+            k += 1
+            continue
+        found.explored[k] = True
+        chosen, energy = found.chosen[k].copy(), found.energies[k]
+        for x in range(len(rows) - 1):
+            _change(found, unary, pairwise, occlusion, rows, chosen, energy, x)
+        k = 0
+
+
+@kernel
+def _change(
+    found: Incumbents,
+    unary: FloatArray,
+    pairwise: FloatArray,
+    occlusion: FloatArray,
+    rows: IntArray,
+    chosen: IntArray,
+    energy: float,
+    x: int,
+) -> None:
+    """Keep what is better of the correspondences that differ at point x."""
+    own = chosen[x]
+    first, last = rows[x], rows[x + 1]
+    costs = unary[first:last].copy()
+    for other in range(len(chosen)):
+        if other != x and chosen[other] >= 0:
+            row = pairwise[chosen[other], first:last]
+            for i in range(len(costs)):
+                costs[i] += row[i]
+    rest = energy - (occlusion[x] if own < 0 else costs[own - first])
+    worst = found.energies[len(found.energies) - 1]
+    for i in range(-1, len(costs)):
+        cost = occlusion[x] if i < 0 else costs[i]
+        a = UNMATCHED if i < 0 else first + i
+        if a == own or not rest + cost < worst:
+            continue
+        chosen[x] = a
+        keep(found, energy_of(unary, pairwise, occlusion, chosen), chosen)
+        worst = found.energies[len(found.energies) - 1]
+    chosen[x] = own

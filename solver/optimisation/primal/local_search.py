@@ -1,0 +1,278 @@
+"""Good correspondences without a proof: rounding and local search for problem (5)."""
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from solver.arrays import FloatArray, IntArray
+from solver.kernel import kernel
+from solver.labelling import (
+    UNMATCHED,
+    LabellingProblem,
+    PairwiseCosts,
+    distortion_cost,
+    listed_cost,
+    replace_costs,
+)
+
+
+class InfeasibleError(ValueError):
+    """Every source point must be matched, and the candidates do not allow it."""
+
+
+def assign(problem: LabellingProblem, costs: FloatArray) -> IntArray:
+    """Cheapest assignment for a cost on each candidate, without pairwise costs.
+
+    Parameters
+    ----------
+    problem
+        Says which pairs are candidates and what an unmatched source point costs.
+    costs
+        (V,) finite cost of each candidate; may be negative.
+
+    Returns
+    -------
+    (N,) int64 target point of each source point, `UNMATCHED` for none.
+
+    Raises
+    ------
+    InfeasibleError
+        Every source point must be matched, and the candidates do not allow it.
+    """
+    n, m = problem.shape
+    matrix = assignment_costs(problem, costs)
+    try:
+        rows, columns = linear_sum_assignment(matrix)
+    except ValueError as error:
+        raise InfeasibleError("the candidates admit no complete correspondence") from error
+    if len(rows) < n:
+        raise InfeasibleError("there are fewer target points than source points")
+    return np.where(columns < m, columns, UNMATCHED).astype(np.int64)
+
+
+def assignment_costs(problem: LabellingProblem, costs: FloatArray) -> FloatArray:
+    """Matrix of the assignment problem with a cost on each candidate.
+
+    Parameters
+    ----------
+    problem
+        Says which pairs are candidates and what an unmatched source point costs.
+    costs
+        (V,) cost of each candidate.
+
+    Returns
+    -------
+    (N, M) float64, ``inf`` for pairs that are no candidates; where source points may stay
+    unmatched, (N, M + N): each has a column of its own for that.
+    """
+    n, m = problem.shape
+    width = m if problem.must_match_all else m + n
+    matrix = np.full((n, width), np.inf)
+    matrix[problem.candidates[:, 0], problem.candidates[:, 1]] = costs
+    if not problem.must_match_all:
+        own_column = np.arange(n)
+        matrix[own_column, m + own_column] = problem.occlusion_cost
+    return matrix
+
+
+def local_search(
+    problem: LabellingProblem, partners: IntArray, *, max_passes: int = 1000
+) -> IntArray:
+    """Improve a correspondence until no move of one or two points lowers its energy.
+
+    A source point moves to another candidate; when that target point is taken, the point that
+    had it moves to a free candidate of its own, to the target point just left (a swap), or
+    becomes unmatched when that is allowed. Points are visited in order and take their best move.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    partners
+        (N,) a correspondence to start from, `UNMATCHED` for none.
+    max_passes
+        Bound on the rounds over all source points.
+
+    Returns
+    -------
+    (N,) int64 correspondence whose energy is no greater; it never has more unmatched points than
+    `partners` when all must be matched.
+    """
+    chosen = problem.chosen_candidates(partners)
+    occlusion_cost = problem.occlusion_cost
+    if problem.must_match_all:
+        # Any complete correspondence is cheaper than this, so points are matched where possible.
+        occlusion_cost = 1.0 + 2.0 * _largest_sum(problem)
+    _improve(
+        problem.pairwise_costs,
+        problem.unary,
+        occlusion_cost,
+        chosen,
+        max_passes,
+    )
+    return partners_of(problem, chosen)
+
+
+def partners_of(problem: LabellingProblem, chosen: IntArray) -> IntArray:
+    """Target point of each source point, from the candidates chosen.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    chosen
+        (N,) index of the candidate of each source point, negative for none.
+
+    Returns
+    -------
+    (N,) int64, `UNMATCHED` for none.
+    """
+    if not problem.n_candidates:
+        return np.full(problem.n_sources, UNMATCHED, dtype=np.int64)
+    targets = problem.candidates[np.maximum(chosen, 0), 1]
+    return np.where(chosen >= 0, targets, UNMATCHED).astype(np.int64)
+
+
+def _largest_sum(problem: LabellingProblem) -> float:
+    """More than the costs of any correspondence add up to, whatever their signs."""
+    spread = max(problem.source_distances.max(), problem.target_distances.max())
+    metric = problem.beta * problem.n_sources**2 * spread**2
+    unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
+    largest = max(problem.table.max(initial=0.0), -problem.table.min(initial=0.0))
+    table = problem.n_sources**2 * largest
+    return float(metric + table + unary + np.abs(problem.terms.costs).sum())
+
+
+@kernel
+def _switch(
+    costs: PairwiseCosts,
+    chosen: IntArray,
+    owner: IntArray,
+    marginal: FloatArray,
+    x: int,
+    new: int,
+) -> None:
+    """Give source point x the candidate `new`, keeping the marginal costs true.
+
+    A point whose target is taken by `new` must be switched next.
+
+    ``marginal[a]`` is what candidate a costs beside what is chosen for the *other* source points.
+    """
+    old = chosen[x]
+    replace_costs(costs, x, old, new, marginal)
+    if old >= 0 and owner[costs.candidates[old, 1]] == x:
+        owner[costs.candidates[old, 1]] = -1
+    if new >= 0:
+        owner[costs.candidates[new, 1]] = x
+    chosen[x] = new
+
+
+@kernel
+def _best_move(  # noqa: C901 - split, it would count references in its inner loop
+    costs: PairwiseCosts,
+    occlusion_cost: float,
+    chosen: IntArray,
+    owner: IntArray,
+    free: int,
+    marginal: FloatArray,
+    x: int,
+) -> tuple[float, int, int, int]:
+    """Best change for x: its gain, x's new candidate, and the other point and its new one."""
+    # Every array is taken out of the tuple once: doing so counts references, which takes longer
+    # than a cost.
+    candidates, rows, beta = costs.candidates, costs.rows, costs.beta
+    source, target = costs.source_distances[x], costs.target_distances
+    listed, table = len(costs.other) > 0, costs.table
+    tabulated = len(table) > 0
+    a = chosen[x]
+    cost_a = marginal[a] if a >= 0 else occlusion_cost
+    best, best_b, best_other, best_c = 0.0, a, -1, -1
+    if a >= 0 and occlusion_cost - cost_a < best:
+        best, best_b = occlusion_cost - cost_a, -1
+    for b in range(rows[x], rows[x + 1]):
+        if b == a:
+            continue
+        y = candidates[b, 1]
+        other = owner[y]
+        if other < 0:
+            if marginal[b] - cost_a < best:
+                best, best_b, best_other, best_c = marginal[b] - cost_a, b, -1, -1
+            continue
+        o = chosen[other]
+        distance = source[other]
+        left = cost_a + marginal[o]
+        if a >= 0:
+            left -= distortion_cost(beta, distance, target[candidates[a, 1], y])
+        alone = marginal[b] - distortion_cost(beta, distance, 0.0)
+        if tabulated:
+            left -= table[a, o] if a >= 0 else 0.0
+            alone -= table[b, o]
+        if listed:
+            left -= listed_cost(costs, a, o)
+            alone -= listed_cost(costs, b, o)
+        if alone + occlusion_cost - left < best:
+            best, best_b, best_other, best_c = alone + occlusion_cost - left, b, other, -1
+        first, last = rows[other], rows[other + 1]
+        if free == 0:  # no target point is left for the other one but x's
+            first = _candidate(candidates, first, last, candidates[a, 1]) if a >= 0 else last
+            last = min(first + 1, last)
+        for c in range(first, last):
+            z = candidates[c, 1]
+            if c == o or (owner[z] >= 0 and owner[z] != x):
+                continue
+            gain = alone + marginal[c] - left + distortion_cost(beta, distance, target[y, z])
+            if a >= 0:
+                gain -= distortion_cost(beta, distance, target[candidates[a, 1], z])
+            if tabulated:
+                gain += table[b, c] - (table[c, a] if a >= 0 else 0.0)
+            if listed:
+                gain += listed_cost(costs, b, c) - listed_cost(costs, c, a)
+            if gain < best:
+                best, best_b, best_other, best_c = gain, b, other, c
+    return best, best_b, best_other, best_c
+
+
+@kernel
+def _candidate(candidates: IntArray, first: int, last: int, y: int) -> int:
+    """First of some candidates of one point that serves target y, or `last` for none."""
+    end = last
+    while first < last:
+        middle = (first + last) // 2
+        if candidates[middle, 1] < y:
+            first = middle + 1
+        else:
+            last = middle
+    return first if first < end and candidates[first, 1] == y else end
+
+
+@kernel
+def _improve(
+    costs: PairwiseCosts,
+    unary: FloatArray,
+    occlusion_cost: float,
+    chosen: IntArray,
+    max_passes: int,
+) -> None:
+    n = len(chosen)
+    if len(unary) == 0:
+        return
+    owner = np.full(costs.target_distances.shape[0], -1, dtype=np.int64)
+    marginal = unary.copy()
+    start = chosen.copy()
+    chosen[:] = -1
+    for x in range(n):
+        if start[x] >= 0:
+            _switch(costs, chosen, owner, marginal, x, start[x])
+    tolerance = 1e-12 * (1.0 + np.abs(marginal).max())
+    for _ in range(max_passes):
+        improved = False
+        for x in range(n):
+            free = int((owner < 0).sum())
+            gain, b, other, c = _best_move(costs, occlusion_cost, chosen, owner, free, marginal, x)
+            if not gain < -tolerance:
+                continue
+            improved = True
+            _switch(costs, chosen, owner, marginal, x, b)
+            if other >= 0:
+                _switch(costs, chosen, owner, marginal, other, c)
+        if not improved:
+            return

@@ -1,0 +1,140 @@
+"""Costs of matching a target with a prototype: equation (6)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.labelling import NO_TABLE, LabellingProblem
+from solver.matching import Level
+from solver.prototype.mixtures import GaussianMixtures, likelihood_table
+from solver.prototype.prototype import LearnedDescriptors, LearnedDistances
+
+
+@dataclass(frozen=True, eq=False)
+class PrototypeLevel(Level):
+    """One level of a match with a prototype, whose source is the prototype's means.
+
+    Parameters
+    ----------
+    learned_distances, learned_descriptors
+        The prototype's distributions at this level.
+    """
+
+    learned_distances: LearnedDistances
+    learned_descriptors: LearnedDescriptors | None
+
+    def problem(self, candidates: IntArray) -> LabellingProblem:
+        """Problem (6) on given candidates.
+
+        A pair weighs 2/(N − 1), as in (5). Of each log-likelihood its greatest value is
+        subtracted, so that no cost is negative; if all points are matched this only adds a
+        constant to the energy, and else it says what γ is compared with: a perfectly likely
+        partner costs nothing.
+
+        Parameters
+        ----------
+        candidates
+            (V, 2) indices into points and samples, in lexicographic order.
+        """
+        for earlier in self._problems:
+            if np.array_equal(earlier.candidates, candidates):
+                return earlier
+        n, m = len(self.source.vertices), len(self.target.vertices)
+        problem = LabellingProblem(
+            candidates,
+            self._unary(candidates),
+            np.zeros((n, n)),
+            np.zeros((m, m)),
+            0.0,
+            self.occlusion_cost,
+            table=self._table(candidates),
+        )
+        self._problems.append(problem)
+        return problem
+
+    @cached_property
+    def _problems(self) -> list[LabellingProblem]:
+        """Those asked for so far: hypotheses often have the same candidates, or nearly."""
+        return []
+
+    def _known(self, candidates: IntArray) -> tuple[FloatArray, IntArray]:
+        """Table of the earlier problem with the most of these candidates, and where they are."""
+        width = len(self.target.vertices)
+        keys = candidates @ np.array([width, 1])
+        table, within = NO_TABLE, np.full(len(keys), -1)
+        for earlier in self._problems:
+            others = earlier.candidates @ np.array([width, 1])
+            place = np.searchsorted(others, keys)
+            place[~np.isin(keys, others, assume_unique=True)] = -1
+            if (place >= 0).sum() > (within >= 0).sum():
+                table, within = earlier.table, place
+        return table, within
+
+    def _table(self, candidates: IntArray) -> FloatArray:
+        n, mixtures = len(self.source.vertices), self.learned_distances.mixtures
+        pairs = slice(n * (n - 1) // 2)
+        roots = mixtures.roots[pairs, :, 0, 0]
+        log_scales = mixtures.log_weights[pairs] + np.log(roots) - 0.5 * np.log(2.0 * np.pi)
+        background = self.learned_distances.log_background
+        return likelihood_table(
+            np.ascontiguousarray(candidates),  # else the kernel is compiled twice
+            self.target.distances,
+            log_scales,
+            mixtures.means[pairs, :, 0],
+            roots,
+            np.logaddexp(mixtures.log_peaks[pairs], background),
+            background,
+            self.beta * 2.0 / max(n - 1, 1),
+            *self._known(candidates),
+        )
+
+    def _unary(self, candidates: IntArray) -> FloatArray:
+        x, y = candidates.T
+        result: FloatArray = self.first_order_weight * self._descriptor_costs[x, y]
+        return result
+
+    @cached_property
+    def _descriptor_costs(self) -> FloatArray:
+        """(N, M) first-order costs of (6) without their weight."""
+        n, m = len(self.source.vertices), len(self.target.vertices)
+        learned, described = self.learned_descriptors, self.target.descriptors
+        if learned is None or described is None:
+            return np.zeros((n, m))
+        everywhere = np.broadcast_to(described, (n, *described.shape))
+        densities = learned.mixtures.log_density(everywhere)
+        peaks = learned.mixtures.log_peaks[:n, None]
+        return negative_log_likelihoods(densities, peaks, learned.log_background)
+
+
+def negative_log_likelihoods(
+    log_density: FloatArray, log_peak: FloatArray, log_background: float
+) -> FloatArray:
+    """−log of a density with a background, less its least value.
+
+    Parameters
+    ----------
+    log_density
+        Of a mixture.
+    log_peak
+        Its greatest value.
+    log_background
+        Log density of the background.
+
+    Returns
+    -------
+    float64, at least 0 and at most log(1 + exp(log_peak − log_background)).
+    """
+    least = np.logaddexp(log_peak, log_background)
+    costs: FloatArray = np.maximum(least - np.logaddexp(log_density, log_background), 0.0)
+    return costs
+
+
+def mean_distances(mixtures: GaussianMixtures, count: int) -> FloatArray:
+    """(count, count) mean distances of the first points."""
+    means = (mixtures.weights * mixtures.means[:, :, 0]).sum(axis=1)
+    square = np.zeros((count, count))
+    second, first = np.tril_indices(count, -1)
+    square[second, first] = square[first, second] = means[: len(first)]
+    return square

@@ -1,0 +1,94 @@
+"""Gaussian mixtures fitted to many data sets, some of them better by one fit than by another."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.prototype.mixtures.mixture import GaussianMixtures
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Mixtures with their likelihoods.
+
+    Parameters
+    ----------
+    mixtures
+        B of K components.
+    log_likelihood
+        (B,) sum over the samples of each data set.
+    history
+        (iterations, B) log-likelihood before each iteration.
+    """
+
+    mixtures: GaussianMixtures
+    log_likelihood: FloatArray
+    history: FloatArray
+
+    def information_criterion(self, samples: int, diagonal: bool = False) -> FloatArray:
+        """(B,) Bayesian information criterion; less is better (Schwarz 1978).
+
+        Parameters
+        ----------
+        samples
+            Number M of samples of each data set.
+        diagonal
+            Whether only the diagonals of the covariances were fitted.
+        """
+        m = self.mixtures.dimension
+        used = (self.mixtures.weights > 0.0).sum(axis=1)
+        shape = m if diagonal else m * (m + 1) / 2
+        parameters = used * (1 + m + shape) - 1
+        criterion: FloatArray = parameters * np.log(samples) - 2.0 * self.log_likelihood
+        return criterion
+
+    def replaced(self, rows: IntArray, other: "Fit") -> "Fit":
+        """Return the fits with others in the place of some.
+
+        Parameters
+        ----------
+        rows
+            (R,) the data sets that are fitted otherwise.
+        other
+            R fits, of as many components.
+        """
+        old, new = self.mixtures, other.mixtures
+        arrays = []
+        for before, after in (
+            (old.weights, new.weights),
+            (old.means, new.means),
+            (old.covariances, new.covariances),
+            (self.log_likelihood, other.log_likelihood),
+        ):
+            changed = before.copy()
+            changed[rows] = after
+            arrays.append(changed)
+        return Fit(GaussianMixtures(*arrays[:3]), arrays[3], self.history)
+
+    def padded(self, components: int) -> "Fit":
+        """Return the fits with components of weight 0 added, up to so many."""
+        extra = components - self.mixtures.weights.shape[1]
+        if extra <= 0:
+            return self
+        m = self.mixtures
+        mixtures = GaussianMixtures(
+            np.pad(m.weights, ((0, 0), (0, extra))),
+            np.concatenate([m.means, np.repeat(m.means[:, :1], extra, axis=1)], axis=1),
+            np.concatenate([m.covariances, np.repeat(m.covariances[:, :1], extra, axis=1)], axis=1),
+        )
+        return Fit(mixtures, self.log_likelihood, self.history)
+
+    def exchanged(self, other: "Fit", where: BoolArray) -> "Fit":
+        """Return for each data set the other fit where that is better, else this one.
+
+        Parameters
+        ----------
+        other
+            Fits of the same data sets, of as many components.
+        where
+            (B,) whether the other one is better.
+        """
+        rows = np.flatnonzero(where)
+        chosen = Fit(other.mixtures.chosen(rows), other.log_likelihood[rows], other.history)
+        return self.replaced(rows, chosen)

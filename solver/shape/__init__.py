@@ -1,0 +1,32 @@
+"""Shapes and the structures (3) they are endowed with: metrics, descriptors, samples."""
+
+from solver.shape.metrics import (
+    BiharmonicMetric,
+    CommuteTimeMetric,
+    DiffusionMetric,
+    EmbeddedMetric,
+    GeodesicMetric,
+    Metric,
+    heat_images,
+    lengths_by_heat,
+    varadhan_distances,
+)
+from solver.shape.sampling import extremity, farthest_point_sampling, spread_in_space
+from solver.shape.shape import WITHOUT_COLORS, Shape
+
+__all__ = [
+    "WITHOUT_COLORS",
+    "BiharmonicMetric",
+    "CommuteTimeMetric",
+    "DiffusionMetric",
+    "EmbeddedMetric",
+    "GeodesicMetric",
+    "Metric",
+    "Shape",
+    "extremity",
+    "farthest_point_sampling",
+    "heat_images",
+    "lengths_by_heat",
+    "spread_in_space",
+    "varadhan_distances",
+]

@@ -1,0 +1,61 @@
+"""The structures a shape can be endowed with, section 3 and Table 1: choices, not computations.
+
+A choice is a name and its parameters, a frozen value that can be compared, hashed and cached by.
+``Shape`` computes what is chosen.
+"""
+
+from solver.shape.choices.choice import DEGREES, Degree, Invariance, Parameter, Structure
+from solver.shape.choices.descriptors import (
+    DESCRIPTORS,
+    HEAT_TIMES,
+    ConformalFactor,
+    DescriptorChoice,
+    Eigenfunctions,
+    GaussianCurvature,
+    GeodesicHistogram,
+    HeatKernelSignature,
+    NoDescriptor,
+    Photometric,
+    ScaleInvariantHeatKernelSignature,
+    WaveKernelSignature,
+    descriptor_choice,
+)
+from solver.shape.choices.metrics import (
+    METRICS,
+    Biharmonic,
+    CommuteTime,
+    Diffusion,
+    Geodesic,
+    MetricChoice,
+    Varadhan,
+    metric_choice,
+)
+
+__all__ = [
+    "DEGREES",
+    "DESCRIPTORS",
+    "HEAT_TIMES",
+    "METRICS",
+    "Biharmonic",
+    "CommuteTime",
+    "ConformalFactor",
+    "Degree",
+    "DescriptorChoice",
+    "Diffusion",
+    "Eigenfunctions",
+    "GaussianCurvature",
+    "Geodesic",
+    "GeodesicHistogram",
+    "HeatKernelSignature",
+    "Invariance",
+    "MetricChoice",
+    "NoDescriptor",
+    "Parameter",
+    "Photometric",
+    "ScaleInvariantHeatKernelSignature",
+    "Structure",
+    "Varadhan",
+    "WaveKernelSignature",
+    "descriptor_choice",
+    "metric_choice",
+]

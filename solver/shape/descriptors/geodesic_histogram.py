@@ -1,0 +1,59 @@
+"""Local histograms of geodesic distances (Raviv, Bronstein, Bronstein and Kimmel, NORDIA 2007)."""
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import OptionError
+from solver.mesh import TriangleMesh, triangle_areas
+from solver.shape.descriptors.geodesic_disc import annulus_areas, distances_from
+from solver.shape.metrics import Metric
+
+
+def geodesic_histogram(
+    mesh: TriangleMesh, metric: Metric, radius: float, bins: int, vertices: IntArray | None = None
+) -> FloatArray:
+    """Histogram of the geodesic distances from a point to the surface around it, section 3.5.
+
+    Bin j of B at vertex x is the area of the annulus {z : (j-1) r/B <= d(x, z) < j r/B}, divided
+    by that of the same annulus in the plane and by √B: without the factor 1/√B, every bin of a
+    point with a flat neighbourhood is 1. Less means a tip or a border is near, more a saddle or a
+    fold. Areas are cut out of the triangles, so that a bin changes continuously with the point
+    and with the radius.
+
+    Parameters
+    ----------
+    mesh
+        Any mesh.
+    metric
+        Geodesic metric of `mesh`.
+    radius
+        r > 0, in the mesh's unit of length.
+    bins
+        B, at least 1.
+    vertices
+        (S,) where it is wanted; by default at all V vertices, which takes V shortest path
+        searches.
+
+    Returns
+    -------
+    (S, B) float64, without unit. It changes with the scale of the shape unless the radius does,
+    and, like all that is made of geodesic distances, with topology: Table 1.
+
+    Raises
+    ------
+    OptionError
+        The radius is not positive, or there are no bins.
+    """
+    if not 0.0 < radius < np.inf:
+        raise OptionError("radius", "it must be positive and finite")
+    if bins < 1:
+        raise OptionError("bins", "at least 1 is needed")
+    if vertices is None:
+        vertices = np.arange(mesh.n_vertices)
+    areas = triangle_areas(mesh.vertices, mesh.faces)
+    histogram = np.empty((len(vertices), bins))
+    for rows, distances in distances_from(metric, vertices):
+        histogram[rows] = annulus_areas(distances, mesh.faces, areas, radius, bins)
+    flat = np.pi * (radius / bins) ** 2 * (2.0 * np.arange(bins) + 1.0)
+    result: FloatArray = histogram / (flat * np.sqrt(bins))
+    return result

@@ -1,0 +1,102 @@
+"""Heat kernel signatures, sections 3.6 and 3.7."""
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.shape.choices import HEAT_TIMES
+from solver.shape.laplacian import Spectrum
+
+_OCTAVES = (-8, 2)
+"""log₂(t/A) of the first and the last time scale of the scale-invariant signature: from where a
+hundred eigenpairs still tell the heat kernel to within a percent, to where it is constant."""
+
+_STEPS_PER_OCTAVE = 8
+_FREQUENCIES = 6
+
+
+def heat_kernel_signature(
+    spectrum: Spectrum, times: FloatArray | None = None, vertices: IntArray | None = None
+) -> FloatArray:
+    """Heat kernel signature, section 3.6, relative to its mean over the shape.
+
+    Component j at vertex x is h_{t_j}(x, x) A / Z(t_j) / √m, with h of equation (2), A the area
+    and Z(t) = Σ_i exp(-λ_i t) the heat trace, which is the integral of h_t(x, x): without the
+    factor 1/√m, every component has mean 1 over the surface.
+
+    Parameters
+    ----------
+    spectrum
+        Of the shape.
+    times
+        (m,) time scales t_j > 0 in the spectrum's unit of area. By default 32, logarithmically
+        spaced from 0.0073 to 1, which suit a shape of unit area.
+    vertices
+        (S,) where it is wanted; by default at all V vertices.
+
+    Returns
+    -------
+    (S, m) float64, without unit. It changes with the scale of the shape unless the times do.
+
+    Raises
+    ------
+    ValueError
+        A time is not positive.
+    """
+    times = np.asarray(HEAT_TIMES if times is None else times, dtype=np.float64)
+    trace = np.exp(-np.outer(spectrum.eigenvalues, times)).sum(axis=0)
+    signature: FloatArray = _heat_kernel_diagonal(spectrum, times, vertices) * (
+        spectrum.area / trace / np.sqrt(len(times))
+    )
+    return signature
+
+
+def scale_invariant_heat_kernel_signature(
+    spectrum: Spectrum, frequencies: int = _FREQUENCIES, vertices: IntArray | None = None
+) -> FloatArray:
+    """Scale-invariant heat kernel signature, section 3.7 (Bronstein and Kokkinos, CVPR 2010).
+
+    log h_t(x, x) is sampled at t = A 2^τ, A the area, and differentiated with respect to τ; of
+    the Fourier transform of that over τ, the magnitudes of the lowest frequencies are kept. They
+    are divided by the decay of log Z(t) over the same times, Z the heat trace, and by the root of
+    their number.
+
+    Scaling the shape by s turns h_t into h_{t/s²} / s². The factor goes with the derivative. The
+    shift of τ goes because times are in units of the shape's own area; that makes the signature
+    exactly invariant, where the magnitudes alone would leave what the shift moves past the ends
+    of the range. The magnitudes absorb what is left of the shift when the area is not that of the
+    corresponding part, in other words when something is missing.
+
+    Parameters
+    ----------
+    spectrum
+        Of the shape.
+    frequencies
+        How many of the lowest frequencies, the zeroth included.
+    vertices
+        (S,) where it is wanted; by default at all V vertices.
+
+    Returns
+    -------
+    (S, frequencies) float64, without unit.
+    """
+    first, last = _OCTAVES
+    count = (last - first) * _STEPS_PER_OCTAVE + 1
+    times = spectrum.area * np.exp2(np.linspace(first, last, count))
+    slope = np.diff(np.log(_heat_kernel_diagonal(spectrum, times, vertices)), axis=1)
+    magnitudes = np.abs(np.fft.rfft(slope, axis=1)[:, :frequencies])
+    trace = np.exp(-np.outer(spectrum.eigenvalues, times[[0, -1]])).sum(axis=0)
+    decay = np.log(trace[0] / trace[1])
+    signature: FloatArray = magnitudes / (decay * np.sqrt(frequencies))
+    return signature
+
+
+def _heat_kernel_diagonal(
+    spectrum: Spectrum, times: FloatArray, vertices: IntArray | None
+) -> FloatArray:
+    """h_t(x, x) of (2): (S, m) at (S,) vertices, by default all, for (m,) times."""
+    if not (times > 0.0).all():
+        raise ValueError("times must be positive")
+    functions = spectrum.eigenfunctions
+    decay = np.exp(-np.outer(spectrum.eigenvalues, times))
+    diagonal: FloatArray = (functions if vertices is None else functions[vertices]) ** 2 @ decay
+    return diagonal

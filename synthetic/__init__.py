@@ -1,0 +1,35 @@
+"""Generated articulated shapes with ground truth."""
+
+from synthetic.classes import CLASSES
+from synthetic.human import ALIEN, ASYMMETRIC_HUMAN, HumanProportions, human_figure
+from synthetic.pose import Pose
+from synthetic.proportions import carried
+from synthetic.repertoire import HUMAN_POSES
+from synthetic.shapes import SyntheticShape, articulated, correspondence, human
+from synthetic.texture import clothed, painted
+from synthetic.topology import glued, near_in_space, punched
+from synthetic.transformations import Transformed, noisy, remeshed, scaled
+
+__all__ = [
+    "ALIEN",
+    "ASYMMETRIC_HUMAN",
+    "CLASSES",
+    "HUMAN_POSES",
+    "HumanProportions",
+    "Pose",
+    "SyntheticShape",
+    "Transformed",
+    "articulated",
+    "carried",
+    "clothed",
+    "correspondence",
+    "glued",
+    "human",
+    "human_figure",
+    "near_in_space",
+    "noisy",
+    "painted",
+    "punched",
+    "remeshed",
+    "scaled",
+]

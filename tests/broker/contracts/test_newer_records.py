@@ -1,0 +1,158 @@
+"""Records of versions that are newer: what is the default is not kept, what is unknown is left."""
+
+import json
+
+import pytest
+from rq.job import Job
+from rq.serializers import JSONSerializer
+
+from broker.contracts import (
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    JobKind,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    Payload,
+    PicturePayload,
+    PrototypeParameters,
+    PrototypePayload,
+    TurnPayload,
+)
+from broker.queue import JobQueue, new_job
+from broker.store import BOUNDS, NewerRecord, keys
+from broker.upkeep import LOSSES_WITH_WORKER, give_back, recover
+from broker.webhooks import WebhookSettings, dispatch
+from worker.jobs import Runner
+
+SHAPES = ("a" * 32, "b" * 32)
+
+
+def match(**parameters: object) -> MatchPayload:
+    given = MatchParameters.model_validate(parameters)
+    return MatchPayload(source=SHAPES[0], target=SHAPES[1], parameters=given)
+
+
+def kept(queue: JobQueue, job: str) -> dict[str, object]:
+    """The parameters in the record of a job."""
+    found = queue.store.client.hget(keys.job(job), "record")
+    assert found is not None
+    parameters: dict[str, object] = json.loads(found)["payload"]["parameters"]
+    return parameters
+
+
+def of_a_newer_version(queue: JobQueue, payload: Payload) -> str:
+    """Queue a job with a parameter that nobody knows here."""
+    job = queue.submit(new_job(payload)).id
+    found = queue.store.client.hget(keys.job(job), "record")
+    assert found is not None
+    document = json.loads(found)
+    document["payload"]["parameters"]["novel"] = 1
+    queue.store.client.hset(keys.job(job), "record", json.dumps(document))
+    return job
+
+
+COMPARED = DissimilaritiesPayload(
+    shapes=SHAPES, labels=None, parameters=DissimilarityParameters(points=4)
+)
+LEARNED = PrototypePayload(
+    shapes=SHAPES, reference=1, correspondences=None, name="x", parameters=PrototypeParameters()
+)
+
+
+@pytest.mark.parametrize(
+    ("payload", "given"),
+    [
+        (match(), set()),
+        (match(points=9, metric={"name": "diffusion", "time": 0.25}), {"points", "metric"}),
+        (match(descriptor="none", landmarks=[[1, 2]]), {"descriptor", "landmarks"}),
+        (match(points=32, dense=True), {"dense"}),
+        (COMPARED, {"points"}),
+        (LEARNED, set()),
+    ],
+    ids=["match", "metric", "landmarks", "dense", "collection", "prototype"],
+)
+def test_what_is_the_default_is_not_kept_and_comes_back(
+    queue: JobQueue, payload: Payload, given: set[str]
+) -> None:
+    job = queue.submit(new_job(payload)).id
+    record = queue.store.jobs.get(job)
+    assert record is not None
+    assert record.payload == payload
+    assert set(kept(queue, job)) == given
+
+
+def test_a_job_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> None:
+    job = of_a_newer_version(queue, match())
+    with pytest.raises(NewerRecord, match="newer version"):
+        queue.store.jobs.get(job)
+    Runner(queue, "runner").run(job)
+    assert queue.store.jobs.state(job) is JobState.FAILED
+    error = queue.store.client.hget(keys.job(job), "error")
+    assert error is not None
+    assert json.loads(error)["type"] == "urn:isomatch:problem:newer-version"
+
+
+def test_a_collection_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> None:
+    job = of_a_newer_version(queue, COMPARED)
+    turn = queue.submit(new_job(TurnPayload(job=job))).id
+    Runner(queue, "runner").run(turn)
+    assert queue.store.jobs.state(job) is JobState.FAILED
+    assert queue.store.jobs.state(turn) is JobState.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [("state", "paused"), ("delivery", '{"state": "paused"}'), ("error", '{"type": "novel"}')],
+)
+def test_what_a_newer_version_noted_of_a_job_hides_nothing_else(
+    queue: JobQueue, field: str, value: str
+) -> None:
+    unread, other = (queue.submit(new_job(match())).id for _ in range(2))
+    queue.store.client.hset(keys.job(unread), field, value)
+    with pytest.raises(NewerRecord):
+        queue.store.jobs.get(unread)
+    assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
+    assert [record.id for record in queue.store.jobs.active()] == [other]
+
+
+def test_what_a_newer_version_counts_is_left_out(queue: JobQueue) -> None:
+    tallies = queue.store.tallies
+    tallies.time(JobKind.MATCH, {"total": 2.0})
+    before = tallies.read()
+    for novel in (f"class|match|total|{len(BOUNDS) + 1}", "novel|match", "novel"):
+        queue.store.client.hset(keys.TALLIES, novel, "1")
+    assert tallies.read() == before
+
+
+def test_chores_go_on_past_what_cannot_be_read(queue: JobQueue) -> None:
+    unread, other = of_a_newer_version(queue, match()), queue.submit(new_job(match())).id
+    assert [record.id for record in queue.store.jobs.active()] == [other]
+    recover(queue.store, queue)
+    assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
+    # It stays in the listings, for those who can read it.
+    assert queue.store.client.zscore(keys.JOBS, unread) is not None
+    assert queue.store.client.zscore(keys.ACTIVE_JOBS, unread) is not None
+    queue.store.client.zadd(keys.WEBHOOKS, {unread: 0.0})
+    dispatch(queue, WebhookSettings())
+    assert queue.store.client.zscore(keys.WEBHOOKS, unread) is not None
+
+
+def test_a_lost_process_of_what_cannot_be_read_costs_no_worker(queue: JobQueue) -> None:
+    job = of_a_newer_version(queue, match())
+    assert queue.store.jobs.claim(job, "runner")
+    lost = Job.fetch(job, connection=queue.store.client, serializer=JSONSerializer)
+    give_back(queue.store, lost, "killed", LOSSES_WITH_WORKER)
+    assert queue.store.jobs.state(job) is JobState.QUEUED
+    assert lost.retries_left == 1
+
+
+def test_what_a_job_is_about_cannot_be_read_either(queue: JobQueue) -> None:
+    drawn = of_a_newer_version(queue, match())
+    queue.store.client.set(keys.job_result(drawn), b"")
+    job = queue.submit(new_job(PicturePayload(job=drawn))).id
+    Runner(queue, "runner").run(job)
+    record = queue.store.jobs.get(job)
+    assert record is not None
+    assert record.error is not None
+    assert record.error.slug == "newer-version"

@@ -1,0 +1,114 @@
+"""Prototypes in contracts and stores: what the solver says, and versions that are never reused."""
+
+from dataclasses import fields, replace
+from datetime import UTC, datetime
+
+import numpy as np
+
+from broker.contracts import PrototypeParameters, PrototypeRecord, PrototypeStructures
+from broker.store import Store, keys, text
+from solver.mesh import triangle_mesh
+from solver.prototype import ExampleSurface, PrototypeOptions
+from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
+from tests.broker.upkeep.test_retention import TRACE, TTL
+from tests.worker.figures import blob
+from worker.jobs import surface_spectra
+from worker.jobs.prototypes import options_of
+from worker.process.settings import WorkerSettings
+
+NOT_FOR_THE_SOLVER = {"correspondence", "eigenpairs", "geodesic_method", "normalise", "simplify"}
+
+
+def test_the_contract_says_what_the_solver_says() -> None:
+    options = {field.name for field in fields(PrototypeOptions)}
+    assert set(PrototypeParameters.model_fields) == options | NOT_FOR_THE_SOLVER
+    assert options_of(PrototypeParameters()) == PrototypeOptions()
+    asked = PrototypeParameters(points=3, components=16, select_components=True, seed=7)
+    expected = replace(PrototypeOptions(), points=3, components=16, select_components=True, seed=7)
+    assert options_of(asked) == expected
+
+
+def record(name: str, label: str) -> PrototypeRecord:
+    return PrototypeRecord(
+        id=f"p-{label}",
+        name=name,
+        version=1,
+        bytes=1,
+        points=3,
+        components=1,
+        examples=2,
+        parameters=PrototypeStructures(),
+        learned_from=None,
+        reference=None,
+        warnings=(),
+        created=datetime.now(UTC),
+    )
+
+
+def test_versions_are_counted_by_name_and_never_reused(store: Store) -> None:
+    prototypes = store.prototypes
+    stored = [prototypes.add(record("a", label), b"x") for label in ("1", "2")]
+    assert [one.version for one in stored] == [1, 2]
+    assert prototypes.add(record("b", "2"), b"x") == stored[1]
+    assert prototypes.add(record("b", "3"), b"x").version == 1
+    assert prototypes.delete("p-2")
+    assert not prototypes.delete("p-2")
+    assert not prototypes.expired("p-2")
+    assert prototypes.add(record("a", "4"), b"x").version == 3
+    assert [one.id for one in prototypes.page(10, None, "a").items] == ["p-4", "p-1"]
+    assert len(prototypes.page(10, None).items) == 3
+
+
+def cached(store: Store) -> list[str]:
+    """Names of what is in the cache."""
+    prefix = keys.cached_spectrum("")
+    return [text(key).removeprefix(prefix) for key in store.client.scan_iter(f"{prefix}*")]
+
+
+def test_spectra_of_surfaces_are_computed_once_for_each_prototype(store: Store) -> None:
+    """What is cached and cannot be read, or is of something else, is computed again."""
+    mesh = triangle_mesh(*blob(1))
+    surfaces = [
+        ExampleSurface(mesh.vertices, mesh.faces, np.arange(3), np.ones(19)) for _ in range(2)
+    ]
+    usual = laplace_beltrami_spectrum(mesh, 5)
+    computed: list[tuple[str, int]] = []
+
+    def found(prototype: str, place: int) -> Spectrum:
+        def compute() -> Spectrum:
+            computed.append((prototype, place))
+            return usual
+
+        return surface_spectra(prototype, surfaces, store.spectra)(surfaces[place], compute)
+
+    asked = [("p-1", 0), ("p-1", 1), ("p-2", 0)]
+    for one in (*asked, *asked):
+        np.testing.assert_array_equal(found(*one).eigenfunctions, usual.eigenfunctions)
+    assert computed == asked
+    assert len(cached(store)) == len(asked)
+    store.spectra.forget("p-1")
+    (left,) = cached(store)
+    assert left.startswith("p-2:")
+    other = laplace_beltrami_spectrum(triangle_mesh(*blob(2)), 5)
+    for wrong in (b"nothing", other.to_bytes()):
+        store.spectra.put(left, wrong)
+        found("p-2", 0)
+    assert computed == [*asked, ("p-2", 0), ("p-2", 0)]
+
+
+def test_what_belongs_to_a_name_outlives_what_has_it(
+    store: Store, settings: WorkerSettings
+) -> None:
+    changed = settings.model_copy(update={"shape_ttl": TTL, "trace_ttl": TRACE})
+    prototypes = Store.over(store.client, changed, patience=1).prototypes
+    prototypes.add(record("a", "1"), b"archive")
+    kept = (keys.prototype("p-1"), keys.prototype_archive("p-1"))
+    longer = (keys.prototype_trace("p-1"), keys.prototypes_named("a"), keys.prototype_versions("a"))
+    for use in (prototypes.use, prototypes.archive):
+        for key in (*kept, *longer):
+            store.client.expire(key, 10)
+        assert prototypes.get("p-1") is not None
+        assert store.client.ttl(kept[0]) <= 10
+        assert use("p-1")
+        assert all(TTL - 100 <= store.client.ttl(key) <= TTL for key in kept)
+        assert all(store.client.ttl(key) >= TTL + TRACE - 100 for key in longer)

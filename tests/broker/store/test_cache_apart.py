@@ -1,0 +1,252 @@
+"""The cache of spectra in a Redis of its own, which evicts, is full, or is away: a real one."""
+
+import copy
+import math
+import socket
+from collections.abc import Iterator
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from redis import Redis
+from redis.exceptions import TimeoutError as RedisTimeoutError
+
+from broker.contracts import (
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    SpectrumKey,
+    shape_id,
+)
+from broker.queue import JobQueue
+from broker.store import CACHE_SILENCE, Absence, OnceInAWhile, Store, absence, connect, keys
+from broker.store import spectra as spectra_module
+from service.standalone import EmbeddedServer
+from tests.worker.figures import blob_file
+from tests.workers import ended, validation, worker
+from worker.process.settings import WorkerSettings
+
+MIB = 1024**2
+
+
+@pytest.fixture(scope="module")
+def second(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]:
+    """A second server, that evicts what is used least."""
+    embedded = EmbeddedServer(tmp_path_factory.mktemp("cache"))
+    embedded.start()
+    yield embedded
+    embedded.stop()
+
+
+@pytest.fixture
+def cache(second: EmbeddedServer) -> Iterator[Redis]:
+    """A connection to the second server, which runs, is empty and evicts."""
+    if not second.alive():
+        second.start()
+    with Redis.from_url(second.url) as client:
+        client.flushall()
+        client.config_set("maxmemory-policy", "allkeys-lfu")
+        client.config_set("maxmemory", "0")
+        yield client
+
+
+@pytest.fixture
+def apart(
+    store: Store, cache: Redis, second: EmbeddedServer, settings: WorkerSettings
+) -> Iterator[Store]:
+    """An empty store whose cache is on the second server."""
+    opened = Store.open(settings.model_copy(update={"cache_url": second.url}), patience=0)
+    yield opened
+    opened.close()
+
+
+def limit(cache: Redis, more: int) -> None:
+    """Leave the server so many bytes beyond what it has now."""
+    cache.config_set("maxmemory", int(cache.info("memory")["used_memory"]) + more)
+
+
+def test_only_what_can_be_computed_again_is_in_the_cache(apart: Store, cache: Redis) -> None:
+    key = SpectrumKey("a", 10)
+    apart.spectra.put(key, b"spectrum")
+    assert apart.spectra.lock(key, "me", 5.0)
+    apart.spectra.count_computed()
+    assert sorted(cache.scan_iter()) == sorted(
+        name.encode()
+        for name in (keys.CACHED_SPECTRA, keys.CACHED_SIZES, keys.cached_spectrum(key))
+    )
+    assert sorted(apart.client.scan_iter()) == sorted(
+        name.encode() for name in (keys.spectrum_lock(key), keys.SPECTRUM_COUNTERS)
+    )
+
+
+def test_what_is_evicted_is_not_there_and_costs_nothing_else(apart: Store, cache: Redis) -> None:
+    apart.client.set("isomatch:kept", b"x")
+    limit(cache, 8 * MIB)
+    names = [SpectrumKey(f"{number:032x}", 10) for number in range(32)]
+    for name in names:
+        apart.spectra.put(name, bytes(MIB))
+    assert int(cache.info("stats")["evicted_keys"]) > 0
+    there = [apart.spectra.has(name) for name in names]
+    assert 0 < sum(there) < len(names)
+    for name, is_there in zip(names, there, strict=True):
+        assert (apart.spectra.get(name) is not None) is is_there
+    assert apart.client.get("isomatch:kept") == b"x"
+
+
+def test_a_shape_is_forgotten_though_the_list_was_evicted(apart: Store, cache: Redis) -> None:
+    mine, others = SpectrumKey("a" * 32, 10), SpectrumKey("b" * 32, 10)
+    for key in (mine, others):
+        apart.spectra.put(key, b"spectrum")
+    cache.delete(keys.CACHED_SPECTRA, keys.CACHED_SIZES)
+    apart.spectra.forget("a" * 32)
+    assert not apart.spectra.has(mine)
+    assert apart.spectra.has(others)
+    assert apart.spectra.put(mine, b"spectrum")
+
+
+def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) -> None:
+    known, other = SpectrumKey("a", 10), SpectrumKey("b", 10)
+    assert apart.spectra.put(known, b"spectrum")
+    # After a failover, say: what is there can be read, and nothing can be written.
+    cache.replicaof("127.0.0.1", "1")
+    try:
+        assert not apart.spectra.put(other, b"spectrum")
+        assert apart.spectra.get(known) == b"spectrum"
+        apart.spectra.forget("a")
+    finally:
+        cache.replicaof("NO", "ONE")
+
+
+def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
+    second: EmbeddedServer, server: EmbeddedServer
+) -> None:
+    patient = OnceInAWhile(1.0, lull=math.inf)
+    # Each connection has a copy of how it waits, and what one finds out holds for all.
+    assert [one.compute(1) for one in (patient, copy.deepcopy(patient), patient)] == [1.0, 0.0, 0.0]
+    patient.reset()
+    assert patient.compute(1) == 0.0
+    always = OnceInAWhile(0.5, lull=0.0)
+    assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
+    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), patience=1)
+    backoffs = [
+        client.connection_pool.connection_kwargs["retry"]._backoff
+        for client in (store.client, store.spectra.cache)
+    ]
+    assert [isinstance(one, OnceInAWhile) for one in backoffs] == [False, True]
+    store.close()
+
+
+def connections(listener: socket.socket) -> int:
+    """How many were made since this was asked last."""
+    listener.setblocking(False)
+    made = 0
+    while True:
+        try:
+            listener.accept()[0].close()
+        except BlockingIOError:
+            return made
+        made += 1
+
+
+def test_a_cache_that_says_nothing_is_waited_for_once(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(spectra_module, "CACHE_SILENT_LULL", 10_000.0)
+    key = SpectrumKey("a", 10)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
+        with connect(url, patience=0, silence=0.05) as cache:
+            spectra = replace(store.spectra, cache=cache)
+
+            def look() -> None:
+                assert not spectra.has(key)
+                assert spectra.get(key) is None
+                assert not spectra.put(key, b"spectrum")
+                spectra.forget("a")
+                assert spectra.cached_bytes() == 0
+
+            look()
+            look()
+            assert connections(silent) == 1
+            # Other processes of this machine know of it.
+            spectra = replace(spectra)
+            look()
+            assert connections(silent) == 0
+            spectra.absence.begin(0.0)
+            assert not spectra.has(key)
+            assert connections(silent) == 1
+
+
+def test_one_asks_for_all_whether_a_cache_is_there_again(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    now = 0.0
+    monkeypatch.setattr(absence, "time", SimpleNamespace(time=lambda: now))
+    mine, others, far = (Absence(store.client, name) for name in ("here", "here", "there"))
+    assert [mine.lasts(), others.lasts()] == [False, False]
+    mine.begin(1000.0)
+    assert [mine.lasts(), others.lasts(), far.lasts()] == [True, True, False]
+    now = 1000.0
+    assert [mine.lasts(), others.lasts()] == [False, True]
+    now = 2000.0
+    assert not others.lasts()
+    others.end()
+    assert [mine.lasts(), others.lasts()] == [False, False]
+    mine.begin(0.0)
+    assert store.client.ttl(keys.cache_away("here")) != -1
+
+
+def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
+    spectra, key = apart.spectra, SpectrumKey("a", 10)
+    spectra.absence.begin(1000.0)
+    assert not spectra.put(key, b"spectrum")
+    spectra.absence.begin(0.0)
+    assert spectra.put(key, b"spectrum")
+    assert spectra.has(key)
+
+
+def test_a_silent_cache_is_given_up_by_workers_too(server: EmbeddedServer) -> None:
+    settings = WorkerSettings(redis_url=server.url, cache_url="redis://127.0.0.1:1")
+    opened = Store.open(settings, patience=30.0)
+    options = opened.spectra.cache.connection_pool.connection_kwargs
+    assert options["socket_timeout"] == CACHE_SILENCE
+    assert RedisTimeoutError not in options["retry_on_error"]
+    assert RedisTimeoutError in opened.client.connection_pool.connection_kwargs["retry_on_error"]
+    opened.close()
+
+
+def test_matches_go_on_while_the_cache_is_away(
+    apart: Store, second: EmbeddedServer, settings: WorkerSettings
+) -> None:
+    queue = JobQueue(apart, settings)
+    data = blob_file(3)
+    parameters = MatchParameters(points=8, eigenpairs=30)
+    payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
+
+    def matched() -> JobRecord:
+        record = ended(queue, queue.submit_match(payload).id)
+        assert record.state is JobState.SUCCEEDED, record
+        return record
+
+    def computed() -> int:
+        return apart.spectra.counts().computed
+
+    with worker(queue, ISOMATCH_CACHE_URL=second.url):
+        ended(queue, validation(queue, data))
+        first = matched()
+        before = computed()
+        matched()
+        assert computed() == before, "the second match takes the spectrum from the cache"
+        second.stop()
+        again = matched()
+        assert computed() > before, "without the cache it is computed again"
+        second.start()
+        with Redis.from_url(second.url) as cache:
+            cache.flushall()
+        matched()
+        settled = computed()
+        matched()
+        assert computed() == settled, "and kept once the cache is there again"
+    for record in (first, again):
+        assert apart.jobs.result(record.id) is not None

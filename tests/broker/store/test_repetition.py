@@ -1,0 +1,66 @@
+"""Commands that are sent again because the connection broke before their answer came."""
+
+import select
+import socket
+from collections.abc import Iterator
+from threading import Thread
+
+import pytest
+
+from broker.contracts import ValidationPayload
+from broker.queue import JobQueue, QueueSettings
+from broker.store import Store, keys
+from service.standalone import EmbeddedServer
+from tests.worker.records import shape_record
+from worker.process.settings import WorkerSettings
+
+SHAPE = "a" * 32
+
+
+def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -> None:
+    """Pass on what both say, until the answer to a command would come, or one has left."""
+    asked = False
+    while True:
+        ready, _, _ = select.select([client, server], [], [])
+        if client in ready:
+            said = client.recv(65536)
+            if not said:
+                return
+            asked = asked or (until is not None and until in said)
+            server.sendall(said)
+        if server in ready:
+            answer = server.recv(65536)
+            if asked or not answer:
+                return
+            client.sendall(answer)
+
+
+@pytest.fixture
+def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
+    """The empty store, over a connection that breaks with the answer of the first transaction."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        listening.settimeout(60.0)
+
+        def serve() -> None:
+            for until in (b"EXEC", None):
+                client, _ = listening.accept()
+                with client, socket.socket(socket.AF_UNIX) as behind:
+                    behind.connect(server.url.removeprefix("unix://"))
+                    pass_on(client, behind, until)
+
+        thread = Thread(target=serve)
+        thread.start()
+        url = f"redis://127.0.0.1:{listening.getsockname()[1]}?db=1"
+        opened = Store.open(WorkerSettings(redis_url=url), patience=30, pause=0.05)
+        yield opened
+        opened.close()
+        thread.join()
+
+
+def test_a_shape_is_stored_once(store: Store, forgetful: Store) -> None:
+    payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
+    job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
+    assert forgetful.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
+    assert store.shapes.get(SHAPE) == shape_record(SHAPE)
+    assert (store.shapes.upload(SHAPE), store.shapes.mesh(SHAPE)) == (b"data", b"mesh")
+    assert not store.client.exists(keys.candidate(SHAPE, "off", job))

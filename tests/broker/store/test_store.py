@@ -1,0 +1,353 @@
+"""The store: the states of jobs, listings, shapes and the spectrum cache, in a real Redis."""
+
+import gzip
+import itertools
+import time
+from concurrent.futures import ThreadPoolExecutor
+from datetime import timedelta
+
+import pytest
+
+from broker.contracts import (
+    JobKind,
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    Problem,
+    Progress,
+    ShapeRecord,
+    SpectrumKey,
+    SpectrumPayload,
+    ValidationPayload,
+)
+from broker.queue import JobQueue, QueueSettings, new_job
+from broker.store import InvalidCursor, Jobs, Spectra, Store, keys
+from tests.worker.records import CREATED, shape_record
+from worker.process.settings import WorkerSettings
+
+BROKEN = Problem.of("broken", "Broken", 500, "it broke")
+
+
+def match_job() -> JobRecord:
+    return new_job(MatchPayload(source="a", target="b", parameters=MatchParameters()))
+
+
+def stored(jobs: Jobs, record: JobRecord | None = None) -> str:
+    record = record or match_job()
+    with jobs.client.pipeline() as pipe:
+        jobs.create(record, pipe)
+        pipe.execute()
+    return record.id
+
+
+def running(jobs: Jobs, runner: str = "r") -> str:
+    job = stored(jobs)
+    assert jobs.claim(job, runner)
+    return job
+
+
+def in_state(jobs: Jobs, state: JobState) -> str:
+    if state is JobState.QUEUED:
+        return stored(jobs)
+    job = running(jobs)
+    match state:
+        case JobState.SUCCEEDED:
+            assert jobs.succeed(job, "r", b"{}")
+        case JobState.FAILED:
+            assert jobs.fail(job, "r", BROKEN)
+        case JobState.CANCELLED:
+            assert jobs.leave(job, "r")
+    return job
+
+
+def test_a_job_comes_back_as_it_was_stored(store: Store) -> None:
+    record = match_job()
+    stored(store.jobs, record)
+    assert store.jobs.get(record.id) == record
+    assert store.jobs.get("nobody") is None
+
+
+def test_the_life_of_a_job(store: Store) -> None:
+    job = running(store.jobs)
+    assert store.jobs.report(job, "r", Progress(stage="matching", fraction=0.5))
+    begun = store.jobs.get(job)
+    assert begun is not None
+    assert begun.state is JobState.RUNNING
+    assert begun.progress == Progress(stage="matching", fraction=0.5)
+    assert begun.started is not None
+    assert store.jobs.succeed(job, "r", b'{"x": 1}')
+    done = store.jobs.get(job)
+    assert done is not None
+    assert done.state is JobState.SUCCEEDED
+    assert done.progress.fraction == 1.0
+    assert done.ended is not None
+    assert done.ended >= begun.started
+    packed = store.jobs.result(job)
+    assert packed is not None
+    assert gzip.decompress(packed) == b'{"x": 1}'
+
+
+def test_only_one_runner_gets_a_job(store: Store) -> None:
+    job = stored(store.jobs)
+    assert store.jobs.claim(job, "first")
+    assert not store.jobs.claim(job, "second")
+    # The reply of a claim may be lost on the way, and the claim repeated.
+    assert store.jobs.claim(job, "first")
+    assert not store.jobs.claim("nobody", "first")
+
+
+ENDS = [state for state in JobState if state.ended]
+
+
+@pytest.mark.parametrize("end", ENDS)
+def test_an_end_never_changes(store: Store, end: JobState) -> None:
+    jobs = store.jobs
+    job = in_state(jobs, end)
+    before = jobs.get(job)
+    result = jobs.result(job)
+    jobs.claim(job, "r2")
+    jobs.succeed(job, "r2", b"other")
+    jobs.fail(job, "r2", BROKEN)
+    jobs.leave(job, "r2")
+    assert jobs.cancel(job) is end
+    assert jobs.lose(job, 5, BROKEN) is end
+    assert not jobs.report(job, "r", Progress(stage="late", fraction=0.1))
+    refused = {
+        JobState.SUCCEEDED: jobs.succeed(job, "r", b"other"),
+        JobState.FAILED: jobs.fail(job, "r", BROKEN),
+        JobState.CANCELLED: jobs.leave(job, "r"),
+    }
+    # Saying the same again, as after a lost reply, is no contradiction.
+    assert refused == {state: state is end for state in ENDS}
+    assert jobs.get(job) == before
+    assert jobs.result(job) == result
+
+
+def test_a_runner_that_was_given_up_is_not_listened_to(store: Store) -> None:
+    job = running(store.jobs, "old")
+    assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
+    assert store.jobs.claim(job, "new")
+    assert not store.jobs.wanted(job, "old")
+    assert not store.jobs.succeed(job, "old", b"old")
+    assert not store.jobs.fail(job, "old", BROKEN)
+    assert store.jobs.result(job) is None
+    assert store.jobs.wanted(job, "new")
+    assert store.jobs.succeed(job, "new", b"new")
+
+
+def test_a_job_is_given_up_after_too_many_losses(store: Store) -> None:
+    job = running(store.jobs)
+    assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
+    assert store.jobs.claim(job, "r2")
+    assert store.jobs.lose(job, 1, BROKEN) is JobState.FAILED
+    record = store.jobs.get(job)
+    assert record is not None
+    assert record.error == BROKEN
+
+
+def test_cancelling(store: Store) -> None:
+    queued = stored(store.jobs)
+    assert store.jobs.cancel(queued) is JobState.CANCELLED
+    assert not store.jobs.claim(queued, "r")
+    begun = running(store.jobs)
+    assert store.jobs.wanted(begun, "r")
+    assert store.jobs.cancel(begun) is JobState.RUNNING
+    assert not store.jobs.wanted(begun, "r")
+    assert not store.jobs.report(begun, "r", Progress(stage="on", fraction=0.2))
+    assert store.jobs.cancel_requested(begun) is not None
+    assert store.jobs.leave(begun, "r")
+    # A cancelled job whose process is killed is cancelled, not repeated.
+    killed = running(store.jobs)
+    store.jobs.cancel(killed)
+    assert store.jobs.lose(killed, 5, BROKEN) is JobState.CANCELLED
+    assert store.jobs.cancel("nobody") is None
+
+
+def test_listings_follow_the_states(store: Store) -> None:
+    jobs = {state: in_state(store.jobs, state) for state in JobState}
+    stored(store.jobs, new_job(SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)))
+    for state, job in jobs.items():
+        assert [record.id for record in store.jobs.page(10, None, state).items] == [job]
+    everything = store.jobs.page(10, None, None)
+    assert {record.id for record in everything.items} == set(jobs.values())
+    assert everything.next_cursor is None
+    assert {record.kind for record in store.jobs.active()} == {JobKind.MATCH, JobKind.SPECTRUM}
+
+
+def test_records_of_ended_jobs_expire_and_leave_the_listings(store: Store) -> None:
+    job = in_state(store.jobs, JobState.SUCCEEDED)
+    assert 0 < store.client.ttl(keys.job(job)) <= store.jobs.settings.job_ttl
+    assert 0 < store.client.ttl(keys.job_result(job)) <= store.jobs.settings.result_ttl
+    assert store.client.ttl(keys.job(stored(store.jobs))) == -1
+    store.client.delete(keys.job(job))
+    assert job not in [record.id for record in store.jobs.page(10, None, None).items]
+    assert store.client.zscore(keys.JOBS, job) is None
+
+
+def numbered(number: int, **after: float) -> ShapeRecord:
+    """A shape, made some time after the first."""
+    return shape_record(f"{number:032x}", created=CREATED + timedelta(**after))
+
+
+def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
+    with store.client.pipeline() as pipe:
+        store.shapes.add_candidate(record.id, "off", b"data", "job", pipe)
+        pipe.execute()
+    store.shapes.accept(record, b"mesh", b"geometry", "job")
+    return record
+
+
+@pytest.mark.parametrize("limit", [1, 3, 7, 8, 100])
+def test_pages_hold_everything_once_newest_first(store: Store, limit: int) -> None:
+    # Several of the same time, as a script makes them.
+    records = [accepted(store, numbered(i, seconds=i // 3)) for i in range(8)]
+    seen: list[ShapeRecord] = []
+    cursor = None
+    for _ in itertools.count():
+        page = store.shapes.page(limit, cursor)
+        assert 0 < len(page.items) <= limit
+        seen += page.items
+        cursor = page.next_cursor
+        if cursor is None:
+            break
+    assert seen == sorted(records, key=lambda record: (record.created, record.id), reverse=True)
+
+
+def test_a_page_stays_right_while_entries_come_and_go(store: Store) -> None:
+    records = [accepted(store, numbered(i, seconds=i)) for i in range(6)]
+    first = store.shapes.page(2, None)
+    accepted(store, numbered(99, days=1))
+    store.shapes.delete(first.items[1].id)
+    second = store.shapes.page(2, first.next_cursor)
+    assert list(second.items) == [records[3], records[2]]
+
+
+@pytest.mark.parametrize("cursor", ["", "x", "bm9uc2Vuc2U", "bmFuOmE", "é"])
+def test_cursors_of_nobody_are_refused(store: Store, cursor: str) -> None:
+    with pytest.raises(InvalidCursor):
+        store.shapes.page(2, cursor)
+
+
+def test_a_shape_is_there_whole_or_not_at_all(store: Store) -> None:
+    record = accepted(store, numbered(1))
+    assert store.shapes.get(record.id) == record
+    assert store.shapes.upload(record.id) == b"data"
+    assert store.shapes.mesh(record.id) == b"mesh"
+    assert store.shapes.delete(record.id)
+    assert not store.shapes.delete(record.id)
+    assert store.client.keys("*") == []
+
+
+def test_equal_uploads_are_validated_once(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings())
+    payload = ValidationPayload(shape="id", name="x", file_type="off")
+    other = payload.model_copy(update={"file_type": "obj"})
+    first = queue.submit_validation(payload, b"data")
+    assert queue.submit_validation(payload, b"data") == first
+    third = queue.submit_validation(other, b"data")
+    assert third != first
+    assert store.shapes.candidate("id", "off", first) == b"data"
+    # Given up without a verdict it is validated again, and nobody takes that away.
+    store.jobs.cancel(first)
+    again = queue.submit_validation(payload, b"data")
+    assert again != first
+    store.shapes.reject("id", "off", first)
+    assert store.shapes.candidate("id", "off", first) is None
+    assert store.shapes.candidate("id", "off", again) == b"data"
+    assert queue.submit_validation(payload, b"data") == again
+    store.shapes.reject("id", "off", again)
+    store.shapes.reject("id", "obj", third)
+    assert store.client.keys("isomatch:candidate:*") == []
+
+
+def test_equal_uploads_at_the_same_time_have_one_job(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings())
+    for n in range(10):
+        payload = ValidationPayload(shape=f"id{n}", name="x", file_type="off")
+        with ThreadPoolExecutor(16) as threads:
+            asked = [threads.submit(queue.submit_validation, payload, b"data") for _ in range(16)]
+        assert len({answer.result() for answer in asked}) == 1
+    assert queue.queue(JobKind.VALIDATION).count == 10
+
+
+def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spectra:
+    return Spectra(store.client, store.client, settings.model_copy(update=changes))
+
+
+def test_the_cache_keeps_what_was_used_last(store: Store, settings: WorkerSettings) -> None:
+    spectra = small_cache(store, settings, cache_bytes=300)
+    a, b, c, d = (SpectrumKey(name, 10) for name in "abcd")
+    for key in (a, b, c):
+        assert spectra.put(key, bytes(100))
+    assert spectra.get(a) is not None
+    assert spectra.put(d, bytes(150))
+    assert [spectra.has(key) for key in (a, b, c, d)] == [True, False, False, True]
+    assert store.client.hget(keys.CACHED_SIZES, "total") == b"250"
+    # The same again takes the place of the old.
+    assert spectra.put(d, bytes(200))
+    assert store.client.hget(keys.CACHED_SIZES, "total") == b"300"
+    assert not spectra.put(c, bytes(301))
+    assert spectra.has(a)
+
+
+def test_a_spectrum_that_redis_takes_not_as_one_value_is_not_cached(store: Store) -> None:
+    assert not store.spectra.put(SpectrumKey("a", 10), bytes(513 * 1024**2))
+    assert not store.spectra.has(SpectrumKey("a", 10))
+
+
+def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings) -> None:
+    spectra = small_cache(store, settings, cache_ttl=0)
+    a, b = SpectrumKey("a", 10), SpectrumKey("b", 10)
+    spectra.put(a, bytes(10))
+    time.sleep(0.01)
+    spectra.put(b, bytes(10))
+    assert not spectra.has(a)
+    assert spectra.has(b)
+
+
+def test_the_cache_forgets_a_shape(store: Store) -> None:
+    kept = SpectrumKey("b", 10)
+    for key in (SpectrumKey("a", 10), SpectrumKey("a", 20, True), kept):
+        store.spectra.put(key, bytes(10))
+    store.spectra.forget("a")
+    assert store.spectra.has(kept)
+    assert store.client.zcard(keys.CACHED_SPECTRA) == 1
+    assert store.client.hgetall(keys.CACHED_SIZES) == {str(kept).encode(): b"10", b"total": b"10"}
+
+
+def test_a_spectrum_is_named_by_all_it_depends_on() -> None:
+    names = {
+        str(SpectrumKey(shape, eigenpairs, largest, simplify))
+        for shape in ("a", "b")
+        for eigenpairs in (10, 20)
+        for largest in (False, True)
+        for simplify in (None, 10, 500)
+    }
+    assert len(names) == 24
+
+
+def test_locks_belong_to_their_holder(store: Store) -> None:
+    key = SpectrumKey("a", 10)
+    spectra = store.spectra
+    assert spectra.lock(key, "me", 60.0)
+    assert not spectra.lock(key, "you", 60.0)
+    assert not spectra.renew(key, "you", 60.0)
+    spectra.release(key, "you")
+    assert spectra.locked(key)
+    assert spectra.renew(key, "me", 0.05)
+    time.sleep(0.1)
+    assert not spectra.locked(key)
+    assert not spectra.renew(key, "me", 60.0)
+    assert spectra.lock(key, "you", 60.0)
+    spectra.release(key, "you")
+    assert not spectra.locked(key)
+
+
+def test_a_job_that_began_before_it_was_asked_for_by_another_clock_took_no_time(
+    store: Store,
+) -> None:
+    store.tallies.time(JobKind.MATCH, {"in the queue": -3.5, "total": 2.0})
+    times = store.tallies.read().times
+    assert (times["match", "in the queue"].total, times["match", "total"].total) == (0.0, 2.0)
+    assert times["match", "in the queue"].classes[0] == 1

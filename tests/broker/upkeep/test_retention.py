@@ -1,0 +1,118 @@
+"""What is kept for how long: shapes from their last use on, and traces of what has expired."""
+
+from datetime import timedelta
+
+import pytest
+
+from broker.contracts import (
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    PicturePayload,
+    ValidationPayload,
+)
+from broker.queue import JobQueue, QueueSettings, new_job
+from broker.store import Store, keys, listings
+from broker.upkeep import Sweep
+from tests.worker.records import CREATED, shape_record
+from worker.jobs import newer_version
+from worker.process.settings import WorkerSettings
+
+TTL, TRACE = 1000, 5000
+SHAPE = "a" * 32
+PARTS = tuple(
+    key(SHAPE) for key in (keys.shape, keys.shape_upload, keys.shape_mesh, keys.shape_geometry)
+)
+
+
+@pytest.fixture
+def kept(store: Store, settings: WorkerSettings) -> Store:
+    """A store with a shape, whose times are all over soon."""
+    changed = settings.model_copy(update={"shape_ttl": TTL, "job_ttl": TTL, "trace_ttl": TRACE})
+    short = Store.over(store.client, changed, patience=1)
+    put_shape(short)
+    return short
+
+
+def put_shape(store: Store, name: str = SHAPE) -> None:
+    payload = ValidationPayload(shape=name, name="x", file_type="off")
+    job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
+    record = shape_record(name, created=CREATED + timedelta(seconds=len(name)))
+    store.shapes.accept(record, b"mesh", b"geometry", job)
+
+
+def left(store: Store) -> list[int]:
+    return [store.client.ttl(part) for part in PARTS]
+
+
+def test_a_shape_is_kept_from_its_last_use_on(kept: Store) -> None:
+    assert all(TTL - 100 <= ttl <= TTL for ttl in left(kept))
+    trace = kept.client.ttl(keys.shape_trace(SHAPE))
+    assert TTL + TRACE - 100 <= trace <= TTL + TRACE
+    uses = (kept.shapes.use, kept.shapes.upload, kept.shapes.mesh)
+    for use in uses:
+        for part in PARTS:
+            kept.client.expire(part, 10)
+        assert kept.shapes.get(SHAPE) is not None
+        kept.shapes.page(10, None)
+        assert max(left(kept)) <= 10
+        assert use(SHAPE)
+        assert min(left(kept)) >= TTL - 100
+
+
+def test_what_has_expired_was_there_and_what_was_deleted_was_not(kept: Store) -> None:
+    assert not kept.shapes.expired("b" * 32)
+    kept.client.delete(*PARTS)
+    assert kept.shapes.use(SHAPE) is None
+    assert kept.shapes.expired(SHAPE)
+    put_shape(kept)
+    assert kept.shapes.delete(SHAPE)
+    assert not kept.shapes.expired(SHAPE)
+
+
+def test_jobs_leave_a_trace(kept: Store) -> None:
+    queue = JobQueue(kept, QueueSettings())
+    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    kept.jobs.claim(job, "me")
+    kept.jobs.succeed(job, "me")
+    assert TTL - 100 <= kept.client.ttl(keys.job(job)) <= TTL
+    assert TTL + TRACE - 100 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
+    kept.client.delete(keys.job(job))
+    assert kept.jobs.get(job) is None
+    assert kept.jobs.expired(job)
+    assert not kept.jobs.expired("nobody")
+
+
+@pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
+def test_the_trace_of_a_job_outlives_it_however_long_it_took(kept: Store, way: str) -> None:
+    queue = JobQueue(kept, QueueSettings())
+    job = queue.submit(new_job(PicturePayload(job="x"))).id
+    kept.jobs.claim(job, "me")
+    kept.client.delete(keys.job_trace(job))
+    match way:
+        case "done":
+            assert kept.jobs.succeed(job, "me")
+        case "cancelled":
+            kept.jobs.cancel(job)
+            assert kept.jobs.leave(job, "me")
+        case "lost":
+            assert kept.jobs.lose(job, 0, newer_version()) is JobState.FAILED
+    assert TTL + TRACE - 500 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
+
+
+def test_the_listings_follow(kept: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(listings, "SWEPT_AT_ONCE", 10)
+    queue = JobQueue(kept, QueueSettings(max_queued_jobs=0))
+    payload = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
+    jobs = [queue.submit(new_job(payload)).id for _ in range(300)]
+    put_shape(kept, "b" * 32)
+    gone = jobs[::2]
+    kept.client.delete(*map(keys.job, gone), *PARTS)
+    sweep = Sweep(kept)
+    sweep.step()
+    assert kept.client.zcard(keys.JOBS) > 150
+    for _ in range(300):
+        sweep.step()
+    for listing in (keys.JOBS, keys.jobs_in(JobState.QUEUED)):
+        assert {*kept.client.zrange(listing, 0, -1)} == {job.encode() for job in jobs[1::2]}
+    assert kept.client.zrange(keys.SHAPES, 0, -1) == [b"b" * 32]

@@ -1,0 +1,356 @@
+"""The command line, as a shell runs it, against the running service."""
+
+import contextlib
+import json
+import os
+import pty
+import re
+import shlex
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import IO
+
+import isomatch
+import pytest
+from isomatch._cli import named_upload
+
+from demo.stack import ROOT
+from tests.client.shapes import LASTING
+
+COMMAND = [sys.executable, "-m", "isomatch.cli"]
+QUICK = ["--points", "6", "--coarse-points", "6"]
+ENDLESS = [
+    text for name, value in LASTING.items() for text in (f"--{name.replace('_', '-')}", str(value))
+]
+
+
+def run(
+    *arguments: str | Path, url: str, stdin: IO[bytes] | None = None
+) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        stdin=stdin,
+        env={**os.environ, "ISOMATCH_URL": url, "NO_COLOR": "1", "COLUMNS": "100"},
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+
+
+def test_match_prints_a_table_and_writes_files(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    files: list[str | Path] = ["-o", tmp_path / "out.json", "--picture", tmp_path / "out.png"]
+    done = run("match", *blobs, *QUICK, *files, url=url)
+    assert done.returncode == 0, done.stderr
+    for word in ("source", "target", "cost", "second order", "lower bound", "gap", "certified"):
+        assert word in done.stdout
+    assert "succeeded" in done.stderr
+    page, job_id = done.stderr.splitlines()[-1].split("#job=")
+    assert page == f"in a browser: {url}/"
+    with isomatch.Client(url) as client:
+        assert client.job(job_id).state == "succeeded"
+    match = isomatch.Match.from_json((tmp_path / "out.json").read_bytes())
+    for source, target in match.pairs:
+        assert any(
+            {str(source), str(target)} <= set(line.split()) for line in done.stdout.splitlines()
+        )
+    assert (tmp_path / "out.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_points_between_vertices_are_printed(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    out = tmp_path / "out.json"
+    done = run("match", *blobs, *QUICK, "--refine", "gmds", "-o", out, url=url)
+    assert done.returncode == 0, done.stderr
+    refined = isomatch.Match.from_json(out.read_bytes()).refinement
+    assert refined is not None
+    assert f"stress {refined.stress:.3g}" in done.stdout
+    for vertices, weights in zip(refined.refined_vertices, refined.refined_weights, strict=True):
+        told = [f"{vertex}: {weight:.3f}" for vertex, weight in zip(vertices, weights, strict=True)]
+        assert ", ".join(told) in done.stdout
+
+
+def test_json_is_all_there_is_on_the_standard_output(url: str, blobs: tuple[Path, Path]) -> None:
+    options = ["--metric", "commute_time", "--descriptor", "none", "--largest-component"]
+    done = run("match", *blobs, *QUICK, *options, "--json", url=url)
+    assert done.returncode == 0, done.stderr
+    parameters = json.loads(done.stdout)["parameters"]
+    assert parameters["points"] == 6
+    assert parameters["largest_component"] is True
+    assert parameters["metric"] in ("commute_time", ["commute_time"])
+    assert parameters["descriptor"] in ("none", ["none"])
+
+
+def test_the_small_commands(url: str, blobs: tuple[Path, Path]) -> None:
+    uploaded = json.loads(run("upload", *blobs, "--json", url=url).stdout)
+    assert [shape["name"] for shape in uploaded] == ["a.off", "b.obj"]
+    table = run("shapes", url=url)
+    assert all(shape["id"] in table.stdout for shape in uploaded)
+    listed = json.loads(run("shapes", "--json", url=url).stdout)
+    assert {shape["id"] for shape in uploaded} <= {shape["id"] for shape in listed}
+
+
+def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
+    """Upload from a pipe, hand ids on, leave the job, and fetch its result."""
+    with blobs[0].open("rb") as file:
+        first = run("upload", "-", "--file-type", "off", "-q", url=url, stdin=file).stdout.strip()
+    second = run("upload", blobs[1], "--quiet", url=url).stdout.strip()
+    left = run("match", first, second, "--points", "16", "--no-wait", url=url)
+    assert left.returncode == 0, left.stderr
+    job_id = left.stdout.strip()
+
+    told = run("jobs", "follow", job_id, "--json", url=url)
+    assert (told.returncode, told.stderr) == (0, "")
+    states = [json.loads(line)["state"] for line in told.stdout.splitlines()]
+    assert states[-1] == "succeeded"
+    assert run("jobs", "follow", job_id, url=url).stdout.split()[1:3] == ["succeeded", "100%"]
+
+    done = run("jobs", "result", job_id, "--json", url=url)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["source"] == first
+    other = tmp_path / "other.png"
+    drawn = ("jobs", "result", job_id, "--json", "--picture", other, "--alternative")
+    assert run(*drawn, "1", url=url).returncode == 0
+    with isomatch.Client(url) as client:
+        assert other.read_bytes() == client.job(job_id).picture(alternative=1)
+    refused = run(*drawn, "32", url=url)
+    assert (refused.returncode, json.loads(refused.stderr)["status"]) == (1, 422)
+    assert job_id in run("jobs", "list", "--state", "succeeded", "-q", url=url).stdout.split()
+    listed = json.loads(run("jobs", "list", "--json", url=url).stdout)
+    assert job_id in {found["id"] for found in listed}
+    assert job_id in run("jobs", "list", url=url).stdout
+    (one,) = [job for job in listed if job["id"] == job_id]
+    of_it = ["jobs", "list", "-q", "--of", one["source"]]
+    assert job_id in run(*of_it, "--kind", "match", url=url).stdout.split()
+    assert run(*of_it, "--kind", "prototype", url=url).stdout == ""
+    assert f"{one['source']} -> {one['target']}" in run("jobs", "show", job_id, url=url).stdout
+    shown = run("jobs", "show", job_id, url=url).stdout
+    assert "succeeded" in shown
+    assert "100%" in shown
+    assert json.loads(run("jobs", "show", job_id, "--json", url=url).stdout)["id"] == job_id
+    cancelled = run("jobs", "cancel", job_id, "nothing", url=url)
+    assert cancelled.returncode == 1
+    assert cancelled.stderr.splitlines()[0] == f"job {job_id} has succeeded already"
+    assert first in run("shapes", "-q", url=url).stdout.split()
+
+
+def test_a_job_without_a_result(url: str, blobs: tuple[Path, Path]) -> None:
+    left = run("match", *blobs, *ENDLESS, "--no-wait", "--json", url=url)
+    job_id = json.loads(left.stdout)["id"]
+    cancelled = run("jobs", "cancel", job_id, "--json", url=url)
+    assert [job["id"] for job in json.loads(cancelled.stdout)] == [job_id]
+    assert cancelled.stderr == ""
+    with isomatch.Client(url) as client:
+        client.job(job_id).wait(timeout=240)
+    assert run("jobs", "follow", job_id, url=url).returncode == 4
+    done = run("jobs", "result", job_id, "--json", url=url)
+    assert (done.returncode, done.stdout) == (4, "")
+    problem = json.loads(done.stderr)
+    assert problem["type"] == "urn:isomatch:client:job-cancelled"
+    assert job_id in problem["detail"]
+
+
+def test_structures_are_listed_and_chosen(url: str, blobs: tuple[Path, Path]) -> None:
+    table = run("structures", url=url)
+    assert table.returncode == 0, table.stderr
+    assert "commute_time" in table.stdout
+    assert "time=0.01 (area)" in table.stdout
+    listed = json.loads(run("structures", "--json", url=url).stdout)
+    assert "diffusion" in {metric["name"] for metric in listed["metrics"]}
+    options = ["--metric", "diffusion:time=0.02", "--descriptor", "hks:times=0.1,1", "--json"]
+    done = run("match", *blobs, *QUICK, *options, "--no-normalise", url=url)
+    parameters = json.loads(done.stdout)["parameters"]
+    assert parameters["metric"] == [{"name": "diffusion", "time": 0.02}]
+    assert parameters["descriptor"] == [{"name": "hks", "times": [0.1, 1.0]}]
+    assert parameters["normalise"] is False
+
+
+def test_refusals_are_one_line(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
+    text = tmp_path / "letter.off"
+    text.write_text("Dear reader,\n")
+    commands: list[list[str | Path]] = [
+        ["match", blobs[0], text],
+        ["match", *blobs, "--points", "2"],
+        ["match", *blobs, "--metric", "euclidean"],
+        ["match", *blobs, "--metric", "diffusion:time=soon"],
+        ["jobs", "result", "nothing"],
+    ]
+    for command in commands:
+        done = run(*command, url=url)
+        assert (done.returncode, done.stdout) == (1, "")
+        last = done.stderr.splitlines()[-1]
+        assert last.startswith("isomatch: "), done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_the_file_that_is_refused_is_named(
+    url: str, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    text = tmp_path / "letter.off"
+    text.write_text("Dear reader,\n")
+    commands: list[list[str | Path]] = [["upload", blobs[0], text], ["match", text, blobs[1]]]
+    for command in commands:
+        done = run(*command, url=url)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert done.stderr.splitlines()[-1].startswith(f"isomatch: {text}: not an OFF file")
+    problem = json.loads(run("upload", blobs[0], text, "--json", url=url).stderr)
+    assert (problem["file"], problem["status"]) == (str(text), 422)
+    with text.open("rb") as file:
+        piped = run("upload", "-", "--file-type", "off", url=url, stdin=file)
+    assert piped.stderr.startswith("isomatch: the standard input: not an OFF file")
+
+
+def test_refusals_are_problem_documents_for_programs(url: str, blobs: tuple[Path, Path]) -> None:
+    done = run("match", *blobs, "--points", "2", "--json", url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    problem = json.loads(done.stderr)
+    assert (problem["type"], problem["status"]) == ("urn:isomatch:problem:invalid-request", 422)
+    assert [wrong["field"] for wrong in problem["errors"]] == ["body.points"]
+
+
+def test_wrong_usage(url: str, tmp_path: Path) -> None:
+    odd = ["match", __file__, __file__, "--metric", "diffusion:time"]
+    nowhere = tmp_path / "no" / "such" / "folder.json"
+    for command in (
+        ["match"],
+        odd,
+        ["match", tmp_path / "a.off", tmp_path / "b.off"],
+        ["match", __file__, "p-" + 32 * "0"],
+        ["match", __file__, __file__, "-o", nowhere],
+        ["match", __file__, __file__, "-o", tmp_path],
+        ["match", __file__, __file__, "--picture", nowhere.with_suffix(".png")],
+        ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
+        ["jobs", "result", "nothing", "--alternative", "1"],
+        ["jobs", "list", "--of", "a.off"],
+        ["frobnicate"],
+    ):
+        done = run(*command, url=url)
+        assert (done.returncode, done.stdout) == (2, "")
+    assert run("--version", url=url).stdout.split() == ["isomatch", isomatch.__version__]
+    shown = run("--help", url=url)
+    assert shown.returncode == 0
+    for word in ("serve", "upload", "match", "compare", "jobs", "Exit codes", "130"):
+        assert word in shown.stdout
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_colours_are_for_terminals_that_want_them(url: str) -> None:
+    def said(**environment: str) -> bytes:
+        ours, theirs = pty.openpty()
+        inherited = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
+        with subprocess.Popen(
+            [*COMMAND, "--help"],
+            env={**inherited, "TERM": "xterm-256color", **environment},
+            stdout=theirs,
+            stderr=theirs,
+        ) as process:
+            os.close(theirs)
+            text = b""
+            with contextlib.suppress(OSError):  # what Linux says at the end of a terminal
+                while piece := os.read(ours, 65536):
+                    text += piece
+            os.close(ours)
+        assert process.returncode == 0
+        return text
+
+    colour = re.compile(rb"\x1b\[[0-9;]*3[0-7]")
+    assert colour.search(said())
+    assert not colour.search(said(NO_COLOR="1"))
+
+
+def test_a_reader_that_has_enough(url: str, blobs: tuple[Path, Path]) -> None:
+    program = f"{shlex.join(COMMAND)} structures --json --url {url} | head -c 20"
+    done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=False)
+    assert (len(done.stdout), done.stderr) == (20, "")
+
+
+def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
+    away = subprocess.run(
+        [*COMMAND, "serve"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (away.returncode, away.stdout) == (1, "")
+    assert "make serve" in away.stderr
+    here = subprocess.run(
+        [*COMMAND, "serve", "--port", "-1"], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert here.returncode == 2  # the application itself refuses such a port
+    assert "PORT" in here.stderr
+
+
+def test_an_upload_that_waits_says_what_for(capsys: pytest.CaptureFixture[str]) -> None:
+    before = set(threading.enumerate())
+    with named_upload("a.off", as_json=False, after=0.01):
+        for thread in set(threading.enumerate()) - before:
+            if isinstance(thread, threading.Timer):
+                thread.join()
+    assert "a.off waits to be read" in capsys.readouterr().err
+    with named_upload("a.off", as_json=True, after=0.01):
+        time.sleep(0.3)
+    with named_upload("a.off", as_json=False, after=30.0):
+        pass
+    assert capsys.readouterr().err == ""
+
+
+def test_no_service() -> None:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port = listener.getsockname()[1]
+    done = run("shapes", url=f"http://127.0.0.1:{port}")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert done.stderr.count("\n") == 1
+    assert "isomatch serve" in done.stderr
+    as_json = run("shapes", "--json", url=f"http://127.0.0.1:{port}")
+    assert (as_json.returncode, as_json.stdout) == (3, "")
+    assert json.loads(as_json.stderr)["type"] == "urn:isomatch:client:connection-failed"
+    assert run("shapes", url="localhost").returncode == 1
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+def test_interrupting_a_follower_leaves_the_job(url: str, blobs: tuple[Path, Path]) -> None:
+    with isomatch.Client(url) as client:
+        job = client.match(*map(client.upload, blobs), **LASTING)
+        process = subprocess.Popen(
+            [*COMMAND, "jobs", "follow", job.id, "--url", url],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        with process:
+            assert process.stdout is not None
+            process.stdout.readline()
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=240)
+        assert process.returncode == 130, said
+        assert f"job {job.id} goes on" in said
+        assert not job.refresh().finished
+        job.cancel().wait(timeout=240)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+def test_interrupting_cancels_the_job(url: str, blobs: tuple[Path, Path]) -> None:
+    with isomatch.Client(url) as client:
+        before = {job.id for job in client.jobs()}
+        process = subprocess.Popen(
+            [*COMMAND, "match", *map(str, blobs), *ENDLESS, "--url", url],
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        with process:
+            new: set[str] = set()
+            while not new and process.poll() is None:
+                time.sleep(0.1)
+                new = {job.id for job in client.jobs()} - before
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=240)
+        assert process.returncode == 130, said
+        (job_id,) = new
+        assert f"job {job_id} cancelled" in said
+        assert client.job(job_id).wait(timeout=240).state == "cancelled"

@@ -1,0 +1,292 @@
+"""Connections that fail, and answers that are not the service's."""
+
+import json
+import socket
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from email.utils import format_datetime
+from pathlib import Path
+
+import httpx2
+import isomatch
+import pytest
+from isomatch._http import exchange
+
+SHAPE = {
+    "id": "0" * 32,
+    "name": "cat",
+    "file_type": "off",
+    "bytes": 100,
+    "vertices": 3,
+    "faces": 1,
+    "area": 0.5,
+    "components": 1,
+    "closed": False,
+    "has_colors": False,
+    "warnings": [],
+    "created": "2026-01-01T00:00:00Z",
+}
+
+Answer = Callable[[httpx2.Request], httpx2.Response]
+
+
+@pytest.fixture(autouse=True)
+def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
+
+
+def client_of(answer: Answer) -> isomatch.Client:
+    return isomatch.Client("http://service.test", transport=httpx2.MockTransport(answer))
+
+
+def closed_port() -> int:
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        port: int = listener.getsockname()[1]
+        return port
+
+
+class Broken:
+    """Fails a number of times before it answers."""
+
+    def __init__(self, failures: int, error: type[httpx2.TransportError], document: object) -> None:
+        self.failures, self.error, self.document = failures, error, document
+        self.requests: list[httpx2.Request] = []
+
+    def __call__(self, request: httpx2.Request) -> httpx2.Response:
+        self.requests.append(request)
+        if len(self.requests) <= self.failures:
+            raise self.error("broken", request=request)
+        return httpx2.Response(200, json=self.document)
+
+
+def test_nothing_listens() -> None:
+    port = closed_port()
+    with (
+        isomatch.Client(f"http://127.0.0.1:{port}") as client,
+        pytest.raises(isomatch.ConnectionFailed, match=f"127.0.0.1:{port} cannot be reached"),
+    ):
+        client.shape("0" * 32)
+
+
+def test_a_proxy_in_the_environment_is_not_asked_for_this_machine(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("http_proxy", f"http://192.0.2.1:{closed_port()}")
+    monkeypatch.setenv("no_proxy", "")
+    with (
+        isomatch.Client(f"http://127.0.0.1:{closed_port()}", timeout=2) as client,
+        pytest.raises(isomatch.ConnectionFailed, match="refused"),
+    ):
+        client.shape("0" * 32)
+
+
+@pytest.mark.parametrize("error", [httpx2.ConnectError, httpx2.ReadError, httpx2.ReadTimeout])
+def test_a_safe_request_is_repeated(error: type[httpx2.TransportError]) -> None:
+    service = Broken(3, error, SHAPE)
+    with client_of(service) as client:
+        assert client.shape("0" * 32).name == "cat"
+    assert len(service.requests) == 4
+
+
+def test_an_upload_is_repeated_from_its_beginning() -> None:
+    service = Broken(2, httpx2.WriteError, SHAPE)
+    with client_of(service) as client:
+        client.upload(b"OFF\n", file_type="off")
+    bodies = [request.read() for request in service.requests]
+    assert len(bodies) == 3
+    assert all(b"OFF\n" in body for body in bodies)
+
+
+def test_it_is_not_repeated_for_ever() -> None:
+    service = Broken(100, httpx2.ReadError, SHAPE)
+    with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed, match="broke"):
+        client.shape("0" * 32)
+    assert len(service.requests) == 4
+
+
+def test_an_open_file_is_sent_from_its_beginning_each_time(tmp_path: Path) -> None:
+    service = Broken(2, httpx2.WriteError, SHAPE)
+    (tmp_path / "a.off").write_bytes(b"OFF\n" * 50_000)
+    with client_of(service) as client, (tmp_path / "a.off").open("rb") as file:
+        file.seek(3)
+        client.upload(file)
+        assert not file.closed
+    assert [request.read().count(b"OFF\n") for request in service.requests] == [50_000] * 3
+
+
+def busy(
+    monkeypatch: pytest.MonkeyPatch, *answers: tuple[int, str | None]
+) -> tuple[isomatch.Client, list[float]]:
+    """A client whose service is busy at first, and the seconds it pauses."""
+    pauses: list[float] = []
+    monkeypatch.setattr(time, "sleep", pauses.append)
+    left = list(answers)
+
+    def answer(request: httpx2.Request) -> httpx2.Response:
+        if not left:
+            return httpx2.Response(200, json=SHAPE)
+        status, after = left.pop(0)
+        problem = {"type": "urn:isomatch:problem:busy", "title": "Busy", "status": status}
+        headers = {"content-type": "application/problem+json"}
+        if after is not None:
+            headers["retry-after"] = after
+        return httpx2.Response(status, content=json.dumps(problem), headers=headers)
+
+    return client_of(answer), pauses
+
+
+def test_a_busy_service_is_given_the_time_it_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    later = format_datetime(datetime.now(UTC) + timedelta(seconds=20), usegmt=True)
+    client, pauses = busy(monkeypatch, (503, "7"), (429, later), (503, None))
+    with client:
+        assert client.shape("1").name == "cat"
+    assert pauses[0] == 7.0
+    assert 0.0 < pauses[1] <= 20.0
+    assert 0.05 < pauses[2] < 0.15  # 0.01, thrice as long each time
+
+
+@pytest.mark.parametrize(
+    ("answers", "kind", "paused"),
+    [
+        ([(503, "1")] * 4, isomatch.ServiceUnavailable, [1.0] * 3),
+        ([(429, "3600")], isomatch.TooManyRequests, []),
+        ([(500, "1")], isomatch.ServiceError, []),
+    ],
+)
+def test_patience_has_an_end(
+    monkeypatch: pytest.MonkeyPatch,
+    answers: list[tuple[int, str | None]],
+    kind: type[isomatch.ProblemError],
+    paused: list[float],
+) -> None:
+    client, pauses = busy(monkeypatch, *answers)
+    with client, pytest.raises(kind, match="Busy") as refusal:
+        client.shape("1")
+    assert pauses == paused
+    assert refusal.value.retry_after == float(answers[-1][1] or 0)
+    assert refusal.value.problem.type == "urn:isomatch:problem:busy"
+
+
+def test_repeating_can_be_switched_off() -> None:
+    service = Broken(1, httpx2.ConnectError, SHAPE)
+    transport = httpx2.MockTransport(service)
+    with (
+        isomatch.Client("http://service.test", retries=0, transport=transport) as client,
+        pytest.raises(isomatch.ConnectionFailed),
+    ):
+        client.shape("1")
+    assert len(service.requests) == 1
+
+
+def test_a_match_that_may_have_been_queued_is_asked_for_with_the_same_key() -> None:
+    service = Broken(2, httpx2.ReadError, {})
+    with client_of(service) as client:
+        for key in (None, None, "mine"):
+            with pytest.raises(isomatch.UnexpectedResponse):
+                client.match("a", "b", idempotency_key=key)
+    keys = [request.headers["idempotency-key"] for request in service.requests]
+    assert len(keys) == 5
+    assert len(set(keys[:3])) == 1
+    assert len(set(keys)) == 3
+    assert keys[4] == "mine"
+
+
+def test_a_match_that_was_never_sent_is_sent_again() -> None:
+    service = Broken(1, httpx2.ConnectError, {})
+    with client_of(service) as client, pytest.raises(isomatch.UnexpectedResponse):
+        client.match("a", "b")
+    assert len(service.requests) == 2
+
+
+def test_only_given_parameters_are_sent() -> None:
+    service = Broken(0, httpx2.ReadError, {})
+    with client_of(service) as client, pytest.raises(isomatch.UnexpectedResponse):
+        client.match("a", "b", points=8, occlusion_cost=None, metric=["geodesic"])
+    assert json.loads(service.requests[0].content) == {
+        "source": "a",
+        "target": "b",
+        "points": 8,
+        "occlusion_cost": None,
+        "metric": ["geodesic"],
+    }
+
+
+def test_a_misspelt_parameter_is_not_sent() -> None:
+    service = Broken(0, httpx2.ReadError, {})
+    with client_of(service) as client, pytest.raises(TypeError, match="'pints'"):
+        client.match("a", "b", pints=8)  # type: ignore[call-arg]
+    assert not service.requests
+
+
+def test_fields_of_a_newer_service_are_left_aside() -> None:
+    with client_of(lambda _: httpx2.Response(200, json={**SHAPE, "genus": 2})) as client:
+        assert not hasattr(client.shape("0" * 32), "genus")
+
+
+def without(field: str) -> dict[str, object]:
+    return {name: value for name, value in SHAPE.items() if name != field}
+
+
+@pytest.mark.parametrize(
+    ("response", "message"),
+    [
+        (httpx2.Response(200, json=without("area")), "area: Field required"),
+        (httpx2.Response(200, json={**SHAPE, "area": None}), "area: "),
+        (httpx2.Response(200, content=json.dumps({**SHAPE, "area": float("nan")})), "area: "),
+        (httpx2.Response(200, html="<p>Welcome"), "Invalid JSON"),
+        (httpx2.Response(502, html="<p>Bad gateway"), "502 without a reason"),
+        (httpx2.Response(301, headers={"location": "/"}), "301 without a reason"),
+    ],
+)
+def test_an_answer_that_is_not_of_the_service(response: httpx2.Response, message: str) -> None:
+    with (
+        client_of(lambda _: response) as client,
+        pytest.raises(isomatch.UnexpectedResponse, match=message),
+    ):
+        client.shape("0" * 32)
+
+
+def test_an_id_cannot_lead_elsewhere() -> None:
+    service = Broken(0, httpx2.ReadError, SHAPE)
+    with client_of(service) as client:
+        client.shape("../jobs/1?x=#")
+    assert service.requests[0].url.raw_path == b"/v1/shapes/..%2Fjobs%2F1%3Fx%3D%23"
+
+
+def test_the_api_key_is_an_argument_or_in_the_environment(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def sent(api_key: str | None = None) -> str | None:
+        service = Broken(0, httpx2.ReadError, SHAPE)
+        transport = httpx2.MockTransport(service)
+        with isomatch.Client("http://a.test", api_key=api_key, transport=transport) as client:
+            client.shape("1")
+        return service.requests[0].headers.get("authorization")
+
+    monkeypatch.delenv("ISOMATCH_API_KEY", raising=False)
+    assert sent() is None
+    assert sent("mine") == "Bearer mine"
+    monkeypatch.setenv("ISOMATCH_API_KEY", "ours")
+    assert sent() == "Bearer ours"
+    assert sent("mine") == "Bearer mine"
+    with pytest.raises(ValueError, match="API key"):
+        isomatch.Client(api_key="a\nb")
+
+
+def test_a_path_prefix_of_the_service_is_kept() -> None:
+    service = Broken(0, httpx2.ReadError, SHAPE)
+    transport = httpx2.MockTransport(service)
+    with isomatch.Client("https://lab.test/isomatch/", transport=transport) as client:
+        client.shape("1")
+    assert str(service.requests[0].url) == "https://lab.test/isomatch/v1/shapes/1"
+
+
+def test_the_address_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ISOMATCH_URL", "http://192.0.2.7:1234")
+    assert isomatch.Client().base_url == "http://192.0.2.7:1234"
+    monkeypatch.delenv("ISOMATCH_URL")
+    assert isomatch.Client().base_url == "http://127.0.0.1:8000"
+    with pytest.raises(ValueError, match="must begin with http"):
+        isomatch.Client("127.0.0.1:8000")

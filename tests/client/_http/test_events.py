@@ -1,0 +1,134 @@
+"""Following a job: from the running service, and over connections that break."""
+
+import json
+from collections.abc import Iterator
+
+import httpx2
+import isomatch
+import pytest
+from isomatch._http import EventReader, exchange
+
+JOB = {
+    "id": "1",
+    "kind": "match",
+    "state": "queued",
+    "progress": {"stage": "queued", "fraction": 0.0},
+    "created": "2026-01-01T00:00:00Z",
+    "started": None,
+    "ended": None,
+    "position": 0,
+    "error": None,
+    "caller": None,
+    "webhook": None,
+}
+
+
+@pytest.fixture(autouse=True)
+def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
+
+
+def event(name: str, **changes: object) -> bytes:
+    return f"event: job\ndata: {json.dumps(JOB | changes)}\nid: {name}\nretry: 5\n\n".encode()
+
+
+class Breaking(httpx2.SyncByteStream):
+    """A stream that breaks off."""
+
+    def __init__(self, *chunks: bytes) -> None:
+        self.chunks = chunks
+
+    def __iter__(self) -> Iterator[bytes]:
+        yield from self.chunks
+        raise httpx2.ReadError("broken", request=httpx2.Request("GET", "http://service.test"))
+
+
+class Service:
+    """Answers with one stream after the other."""
+
+    def __init__(self, *streams: bytes | httpx2.SyncByteStream | None) -> None:
+        self.streams = list(streams)
+        self.seen: list[str | None] = []
+
+    def __call__(self, request: httpx2.Request) -> httpx2.Response:
+        if not request.url.path.endswith("/events"):
+            return httpx2.Response(200, json=JOB)
+        self.seen.append(request.headers.get("last-event-id"))
+        stream = self.streams.pop(0)
+        if stream is None:
+            raise httpx2.ConnectError("refused", request=request)
+        headers = {"content-type": "text/event-stream"}
+        if isinstance(stream, bytes):
+            return httpx2.Response(200, headers=headers, content=stream)
+        return httpx2.Response(200, headers=headers, stream=stream)
+
+
+def followed(service: Service) -> list[str]:
+    transport = httpx2.MockTransport(service)
+    with isomatch.Client("http://service.test", transport=transport) as client:
+        return [job.state for job in client.job("1").events()]
+
+
+def test_a_stream_that_ends_is_taken_up_where_it_ended() -> None:
+    service = Service(
+        event("a"),
+        Breaking(b": still there\n\n", event("b", state="running"), b"data: {"),
+        None,
+        event("c", state="succeeded") + b"data: never read\n\n",
+    )
+    assert followed(service) == ["queued", "running", "succeeded"]
+    assert service.seen == [None, "a", "b", "b"]
+
+
+def test_it_is_not_taken_up_for_ever() -> None:
+    with pytest.raises(isomatch.ConnectionFailed, match="cannot be reached"):
+        followed(Service(event("a"), None, None, None, None))
+
+
+@pytest.mark.parametrize("data", [b"{", b'{"id": "1"}', b"[]"])
+def test_events_that_are_none_of_the_service(data: bytes) -> None:
+    with pytest.raises(isomatch.UnexpectedResponse, match="no job"):
+        followed(Service(b"data: " + data + b"\n\n"))
+
+
+def test_lines_are_put_together_as_the_standard_says() -> None:
+    reader = EventReader()
+    lines = [
+        "data: a",
+        "data:b",
+        ": c",
+        "retry: 1",
+        "id: 1",
+        "",
+        "",
+        "data",
+        "",
+        "id",
+        "data: d",
+        "",
+    ]
+    events = [event for event in map(reader.feed, lines) if event is not None]
+    assert [(event.data, event.id) for event in events] == [("a\nb", "1"), ("", "1"), ("d", "")]
+
+
+def test_a_match_is_followed(
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+) -> None:
+    job = client.match(*pair, points=24)
+    told = [(step.state, step.progress.fraction) for step in job.events()]
+    assert told[-1] == ("succeeded", 1.0)
+    assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
+    assert len(job.result().pairs) == 24
+    assert [step.state for step in client.job(job.id).events()] == ["succeeded"]
+    with pytest.raises(isomatch.NotFound):
+        next(isomatch.Job(client._transport, job.record.model_copy(update={"id": "x"})).events())
+
+
+def test_the_same_key_is_the_same_job(
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+) -> None:
+    job = client.match(*pair, points=8, idempotency_key="once")
+    assert client.match(*pair, points=8, idempotency_key="once").id == job.id
+    with pytest.raises(isomatch.Conflict):
+        client.match(*pair, points=9, idempotency_key="once")
+    assert client.match(*pair, points=8).id != job.id

@@ -1,0 +1,146 @@
+"""What is uploaded for a mesh that a user holds in memory."""
+
+import io
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from isomatch._upload import MeshSource, binary_ply, mesh_file
+
+TETRAHEDRON = (
+    np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.1], [0.0, 1.0, 1 / 3], [0.0, 0.0, np.pi]]),
+    np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+)
+OFF = b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+
+def read_back(data: bytes) -> trimesh.Trimesh:
+    return trimesh.load_mesh(io.BytesIO(data), file_type="ply", process=False)
+
+
+def content(source: MeshSource, file_type: str | None = None) -> tuple[str, bytes]:
+    with mesh_file(source, file_type) as file:
+        data = file.content if isinstance(file.content, bytes) else file.content.read()
+        return file.name, data
+
+
+def test_arrays_survive_the_writer_bit_by_bit() -> None:
+    name, data = content(TETRAHEDRON)
+    mesh = read_back(data)
+    assert name == "mesh.ply"
+    np.testing.assert_array_equal(mesh.vertices, TETRAHEDRON[0])
+    np.testing.assert_array_equal(mesh.faces, TETRAHEDRON[1])
+
+
+def test_order_and_unused_vertices_are_kept() -> None:
+    vertices = np.vstack([[[9.0, 9.0, 9.0]], TETRAHEDRON[0]])
+    mesh = read_back(binary_ply(vertices, TETRAHEDRON[1] + 1))
+    np.testing.assert_array_equal(mesh.vertices, vertices)
+    np.testing.assert_array_equal(mesh.faces, TETRAHEDRON[1] + 1)
+
+
+def test_a_trimesh_is_written_with_its_vertex_colours() -> None:
+    colors = np.array([[255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [7, 8, 9, 255]])
+    mesh = trimesh.Trimesh(*TETRAHEDRON, vertex_colors=colors, process=False)
+    back = read_back(content(mesh)[1])
+    assert isinstance(back.visual, trimesh.visual.ColorVisuals)
+    np.testing.assert_array_equal(back.visual.vertex_colors[:, :3], colors[:, :3])
+
+
+def test_the_same_arrays_have_the_same_bytes() -> None:
+    as_lists = tuple(array.tolist() for array in TETRAHEDRON)
+    assert content((as_lists[0], as_lists[1]))[1] == binary_ply(*TETRAHEDRON)
+
+
+def test_files_bytes_and_paths_are_sent_as_they_are(tmp_path: Path) -> None:
+    path = tmp_path / "a.off"
+    path.write_bytes(OFF)
+    assert content(path) == ("a.off", OFF)
+    assert content(str(path)) == ("a.off", OFF)
+    assert content(OFF, "off") == ("mesh.off", OFF)
+    assert content(io.BytesIO(OFF), ".OFF") == ("mesh.off", OFF)
+    with path.open("rb") as file:
+        assert content(file) == ("a.off", OFF)
+    renamed = path.rename(tmp_path / "a.txt")
+    assert content(renamed, "off") == ("a.off", OFF)
+
+
+POINTS, CORNERS = np.eye(4, 3), np.array([[0, 1, 2]])
+NAN_Y = np.array([0.0, np.nan, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (OFF, "file_type="),
+        (io.BytesIO(OFF), "file_type="),
+        ((np.zeros((4, 2)), CORNERS), r"vertices must have the shape \(n, 3\), not \(4, 2\)"),
+        ((np.zeros(12), CORNERS), r"vertices must have the shape"),
+        (([[0.0, 0.0, 0.0], [1.0]], CORNERS), "vertices must be an array"),
+        ((POINTS.astype(complex), CORNERS), "real numbers, not complex"),
+        ((POINTS.astype(str), CORNERS), "real numbers, not <U"),
+        ((POINTS, np.zeros((1, 4), dtype=int)), "faces must have the shape"),
+        ((POINTS, np.zeros((1, 3))), r"faces must be integers, not float64; faces.astype\(int\)"),
+        ((POINTS, np.zeros((0, 3), dtype=int)), "one triangle"),
+        ((POINTS, CORNERS + 2), r"faces\[0, 2\] is 4, but vertices count from 0 to 3"),
+        ((POINTS, CORNERS - 1), r"faces\[0, 0\] is -1"),
+        ((POINTS, np.full((1, 3), 2**40)), "faces"),
+        (
+            (POINTS + np.array([0.0, np.nan, 0.0]), CORNERS),
+            r"vertices\[0\] is .*nan.* must be finite",
+        ),
+        ((POINTS + np.array([0.0, 0.0, np.inf]), CORNERS), "must be finite"),
+        ((POINTS, CORNERS, np.zeros((3, 3))), r"colors must have the shape \(4, 3\)"),
+        ((POINTS, CORNERS, np.full((4, 3), 256)), "between 0 and 255"),
+        ((POINTS, CORNERS, np.full((4, 3), 1.5)), "between 0 and 1"),
+        ((POINTS, CORNERS, np.full((4, 3), np.nan)), "between 0 and 1"),
+        ((POINTS, CORNERS, np.full((4, 3), "red")), "integers or floats"),
+    ],
+)
+def test_what_no_file_can_be_made_of_is_refused(source: MeshSource, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        content(source)
+
+
+def test_a_vertex_of_no_face_may_be_nowhere() -> None:
+    points = np.vstack([POINTS, [[np.nan] * 3]])
+    np.testing.assert_array_equal(read_back(binary_ply(points, CORNERS)).faces, CORNERS)
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.int64, np.uint8, np.bool_])
+def test_every_kind_of_number_is_kept(kind: type[np.generic]) -> None:
+    points = np.eye(3).astype(kind)
+    np.testing.assert_array_equal(read_back(binary_ply(points, [[0, 1, 2]])).vertices, np.eye(3))
+
+
+def test_colours_are_bytes_or_shares() -> None:
+    given = np.array([[0, 51, 255, 9]] * 4)
+    as_bytes = binary_ply(POINTS, CORNERS, given.astype(np.uint8))
+    assert as_bytes == binary_ply(POINTS, CORNERS, given[:, :3])
+    assert as_bytes == binary_ply(POINTS, CORNERS, given / 255.0)
+    assert as_bytes == content((POINTS, CORNERS, given))[1]
+    back = read_back(as_bytes)
+    assert isinstance(back.visual, trimesh.visual.ColorVisuals)
+    np.testing.assert_array_equal(back.visual.vertex_colors[:, :3], given[:, :3])
+
+
+def test_trimesh_is_not_imported() -> None:
+    program = (
+        "import sys, isomatch; assert not {'trimesh', 'matplotlib', 'trio'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def test_other_things_are_no_shapes() -> None:
+    with pytest.raises(TypeError, match="not int"):
+        content(3)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="not a tuple of 1"):
+        content((POINTS,))  # type: ignore[arg-type]
+
+
+def test_a_path_that_does_not_exist_is_an_os_error(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        content(tmp_path / "nothing.off")

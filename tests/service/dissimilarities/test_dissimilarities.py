@@ -1,0 +1,223 @@
+"""Collections over HTTP: compared, looked at on the way, fetched in three forms, refused."""
+
+import io
+import struct
+from collections.abc import Callable
+
+import httpx2
+import numpy as np
+import pytest
+
+from broker.contracts import (
+    PAIRS,
+    STRUCTURES,
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    DissimilarityResult,
+    JobState,
+)
+from broker.queue import JobQueue, new_job
+from broker.store import keys
+from service.dissimilarities import (
+    PartialDissimilarities,
+    known_matrix,
+    known_so_far,
+    number_of_pairs,
+)
+from service.http import JobExpired
+from service.settings import Settings
+from service.standalone import EmbeddedServer
+from service.state import Service
+from tests.service.conftest import Api, Json, idle_api, problem
+from tests.solver.shapes import tetrahedron
+from tests.worker.collections import class_files, imagined
+from tests.worker.figures import blob_file, off, two_blobs_file
+
+Upload = Callable[..., Json]
+
+QUICK = {"eigenpairs": 40}
+
+COUNT = 200
+"""Shapes whose comparison lasts much longer than it is looked at."""
+
+
+@pytest.fixture(scope="module")
+def collection(upload: Upload) -> tuple[list[str], list[str]]:
+    """Six shapes, two of each class, and their labels."""
+    files = class_files()
+    return [upload(data)["id"] for _, data in files], [name for name, _ in files]
+
+
+def compared(http: httpx2.Client, body: Json) -> Json:
+    asked = http.post("/v1/dissimilarities", json=body)
+    assert asked.status_code == 202, asked.text
+    assert asked.headers["location"] == asked.json()["links"]["self"]
+    job: Json = http.get(asked.json()["links"]["self"], params={"wait": 60}).json()
+    assert job["state"] == "succeeded", job["error"]
+    return job
+
+
+def test_a_collection_is_compared(
+    http: httpx2.Client, collection: tuple[list[str], list[str]]
+) -> None:
+    shapes, labels = collection
+    job = compared(http, {"shapes": shapes, "labels": labels, **QUICK})
+    assert job["kind"] == "dissimilarities"
+    answer = http.get(job["links"]["result"])
+    result = DissimilarityResult.model_validate_json(answer.content)
+    assert (list(result.shapes), list(result.labels or ())) == (shapes, labels)
+    assert (result.mean_average_precision, result.precision_at_1) == (1.0, 1.0)
+    matrix = np.array(result.matrix)
+    assert (matrix == matrix.T).all()
+    packed = http.get(job["links"]["arrays"])
+    assert packed.headers["content-type"] == "application/octet-stream"
+    assert f'"{job["id"]}.npz"' in packed.headers["content-disposition"]
+    with np.load(io.BytesIO(packed.content), allow_pickle=False) as arrays:
+        assert arrays["matrix"] == pytest.approx(matrix)
+        assert arrays["shapes"].tolist() == shapes
+    picture = http.get(job["links"]["picture"])
+    assert picture.headers["content-type"] == "image/png"
+    assert picture.content.startswith(b"\x89PNG")
+    other = http.get(job["links"]["picture"], params={"alternative": 1})
+    problem(other, 422, "invalid-request")
+    whole = PartialDissimilarities.model_validate_json(http.get(job["links"]["partial"]).content)
+    assert whole.pairs_done == whole.pairs == 15
+    assert np.array(whole.matrix) == pytest.approx(matrix)
+    listed = http.get("/v1/jobs").json()["items"]
+    assert [item["kind"] for item in listed if item["id"].startswith(job["id"])] == [
+        "dissimilarities"
+    ]
+
+
+def test_what_is_known_is_seen_while_it_runs_and_a_cancelled_job_has_nothing(
+    http: httpx2.Client, api: Api
+) -> None:
+    payload = imagined(api.store, COUNT, DissimilarityParameters(points=10), seed=3)
+    body = {"shapes": payload.shapes, "points": 10}
+    job = http.post("/v1/dissimilarities", json=body).json()
+    seen: list[PartialDissimilarities] = []
+    while not seen or seen[-1].pairs_done == 0:
+        answer = http.get(job["links"]["partial"])
+        assert answer.status_code == 200, answer.text
+        seen.append(PartialDissimilarities.model_validate_json(answer.content))
+    assert seen[-1].state == "running"
+    assert seen[-1].pairs_done < seen[-1].pairs == COUNT * (COUNT - 1) // 2
+    known = sum(value is not None for row in seen[-1].matrix for value in row)
+    assert known == COUNT + 2 * seen[-1].pairs_done
+    problem(http.get(job["links"]["result"]), 409, "result-not-ready")
+    problem(http.get(job["links"]["arrays"]), 409, "result-not-ready")
+    cancelled = http.delete(job["links"]["self"]).json()
+    assert cancelled["state"] == JobState.CANCELLED
+    problem(http.get(job["links"]["partial"]), 409, "job-without-result")
+    problem(http.get(job["links"]["arrays"]), 409, "job-without-result")
+
+
+def test_a_match_is_no_collection(http: httpx2.Client, shapes: tuple[str, str]) -> None:
+    body = {"source": shapes[0], "target": shapes[1], "points": 8, "eigenpairs": 30}
+    job = http.post("/v1/matches", json=body).json()
+    assert job["links"]["partial"] is None
+    problem(http.get(f"/v1/dissimilarities/{job['id']}"), 409, "job-without-result")
+    for unknown in ("/v1/dissimilarities/nobody", "/v1/jobs/nobody/result.npz"):
+        problem(http.get(unknown), 404, "job-not-found")
+    http.get(job["links"]["self"], params={"wait": 60})
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "word"),
+    [
+        ({"shapes": []}, "body.shapes", "at least 2"),
+        ({"shapes": ["a"] * 2001}, "body.shapes", "at most 2000"),
+        ({"shapes": "ab"}, "body.shapes", "list"),
+        ({"shapes": [0, 1]}, "body.shapes.0", "string"),
+        ({"labels": ["a"]}, "body.labels", "label for each shape"),
+        ({"labels": ["a", ""]}, "body.labels.1", "at least 1"),
+        ({"labels": ["a", "b\n"]}, "body.labels.1", "one line"),
+        ({"labels": ["a", 1]}, "body.labels.1", "string"),
+        ({"points": 11}, "body.points", "10"),
+        ({"metric": "euclid"}, "body.metric", "geodesic"),
+        ({"metric": ["geodesic"]}, "body.metric", "geodesic"),
+        ({"descriptor": {"name": "hks", "times": []}}, "body.descriptor.times", "at least 1"),
+        ({"objective": "linf", "first_order_weight": 1}, "body.objective", "first_order_weight"),
+        ({"descriptor": "photometric", "first_order_weight": 0.1}, "body.descriptor", "colours"),
+        ({"colour": "red"}, "body.colour", "no such field"),
+    ],
+)
+def test_a_wrong_request_is_told_what_is_wrong(
+    http: httpx2.Client, shapes: tuple[str, str], change: Json, field: str, word: str
+) -> None:
+    answer = http.post("/v1/dissimilarities", json={"shapes": shapes, **change})
+    document = problem(answer, 422, "invalid-request")
+    assert document["errors"][0]["field"] == field
+    assert word in document["errors"][0]["message"]
+
+
+def test_shapes_that_cannot_be_compared_are_named(
+    http: httpx2.Client, upload: Upload, shapes: tuple[str, str]
+) -> None:
+    corners = upload(off(tetrahedron().vertices, tetrahedron().faces))["id"]
+    several = upload(two_blobs_file())["id"]
+    gone = upload(blob_file(2, seed=40))["id"]
+    http.delete(f"/v1/shapes/{gone}")
+
+    def refused(given: list[str], slug: str = "invalid-request") -> dict[str, str]:
+        document = problem(http.post("/v1/dissimilarities", json={"shapes": given}), 422, slug)
+        return {error["field"]: error["message"] for error in document["errors"]}
+
+    one, other = shapes
+    assert refused([one, gone, "nobody"], "unknown-shape").keys() == {
+        "body.shapes.1",
+        "body.shapes.2",
+    }
+    twice = refused([one, other, one])
+    assert "shapes.0" in twice["body.shapes.2"]
+    found = refused([corners, one, several])
+    assert "4 vertices" in found["body.shapes.0"]
+    assert "largest_component" in found["body.shapes.2"]
+    assert len(refused([one] * 500)) == 20
+
+
+def test_parts_make_a_matrix() -> None:
+    for count, size in ((2, 1), (5, 3), (9, 4), (6, 100)):
+        pairs = list(zip(*np.triu_indices(count, 1), strict=True))
+        values = np.arange(1.0, number_of_pairs(count) + 1.0)
+        parts = {
+            number: values[first : first + size]
+            for number, first in enumerate(range(0, len(values), size))
+        }
+        for left_out in (None, 0, len(parts) - 1):
+            kept = {number: part for number, part in parts.items() if number != left_out}
+            packed = [(n, struct.pack(f"<{len(part)}d", *part)) for n, part in kept.items()]
+            matrix, done = known_matrix(count, size, packed[::-1])
+            assert done == sum(map(len, kept.values()))
+            for (i, j), value, place in zip(pairs, values, range(len(values)), strict=True):
+                expected = None if place // size == left_out else value
+                assert matrix[i][j] == matrix[j][i] == expected
+            assert all(matrix[k][k] == 0.0 for k in range(count))
+
+
+def test_what_is_known_becomes_no_less_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:
+    with idle_api(server) as api:
+        store, settings = api.store, Settings()
+        service = Service(settings, store, JobQueue(store, settings))
+        payload = DissimilaritiesPayload(
+            shapes=("a", "b"), labels=None, parameters=DissimilarityParameters()
+        )
+        job = service.queue.submit(new_job(payload)).id
+        assert store.jobs.claim(job, job)
+        results = {STRUCTURES: b"signature", PAIRS: struct.pack("<d", 2.0)}
+        for before, stage in (("", STRUCTURES), (STRUCTURES, PAIRS)):
+            assert store.parts.open(job, before, stage, 1, 0.5)
+            taken = store.parts.take(job, "turn", "runner")
+            assert store.parts.complete(job, taken, results[stage], 0.1)
+        running = store.jobs.get(job)
+        assert running is not None
+        everything = [[0.0, 2.0], [2.0, 0.0]], 1
+        assert known_so_far(service, running, 2) == everything
+        assert store.jobs.succeed(job, job, b'{"matrix": [[0.0, 2.0], [2.0, 0.0]]}')
+        store.client.delete(keys.job_done(job, PAIRS))
+        assert known_so_far(service, running, 2) == everything
+        store.parts.forget(job)
+        assert known_so_far(service, running, 2) == everything
+        store.client.delete(keys.job(job))
+        with pytest.raises(JobExpired):
+            known_so_far(service, running, 2)

@@ -1,0 +1,77 @@
+"""Shapes as they are looked at."""
+
+import gzip
+import struct
+from collections.abc import Callable
+from dataclasses import replace
+
+import httpx2
+import pytest
+
+from broker.queue import JobQueue
+from broker.store import Shapes, keys
+from service.http import ShapeNotFound
+from service.settings import Settings
+from service.shapes import get_geometry
+from service.standalone import EmbeddedServer
+from service.state import Service
+from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.worker.figures import blob_file
+
+
+def test_the_geometry_of_a_shape(http: httpx2.Client, upload: Callable[..., Json]) -> None:
+    shape = upload(blob_file(2, seed=70))
+    where = f"/v1/shapes/{shape['id']}/geometry"
+    answer = http.get(where)
+    assert answer.headers["content-encoding"] == "gzip"
+    magic, vertices, faces, colors = struct.unpack_from("<8s3I", answer.content)
+    assert (magic, vertices, faces, colors) == (b"isogeom1", 162, 320, 0)
+    assert len(answer.content) == 56 + 16 * vertices + 12 * faces
+    plain = http.get(where, headers={"Accept-Encoding": "identity"})
+    assert "content-encoding" not in plain.headers
+    assert plain.content == answer.content
+    assert plain.headers["vary"] == answer.headers["vary"] == "Accept-Encoding"
+
+
+def test_what_one_has_is_not_sent_again(http: httpx2.Client, upload: Callable[..., Json]) -> None:
+    data = blob_file(2, seed=71)
+    where = f"/v1/shapes/{upload(data)['id']}/geometry"
+    etag = http.get(where).headers["etag"]
+    for has in (etag, f"W/{etag}", f'"other", {etag}', "*"):
+        answer = http.get(where, headers={"If-None-Match": has})
+        assert (answer.status_code, answer.content) == (304, b"")
+        assert answer.headers["etag"] == etag
+    assert http.get(where, headers={"If-None-Match": '"other"'}).status_code == 200
+    http.delete(where.removesuffix("/geometry"))
+    problem(http.get(where, headers={"If-None-Match": etag}), 404, "shape-not-found")
+    # Read anew, it may have come out otherwise.
+    upload(data)
+    assert http.get(where, headers={"If-None-Match": etag}).status_code == 200
+
+
+def test_shapes_that_were_stored_without(
+    http: httpx2.Client, upload: Callable[..., Json], api: Api
+) -> None:
+    shape = upload(blob_file(2, seed=72))["id"]
+    packed = api.store.client.getdel(keys.shape_geometry(shape))
+    assert isinstance(packed, bytes)
+    assert gzip.decompress(packed).startswith(b"isogeom1")
+    problem(http.get(f"/v1/shapes/{shape}/geometry"), 410, "geometry-not-kept")
+
+
+class DeletedMeanwhile(Shapes):
+    """Shapes that somebody else deletes as soon as their record was looked at."""
+
+    def geometry(self, shape_id: str) -> bytes | None:
+        """Return what is left then."""
+        self.delete(shape_id)
+        return super().geometry(shape_id)
+
+
+def test_a_shape_that_is_deleted_meanwhile_is_not_there(server: EmbeddedServer) -> None:
+    with idle_api(server) as api:
+        name, _ = put_shapes(api)
+        settings = Settings()
+        store = replace(api.store, shapes=DeletedMeanwhile(api.store.client, settings))
+        with pytest.raises(ShapeNotFound):
+            get_geometry(name, Service(settings, store, JobQueue(store, settings)))

@@ -1,0 +1,222 @@
+"""The front door, on shapes whose correspondence is known."""
+
+import numpy as np
+import pytest
+
+from solver.control import Control
+from solver.errors import Cancelled, MeshError, OptionError
+from solver.labelling import Method
+from solver.matching import Match, MatchOptions, match
+from solver.mesh import triangle_mesh
+from solver.shape import Shape
+from solver.shape.choices import Diffusion
+from synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
+from tests.solver import shapes
+
+
+def shape_of(figure: SyntheticShape) -> Shape:
+    return Shape(triangle_mesh(figure.vertices, figure.faces))
+
+
+@pytest.fixture(scope="module")
+def standing() -> SyntheticShape:
+    return human("standing", ASYMMETRIC_HUMAN, resolution=900, seed=1)
+
+
+@pytest.fixture(scope="module")
+def sitting() -> SyntheticShape:
+    return human("sitting", ASYMMETRIC_HUMAN, resolution=1100, seed=2)
+
+
+@pytest.fixture(scope="module")
+def answer(standing: SyntheticShape, sitting: SyntheticShape) -> Match:
+    return match(shape_of(standing), shape_of(sitting), MatchOptions(points=32))
+
+
+def test_a_bent_figure_is_matched_to_itself(
+    standing: SyntheticShape, sitting: SyntheticShape, answer: Match
+) -> None:
+    """Another pose, another triangulation, 32 points: the mean error is that of sampling."""
+    truth = correspondence(standing, sitting)[answer.best.source]
+    distances = shape_of(sitting).metric("geodesic").distances(answer.best.target)
+    errors = distances[np.arange(32), truth]
+    assert errors.mean() < 0.07
+    assert errors.max() < 0.25
+    assert len(np.unique(answer.best.target)) == 32
+
+
+def test_the_certificate_holds_together(answer: Match) -> None:
+    assert [level.points for level in answer.levels] == [8, 8, 16, 32]
+    for level in answer.levels:
+        assert 0.0 <= level.lower_bound <= level.energy
+        assert level.gap == pytest.approx(1.0 - level.lower_bound / level.energy, abs=1e-12)
+    coarse = answer.levels[0]
+    assert coarse.method is Method.BRANCH_AND_BOUND
+    assert coarse.certified
+    assert answer.lower_bound == answer.levels[-1].lower_bound
+    assert answer.gap < 0.05
+
+
+def test_costs_sum_up_to_the_energy(answer: Match) -> None:
+    for found in (answer.best, *answer.alternatives):
+        assert found.costs.sum() == pytest.approx(found.energy)
+    energies = [found.energy for found in (answer.best, *answer.alternatives)]
+    assert energies == sorted(energies)
+
+
+def test_alternatives_differ_from_the_answer_and_each_other(answer: Match) -> None:
+    targets = {tuple(found.target) for found in (answer.best, *answer.alternatives)}
+    assert len(targets) == 1 + len(answer.alternatives)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        MatchOptions(points=24),
+        MatchOptions(points=10, metric=("geodesic",), descriptor=("none",)),
+        MatchOptions(points=20, metric=(Diffusion(0.05),), descriptor=("hks",)),
+    ],
+)
+def test_a_shape_matches_itself_perfectly(options: MatchOptions) -> None:
+    shape = Shape(shapes.blob())
+    found = match(shape, shape, options)
+    assert found.best.energy == pytest.approx(0.0, abs=1e-12)
+    assert (found.best.source == found.best.target).all()
+    assert found.best.distortion.linf == pytest.approx(0.0, abs=1e-9)
+    assert found.certified
+
+
+def test_motion_scale_and_numbering_do_not_matter() -> None:
+    mesh = shapes.blob()
+    rng = np.random.default_rng(0)
+    order = rng.permutation(mesh.n_vertices)
+    place = np.argsort(order)
+    rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    moved = triangle_mesh(
+        7.0 * mesh.vertices[order] @ rotation * np.linalg.det(rotation) + 100.0, place[mesh.faces]
+    )
+    found = match(Shape(mesh), Shape(moved), MatchOptions(points=24))
+    assert found.best.energy == pytest.approx(0.0, abs=1e-6)
+    assert (order[found.best.target] == found.best.source).all()
+
+
+def test_vertex_numbers_are_the_users_own() -> None:
+    mesh = shapes.blob()
+    stray = np.array([[50.0, 50.0, 50.0]])
+    padded = triangle_mesh(np.concatenate([stray, mesh.vertices]), mesh.faces + 1)
+    found = match(Shape(mesh), Shape(padded), MatchOptions(points=8))
+    assert (found.best.target == found.best.source + 1).all()
+    assert any("target" in warning for warning in found.warnings)
+
+
+def test_occlusion_leaves_points_unmatched_and_pays_for_them(
+    standing: SyntheticShape, sitting: SyntheticShape
+) -> None:
+    gamma = 0.01
+    found = match(
+        shape_of(standing), shape_of(sitting), MatchOptions(points=16, occlusion_cost=gamma)
+    )
+    lost = len(found.best.unmatched)
+    assert 0 < lost < 16
+    assert len(found.best.source) == 16 - lost
+    assert found.best.energy == pytest.approx(found.best.costs.sum() + gamma * lost)
+    assert found.best.energy <= 16 * gamma
+    assert not set(found.best.unmatched) & set(found.best.source)
+
+
+def test_occlusion_may_be_so_cheap_that_nothing_is_matched(
+    standing: SyntheticShape, sitting: SyntheticShape
+) -> None:
+    options = MatchOptions(points=32, occlusion_cost=1e-12)
+    found = match(shape_of(standing), shape_of(sitting), options)
+    assert len(found.best.source) == 0
+    assert len(found.best.unmatched) == 32
+    assert found.best.energy == pytest.approx(32e-12)
+    assert found.certified
+
+
+def test_a_metric_that_vanishes_is_refused() -> None:
+    shape = Shape(shapes.icosphere(1))
+    for metric in (Diffusion(1e6),), ("geodesic", Diffusion(1e6)):
+        with pytest.raises(OptionError) as caught:
+            match(shape, shape, MatchOptions(points=16, metric=metric))
+        assert caught.value.field == f"metric.{len(metric) - 1}.time"
+
+
+def test_the_same_question_has_the_same_answer(
+    standing: SyntheticShape, sitting: SyntheticShape, answer: Match
+) -> None:
+    again = match(shape_of(standing), shape_of(sitting), MatchOptions(points=32))
+    assert (again.best.target == answer.best.target).all()
+    assert again.best.energy == answer.best.energy
+    assert again.lower_bound == answer.lower_bound
+
+
+def test_a_small_mesh_gives_what_it_has_and_says_so() -> None:
+    shape = Shape(shapes.icosphere(1))
+    found = match(shape, shape, MatchOptions(points=64))
+    assert len(found.best.source) == 42
+    assert any("42" in warning for warning in found.warnings)
+
+
+def test_progress_rises_and_cancellation_leaves() -> None:
+    shape = Shape(shapes.blob())
+    reported: list[float] = []
+    control = Control(on_progress=lambda stage, fraction: reported.append(fraction))
+    match(shape, shape, MatchOptions(points=32), control)
+    assert reported == sorted(reported)
+    assert 0.0 <= reported[0] < reported[-1] <= 1.0
+    with pytest.raises(Cancelled):
+        match(shape, shape, control=Control(is_cancelled=lambda: True))
+
+
+def test_no_time_still_gives_an_answer(standing: SyntheticShape, sitting: SyntheticShape) -> None:
+    found = match(shape_of(standing), shape_of(sitting), MatchOptions(points=16, time_limit=1e-9))
+    assert len(found.best.source) == 16
+    assert found.lower_bound <= found.best.energy
+    assert not found.certified
+
+
+def test_least_greatest_distortion(standing: SyntheticShape, sitting: SyntheticShape) -> None:
+    source, target = shape_of(standing), shape_of(sitting)
+    found = match(source, target, MatchOptions(points=8, objective="linf"))
+    other = match(source, target, MatchOptions(points=8, metric=("commute_time",)))
+    assert found.certified
+    assert found.best.energy == found.best.distortion.linf == found.best.costs.max()
+    assert found.best.energy <= other.best.distortion.linf
+    assert all(another.energy == found.best.energy for another in found.alternatives)
+    assert [level.points for level in found.levels] == [8]
+    assert found.levels[0].method == "minimax"
+
+
+def test_several_components_are_refused() -> None:
+    with pytest.raises(MeshError, match="2 components"):
+        Shape(shapes.two_components())
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("points", 2),
+        ("points", 257),
+        ("coarse_points", 11),
+        ("level_factor", 1),
+        ("oversampling", 9),
+        ("rho", 0.5),
+        ("beta", -1.0),
+        ("beta", float("nan")),
+        ("first_order_weight", float("inf")),
+        ("alternatives", 0),
+        ("metric.0", ("euclidean",)),
+        ("metric.1", ("geodesic", 3)),
+        ("metric", ()),
+        ("descriptor.0", ("shot",)),
+        ("occlusion_cost", 0.0),
+        ("time_limit", -1.0),
+        ("objective", "l1"),
+    ],
+)
+def test_options_out_of_range_name_their_field(field: str, value: object) -> None:
+    with pytest.raises(OptionError) as caught:
+        MatchOptions(**{field.split(".")[0]: value})  # type: ignore[arg-type]
+    assert caught.value.field == field

@@ -1,0 +1,124 @@
+"""Points where a map of all vertices has them."""
+
+import numpy as np
+import pytest
+
+from solver.matching import (
+    Level,
+    MatchOptions,
+    at_images,
+    build_level,
+    deciding_level,
+    match,
+    with_images,
+)
+from solver.mesh import triangle_mesh
+from solver.shape import Shape
+from synthetic import human
+from tests.solver import shapes
+
+OPTIONS = MatchOptions(points=12).settled(1.0)
+
+
+@pytest.fixture(scope="module")
+def blob() -> Shape:
+    return Shape(shapes.blob())
+
+
+@pytest.fixture(scope="module", params=["varadhan", "geodesic"])
+def level(blob: Shape, request: pytest.FixtureRequest) -> Level:
+    """A shape against itself."""
+    build, index = (deciding_level, 0) if request.param == "varadhan" else (build_level, 1)
+    return build(blob, blob, index, (12, 24), OPTIONS)
+
+
+def test_samples_stay_and_images_follow(blob: Shape, level: Level) -> None:
+    """What is known of other hypotheses, by number and by energy, stays true."""
+    images = np.concatenate([level.target.vertices[:6], np.arange(200, 206)])
+    wider = with_images(blob, blob, level, images)
+    known = len(level.target.vertices)
+    np.testing.assert_array_equal(wider.target.vertices[:known], level.target.vertices)
+    assert set(images) <= set(wider.target.vertices.tolist())
+    assert len(np.unique(wider.target.vertices)) == len(wider.target.vertices)
+    partners = np.random.default_rng(0).permutation(known)[:12]
+    before, after = (one.problem(one.all_candidates()).energy(partners) for one in (level, wider))
+    # Descriptors are measured by their deviation over all samples.
+    assert after == pytest.approx(before, rel=0.05)
+    assert wider.distortion(partners).linf == pytest.approx(level.distortion(partners).linf)
+
+
+def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
+    """Sampled from another start, no target sample need be a source sample."""
+    sources = build_level(blob, blob, 1, (12, 24), OPTIONS)
+    others = build_level(blob, blob, 1, (12, 24), OPTIONS, np.array([[0, 77]]))
+    mixed = Level(
+        1, sources.metric, sources.descriptor, sources.source, others.target, 1.0, 0.05, np.inf
+    )
+    images = sources.source.vertices
+    found = at_images(blob, with_images(blob, blob, mixed, images), images)
+    assert found is not None
+    wider = with_images(blob, blob, mixed, images)
+    np.testing.assert_array_equal(wider.target.vertices[found.partners], images)
+    assert found.energy == pytest.approx(0.0, abs=1e-12)
+
+
+def test_points_go_no_farther_than_the_map_errs(blob: Shape, level: Level) -> None:
+    images = np.random.default_rng(1).permutation(blob.n_vertices)[:12]
+    wider = with_images(blob, blob, level, images)
+    found = at_images(blob, wider, images)
+    assert found is not None
+    places = {vertex: place for place, vertex in enumerate(wider.target.vertices.tolist())}
+    own = [places[image] for image in images.tolist()]
+    assert (wider.target.distances[own, found.partners] <= 0.05).all()
+    assert found.energy <= found.problem.energy(np.array(own)) + 1e-12
+
+
+def test_where_all_images_coincide_there_is_no_room(blob: Shape, level: Level) -> None:
+    images = np.full(12, 5)
+    assert at_images(blob, with_images(blob, blob, level, images), images) is None
+
+
+@pytest.mark.parametrize("metric", ["geodesic", "commute_time", "biharmonic"])
+def test_what_is_near_does_not_depend_on_metric_and_scale(metric: str) -> None:
+    """Commute times are no lengths, and the same however large a shape is."""
+    images = np.random.default_rng(1).permutation(shapes.blob().n_vertices)[:12]
+    options = MatchOptions(points=12, metric=(metric,))
+    found = []
+    for scale in (1.0, 300.0):
+        mesh = shapes.blob()
+        large = Shape(triangle_mesh(scale * mesh.vertices, mesh.faces), normalise=False)
+        level = build_level(large, large, 0, (12, 24), options.settled(large.size))
+        wider = with_images(large, large, level, images)
+        placed = at_images(large, wider, images)
+        assert placed is not None
+        pairs = placed.problem.candidates
+        apart = large.metric("geodesic").between(np.concatenate([images, wider.target.vertices]))
+        assert (apart[pairs[:, 0], 12 + pairs[:, 1]] <= 0.05 * large.size).all()
+        found.append(pairs)
+    np.testing.assert_array_equal(found[0], found[1])
+
+
+def test_the_answer_of_a_single_level_is_bounded() -> None:
+    one, other = (Shape(shapes.blob(seed)) for seed in (3, 4))
+    options = MatchOptions(points=8, metric=("geodesic",), dense=True)
+    (level,) = match(one, other, options).levels
+    assert 0.0 < level.lower_bound <= level.energy
+    assert level.certified
+
+
+@pytest.mark.parametrize("points", [8, 20])
+def test_an_answer_is_where_its_map_has_it(points: int) -> None:
+    one, other = (
+        human("standing", resolution=900, seed=1),
+        human("walking", resolution=1000, seed=2),
+    )
+    source, target = (Shape(triangle_mesh(each.vertices, each.faces)) for each in (one, other))
+    found = match(source, target, MatchOptions(points=points, dense=True))
+    assert found.dense is not None
+    images = found.dense.target[found.best.source]
+    apart = target.metric("geodesic").between(np.concatenate([images, found.best.target]))
+    assert apart[np.arange(points), points + np.arange(points)].max() < 0.1
+    assert found.levels[-1].energy == found.best.energy
+    assert found.levels[-1].lower_bound <= found.best.energy
+    assert found.levels[-1].target_points > 4 * points
+    assert len(np.unique(found.best.target)) == points

@@ -1,0 +1,162 @@
+"""The level between commute times and geodesic distances: heat decides between hypotheses."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+
+from solver.labelling import UNMATCHED
+from solver.matching import (
+    MatchOptions,
+    deciding_level,
+    is_decided,
+    match,
+    rematch,
+    with_deciding_size,
+)
+from solver.mesh import triangle_mesh
+from solver.optimisation import minimise
+from solver.shape import Shape, varadhan_distances
+from solver.shape.choices import Geodesic
+from solver.shape.laplacian import laplace_beltrami_spectrum
+from synthetic import correspondence, human
+from tests.solver import shapes
+
+
+def test_heat_tells_geodesic_distances_on_a_sphere() -> None:
+    """Varadhan's formula, which at t = 0.2 r² neglects 2t log (θ / sin θ) of θ²."""
+    mesh = shapes.icosphere(3)
+    spectrum = laplace_beltrami_spectrum(mesh, 144)  # all of degree 11 and less
+    points = np.arange(0, mesh.n_vertices, 7)
+    found = varadhan_distances(spectrum, points, 0.2)
+    unit = mesh.vertices[points] / np.linalg.norm(mesh.vertices[points], axis=1)[:, None]
+    angles = np.arccos(np.clip(unit @ unit.T, -1.0, 1.0))
+    near = (angles > 1e-6) & (angles < 2.0)
+    np.testing.assert_allclose(found[near], angles[near], rtol=0.06)
+    np.testing.assert_array_equal(found, found.T)
+    np.testing.assert_array_equal(np.diag(found), 0.0)
+
+
+def test_where_no_heat_is_known_distances_end() -> None:
+    mesh = shapes.tube(8, 200, 0.01)
+    ends = np.array([0, mesh.n_vertices - 1])
+    found = varadhan_distances(laplace_beltrami_spectrum(mesh, 100), ends, 1e-3)
+    assert found[0, 1] == pytest.approx(2.0 * np.sqrt(1e-3 * np.log(1e9)))
+
+
+def test_heat_is_that_of_the_heat_kernel_and_lengths_scale() -> None:
+    spectrum = Shape(shapes.blob()).spectrum()
+    points = np.arange(12) * 20
+    kernel = spectrum.heat_kernel(0.2)[np.ix_(points, points)]
+    own = np.diag(kernel)
+    expected = np.sqrt(-0.8 * np.log(kernel / np.sqrt(own[:, None] * own)))
+    found = varadhan_distances(spectrum, points, 0.2)
+    np.testing.assert_allclose(found, np.nan_to_num(expected), atol=1e-7)
+    larger = varadhan_distances(spectrum.scaled(3.0), points, 9.0 * 0.2)
+    np.testing.assert_allclose(larger, 3.0 * found, atol=1e-7)
+
+
+def test_who_names_one_metric_gets_that_alone() -> None:
+    assert is_decided(MatchOptions())
+    assert not is_decided(MatchOptions(metric=("commute_time",)))
+    assert not is_decided(MatchOptions(metric=("geodesic",)))
+    assert not is_decided(MatchOptions(metric=("commute_time", "biharmonic")))
+    assert not is_decided(MatchOptions(beta=0.0))
+    assert not is_decided(MatchOptions(points=8, objective="linf"))
+
+
+def test_samples_of_a_level_begin_those_of_the_next() -> None:
+    blob, small = Shape(shapes.blob()), Shape(shapes.icosphere(1))
+    assert with_deciding_size([(8, 12), (10, 40)], blob) == [(8, 12), (8, 48), (10, 48)]
+    assert with_deciding_size([(8, 12), (16, 64)], blob) == [(8, 12), (8, 48), (16, 64)]
+    assert with_deciding_size([(8, 12)], small) == [(8, 12), (8, 42)]
+
+
+def test_few_points_are_matched_twice_and_the_answer_is_of_the_second_level() -> None:
+    source = Shape(shapes.blob(3))
+    target = Shape(shapes.moved(shapes.blob(4), seed=3, scale=2.0))
+    found = match(source, target, MatchOptions(points=6))
+    coarse, decided = found.levels
+    assert (coarse.metric, decided.metric) == ("commute_time", "varadhan")
+    assert (coarse.points, decided.points, decided.target_points) == (6, 6, 36)
+    assert 6 <= decided.candidates < 6 * 36
+    assert coarse.certified
+    assert decided.lower_bound <= decided.energy == found.best.energy
+    assert found.best.costs.sum() == pytest.approx(found.best.energy)
+    less = [other for other in found.alternatives if other.energy < found.best.energy - 1e-12]
+    assert len(less) < decided.rank
+
+
+def test_points_move_to_the_best_places_near_those_they_had() -> None:
+    """All assignments of three points within ρ covering radii: none is better."""
+    source = Shape(shapes.blob(3))
+    target = Shape(shapes.moved(shapes.blob(4), seed=3))
+    options = MatchOptions(points=3, first_order_weight=0.0).settled(1.0)
+    level = deciding_level(source, target, 0, (3, 18), options)
+    before = np.array([2, 0, 4])
+    found = rematch(before, level, 1.2)
+    moved = level.target.distances[before]
+    reach = 1.2 * moved.min(axis=0).max()
+    assert (found.problem.candidates == np.argwhere(moved <= reach)).all()
+    whole = level.problem(level.all_candidates())
+    energies = {
+        places: whole.energy(np.array(places))
+        for places in permutations(range(18), 3)
+        if (moved[[0, 1, 2], places] <= reach).all()
+    }
+    best = minimise(found.problem, found.partners)
+    assert len(energies) > 100
+    assert best.energy == pytest.approx(min(energies.values()))
+    assert best.lower_bound <= best.energy <= found.energy <= energies[tuple(before.tolist())]
+
+
+def test_what_has_no_partner_may_go_anywhere() -> None:
+    blob = Shape(shapes.blob())
+    options = MatchOptions(points=6).settled(1.0)
+    level = deciding_level(blob, blob, 0, (6, 36), options)
+    found = rematch(np.array([0, 1, UNMATCHED, 3, 4, 5]), level, 1.0)
+    assert (found.problem.candidates[:, 0] == 2).sum() == 36
+    np.testing.assert_array_equal(found.partners, np.arange(6))
+
+
+def test_landmarks_stay_where_they_are() -> None:
+    mesh = shapes.blob()
+    options = MatchOptions(points=8, landmarks=((5, 5), (40, 40), (77, 77)))
+    found = match(Shape(mesh), Shape(mesh), options)
+    assert len(found.levels) == 2
+    np.testing.assert_array_equal(found.best.target, found.best.source)
+
+
+def test_few_points_do_not_depend_on_motion_scale_and_numbering() -> None:
+    one, other = shapes.blob(3), shapes.blob(4)
+    order = np.random.default_rng(0).permutation(other.n_vertices)
+    place = np.argsort(order)
+    turned = shapes.moved(other, seed=1, scale=7.0)
+    again = triangle_mesh(turned.vertices[order], place[turned.faces])
+    found, moved = (
+        match(Shape(one), Shape(mesh), MatchOptions(points=7)) for mesh in (other, again)
+    )
+    np.testing.assert_array_equal(order[moved.best.target], found.best.target)
+    assert moved.best.energy == pytest.approx(found.best.energy, rel=1e-4)
+
+
+def test_a_twisted_body_is_told_by_heat() -> None:
+    """By commute times a hand may as well be a foot of the other side."""
+    walking = human("walking", resolution=900, seed=1)
+    reaching = human("reaching", resolution=900, seed=2)
+    source, target = (Shape(triangle_mesh(one.vertices, one.faces)) for one in (walking, reaching))
+    truth = correspondence(walking, reaching)
+    across = np.linalg.norm((walking.rest * [-1.0, 1.0, 1.0])[:, None] - walking.rest, axis=2)
+    mirrored = truth[np.argmin(across, axis=1)]
+
+    def worst(options: MatchOptions) -> tuple[float, list[int]]:
+        found = match(source, target, options)
+        distances = target.metric(Geodesic()).distances(found.best.target)
+        rows = np.arange(8)
+        errors = [distances[rows, one[found.best.source]].max() for one in (truth, mirrored)]
+        return float(min(errors)), [level.rank for level in found.levels]
+
+    assert worst(MatchOptions(points=8, metric=("commute_time",)))[0] > 0.5
+    error, ranks = worst(MatchOptions(points=8))
+    assert error < 0.25
+    assert ranks[0] > ranks[1] == 1

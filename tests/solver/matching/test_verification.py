@@ -1,0 +1,167 @@
+"""Hypotheses judged by points that were not matched."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray, IntArray
+from solver.labelling import UNMATCHED, Method, Solution
+from solver.matching import (
+    Hypothesis,
+    Level,
+    MatchOptions,
+    Stage,
+    Witnesses,
+    build_level,
+    match,
+    verified,
+)
+from solver.mesh import triangle_mesh
+from solver.shape import Shape, heat_images, lengths_by_heat, varadhan_distances
+from solver.shape.choices import CommuteTime, Geodesic
+from synthetic import articulated, correspondence
+from tests.solver import shapes
+
+N = 10
+CROSSED = np.array([1, 0, *range(2, N)])
+
+
+@pytest.fixture(scope="module")
+def blob() -> Shape:
+    return Shape(shapes.blob())
+
+
+def level_of(shape: Shape, weight: float = 0.0, occlusion_cost: float | None = None) -> Level:
+    """A shape against itself."""
+    options = MatchOptions(points=N, first_order_weight=weight, occlusion_cost=occlusion_cost)
+    return build_level(shape, shape, 0, (N, N), options.settled(1.0))
+
+
+def hypotheses(level: Level, several: Sequence[IntArray]) -> list[Hypothesis]:
+    """Correspondences, put as if a search had found them."""
+    problem = level.problem(level.all_candidates())
+    found = []
+    for rank, partners in enumerate(several, start=1):
+        solution = Solution(partners, problem.energy(partners), 0.0, 0, Method.LOCAL_SEARCH)
+        found.append(Hypothesis((Stage(problem, solution, rank, 0.0),)))
+    return found
+
+
+def sampled(shape: Shape, witnesses: Witnesses) -> FloatArray:
+    """Images of the first samples of a shape."""
+    vertices = shape.sampling(CommuteTime(), N).indices
+    return heat_images(shape.spectrum(), vertices, witnesses.time)
+
+
+def test_lengths_between_two_sets_are_those_of_the_formula(blob: Shape) -> None:
+    points = np.arange(20) * 7
+    images = heat_images(blob.spectrum(), points, 0.02)
+    np.testing.assert_allclose(np.linalg.norm(images, axis=1), 1.0)
+    found = lengths_by_heat(images[:8], images[8:], 0.02)
+    expected = varadhan_distances(blob.spectrum(), points, 0.02)[:8, 8:]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def test_only_what_is_right_leaves_the_witnesses_where_they_are(blob: Shape) -> None:
+    witnesses = Witnesses.of(blob, blob)
+    points = sampled(blob, witnesses)
+    assert witnesses.distortion(points, points) == pytest.approx(0.0, abs=1e-9)
+    for first in range(N - 1):
+        crossed = np.arange(N)
+        crossed[[first, first + 1]] = first + 1, first
+        assert witnesses.distortion(points, points[crossed]) > 0.01
+
+
+def test_the_distortion_is_that_of_the_best_places(blob: Shape) -> None:
+    """The definition, place by place."""
+    other = Shape(shapes.moved(shapes.blob(2), seed=1))
+    witnesses = Witnesses.of(blob, other)
+    source, target = sampled(blob, witnesses), sampled(other, witnesses)
+    to_source = lengths_by_heat(witnesses.source, source, witnesses.time)
+    to_target = lengths_by_heat(witnesses.target, target, witnesses.time)
+    places = range(len(witnesses.target))
+
+    def best(ours: FloatArray, theirs: FloatArray) -> list[int]:
+        return [min(places, key=lambda y: ((row - theirs[y]) ** 2).sum()) for row in ours]
+
+    first = best(to_source, to_target)
+    second = best(
+        np.hstack([to_source, witnesses.among]),
+        np.hstack([to_target, witnesses.places[:, first]]),
+    )
+    changes = (
+        to_source - to_target[second],
+        witnesses.among - witnesses.places[np.ix_(second, second)],
+    )
+    expected = sum((change**2).mean() for change in changes) / (witnesses.among**2).mean()
+    assert witnesses.distortion(source, target) == pytest.approx(expected)
+
+
+def test_the_unit_of_length_does_not_matter() -> None:
+    meshes = shapes.blob(2), shapes.moved(shapes.blob(3), seed=2)
+    found = []
+    for factor in (1.0, 30.0):
+        one, other = (Shape(shapes.moved(m, seed=3, scale=factor), normalise=False) for m in meshes)
+        witnesses = Witnesses.of(one, other)
+        found.append(witnesses.distortion(sampled(one, witnesses), sampled(other, witnesses)))
+    assert found[1] == pytest.approx(found[0], rel=1e-3)
+
+
+def test_hypotheses_come_in_the_order_of_what_their_witnesses_say(blob: Shape) -> None:
+    level = level_of(blob)
+    several = hypotheses(level, [CROSSED, np.roll(np.arange(N), 1), np.arange(N), CROSSED[::-1]])
+    witnesses = Witnesses.of(blob, blob)
+    points = sampled(blob, witnesses)
+    found = verified(several, level, blob, blob)
+    said = [witnesses.distortion(points, points[one.partners]) for one in found]
+    assert (np.diff(said) >= -1e-12).all()
+    np.testing.assert_array_equal(found[0].partners, np.arange(N))
+    assert sorted(one.stages[0].rank for one in found) == [1, 2, 3, 4]
+    assert verified(several[:1], level, blob, blob) == several[:1]
+
+
+def test_first_order_terms_count(blob: Shape) -> None:
+    """Colours may tell what no distance can."""
+    level = level_of(blob, weight=1e6)
+    marks = np.eye(N)
+    colored = replace(
+        level,
+        source=replace(level.source, descriptors=marks),
+        target=replace(level.target, descriptors=marks[CROSSED]),
+    )
+    several = hypotheses(colored, [np.arange(N), CROSSED])
+    assert verified(several, colored, blob, blob) == several[::-1]
+
+
+def test_points_left_out_cost_what_they_cost(blob: Shape) -> None:
+    partial = np.array([UNMATCHED, UNMATCHED, *range(2, N)])
+    for cost, first in ((1e-6, partial), (1e6, CROSSED)):
+        level = level_of(blob, occlusion_cost=cost)
+        found = verified(hypotheses(level, [CROSSED, partial]), level, blob, blob)
+        np.testing.assert_array_equal(found[0].partners, first)
+
+
+def test_legs_are_not_crossed() -> None:
+    """The left legs with the right ones, in front only, have less energy than what is right."""
+    standing = articulated("dog", "standing", 1000, 0)
+    sitting = articulated("dog", "sitting", 1000, 2)
+    source, target = (Shape(triangle_mesh(one.vertices, one.faces)) for one in (standing, sitting))
+    truth = correspondence(standing, sitting)
+    across = np.linalg.norm((standing.rest * [-1.0, 1.0, 1.0])[:, None] - standing.rest, axis=2)
+    truths = truth, truth[np.argmin(across, axis=1)]
+    found = match(source, target, MatchOptions(points=12))
+
+    def error(targets: IntArray) -> float:
+        distances = target.metric(Geodesic()).distances(targets)
+        rows = np.arange(12)
+        return float(min(distances[rows, one[found.best.source]].max() for one in truths))
+
+    assert error(found.best.target) < 0.25
+    cheapest = min(found.alternatives, key=lambda one: one.energy)
+    assert cheapest.energy < found.best.energy
+    assert error(cheapest.target) > 0.5
+    assert found.certified
+    assert found.lower_bound <= found.best.energy
+    assert found.levels[-1].rank > 1

@@ -1,0 +1,178 @@
+"""Collections compared by real forked processes: what comes of it, and how it fails."""
+
+import gzip
+import io
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from broker.contracts import (
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    DissimilarityResult,
+    JobRecord,
+    JobState,
+    Payload,
+    PicturePayload,
+)
+from broker.queue import JobQueue, new_job
+from broker.store import keys
+from solver.mesh import read_mesh
+from solver.shape import Shape
+from solver.similarity import dissimilarity_matrix, signature
+from tests.solver.shapes import tetrahedron
+from tests.worker.collections import class_files, imagined
+from tests.worker.figures import blob_file, off, two_blobs_file
+from tests.workers import ended
+from worker.jobs import result_of as document_of
+from worker.jobs.signatures import options_of
+
+Run = Callable[[Payload], JobRecord]
+Upload = Callable[..., str]
+
+QUICK = DissimilarityParameters(eigenpairs=40)
+
+
+def asked(
+    shapes: list[str],
+    parameters: DissimilarityParameters = QUICK,
+    labels: list[str] | None = None,
+) -> DissimilaritiesPayload:
+    given = None if labels is None else tuple(labels)
+    return DissimilaritiesPayload(shapes=tuple(shapes), labels=given, parameters=parameters)
+
+
+def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
+    assert job.state is JobState.SUCCEEDED, job.error
+    packed = queue.store.jobs.result(job.id)
+    assert packed is not None
+    return DissimilarityResult.model_validate_json(gzip.decompress(packed))
+
+
+def forgotten(queue: JobQueue, job: JobRecord) -> bool:
+    """Whether nothing is left of the parts of a job, which is tidied up when it has ended."""
+    deadline = time.monotonic() + 240
+    while queue.store.client.keys(keys.job_parts(job.id) + "*") and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return time.monotonic() < deadline
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [QUICK, QUICK.model_copy(update={"objective": "linf", "points": 8, "metric": "geodesic"})],
+    ids=["l2", "linf"],
+)
+def test_a_matrix_is_that_of_the_solver(
+    served: JobQueue, run: Run, upload: Upload, parameters: DissimilarityParameters
+) -> None:
+    files = class_files()
+    labels = [name for name, _ in files]
+    job = run(asked([upload(data) for _, data in files], parameters, labels))
+    found = result_of(served, job)
+    options = options_of(parameters)
+    signatures = [
+        signature(Shape(read_mesh(data, "off"), eigenpairs=40), options) for _, data in files
+    ]
+    expected = dissimilarity_matrix(signatures, options).values
+    stored = served.store.jobs.arrays(job.id)
+    assert stored is not None
+    with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:
+        assert arrays["matrix"] == pytest.approx(expected, rel=1e-6, abs=1e-9)
+        assert arrays["labels"].tolist() == labels
+        assert arrays["certified"].all()
+        assert (arrays["lower_bounds"] <= arrays["matrix"][np.triu_indices(6, 1)]).all()
+    matrix = np.array(found.matrix)
+    assert matrix == pytest.approx(expected, rel=1e-6, abs=1e-9)
+    assert (matrix == matrix.T).all()
+    assert np.array(found.lower_bounds) == pytest.approx(matrix[np.triu_indices(6, 1)])
+    assert found.certified
+    assert found.uncertified == ()
+    assert (found.mean_average_precision, found.precision_at_1) == (1.0, 1.0)
+    assert found.average_precisions == (1.0,) * 6
+    # Two of each class, side by side.
+    assert [row[0] for row in found.nearest] == [1, 0, 3, 2, 5, 4]
+    assert set(found.timings) == {"structures", "pairs", "total"}
+    assert forgotten(served, job)
+
+
+def test_what_is_known_of_a_shape_is_not_computed_again(
+    served: JobQueue, run: Run, upload: Upload
+) -> None:
+    shapes = [upload(data) for _, data in class_files()]
+    first = result_of(served, run(asked(shapes)))
+    before = served.store.spectra.counts()
+    other = result_of(served, run(asked(shapes[::-1], QUICK.model_copy(update={"points": 8}))))
+    assert served.store.spectra.counts() == before
+    assert other.timings["structures"] == 0.0
+    assert first.mean_average_precision is None
+    again = result_of(served, run(asked(shapes)))
+    assert again.matrix == first.matrix
+
+
+def test_a_heat_map(served: JobQueue, run: Run, upload: Upload) -> None:
+    files = class_files()
+    shapes, labels = [upload(data) for _, data in files], ["$a_b$", "貓", "", "a", "貓", "b" * 50]
+    for given in (labels, None):
+        job = run(asked(shapes, labels=given))
+        assert run(PicturePayload(job=job.id)).state is JobState.SUCCEEDED
+        picture = served.store.jobs.picture(job.id)
+        assert picture is not None
+        assert picture.startswith(b"\x89PNG")
+    job = run(imagined(served.store, 60, QUICK, seed=1))
+    assert run(PicturePayload(job=job.id)).state is JobState.SUCCEEDED
+
+
+def test_a_shape_that_cannot_be_compared_is_named(
+    served: JobQueue, run: Run, upload: Upload
+) -> None:
+    sound, several = upload(blob_file(2)), upload(two_blobs_file())
+    corners = upload(off(tetrahedron().vertices, tetrahedron().faces))
+    for shapes, field, word in (
+        ([sound, several], "body.shapes.1", "components"),
+        ([corners, sound], "body.shapes.0", "vertices"),
+    ):
+        job = run(asked(shapes))
+        assert job.state is JobState.FAILED
+        assert job.error is not None
+        assert (job.error.slug, job.error.status) == ("unusable-mesh", 422)
+        assert [error.field for error in job.error.errors] == [field]
+        assert word in job.error.detail
+        assert forgotten(served, job)
+    largest = QUICK.model_copy(update={"largest_component": True})
+    # It is the same as the sound one.
+    assert result_of(served, run(asked([sound, several], largest))).matrix[0][1] < 1e-9
+
+
+def test_a_deleted_shape_fails_the_comparison_and_says_so(
+    served: JobQueue, run: Run, upload: Upload
+) -> None:
+    shapes = [upload(blob_file(2, seed=seed)) for seed in (31, 32)]
+    served.store.shapes.delete(shapes[1])
+    job = run(asked(shapes))
+    assert job.state is JobState.FAILED
+    assert job.error is not None
+    assert job.error.slug == "shape-deleted"
+    assert shapes[1] in job.error.detail
+
+
+def test_the_work_is_shared(served: JobQueue) -> None:
+    hard = DissimilarityParameters(points=10)
+    payload = imagined(served.store, 40, hard, seed=2)
+    job = served.submit(new_job(payload))
+    turns: set[str] = set()
+    while not (record := served.store.jobs.get(job.id)) or not record.state.ended:
+        turns |= set(served.store.parts.turns(job.id))
+    assert result_of(served, ended(served, job.id)).certified
+    assert len(turns) >= 2
+
+
+def test_whatever_is_measured_is_a_number_in_the_document() -> None:
+    values = np.array([0.0, 5e-324, 2.5e-300, 1.23456789012e-7, 1.23456789012, 1e300])
+    payload = DissimilaritiesPayload(
+        shapes=("a", "b", "c", "d"), labels=None, parameters=DissimilarityParameters()
+    )
+    document = document_of(payload, values, {})
+    np.testing.assert_allclose(document.lower_bounds, values, rtol=1e-8, atol=1e-299)
+    assert DissimilarityResult.model_validate_json(document.model_dump_json()) == document

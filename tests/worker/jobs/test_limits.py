@@ -1,0 +1,164 @@
+"""What one job may take, of memory and of time; and what is left of the worker afterwards."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from broker.contracts import (
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    SpectrumKey,
+    shape_id,
+)
+from broker.queue import JobQueue, QueueSettings
+from broker.store import Store
+from tests.worker.figures import blob_file
+from tests.workers import ended, validation, worker
+from worker.process.settings import WorkerSettings
+
+ROOT = Path(__file__).resolve().parents[3]
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="the limit is on address space")
+
+LONG = MatchParameters(points=256, alternatives=32, coarse_points=10)
+
+
+def failed(record: JobRecord, slug: str) -> None:
+    assert record.state is JobState.FAILED
+    assert record.error is not None
+    assert record.error.slug == slug
+    assert record.error.status == 422
+
+
+@linux
+def test_memory_is_limited_beyond_what_is_there() -> None:
+    program = """
+import numpy as np
+kept = np.ones(2**24)
+from broker.processes import limit_memory
+limit_memory(0)
+limit_memory(100)
+small = np.ones(2**22)
+try:
+    np.ones(2**25)
+except MemoryError:
+    print("limited")
+"""
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert said.stdout.strip() == "limited", said.stderr
+
+
+@linux
+@pytest.mark.parametrize("moment", ["at once", "before the child asks for it"])
+def test_a_fork_does_not_outlive_its_parent(moment: str) -> None:
+    program = f"""
+import os, signal, time
+from broker.processes import forks_die_with_parent
+parent = os.getpid()
+def wait():
+    while os.getppid() == parent:
+        time.sleep(0.01)
+if {moment != "at once"}:
+    os.register_at_fork(after_in_child=wait)
+forks_die_with_parent()
+ready, tell = os.pipe()
+if os.fork() == 0:
+    os.write(tell, b".")
+    time.sleep(5)
+    os.write(1, b"survived")
+    os._exit(0)
+if {moment == "at once"}:
+    os.read(ready, 1)
+os.kill(parent, signal.SIGKILL)
+"""
+    # The pipe of the output is closed only when the child is gone too.
+    said = subprocess.run(
+        [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert said.returncode == -9, said.stderr
+    assert said.stdout == ""
+
+
+@linux
+def test_memory_that_a_spectrum_takes() -> None:
+    """What is foretold is about what is mapped."""
+    program = """
+from pathlib import Path
+from solver.shape.laplacian.spectrum import laplace_beltrami_spectrum, spectrum_memory
+from tests.solver import shapes
+from broker.processes import limit_memory, memory_left
+
+def peak():
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return {line.split(":")[0]: line.split()[1] for line in lines if line.startswith("Vm")}
+
+assert memory_left() == float("inf")
+laplace_beltrami_spectrum(shapes.icosphere(4))  # loads what is loaded once
+mesh = shapes.icosphere(5)
+mesh.components
+limit_memory(1000)
+print(memory_left() / 2**20)
+before = int(peak()["VmSize"])
+laplace_beltrami_spectrum(mesh)
+print(1024 * (int(peak()["VmPeak"]) - before) / spectrum_memory(mesh.n_vertices, 100))
+"""
+    one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    said = subprocess.run(
+        [sys.executable, "-c", program],
+        cwd=ROOT,
+        env={**os.environ, **one_thread},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    left, ratio = map(float, said.stdout.split())
+    assert 990.0 < left <= 1000.0
+    assert 0.7 < ratio < 2.0
+
+
+@linux
+def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
+    large = blob_file(5)
+    with worker(queue, ISOMATCH_JOB_MEMORY_MB="40"):
+        assert ended(queue, validation(queue, large)).state is JobState.SUCCEEDED
+        shape = shape_id(large)
+        # The eigenfunctions alone are 25 MB, and are not all that is needed.
+        parameters = MatchParameters(eigenpairs=300)
+        payload = MatchPayload(source=shape, target=shape, parameters=parameters)
+        refused = ended(queue, queue.submit_match(payload).id)
+        failed(refused, "out-of-memory")
+        assert refused.error is not None
+        assert "10242 vertices" in refused.error.detail
+        assert "`simplify`" in refused.error.detail
+        assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
+
+
+def test_a_job_that_takes_too_long_fails_alone(store: Store) -> None:
+    queue = JobQueue(store, QueueSettings(job_timeout=1))
+    data = blob_file(4)
+    with worker(queue):
+        ended(queue, validation(queue, data))
+        payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
+        failed(ended(queue, queue.submit_match(payload).id), "timed-out")
+        assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
+
+
+def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSettings) -> None:
+    assert settings.redis_url is not None
+    elsewhere = settings.redis_url.replace("db=1", "db=6")
+    apart = Store.open(settings.model_copy(update={"cache_url": elsewhere}), patience=1)
+    key = SpectrumKey("a", 10)
+    apart.spectra.put(key, b"spectrum")
+    assert apart.spectra.get(key) == b"spectrum"
+    assert apart.spectra.lock(key, "me", 1.0)
+    assert not store.spectra.has(key)
+    assert store.spectra.locked(key)
+    apart.spectra.cache.flushdb()
+    apart.close()

@@ -1,0 +1,47 @@
+"""Stored meshes come back as they were, and a spectrum's key says which mesh it is of."""
+
+import numpy as np
+import pytest
+
+from broker.contracts import SpectrumKey
+from broker.store import Store
+from solver.mesh import TriangleMesh, triangle_mesh
+from tests.solver import shapes
+from tests.solver.mesh.repair.damage import seams
+from tests.solver.mesh.repair.test_damage import read
+from worker.jobs import mesh_from_bytes, mesh_of, mesh_to_bytes
+
+PAINTED = triangle_mesh(shapes.cube(3).vertices, shapes.cube(3).faces, shapes.cube(3).vertices)
+
+
+@pytest.mark.parametrize("mesh", [shapes.blob(2), PAINTED, read(seams.loose_faces(shapes.blob(3)))])
+def test_stored_meshes_come_back(mesh: TriangleMesh) -> None:
+    again = mesh_from_bytes(mesh_to_bytes(mesh))
+    for field in ("vertices", "faces", "vertex_ids", "merged"):
+        np.testing.assert_array_equal(getattr(again, field), getattr(mesh, field))
+        assert getattr(again, field).dtype == getattr(mesh, field).dtype
+    assert (again.colors is None) is (mesh.colors is None)
+    np.testing.assert_array_equal(again.colors, mesh.colors)
+    assert again.warnings == mesh.warnings
+
+
+def test_the_mesh_that_a_key_names(store: Store) -> None:
+    both = shapes.two_components()
+    assert mesh_of(SpectrumKey("a", 10), both, store.spectra) is both
+    sphere = mesh_of(SpectrumKey("a", 10, largest_component=True), both, store.spectra)
+    assert sphere.n_vertices == shapes.icosphere(2).n_vertices
+    key = SpectrumKey("a", 10, largest_component=True, simplify=100)
+    fewer = mesh_of(key, both, store.spectra)
+    assert (fewer.n_vertices, fewer.components) == (100, 1)
+    np.testing.assert_array_equal(fewer.vertices, both.vertices[fewer.vertex_ids])
+
+
+def test_a_simplified_mesh_is_made_once(store: Store) -> None:
+    key, whole = SpectrumKey("a", 10, simplify=100), shapes.blob(3)
+    fewer = mesh_of(key, whole, store.spectra)
+    # What is asked for by the same name is not made again, not even of another mesh.
+    again = mesh_of(SpectrumKey("a", 30, simplify=100), shapes.icosphere(3), store.spectra)
+    np.testing.assert_array_equal(again.vertices, fewer.vertices)
+    store.spectra.forget("a")
+    other = mesh_of(key, shapes.icosphere(3), store.spectra)
+    assert not np.array_equal(other.vertices, fewer.vertices)

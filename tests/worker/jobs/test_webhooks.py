@@ -1,0 +1,442 @@
+"""Webhooks from the end of a job to their receiver, a real server; tried, signed, and given up."""
+
+import contextlib
+import hashlib
+import hmac
+import json
+import socket
+import ssl
+import time
+from collections.abc import Callable, Iterator
+from datetime import timedelta
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import pytest
+import trustme
+
+from broker.contracts import (
+    DeliveryPayload,
+    DeliveryState,
+    JobKind,
+    JobRecord,
+    JobState,
+    MatchParameters,
+    MatchPayload,
+    Order,
+    Problem,
+    SpectrumPayload,
+    Webhook,
+)
+from broker.queue import JobQueue, new_job
+from broker.store import keys
+from broker.webhooks import LEASE, WebhookSettings, dispatch, pause
+from tests.receiver import Receiver, receiving
+from worker.jobs import Runner
+
+SECRET = "a secret of more than sixteen letters"
+SETTINGS = WebhookSettings.model_validate(
+    {"webhook_networks": "127.0.0.0/8", "webhook_pause": 0.01, "webhook_attempts": 3}
+)
+LOST = Problem.of("worker-lost", "Lost", 500, "its process is gone")
+
+Asked = Callable[..., str]
+
+
+@pytest.fixture
+def receiver() -> Iterator[Receiver]:
+    with receiving() as receiver:
+        yield receiver
+
+
+def asked(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
+    """Queue a match whose end is to be told."""
+    payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
+    order = Order("the-request", "alice", webhook=Webhook(url=url, secret=secret))
+    return queue.submit(new_job(payload, order)).id
+
+
+def ended(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
+    """Have it succeed."""
+    job = asked(queue, url, secret)
+    assert queue.store.jobs.claim(job, "me")
+    assert queue.store.jobs.succeed(job, "me", b"{}")
+    return job
+
+
+def here(receiver: Receiver, path: str = "/hook?key=1") -> str:
+    return f"http://127.0.0.1:{receiver.port}{path}"
+
+
+def told(queue: JobQueue, job: str) -> JobRecord:
+    record = queue.store.jobs.get(job)
+    assert record is not None
+    return record
+
+
+def tries(queue: JobQueue) -> list[str]:
+    """The queued tries."""
+    ids = queue.queues()[0].get_job_ids()
+    return [job for job in ids if told(queue, job).kind is JobKind.WEBHOOK]
+
+
+def go_round(queue: JobQueue, settings: WebhookSettings = SETTINGS) -> int:
+    """Queue what is due, and run it as a worker would; how many tries there were."""
+    dispatch(queue, settings)
+    queued = tries(queue)
+    for job in queued:
+        queue.store.client.lrem("rq:queue:interactive", 1, job)
+        Runner(queue, "me", settings).run(job)
+    return len(queued)
+
+
+def until_settled(queue: JobQueue, job: str, settings: WebhookSettings = SETTINGS) -> int:
+    """Go round until the receiver took it or is given up; how many tries that took."""
+    count = 0
+    deadline = time.monotonic() + 240
+    while queue.store.webhooks.pending():
+        assert time.monotonic() < deadline
+        count += go_round(queue, settings)
+        time.sleep(0.005)
+    return count
+
+
+def test_the_receiver_is_told_once_and_can_tell_who_says_so(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    job = ended(queue, here(receiver))
+    assert until_settled(queue, job) == 1
+    assert go_round(queue) == 0
+    (request,) = receiver.received
+    record = told(queue, job)
+    assert request.path == "/hook?key=1"
+    assert request.headers["host"] == f"127.0.0.1:{receiver.port}"
+    assert request.headers["content-type"] == "application/json"
+    assert request.headers["isomatch-delivery"] == job
+    assert request.headers["isomatch-attempt"] == "1"
+    assert request.headers["x-request-id"] == "the-request"
+    event = json.loads(request.body)
+    assert event["type"] == "job.ended"
+    assert record.started is not None
+    assert record.ended is not None
+    assert event["job"] == {
+        "id": job,
+        "kind": "match",
+        "state": "succeeded",
+        "created": record.created.isoformat().replace("+00:00", "Z"),
+        "started": record.started.isoformat().replace("+00:00", "Z"),
+        "ended": record.ended.isoformat().replace("+00:00", "Z"),
+        "error": None,
+        "path": f"/v1/jobs/{job}",
+    }
+    assert SECRET not in str(request)
+    stated = dict(part.split("=") for part in request.headers["isomatch-signature"].split(","))
+    signed = stated["t"].encode() + b"." + request.body
+    assert stated["v1"] == hmac.new(SECRET.encode(), signed, hashlib.sha256).hexdigest()
+    assert abs(int(stated["t"]) - request.when) < 100
+    assert record.delivery is not None
+    assert record.delivery.state is DeliveryState.DELIVERED
+    assert (record.delivery.attempts, record.delivery.status) == (1, 204)
+    assert record.delivery.error is None
+    assert record.delivery.next_attempt is None
+
+
+def test_without_a_secret_nothing_is_signed(queue: JobQueue, receiver: Receiver) -> None:
+    until_settled(queue, ended(queue, here(receiver), secret=None))
+    assert "isomatch-signature" not in receiver.received[0].headers
+
+
+@pytest.mark.parametrize("way", ["failed", "cancelled", "cancelled while queued", "lost"])
+def test_every_end_is_told(queue: JobQueue, receiver: Receiver, way: str) -> None:
+    job = asked(queue, here(receiver))
+    if way != "cancelled while queued":
+        queue.store.jobs.claim(job, "me")
+    assert go_round(queue) == 0
+    match way:
+        case "failed":
+            queue.store.jobs.fail(job, "me", Problem.of("timed-out", "Slow", 422, "too slow"))
+        case "lost":
+            queue.store.jobs.lose(job, 0, LOST)
+        case _:
+            queue.store.jobs.cancel(job)
+            queue.store.jobs.leave(job, "me")
+    until_settled(queue, job)
+    (request,) = receiver.received
+    event = json.loads(request.body)["job"]
+    assert event["state"] == ("cancelled" if "cancelled" in way else "failed")
+    assert (event["error"] is None) is ("cancelled" in way)
+
+
+def test_nobody_is_told_of_a_job_that_goes_on_or_of_one_nobody_asked_to_be_told_of(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    job = asked(queue, here(receiver))
+    queue.store.jobs.claim(job, "me")
+    queue.store.jobs.lose(job, 5, LOST)
+    payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
+    other = queue.submit(new_job(payload)).id
+    queue.store.jobs.cancel(other)
+    # What only serves the job that was asked for ends for itself.
+    order = Order(webhook=Webhook(url=here(receiver)))
+    spectrum = SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)
+    queue.store.jobs.cancel(queue.submit(new_job(spectrum, order)).id)
+    assert queue.store.webhooks.pending() == 0
+    assert told(queue, job).state is JobState.QUEUED
+
+
+@pytest.mark.parametrize("answer", [500, 404, 301, 307, 199, None])
+def test_it_is_tried_again(queue: JobQueue, receiver: Receiver, answer: int | None) -> None:
+    receiver.answers = [answer]
+    job = ended(queue, here(receiver))
+    assert go_round(queue) == 1
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert delivery.state is DeliveryState.PENDING
+    assert delivery.error
+    assert delivery.next_attempt is not None
+    assert delivery.last_attempt is not None
+    assert delivery.next_attempt - delivery.last_attempt == pause(1, SETTINGS)
+    assert until_settled(queue, job) == 1
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert (delivery.state, delivery.attempts) == (DeliveryState.DELIVERED, 2)
+    # Wherever a redirect leads, nobody went there.
+    assert [request.path for request in receiver.received] == ["/hook?key=1"] * 2
+    assert [request.headers["isomatch-attempt"] for request in receiver.received] == ["1", "2"]
+    assert len({request.headers["isomatch-delivery"] for request in receiver.received}) == 1
+
+
+def test_pauses_grow_and_have_an_end(queue: JobQueue, receiver: Receiver) -> None:
+    receiver.answers = [503] * 10
+    job = ended(queue, here(receiver))
+    assert until_settled(queue, job) == SETTINGS.webhook_attempts == len(receiver.received)
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert (delivery.state, delivery.attempts, delivery.status) == (DeliveryState.FAILED, 3, 503)
+    assert "503" in (delivery.error or "")
+    gaps = [b.when - a.when for a, b in zip(receiver.received, receiver.received[1:], strict=False)]
+    for count, gap in enumerate(gaps, start=1):
+        assert gap >= pause(count, SETTINGS).total_seconds() * 0.99
+    defaults = WebhookSettings()
+    whole = sum((pause(n, defaults) for n in range(1, defaults.webhook_attempts)), timedelta())
+    assert timedelta(hours=1) < whole < timedelta(hours=3)
+
+
+def test_who_is_gone_is_not_asked_again(queue: JobQueue, receiver: Receiver) -> None:
+    receiver.answers = [410]
+    job = ended(queue, here(receiver))
+    assert until_settled(queue, job) == 1
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert delivery.state is DeliveryState.FAILED
+
+
+@pytest.mark.parametrize(
+    "host", ["127.0.0.1", "localhost", "127.1", "2130706433", "[::1]", "[::ffff:127.0.0.1]"]
+)
+def test_nobody_inside_is_told(queue: JobQueue, receiver: Receiver, host: str) -> None:
+    job = ended(queue, f"http://{host}:{receiver.port}/")
+    assert until_settled(queue, job, WebhookSettings()) == 1
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert (delivery.state, delivery.status) == (DeliveryState.FAILED, None)
+    assert "no public address" in (delivery.error or "")
+    assert receiver.received == []
+
+
+def resolving(monkeypatch: pytest.MonkeyPatch, *addresses: str) -> list[str]:
+    """Let names have these addresses, each asked for once; the names that were asked for."""
+    names: list[str] = []
+    left = list(addresses)
+
+    def getaddrinfo(host: str, port: int, **_: object) -> list[Any]:
+        names.append(host)
+        return [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (left.pop(0), port))]
+
+    monkeypatch.setattr(socket, "getaddrinfo", getaddrinfo)
+    return names
+
+
+def test_a_name_is_asked_for_once(
+    queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = ended(queue, f"http://hook.example:{receiver.port}/")
+    settings = SETTINGS.model_copy(update={"webhook_timeout": 2.0})
+    # A second question would have another answer, and a third none.
+    allowed, elsewhere = "127.0.0.1", "203.0.113.1"
+    create = socket.create_connection
+    with monkeypatch.context() as patched:
+        names = resolving(patched, allowed, elsewhere)
+
+        def connect(address: tuple[str, int], *rest: Any) -> socket.socket:
+            assert address == (allowed, receiver.port)
+            patched.undo()
+            return create(address, *rest)
+
+        patched.setattr(socket, "create_connection", connect)
+        assert until_settled(queue, job, settings) == 1
+    assert names == ["hook.example"]
+    assert receiver.received[0].headers["host"] == f"hook.example:{receiver.port}"
+
+
+def test_a_name_of_somebody_inside_is_refused(
+    queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = ended(queue, f"http://hook.example:{receiver.port}/")
+    with monkeypatch.context() as patched:
+        resolving(patched, "127.0.0.1")
+        patched.setattr(socket, "create_connection", None)
+        dispatch(queue, SETTINGS)
+        (attempt,) = tries(queue)
+        # The store needs no names: its connection is there.
+        Runner(queue, "me", WebhookSettings()).run(attempt)
+    assert receiver.received == []
+    assert "no public address" in (told(queue, job).delivery or LOST).model_dump_json()
+
+
+def test_proxies_of_the_environment_are_not_asked(
+    queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with receiving() as proxy:
+        for name in ("http_proxy", "HTTP_PROXY", "all_proxy"):
+            monkeypatch.setenv(name, f"http://127.0.0.1:{proxy.port}")
+        until_settled(queue, ended(queue, here(receiver)))
+        assert proxy.received == []
+    assert len(receiver.received) == 1
+
+
+def test_a_receiver_that_takes_its_time_is_not_waited_for(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    receiver.pause = 0.3
+    settings = SETTINGS.model_copy(update={"webhook_timeout": 0.5, "webhook_attempts": 1})
+    job = ended(queue, here(receiver))
+    start = time.monotonic()
+    until_settled(queue, job, settings)
+    assert time.monotonic() - start > 0.4
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert delivery.error == "the receiver did not answer within 0.5 s"
+
+
+def test_a_receiver_that_is_not_there(queue: JobQueue) -> None:
+    with socket.socket() as closed:
+        closed.bind(("127.0.0.1", 0))
+        port = closed.getsockname()[1]
+    job = ended(queue, f"http://127.0.0.1:{port}/")
+    assert until_settled(queue, job) == SETTINGS.webhook_attempts
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert "refused" in (delivery.error or "")
+
+
+@pytest.mark.parametrize("answer", [b"\x1b[31mgarbage\r\n\r\n", b"HTTP/1.1 200 " + b"x" * 70_000])
+def test_a_receiver_that_speaks_no_http(queue: JobQueue, answer: bytes) -> None:
+    """What it says is shown to nobody: it may be meant for their terminals."""
+    settings = SETTINGS.model_copy(update={"webhook_attempts": 1})
+    with socket.socket() as listening:
+        listening.bind(("127.0.0.1", 0))
+        listening.listen()
+
+        def speak() -> None:
+            connection, _ = listening.accept()
+            with connection, contextlib.suppress(OSError):
+                connection.recv(65536)
+                connection.sendall(answer)
+                connection.shutdown(socket.SHUT_WR)
+                while connection.recv(65536):
+                    pass
+
+        thread = Thread(target=speak)
+        thread.start()
+        job = ended(queue, f"http://127.0.0.1:{listening.getsockname()[1]}/")
+        until_settled(queue, job, settings)
+        thread.join()
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert (delivery.error or "").startswith("the receiver's answer is no HTTP (")
+
+
+def test_certificates_are_those_of_the_name(
+    queue: JobQueue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    authority = trustme.CA()
+    authority.cert_pem.write_to_path(str(tmp_path / "ca.pem"))
+    monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "ca.pem"))
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    authority.issue_cert("localhost").configure_cert(context)
+    once = SETTINGS.model_copy(update={"webhook_attempts": 1})
+    with receiving(context) as receiver:
+        right = ended(queue, f"https://localhost:{receiver.port}/")
+        until_settled(queue, right, once)
+        # The same receiver by its address, for which it has no certificate.
+        wrong = ended(queue, f"https://127.0.0.1:{receiver.port}/")
+        until_settled(queue, wrong, once)
+    assert len(receiver.received) == 1
+    deliveries = [told(queue, job).delivery for job in (right, wrong)]
+    assert [delivery and delivery.state.value for delivery in deliveries] == ["delivered", "failed"]
+    assert "certificate" in (deliveries[1] or LOST).model_dump_json()
+
+
+def test_a_try_that_is_on_its_way_is_not_doubled(queue: JobQueue, receiver: Receiver) -> None:
+    job = ended(queue, here(receiver))
+    for _ in range(3):
+        dispatch(queue, SETTINGS)
+    (first,) = tries(queue)
+    # Long after, it still waits in the queue.
+    queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+    dispatch(queue, SETTINGS)
+    assert tries(queue) == [first]
+    due = queue.store.client.zscore(keys.WEBHOOKS, job)
+    assert due is not None
+    assert due > time.time() + LEASE / 2
+
+
+def test_a_try_that_was_lost_is_made_again_but_not_for_ever(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    job = ended(queue, here(receiver))
+    for count in range(1, SETTINGS.webhook_attempts + 1):
+        queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+        dispatch(queue, SETTINGS)
+        (attempt,) = tries(queue)
+        payload = told(queue, attempt).payload
+        assert isinstance(payload, DeliveryPayload)
+        assert payload.attempt == count
+        queue.store.client.lrem("rq:queue:interactive", 1, attempt)
+        queue.store.jobs.lose(attempt, 0, LOST)
+    queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+    assert go_round(queue) == 0
+    delivery = told(queue, job).delivery
+    assert delivery is not None
+    assert (delivery.state, delivery.attempts) == (DeliveryState.FAILED, 3)
+    assert queue.store.webhooks.pending() == 0
+
+
+def test_who_queued_nothing_before_it_died_is_made_up_for(
+    queue: JobQueue, receiver: Receiver
+) -> None:
+    job = ended(queue, here(receiver))
+    ((name, since),) = queue.store.webhooks.due(time.time() + 1, 10)
+    assert name == job
+    assert queue.store.webhooks.claim(job, since, time.time() + LEASE)
+    # Somebody else looked at the list at the same time, and another comes too early.
+    assert not queue.store.webhooks.claim(job, since, time.time() + LEASE)
+    assert go_round(queue) == 0
+    # Nothing was heard of it when its time was over.
+    queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+    assert until_settled(queue, job) == 1
+    assert len(receiver.received) == 1
+
+
+def test_a_job_that_has_expired_is_told_of_no_more(queue: JobQueue, receiver: Receiver) -> None:
+    early, late = ended(queue, here(receiver)), ended(queue, here(receiver))
+    queue.store.client.delete(keys.job(early))
+    dispatch(queue, SETTINGS)
+    queue.store.client.delete(keys.job(late))
+    (attempt,) = tries(queue)
+    Runner(queue, "me", SETTINGS).run(attempt)
+    assert queue.store.webhooks.pending() == 0
+    assert receiver.received == []
+    assert queue.store.client.exists(keys.job(late)) == 0

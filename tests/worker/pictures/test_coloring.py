@@ -1,0 +1,47 @@
+"""Colours that are carried along a correspondence."""
+
+import numpy as np
+import pytest
+
+from broker.contracts import DenseCorrespondence
+from solver.mesh import triangle_mesh
+from tests.solver import shapes
+from worker.pictures import colors_by_place, colors_carried
+
+MESH = shapes.blob(2)
+COLORS = colors_by_place(MESH.vertices)
+
+
+def carried(source: list[int], target: list[int]) -> DenseCorrespondence:
+    return DenseCorrespondence(hypothesis=0, source=tuple(source), target=tuple(target))
+
+
+def test_places_have_colours_of_their_own_that_are_pale() -> None:
+    """From the same least to full in each direction; moving and scaling changes none."""
+    assert len(np.unique(COLORS, axis=0)) == MESH.n_vertices
+    np.testing.assert_allclose(COLORS.max(axis=0), 1.0)
+    assert COLORS.min(axis=0) == pytest.approx([COLORS.min()] * 3)
+    assert 0.2 < COLORS.min() < 0.5
+    np.testing.assert_allclose(colors_by_place(3.0 * MESH.vertices - 7.0), COLORS)
+
+
+def test_a_flat_shape_has_colours_too() -> None:
+    colors = colors_by_place(shapes.plane_grid().vertices)
+    assert ((colors > 0.0) & (colors <= 1.0)).all()
+    assert np.ptp(colors[:, 2]) == 0.0
+
+
+def test_a_permutation_permutes_colours() -> None:
+    other, where = shapes.permuted(MESH, seed=3)
+    found = carried(list(range(MESH.n_vertices)), where.tolist())
+    np.testing.assert_allclose(colors_carried(COLORS, MESH, other, found)[where], COLORS)
+
+
+def test_several_that_go_to_one_are_mixed_and_others_look_to_their_neighbours() -> None:
+    """A path of vertices: 0 and 1 go to its beginning, 2 to its end, 3 to nothing there is."""
+    places = np.array([[0.0, 0, 0], [1.0, 0.1, 0], [2.0, 0, 0], [3.0, 0.1, 0]])
+    path = triangle_mesh(places, np.array([[0, 1, 2], [1, 2, 3]]))
+    colors = np.array([[0.2, 0.4, 0.6], [0.4, 0.6, 0.8], [1.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
+    shown = colors_carried(colors, path, path, carried([0, 1, 2, 3], [0, 0, 3, 9]))
+    np.testing.assert_allclose(shown[:2], [[0.3, 0.5, 0.7]] * 2)
+    np.testing.assert_allclose(shown[2:], [[1.0, 0.0, 0.5]] * 2)

@@ -1,0 +1,73 @@
+"""Whether the worker of a container works, as its health check asks."""
+
+import os
+import socket
+import subprocess
+import sys
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from rq import Worker
+from rq.utils import utcformat
+
+from broker.queue import SILENCE, JobQueue
+from service.standalone import EmbeddedServer
+from worker.process.health import works_on
+from worker.process.process import why_away
+
+
+def asked(redis_url: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "worker.process.health"],
+        env={**os.environ, "ISOMATCH_REDIS_URL": redis_url},
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+
+
+@pytest.fixture
+def born(queue: JobQueue) -> Worker:
+    """A worker that has said that it is there."""
+    worker = Worker(queue.queues(), connection=queue.store.client)
+    worker.register_birth()  # type: ignore[no-untyped-call]
+    return worker
+
+
+def test_a_worker_works_while_it_gives_signs_of_life(queue: JobQueue, born: Worker) -> None:
+    client, here = queue.store.client, socket.gethostname()
+    assert works_on(client, here)
+    assert not works_on(client, "elsewhere")
+    assert born.last_heartbeat is not None
+    silent = born.last_heartbeat - SILENCE - timedelta(seconds=1)
+    client.hset(born.key, "last_heartbeat", utcformat(silent))
+    assert not works_on(client, here)
+
+
+def test_a_worker_that_has_left_works_no_more(queue: JobQueue, born: Worker) -> None:
+    born.register_death()  # type: ignore[no-untyped-call]
+    assert not works_on(queue.store.client, socket.gethostname())
+
+
+def test_the_health_check(queue: JobQueue) -> None:
+    url = queue.store.jobs.settings.redis_url
+    assert url is not None
+    assert asked(url).returncode == 1
+    worker = Worker(queue.queues(), connection=queue.store.client)
+    worker.register_birth()  # type: ignore[no-untyped-call]
+    assert asked(url).returncode == 0
+
+
+def test_a_worker_is_not_blamed_for_redis(queue: JobQueue) -> None:
+    done = asked("redis://127.0.0.1:1")
+    assert done.returncode == 0
+    assert "does not answer" in done.stdout
+
+
+def test_a_worker_knows_at_once_that_its_store_is_away(
+    server: EmbeddedServer, tmp_path: Path
+) -> None:
+    assert why_away(server.url) is None
+    assert "nobody.sock" in (why_away(f"unix://{tmp_path}/nobody.sock") or "")

@@ -1,0 +1,57 @@
+"""A process that warms up, works, and prints as JSON what it had to compile or load for that."""
+
+import json
+import sys
+
+import numpy as np
+
+from broker.contracts import MatchParameters, MatchPayload
+from solver.control import Control
+from solver.matching import MatchOptions
+from solver.mesh import triangle_mesh
+from solver.prototype import PrototypeOptions, connected_examples, learn_prototype, match_prototype
+from solver.shape import Shape
+from tests.worker.families import member
+from tests.worker.figures import blob
+from worker.jobs import Side, match_shapes
+from worker.process.warmup import warm_up
+
+VARIED = {"points": 24}, {"points": 24, "occlusion_cost": 0.05}, {"points": 24, "dense": True}
+
+
+def variants() -> dict[str, int]:
+    """How many variants of each of the solver's kernels this process holds."""
+    return {
+        f"{name}.{kernel}": len(value.signatures)
+        for name, module in list(sys.modules.items())
+        if name.startswith("solver")
+        for kernel, value in vars(module).items()
+        if hasattr(value, "signatures")
+    }
+
+
+def work() -> None:
+    """Do what most jobs are: matches, and a prototype that is learned and matched."""
+    meshes = [triangle_mesh(*member(seed, 3)) for seed in range(3)]
+    meshes.append(triangle_mesh(blob(3)[0] * np.array([1.0, 1.5, 0.6]), blob(3)[1]))
+    for changes in VARIED:
+        parameters = MatchParameters.model_validate(changes)
+        payload = MatchPayload(source="a", target="b", parameters=parameters)
+        match_shapes(Side(meshes[0], None), Side(meshes[3], None), payload, Control())
+    options = PrototypeOptions(points=24, components=2)
+    examples = connected_examples([Shape(mesh) for mesh in meshes[:3]], options).examples
+    prototype = learn_prototype(examples, options)
+    match_prototype(prototype, Shape(meshes[3]), MatchOptions(points=24))
+
+
+def main() -> None:
+    """Print the kernels that work needed and warming up had not."""
+    warm_up()
+    before = variants()
+    work()
+    late = [kernel for kernel, count in variants().items() if count > before.get(kernel, 0)]
+    print(json.dumps({"kernels": len(before), "late": late}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,127 @@
+"""A real server of its own for the session, and real forking workers for those who ask."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from broker.contracts import JobRecord, Payload, ValidationPayload, shape_id
+from broker.queue import JobQueue, new_job
+from broker.store import Store
+from service.standalone import EmbeddedServer, WorkerPool
+from worker.process.settings import WorkerSettings
+
+WORKERS = 2
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]:
+    embedded = EmbeddedServer(tmp_path_factory.mktemp("redis"))
+    embedded.start()
+    yield embedded
+    embedded.stop()
+
+
+@pytest.fixture
+def settings(server: EmbeddedServer) -> WorkerSettings:
+    """Settings of a database that no worker serves."""
+    return WorkerSettings(redis_url=f"{server.url}?db=1")
+
+
+@pytest.fixture
+def store(settings: WorkerSettings) -> Iterator[Store]:
+    """An empty store that no worker serves."""
+    opened = Store.open(settings, patience=1)
+    opened.client.flushdb()
+    yield opened
+    opened.close()
+
+
+@pytest.fixture
+def queue(store: Store, settings: WorkerSettings) -> JobQueue:
+    return JobQueue(store, settings)
+
+
+@pytest.fixture(scope="session")
+def served(server: EmbeddedServer) -> Iterator[JobQueue]:
+    """A queue, and through it a store, with workers behind it."""
+    settings = WorkerSettings(redis_url=server.url)
+    opened = Store.open(settings, patience=1)
+    queue = JobQueue(opened, settings)
+    pool = WorkerPool(WORKERS, server.url)
+    pool.start()
+    deadline = time.monotonic() + 540
+    while queue.workers() < WORKERS and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert queue.workers() == WORKERS
+    yield queue
+    pool.stop()
+    opened.close()
+
+
+@pytest.fixture
+def run(served: JobQueue) -> Callable[[Payload], JobRecord]:
+    """Have the workers run a job, and return it when it has ended."""
+
+    def run_payload(payload: Payload) -> JobRecord:
+        return ended(served, served.submit(new_job(payload)).id)
+
+    return run_payload
+
+
+@pytest.fixture
+def upload(served: JobQueue) -> Callable[..., str]:
+    """Have the workers make a shape of a file, and return its id."""
+
+    def upload_data(data: bytes, file_type: str = "off") -> str:
+        payload = ValidationPayload(shape=shape_id(data), name="test", file_type=file_type)
+        record = ended(served, served.submit_validation(payload, data))
+        assert record.error is None
+        return shape_id(data)
+
+    return upload_data
+
+
+def ended(queue: JobQueue, job_id: str, seconds: float = 240.0) -> JobRecord:
+    """Wait for the end of a job."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        record = queue.store.jobs.get(job_id)
+        assert record is not None
+        if record.state.ended:
+            return record
+        time.sleep(0.02)
+    raise AssertionError(f"{record} did not end")
+
+
+def horses(worker: int) -> list[int]:
+    """Processes that a worker has forked; Linux only."""
+    children = Path(f"/proc/{worker}/task/{worker}/children").read_text()
+    return [int(pid) for pid in children.split()]
+
+
+def validation(queue: JobQueue, data: bytes) -> str:
+    """Queue the validation of a file."""
+    payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
+    return queue.submit_validation(payload, data)
+
+
+@contextmanager
+def worker(queue: JobQueue, **settings: str) -> Iterator[subprocess.Popen[bytes]]:
+    """A worker of the queue, with settings from its environment."""
+    redis_url = queue.store.jobs.settings.redis_url
+    assert redis_url is not None
+    process = subprocess.Popen(
+        [sys.executable, "-m", "worker", "--parent", str(os.getpid())],
+        env={**os.environ, "ISOMATCH_REDIS_URL": redis_url, **settings},
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()

@@ -1,0 +1,234 @@
+"""One try of a webhook: signed, to an address that was looked at, and to no other.
+
+The name of the receiver is resolved once, its addresses are checked, and the connection goes to one
+of those: a name that means something else a moment later changes nothing. Redirects are not
+followed, and no proxy of the environment is asked, for both would connect on our behalf.
+"""
+
+import contextlib
+import hashlib
+import hmac
+import http.client
+import socket
+import ssl
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from http import HTTPStatus
+from threading import Event, Timer
+from typing import Final
+from urllib.parse import SplitResult, urlsplit
+
+from broker.contracts import (
+    Delivery,
+    DeliveryPayload,
+    DeliveryState,
+    JobRecord,
+    Webhook,
+    WebhookEvent,
+)
+from broker.store import Store
+from broker.telemetry import logger
+from broker.webhooks import WebhookSettings, pause, permitted
+from worker.jobs.failures import NotDelivered
+
+SIGNATURE: Final = "Isomatch-Signature"
+_PORTS: Final = {"http": 80, "https": 443}
+_LONGEST_ERROR: Final = 200
+
+log = logger("isomatch.webhooks")
+
+
+class Unacceptable(Exception):  # noqa: N818 - said of the address
+    """The receiver is nobody that may be connected to; trying again changes nothing."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one try went.
+
+    Parameters
+    ----------
+    status
+        HTTP status of the answer; None if none came.
+    error
+        What went wrong; None if nothing did.
+    final
+        Whether it is no use to try again.
+    """
+
+    status: int | None = None
+    error: str | None = None
+    final: bool = False
+
+
+def deliver(store: Store, payload: DeliveryPayload, settings: WebhookSettings) -> None:
+    """Try a webhook once, and note how it went.
+
+    Raises
+    ------
+    NotDelivered
+        The receiver did not take it.
+    """
+    record = store.jobs.get(payload.job)
+    if record is None or record.webhook is None or not record.state.ended:
+        store.webhooks.forget(payload.job)
+        return
+    if record.delivery is not None and record.delivery.state is not DeliveryState.PENDING:
+        store.webhooks.forget(payload.job)
+        return
+    outcome = post(record.webhook, _body(record), _headers(record, payload.attempt), settings)
+    delivery = _delivery(outcome, payload.attempt, settings)
+    store.webhooks.note(record.id, delivery)
+    log.info("webhook", state=delivery.state.value, attempt=payload.attempt, status=outcome.status)
+    if outcome.error is not None:
+        raise NotDelivered(outcome.error)
+
+
+def sign(body: bytes, secret: str, timestamp: int) -> str:
+    """Return the signature of a body: ``t=TIME,v1=HEX``, the HMAC-SHA256 of ``TIME.BODY``.
+
+    Parameters
+    ----------
+    body
+        What is sent, byte by byte.
+    secret
+        Known to the receiver.
+    timestamp
+        Seconds since 1970, so that a receiver can refuse what is old.
+    """
+    signed = f"{timestamp}.".encode() + body
+    digest = hmac.new(secret.encode(), signed, hashlib.sha256).hexdigest()
+    return f"t={timestamp},v1={digest}"
+
+
+def post(
+    webhook: Webhook, body: bytes, headers: dict[str, str], settings: WebhookSettings
+) -> Outcome:
+    """Send a body to a receiver and return how it went; raise nothing."""
+    if webhook.secret is not None:
+        headers = headers | {SIGNATURE: sign(body, webhook.secret, int(time.time()))}
+    try:
+        status = _status(urlsplit(webhook.url), body, headers, settings)
+    except Unacceptable as error:
+        return Outcome(error=str(error), final=True)
+    except (OSError, UnicodeError) as error:
+        return Outcome(error=(str(error) or type(error).__name__)[:_LONGEST_ERROR])
+    except http.client.HTTPException as error:
+        # Its words are the receiver's own, whatever these are.
+        return Outcome(error=f"the receiver's answer is no HTTP ({type(error).__name__})")
+    if 200 <= status < 300:
+        return Outcome(status)
+    redirected = "; redirects are not followed" if 300 <= status < 400 else ""
+    return Outcome(
+        status, f"the receiver answered {status}{redirected}", final=status == HTTPStatus.GONE
+    )
+
+
+def _status(
+    url: SplitResult, body: bytes, headers: dict[str, str], settings: WebhookSettings
+) -> int:
+    assert url.hostname is not None
+    port = url.port or _PORTS[url.scheme]
+    target = (url.path or "/") + (f"?{url.query}" if url.query else "")
+    connection = _connected(_addresses(url.hostname, port, settings), port, settings)
+    with connection, _ended_after(connection, settings.webhook_timeout):
+        if url.scheme == "https":
+            # The certificate is that of the name, whatever the address.
+            context = ssl.create_default_context()
+            connection = context.wrap_socket(connection, server_hostname=url.hostname)
+        exchange = http.client.HTTPConnection(url.hostname, port)
+        exchange.sock = connection
+        try:
+            exchange.request("POST", target, body, {"Host": url.netloc, **headers})
+            return exchange.getresponse().status
+        finally:
+            exchange.close()
+
+
+def _addresses(host: str, port: int, settings: WebhookSettings) -> list[str]:
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    addresses = dict.fromkeys(str(entry[4][0]) for entry in found)
+    public = [entry for entry in addresses if permitted(entry, settings.webhook_networks)]
+    if not public:
+        raise Unacceptable(
+            f"{host} is at no public address; ISOMATCH_WEBHOOK_NETWORKS can allow others"
+        )
+    return public
+
+
+def _connected(addresses: list[str], port: int, settings: WebhookSettings) -> socket.socket:
+    *others, last = addresses
+    for address in others:
+        with contextlib.suppress(OSError):
+            return socket.create_connection((address, port), settings.webhook_timeout)
+    return socket.create_connection((last, port), settings.webhook_timeout)
+
+
+@contextmanager
+def _ended_after(connection: socket.socket, seconds: float) -> Iterator[None]:
+    # A receiver that sends a byte now and then would never run into the socket's own time-out.
+    over = Event()
+    with connection.dup() as same:
+
+        def end() -> None:
+            over.set()
+            with contextlib.suppress(OSError):
+                same.shutdown(socket.SHUT_RDWR)
+
+        timer = Timer(seconds, end)
+        timer.daemon = True
+        timer.start()
+        try:
+            yield
+        except (OSError, http.client.HTTPException) as error:
+            # One that sends nothing at all may run into both at the same time.
+            if over.is_set() or isinstance(error, TimeoutError):
+                raise TimeoutError(f"the receiver did not answer within {seconds:g} s") from error
+            raise
+        finally:
+            timer.cancel()
+            timer.join()
+
+
+def _body(record: JobRecord) -> bytes:
+    event = WebhookEvent.of(
+        id=record.id,
+        kind=record.kind.value,
+        state=record.state.value,
+        created=record.created,
+        started=record.started,
+        ended=record.ended,
+        error=record.error,
+    )
+    return event.model_dump_json().encode()
+
+
+def _headers(record: JobRecord, attempt: int) -> dict[str, str]:
+    headers = {
+        "Content-Type": "application/json",
+        "User-Agent": "isomatch",
+        "Isomatch-Delivery": record.id,
+        "Isomatch-Attempt": str(attempt),
+        "Connection": "close",
+    }
+    return headers | ({"X-Request-ID": record.request_id} if record.request_id else {})
+
+
+def _delivery(outcome: Outcome, attempt: int, settings: WebhookSettings) -> Delivery:
+    now = datetime.now(UTC)
+    state, following = DeliveryState.DELIVERED, None
+    if outcome.error is not None:
+        state = DeliveryState.FAILED
+        if not outcome.final and attempt < settings.webhook_attempts:
+            state, following = DeliveryState.PENDING, now + pause(attempt, settings)
+    return Delivery(
+        state=state,
+        attempts=attempt,
+        last_attempt=now,
+        status=outcome.status,
+        error=outcome.error,
+        next_attempt=following,
+    )

@@ -1,0 +1,94 @@
+"""The result of comparing a collection: as a document, and as arrays."""
+
+import io
+from collections.abc import Mapping
+
+import numpy as np
+
+from broker.contracts import NEIGHBOURS, DissimilaritiesPayload, DissimilarityResult
+from solver.arrays import FloatArray
+from solver.similarity import RetrievalScores, rankings, retrieval_scores
+
+_DIGITS = 9
+"""Digits of the numbers in the document; the arrays have all."""
+
+_MOST_PLACES = 300
+"""Decimal places beyond which powers of ten are no numbers any more."""
+
+
+def result_of(
+    payload: DissimilaritiesPayload, values: FloatArray, timings: Mapping[str, float]
+) -> DissimilarityResult:
+    """Return the document.
+
+    Parameters
+    ----------
+    payload
+        What was asked, of K shapes.
+    values
+        (K(K−1)/2,) dissimilarities of all pairs, in lexicographic order.
+    timings
+        Seconds by stage.
+    """
+    count = len(payload.shapes)
+    matrix = _square(values, count)
+    scores = None if payload.labels is None else retrieval_scores(matrix, payload.labels)
+    rounded = _rounded(values)
+    # Everything is sound, and to check a million numbers takes its time.
+    return DissimilarityResult.model_construct(
+        shapes=payload.shapes,
+        labels=payload.labels,
+        parameters=payload.parameters,
+        matrix=tuple(map(tuple, _square(rounded, count).tolist())),
+        lower_bounds=tuple(rounded.tolist()),
+        certified=True,
+        uncertified=(),
+        nearest=tuple(map(tuple, rankings(matrix)[:, :NEIGHBOURS].tolist())),
+        mean_average_precision=None if scores is None else scores.mean_average_precision,
+        precision_at_1=None if scores is None else scores.precision_at_1,
+        average_precisions=None if scores is None else _listed(scores),
+        warnings=(),
+        timings=dict(timings),
+    )
+
+
+def arrays_of(result: DissimilarityResult, values: FloatArray) -> bytes:
+    """Return a result as the bytes of an ``.npz`` file, which needs no pickle to be read.
+
+    Parameters
+    ----------
+    result
+        The document.
+    values
+        (K(K−1)/2,) dissimilarities of all pairs in full precision.
+    """
+    count = len(result.shapes)
+    arrays = {
+        "shapes": np.array(result.shapes),
+        "matrix": _square(values, count),
+        "lower_bounds": values,
+        "certified": np.ones(len(values), dtype=np.bool_),
+        "nearest": np.array(result.nearest, dtype=np.int64).reshape(count, -1),
+    }
+    if result.labels is not None:
+        arrays["labels"] = np.array(result.labels)
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def _square(values: FloatArray, count: int) -> FloatArray:
+    matrix = np.zeros((count, count))
+    matrix[np.triu_indices(count, 1)] = values
+    return matrix + matrix.T
+
+
+def _rounded(values: FloatArray) -> FloatArray:
+    """The values to so many digits that they can be told from one another, not to all."""
+    places = _DIGITS - 1 - np.floor(np.log10(np.where(values > 0.0, values, 1.0)))
+    scale: FloatArray = 10.0 ** np.minimum(places, _MOST_PLACES)
+    return np.round(values * scale) / scale
+
+
+def _listed(scores: RetrievalScores) -> tuple[float | None, ...]:
+    return tuple(None if np.isnan(value) else float(value) for value in scores.average_precisions)

@@ -1,0 +1,247 @@
+"""A match: two meshes and their spectra in, the result document out."""
+
+import gzip
+from dataclasses import dataclass, fields, replace
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from broker import contracts
+from broker.contracts import MatchParameters, MatchPayload, MatchResult, is_prototype
+from solver.control import Control
+from solver.functional_maps import DenseCorrespondence
+from solver.gmds import Refinement
+from solver.matching import Correspondence, LevelReport, Match, MatchOptions, match
+from solver.mesh import TriangleMesh
+from solver.prototype import Prototype, SurfaceSpectra
+from solver.prototype import match_prototype as match_with_prototype
+from solver.shape import Shape
+from solver.shape.laplacian import Spectrum
+from worker.jobs.failures import blaming
+from worker.jobs.structures import descriptor_of, metric_of
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two shapes of a match.
+
+    Parameters
+    ----------
+    mesh
+        The mesh that is matched.
+    spectrum
+        Its spectrum on unit area; None if no structure that is compared needs one.
+    """
+
+    mesh: TriangleMesh
+    spectrum: Spectrum | None
+
+    def shape(self, parameters: MatchParameters) -> Shape:
+        """Return the shape for the solver.
+
+        Raises
+        ------
+        MeshError
+            It has several components.
+        """
+        return Shape(
+            self.mesh,
+            self.spectrum,
+            normalise=parameters.normalise,
+            eigenpairs=parameters.eigenpairs,
+            geodesic_method=parameters.geodesic_method,
+        )
+
+
+def options_of(parameters: MatchParameters) -> MatchOptions:
+    """Return the solver's options, which have the same names.
+
+    Parameters
+    ----------
+    parameters
+        What was asked; some of it is not for the solver's options but for how shapes are made.
+    """
+    values: dict[str, Any] = parameters.model_dump()
+    values["metric"] = tuple(map(metric_of, parameters.metrics))
+    values["descriptor"] = tuple(map(descriptor_of, parameters.descriptors))
+    return MatchOptions(**{one.name: values[one.name] for one in fields(MatchOptions)})
+
+
+def match_shapes(
+    source: Side, target: Side, payload: MatchPayload, control: Control
+) -> MatchResult:
+    """Match two shapes and return the result document.
+
+    Raises
+    ------
+    UnusableShape, OptionError
+        A shape cannot be matched, or the two not so.
+    Cancelled
+        Through `control`.
+    """
+    parameters = payload.parameters
+    with blaming("source"):
+        first = source.shape(parameters)
+    with blaming("target"):
+        second = target.shape(parameters)
+    found = match(first, second, options_of(parameters), control)
+    refined = None
+    if found.refinement is not None:
+        refined = _refinement(found.refinement, source.mesh, target.mesh)
+    return _document(found, payload, refined)
+
+
+def match_prototype(
+    prototype: Prototype,
+    target: Side,
+    payload: MatchPayload,
+    control: Control,
+    surface_spectrum: SurfaceSpectra,
+) -> MatchResult:
+    """Match a prototype with a shape and return the result document.
+
+    Raises
+    ------
+    UnusableShape, OptionError
+        The shape cannot be matched, or not so.
+    Cancelled
+        Through `control`.
+    """
+    parameters = payload.parameters
+    # Metric and descriptor are the prototype's, which has them itself.
+    usual = MatchOptions()
+    options = replace(options_of(parameters), metric=usual.metric, descriptor=usual.descriptor)
+    with blaming("target"):
+        shape = target.shape(parameters)
+    found = match_with_prototype(prototype, shape, options, control, surface_spectrum)
+    return _document(found, payload)
+
+
+def arrays_of(result: MatchResult) -> bytes:
+    """Return a result as the bytes of an ``.npz`` file, which needs no pickle to be read.
+
+    `source`, `target` (n,) int64 and `costs` (n,) float64 of the pairs, `unmatched` (u,) int64;
+    `dense_source`, `dense_target` (K,) int64 and `refined_vertices` (n, 3) int64,
+    `refined_weights` (n, 3) float64 if there are any.
+    """
+    arrays = {
+        "source": np.array([pair.source for pair in result.correspondences], dtype=np.int64),
+        "target": np.array([pair.target for pair in result.correspondences], dtype=np.int64),
+        "costs": np.array([pair.cost for pair in result.correspondences], dtype=np.float64),
+        "unmatched": np.array(result.unmatched, dtype=np.int64),
+    }
+    if result.dense is not None:
+        arrays["dense_source"] = np.array(result.dense.source, dtype=np.int64)
+        arrays["dense_target"] = np.array(result.dense.target, dtype=np.int64)
+    if result.refinement is not None:
+        points = result.refinement.points
+        arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
+        arrays["refined_weights"] = np.array([one.weights for one in points], dtype=np.float64)
+    stream = BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def result_from_blob(packed: bytes) -> MatchResult:
+    """Read a stored result."""
+    return MatchResult.model_validate_json(gzip.decompress(packed))
+
+
+def _document(
+    found: Match, payload: MatchPayload, refinement: contracts.Refinement | None = None
+) -> MatchResult:
+    best = found.best
+    return MatchResult(
+        source=payload.source,
+        source_kind="prototype" if is_prototype(payload.source) else "shape",
+        target=payload.target,
+        parameters=payload.parameters,
+        correspondences=_pairs(best),
+        distortion=_distortion(best),
+        gromov_hausdorff=best.distortion.gromov_hausdorff,
+        energy=best.energy,
+        lower_bound=found.lower_bound,
+        gap=found.gap,
+        certified=found.certified,
+        alternatives=tuple(
+            contracts.Alternative(
+                energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
+            )
+            for other in found.alternatives
+        ),
+        levels=tuple(map(_level, found.levels)),
+        unmatched=tuple(best.unmatched.tolist()),
+        dense=None if found.dense is None else _dense(found.dense),
+        refinement=refinement,
+        misfit=found.misfit,
+        warnings=found.warnings,
+        timings=dict(found.timings),
+    )
+
+
+def _level(level: LevelReport) -> contracts.Level:
+    return contracts.Level(
+        points=level.points,
+        target_points=level.target_points,
+        candidates=level.candidates,
+        metric=level.metric,
+        descriptor=level.descriptor,
+        energy=level.energy,
+        lower_bound=level.lower_bound,
+        gap=level.gap,
+        certified=level.certified,
+        iterations=level.iterations,
+        method=level.method.value,
+        seconds=level.seconds,
+        rank=level.rank,
+    )
+
+
+def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
+    return contracts.DenseCorrespondence(
+        hypothesis=found.hypothesis,
+        source=tuple(found.source.tolist()),
+        target=tuple(found.target.tolist()),
+    )
+
+
+def _refinement(
+    found: Refinement, source: TriangleMesh, target: TriangleMesh
+) -> contracts.Refinement:
+    corners = target.vertex_ids[target.faces[found.points.faces]]
+    # A weight may be off by what rounding leaves.
+    weights = np.clip(found.points.barycentric, 0.0, 1.0)
+    rows = zip(
+        source.vertex_ids[found.source].tolist(),
+        corners.tolist(),
+        weights.tolist(),
+        strict=True,
+    )
+    return contracts.Refinement(
+        hypothesis=found.hypothesis,
+        stress=found.stress,
+        initial_stress=found.initial_stress,
+        status=found.status.value,
+        points=tuple(
+            contracts.RefinedPoint(source=vertex, vertices=tuple(three), weights=tuple(shares))
+            for vertex, three, shares in rows
+        ),
+    )
+
+
+def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
+    rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
+    return tuple(
+        contracts.Correspondence(source=source, target=target, cost=cost)
+        for source, target, cost in rows
+    )
+
+
+def _distortion(found: Correspondence) -> contracts.Distortion:
+    measured = found.distortion
+    return contracts.Distortion(
+        first_order=measured.first_order,
+        second_order=measured.second_order,
+        linf=measured.linf,
+    )

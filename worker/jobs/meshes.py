@@ -1,0 +1,73 @@
+"""Meshes as bytes: what the validation of an upload leaves for the jobs that compute on it."""
+
+import io
+
+import numpy as np
+import numpy.typing as npt
+
+from broker.contracts import SpectrumKey
+from broker.store import Spectra
+from solver.arrays import IntArray
+from solver.mesh import TriangleMesh, largest_component, simplified
+
+
+def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
+    """Return a mesh as the bytes of an ``.npz`` file, exact to the last bit.
+
+    Of a mesh that can be uploaded they are less than what Redis takes as one value.
+    """
+    stream = io.BytesIO()
+    np.savez(
+        stream,
+        vertices=mesh.vertices,
+        faces=_compact(mesh.faces),
+        vertex_ids=_compact(mesh.vertex_ids),
+        colors=np.empty((0, 3)) if mesh.colors is None else mesh.colors,
+        warnings=np.array(mesh.warnings, dtype=np.str_),
+        merged=_compact(mesh.merged),
+    )
+    return stream.getvalue()
+
+
+def mesh_from_bytes(data: bytes) -> TriangleMesh:
+    """Read what :func:`mesh_to_bytes` wrote; nothing in it is ever executed."""
+    with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+        return TriangleMesh(
+            vertices=arrays["vertices"],
+            faces=arrays["faces"].astype(np.int64),
+            vertex_ids=arrays["vertex_ids"].astype(np.int64),
+            colors=arrays["colors"] if len(arrays["colors"]) else None,
+            warnings=tuple(str(warning) for warning in arrays["warnings"]),
+            # Shapes that were stored before there were repairs have none.
+            merged=(
+                arrays["merged"].astype(np.int64)
+                if "merged" in arrays
+                else np.zeros((0, 2), dtype=np.int64)
+            ),
+        )
+
+
+def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:
+    return numbers.astype(np.int32) if numbers.max(initial=0) < 2**31 else numbers
+
+
+def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> TriangleMesh:
+    """Return the mesh whose spectrum a key names; a simplified one is made once and kept.
+
+    Parameters
+    ----------
+    key
+        What of the shape is compared.
+    whole
+        The shape's mesh.
+    spectra
+        The cache.
+    """
+    if key.simplify is None:
+        return largest_component(whole) if key.largest_component else whole
+    kept = spectra.get(key.mesh_name)
+    if kept is not None:
+        return mesh_from_bytes(kept)
+    mesh = simplified(largest_component(whole) if key.largest_component else whole, key.simplify)
+    spectra.put(key.mesh_name, mesh_to_bytes(mesh))
+    return mesh

@@ -1,0 +1,109 @@
+"""The answer of a match that is drawn: the one that was chosen, or an alternative."""
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+from broker.contracts import (
+    Correspondence,
+    DenseCorrespondence,
+    MatchResult,
+    Refinement,
+    no_alternative,
+)
+
+PartT = TypeVar("PartT", Refinement, DenseCorrespondence)
+
+
+class NoAlternative(Exception):  # noqa: N818 - said of the match
+    """A match has fewer alternatives.
+
+    Parameters
+    ----------
+    asked
+        Number of the one that is to be drawn.
+    count
+        How many there are.
+    """
+
+    def __init__(self, asked: int, count: int) -> None:
+        detail, self.field = no_alternative(asked, count)
+        super().__init__(detail)
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One of the answers of a match, with what goes above its picture.
+
+    Parameters
+    ----------
+    correspondences
+        Its pairs.
+    refinement, dense
+        Where its points lie between vertices, and its map of all vertices, if it has them.
+    title, subtitle
+        What it is, and how good.
+    """
+
+    correspondences: tuple[Correspondence, ...]
+    refinement: Refinement | None
+    dense: DenseCorrespondence | None
+    title: str
+    subtitle: str
+
+
+def hypothesis_of(result: MatchResult, alternative: int | None) -> Hypothesis:
+    """Return what is drawn of a match.
+
+    Parameters
+    ----------
+    result
+        The match.
+    alternative
+        0 for the pairs of the match, j for the j-th of its alternatives, either with a refinement
+        and a dense map only if these are its own; None for the pairs of the match with whatever
+        there is.
+
+    Raises
+    ------
+    NoAlternative
+        There are fewer.
+    """
+    if alternative is None:
+        return Hypothesis(
+            result.correspondences, result.refinement, result.dense, *_captions(result)
+        )
+    count = len(result.alternatives)
+    if alternative > count:
+        raise NoAlternative(alternative, count)
+    refinement, dense = _own(result.refinement, alternative), _own(result.dense, alternative)
+    if alternative == 0:
+        captions = _captions(result.model_copy(update={"refinement": refinement}))
+        return Hypothesis(result.correspondences, refinement, dense, *captions)
+    other = result.alternatives[alternative - 1]
+    title = f"alternative {alternative} of {count}: {len(other.correspondences)} corresponding"
+    title += " points" + ("" if refinement is None else ", refined between vertices")
+    return Hypothesis(
+        other.correspondences,
+        refinement,
+        dense,
+        title,
+        f"energy {other.energy:.4g}, of the match {result.energy:.4g}   ·   greatest distortion"
+        f" {other.distortion.linf:.3g}",
+    )
+
+
+def _own(part: PartT | None, alternative: int) -> PartT | None:
+    return part if part is not None and part.hypothesis == alternative else None
+
+
+def _captions(result: MatchResult) -> tuple[str, str]:
+    count, alone = len(result.correspondences), len(result.unmatched)
+    title = f"{count} corresponding points" + (f", {alone} without partner" if alone else "")
+    if result.refinement is not None:
+        which = result.refinement.hypothesis
+        title += ", refined between vertices" + (f" from alternative {which}" if which else "")
+    proof = "proven optimal" if result.certified else f"optimal to {100.0 * result.gap:.2g} %"
+    return title, (
+        f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
+        f"   ·   greatest distortion {result.distortion.linf:.3g}"
+    )

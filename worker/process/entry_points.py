@@ -1,0 +1,40 @@
+"""What RQ calls, by name: each in a process of its own, forked from a warm worker."""
+
+from functools import cache
+from uuid import uuid4
+
+import structlog
+from redis import Redis
+from rq import get_current_job
+from rq.job import Job
+
+from broker.processes import limit_memory
+from broker.queue import JobQueue
+from broker.store import Store
+from broker.upkeep import LOSSES_AFTER_KILL, give_back
+from worker.jobs import Runner
+from worker.process.settings import WorkerSettings
+
+
+@cache
+def worker_settings() -> WorkerSettings:
+    """Return the settings of this worker, read once, before it forks."""
+    return WorkerSettings()
+
+
+def run(job_id: str) -> None:
+    """Run one job, in the process that RQ forked for it."""
+    settings = worker_settings()
+    limit_memory(settings.job_memory_mb)
+    job = get_current_job()
+    assert job is not None
+    structlog.contextvars.bind_contextvars(job_id=job_id, **job.get_meta(refresh=False))
+    store = Store.over(job.connection, settings, settings.redis_patience)
+    Runner(JobQueue(store, settings), uuid4().hex, settings).run(job_id)
+
+
+def stopped(job: Job, connection: Redis) -> None:
+    """Note that a job was killed because it was cancelled and did not leave; RQ's callback."""
+    settings = worker_settings()
+    store = Store.over(connection, settings, settings.redis_patience)
+    give_back(store, job, "stopped", LOSSES_AFTER_KILL)

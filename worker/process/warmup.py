@@ -1,0 +1,137 @@
+"""Doing a tiny job of each kind before the first real one, so that forked jobs start warm."""
+
+import gc
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from broker.contracts import (
+    DissimilaritiesPayload,
+    DissimilarityParameters,
+    MatchParameters,
+    MatchPayload,
+)
+from broker.telemetry import logger
+from solver.control import Control
+from solver.labelling import LabellingProblem
+from solver.matching import MatchOptions
+from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
+from solver.mesh.formats import Element, Property, binary_columns
+from solver.mesh.repair import triangulated
+from solver.optimisation.dual_decomposition import DualDecomposition
+from solver.optimisation.exact import m_best_solutions
+from solver.optimisation.primal import IteratedLocalSearch
+from solver.prototype import (
+    PrototypeOptions,
+    connected_examples,
+    learn_prototype,
+    match_prototype,
+    prototype_from_bytes,
+    prototype_to_bytes,
+)
+from solver.shape import Shape
+from solver.similarity import SignatureCollection, dissimilarities, pairs_between, signature
+from worker.jobs import (
+    Side,
+    match_shapes,
+    mesh_from_bytes,
+    mesh_to_bytes,
+    result_of,
+    torus_file,
+)
+from worker.jobs.dissimilarities import arrays_of
+from worker.jobs.signatures import options_of
+from worker.pictures import draw_match, draw_matrix, hypothesis_of
+
+log = logger("isomatch.worker")
+
+_ITERATIONS = 150
+"""Of a dual decomposition: after so many it has brought in all its subproblems."""
+
+
+def warm_up() -> None:
+    """Compile and import, in this process, all that jobs will need; forks inherit it.
+
+    A forked job then starts in milliseconds where it would take a good part of a second.
+    """
+    start = time.perf_counter()
+    log.info("warming up; where nothing is compiled yet, this takes minutes")
+    binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
+    triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
+    mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
+    side = Side(simplified(mesh, mesh.n_vertices - 1), None)
+    # What is matched with itself is proven optimal before there is anything to bound.
+    other = Side(_stretched(mesh), None)
+    few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
+    for structures in (
+        {"descriptor": ("si_hks", "geodesic_histogram")},
+        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
+        | {"refine": "gmds"},
+    ):
+        result = match_shapes(side, other, _payload(few, structures), Control())
+    draw_match(mesh, other.mesh, hypothesis_of(result, None))
+    _compare(mesh)
+    _learn(mesh)
+    _decompose()
+    # What is here by now stays: a collection in a fork would copy all its pages for nothing.
+    gc.collect()
+    gc.freeze()
+    log.info("warm", seconds=round(time.perf_counter() - start, 3))
+
+
+def compile_rest() -> None:
+    """Compile what few jobs need, to be kept with the rest: nothing that forks would inherit."""
+    start = time.perf_counter()
+    side = Side(read_mesh(torus_file(), "off"), None)
+    few = MatchParameters(points=8, coarse_points=4, eigenpairs=20)
+    for rare in ({"objective": "linf"}, {"metric": "geodesic", "geodesic_method": "exact"}):
+        match_shapes(side, side, _payload(few, rare), Control())
+    log.info("compiled what is seldom needed", seconds=round(time.perf_counter() - start, 3))
+
+
+def _payload(parameters: MatchParameters, changes: Mapping[str, Any]) -> MatchPayload:
+    changed = MatchParameters.model_validate({**parameters.model_dump(), **changes})
+    return MatchPayload(source="warm-up", target="warm-up", parameters=changed)
+
+
+def _stretched(mesh: TriangleMesh) -> TriangleMesh:
+    return triangle_mesh(mesh.vertices * [1.0, 1.3, 0.8], mesh.faces, mesh.colors)
+
+
+def _compare(mesh: TriangleMesh) -> None:
+    parameters = DissimilarityParameters(first_order_weight=0.1)
+    payload = DissimilaritiesPayload(shapes=("a", "b"), labels=("a", "a"), parameters=parameters)
+    options = options_of(parameters)
+    found = signature(Shape(mesh, eigenpairs=20), options)
+    pairs = pairs_between(2, 0, 1)
+    collection = SignatureCollection.of([found, found], options.points)
+    values = dissimilarities(collection, pairs, options).costs
+    result = result_of(payload, values, {})
+    arrays_of(result, values)
+    result.model_dump_json()
+    draw_matrix(result, ("a", "b"))
+
+
+def _learn(mesh: TriangleMesh) -> None:
+    shape = Shape(mesh, eigenpairs=20)
+    options = PrototypeOptions(points=12, components=1)
+    examples = connected_examples([shape, shape], options).examples
+    prototype = prototype_from_bytes(prototype_to_bytes(learn_prototype(examples, options)))
+    match_prototype(prototype, shape, MatchOptions(points=12, coarse_points=4))
+
+
+def _decompose() -> None:
+    """Bound what cannot be enumerated, as few matches need: such as distances without a meaning."""
+    random = np.random.default_rng(0)
+    places = random.normal(size=(2, 12, 3))
+    source, target = (np.linalg.norm(x[:, None] - x[None], axis=2) for x in places)
+    pairs = np.ascontiguousarray(np.argwhere(np.ones((12, 12), dtype=np.bool_)))
+    for gamma in (np.inf, 1.0):
+        problem = LabellingProblem(pairs, np.zeros(len(pairs)), source, target, 1.0, gamma)
+        decomposition = DualDecomposition(problem)
+        decomposition.run(_ITERATIONS)
+        IteratedLocalSearch(problem, decomposition.partners).run(1)
+        costs = decomposition.bounding_costs()
+        m_best_solutions(problem, known=decomposition.partners, bounding=costs, node_limit=1)
