@@ -1,0 +1,81 @@
+"""The driver of iterative methods: when it ends, and what it says of that."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from solver.control import Control, Status, iterate
+from solver.errors import Cancelled
+
+
+@dataclass
+class Bisection:
+    """√2 by bisection: the interval halves in each step."""
+
+    tolerance: float
+
+    def init(self) -> tuple[float, float]:
+        return 1.0, 2.0
+
+    def step(self, state: tuple[float, float]) -> tuple[float, float]:
+        middle = sum(state) / 2
+        return (middle, state[1]) if middle * middle < 2.0 else (state[0], middle)
+
+    def done(self, state: tuple[float, float]) -> bool:
+        return state[1] - state[0] <= self.tolerance
+
+
+def test_converged() -> None:
+    ended = iterate(Bisection(2.0**-20), 100, Control())
+    assert (ended.status, ended.iterations) == (Status.CONVERGED, 20)
+    assert ended.state[0] <= 2.0**0.5 <= ended.state[1]
+
+
+def test_limit_of_iterations() -> None:
+    ended = iterate(Bisection(2.0**-20), 7, Control())
+    assert (ended.status, ended.iterations) == (Status.ITERATIONS, 7)
+    assert ended.state[1] - ended.state[0] == 2.0**-7
+    assert iterate(Bisection(2.0**-7), 7, Control()).status is Status.CONVERGED
+
+
+def test_deadline_in_the_past() -> None:
+    ended = iterate(Bisection(0.0), 100, Control().within(-1.0))
+    assert (ended.status, ended.iterations, ended.state) == (Status.DEADLINE, 0, (1.0, 2.0))
+
+
+def test_cancellation_between_steps() -> None:
+    asked = []
+
+    def third() -> bool:
+        asked.append(1)
+        return len(asked) == 3
+
+    with pytest.raises(Cancelled):
+        iterate(Bisection(0.0), 100, Control(is_cancelled=third))
+    assert len(asked) == 3
+
+
+def test_items_in_time() -> None:
+    late = Control().within(-1.0)
+    assert list(late.in_time(range(5))) == []
+    assert list(late.in_time(range(5), least=2)) == [0, 1]
+    assert list(Control().in_time(range(5))) == [0, 1, 2, 3, 4]
+
+
+def test_stages_add_up_and_are_told() -> None:
+    told: list[tuple[str, float]] = []
+    control = Control(on_progress=lambda stage, fraction: told.append((stage, fraction)))
+    with control.stage("first", 0.25):
+        pass
+    before = control.timings["first"]
+    with control.stage("first"):
+        pass
+    assert told == [("first", 0.25)]
+    assert control.timings["first"] > before >= 0.0
+    assert control.quiet().timings == control.timed().timings == {}
+
+
+def test_a_later_deadline_does_not_replace_an_earlier_one() -> None:
+    control = Control().within(10.0)
+    assert control.within(1000.0).deadline == control.deadline
+    assert control.within(None) is control
