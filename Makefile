@@ -79,10 +79,12 @@ openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
 	--no-annotate --no-header --no-emit-index-url --no-emit-find-links
 lock: $(VENV)/dev  ## renew requirements/*.txt from the pyproject files
-	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in -o requirements/runtime.txt
-	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in --extra dev \
+	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in --extra demo \
+		-o requirements/runtime.txt
+	$(LOCK) $(UPGRADE) pyproject.toml client/pyproject.toml requirements/build.in --extra demo --extra dev \
 		-c requirements/runtime.txt -o requirements/dev.txt
 	$(LOCK) $(UPGRADE) requirements/service.in -c requirements/runtime.txt -o requirements/service.txt
+	$(LOCK) $(UPGRADE) requirements/worker.in -c requirements/runtime.txt -o requirements/worker.txt
 
 clean:  ## remove what the targets above made
 	rm -rf $(VENV) demo-output bench-output isomatch-data

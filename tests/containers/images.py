@@ -48,7 +48,7 @@ def build(engine: Engine) -> None:
     """Build both images."""
     version = engine.docker("run", "--rm", PYTHON, "python", "--version").split()[1]
     wheels = engine.folder / "wheels"
-    for lock in ("service.txt", "runtime.txt"):
+    for lock in ("service.txt", "worker.txt"):
         _download(ROOT / "requirements" / lock, version, wheels)
     with _index(wheels) as address:
         settings = engine.folder / "pip.conf"

