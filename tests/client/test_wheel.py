@@ -184,7 +184,8 @@ def test_the_wheel_is_what_the_source_distribution_makes(built: Built, tmp_path:
     ours = contents(built.wheel)
     assert contents(again) == ours
     assert "isomatch/py.typed" in ours
-    modules = {path.name for path in (ROOT / "client" / "isomatch").glob("*.py")}
+    package = ROOT / "client" / "isomatch"
+    modules = {str(path.relative_to(package)) for path in package.rglob("*.py")}
     assert {name.removeprefix("isomatch/") for name in ours if name.endswith(".py")} == modules
 
 

@@ -44,7 +44,7 @@ def test_what_is_run_is_there() -> None:
     assert os.access(script, os.X_OK)
     assert "exec python -m worker" in script.read_text()
     for module in ("service", "worker", "worker.process.health"):
-        assert (ROOT / module.replace(".", "/")).with_suffix(".py").exists() or (
+        assert (ROOT / f"{module.replace('.', '/')}.py").exists() or (
             ROOT / module / "__main__.py"
         ).exists()
 

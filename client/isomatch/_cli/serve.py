@@ -20,7 +20,7 @@ def application() -> bool:
     places = None if package is None else package.submodule_search_locations
     # Other people's packages are called "service" too.
     return any(
-        Path(place, "standalone.py").is_file() and Path(place, "..", "worker").is_dir()
+        Path(place, "standalone").is_dir() and Path(place, "..", "worker").is_dir()
         for place in places or ()
     )
 

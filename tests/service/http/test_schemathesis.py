@@ -65,7 +65,7 @@ def real_ids(http: httpx2.Client) -> Iterator[dict[str, str]]:
 
 @pytest.mark.parametrize("phases", ["examples,coverage,fuzzing", "stateful"])
 def test_schemathesis_finds_nothing(api: Api, real_ids: dict[str, str], phases: str) -> None:
-    hooks = {"SCHEMATHESIS_HOOKS": "tests.service.schemathesis_hooks", "PYTHONPATH": str(ROOT)}
+    hooks = {"SCHEMATHESIS_HOOKS": "tests.service.http.schemathesis_hooks", "PYTHONPATH": str(ROOT)}
     command = [
         str(Path(sys.executable).with_name("st")),
         "--no-color",

@@ -11,7 +11,7 @@ from worker.__main__ import ENVIRONMENT
 def test_jobs_find_every_kernel_ready() -> None:
     """In a process of its own: here other tests have compiled them."""
     done = subprocess.run(
-        [sys.executable, "-m", "tests.worker.warm_start"],
+        [sys.executable, "-m", "tests.worker.process.warm_start"],
         env={**os.environ, **ENVIRONMENT},
         capture_output=True,
         text=True,
