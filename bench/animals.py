@@ -1,4 +1,4 @@
-"""A prototype of four-legged animals: ``python -m bench.animals``.
+"""Prototype of four-legged animals: ``python -m bench.animals``.
 
 It is learned from mixtures of cat, dog and horse in several poses, and matched with individuals of
 each kind, some of them outside of what the examples show, each triangulated on its own. An animal

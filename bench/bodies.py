@@ -1,4 +1,4 @@
-"""Bodies that prototypes are examined with, and where a prototype's points are on them."""
+"""Human bodies on which prototypes are evaluated, with the truth of their points."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

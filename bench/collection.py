@@ -1,4 +1,4 @@
-"""The shapes that experiments run on: a folder of meshes, or generated ones."""
+"""Shapes of an experiment: a folder of meshes, or generated ones."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""How far matched points lie from the truth: ``python -m bench.correspondence``.
+"""Error of matched points against the truth: ``python -m bench.correspondence``.
 
 Geodesic error over √area (the Princeton protocol), against the direct truth and against the better
 of the direct and the mirrored one, per pair of shapes of a class.

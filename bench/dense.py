@@ -1,4 +1,4 @@
-"""What dense maps are worth: ``python -m bench.dense``.
+"""Accuracy of dense maps: ``python -m bench.dense``.
 
 Mean geodesic error over √area of all vertices' images with known truth, direct and against the
 better of the direct and the mirrored truth, per pair of shapes of a class.

@@ -1,4 +1,4 @@
-"""Pictures of experiments: a shape beside another, corresponding points joined."""
+"""Pictures of experiments: two shapes side by side, corresponding points joined."""
 
 from dataclasses import dataclass
 

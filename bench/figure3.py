@@ -32,7 +32,7 @@ WRONG = 0.25
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What one method makes of a pair.
+    """Result of one method on a pair.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Figure 4, dissimilarities of six classes of shapes, GMDS and ours: ``python -m bench.figure4``.
+"""Figure 4, dissimilarities of six classes by GMDS and by ours: ``python -m bench.figure4``.
 
 Every pair of 24 shapes is compared by six points. Ours is the least distortion of a bijection,
 proven; of commute times as a user gets it, and of geodesic distances for a comparison on GMDS's own

@@ -51,7 +51,7 @@ METHODS: dict[str, tuple[DescriptorChoice, Light]] = {
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """What is made of a pair.
+    """Result on a pair.
 
     Attributes
     ----------

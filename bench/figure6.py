@@ -1,4 +1,4 @@
-"""Figure 6, a prototype of the human shape against unfamiliar figures: ``python -m bench.figure6``.
+"""Figure 6, prototype of humans and figures outside the class: ``python -m bench.figure6``.
 
 A prototype is learned from humans with varied heads, arms and legs, in random poses. Figures
 outside of this family, each triangulated on its own, are matched with one human of standard
@@ -185,7 +185,7 @@ def sensitivity(
 def agreement(
     shapes: list[KnownShape], solve: Callable[[Shape], IntArray]
 ) -> dict[str, tuple[int, float]]:
-    """Whether points found on two poses of one body, each on its own, are the same points of it.
+    """Compare points found independently on two poses of one body.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Humans of many proportions in many poses, and figures outside of these, with ground truth."""
+"""Humans of many proportions in many poses, and figures outside of these, with the truth."""
 
 from dataclasses import dataclass
 

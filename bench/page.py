@@ -1,4 +1,4 @@
-"""`python -m bench.page`: a picture of the page with a match on it, and how long that takes.
+"""Picture of the page with a match, and its loading time: ``python -m bench.page``.
 
 Needs the packages of `make .venv/dev`, and Chromium: `make browser`.
 """

@@ -1,4 +1,4 @@
-"""What a match of eight points costs beside its eigensolves: ``python -m bench.pair``.
+"""Time of a match of eight points beside its eigensolves: ``python -m bench.pair``.
 
 Three times are taken in turn, pair by pair, in one process: both spectra alone, a match that has to
 compute them (cold), and the same match when they are known (warm).

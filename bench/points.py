@@ -1,4 +1,4 @@
-"""How many answers are right, by the number of points: ``python -m bench.points``.
+"""Share of right answers by the number of points: ``python -m bench.points``.
 
 A match is right if all its points are within 0.25 √area of the truth, or all of its mirror image.
 Without ``--data`` the shapes are generated, of all classes.

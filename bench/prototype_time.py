@@ -1,4 +1,4 @@
-"""Time of a match with a prototype beside that of two shapes: ``python -m bench.prototype_time``.
+"""Time of a match with a prototype beside one of two shapes: ``python -m bench.prototype_time``.
 
 A prototype of generated humans is matched with other people and with figures outside of its family,
 and so is one human of standard proportions, with as many points and all else by default. Spectra

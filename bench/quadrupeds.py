@@ -1,4 +1,4 @@
-"""Four-legged animals between cat, dog and horse, and individuals of each, with ground truth."""
+"""Four-legged animals, mixtures of cat, dog and horse, in several poses, with the truth."""
 
 from collections.abc import Mapping
 from dataclasses import fields

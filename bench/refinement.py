@@ -1,4 +1,4 @@
-"""What refinement between vertices is worth: ``python -m bench.refinement``.
+"""Accuracy of refinement between vertices by GMDS: ``python -m bench.refinement``.
 
 Geodesic error over √area of the matched vertices, and of the points that ``refine="gmds"`` finds
 between vertices, per pair of shapes of a class; each against the better of the direct and the

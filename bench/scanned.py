@@ -1,4 +1,4 @@
-"""Generated shapes as cameras see them: textured, with the faults of an acquisition.
+"""Generated shapes with the defects of scans: textured, noisy, with holes, remeshed.
 
 Like those of INRIA Grenoble in section 6.3, they have topological noise and irregular
 triangulations; besides, noise along the normals, noisy colours, and light of another strength and
@@ -41,7 +41,7 @@ COLOR_NOISE = 0.05
 
 @dataclass(frozen=True)
 class Light:
-    """What a shape is seen in.
+    """Lighting of a scan.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the service adds to the solver when a collection is compared: ``python -m bench.service``.
+"""Overhead of the service over the solver in a comparison: ``python -m bench.service``.
 
 The service, started as a user starts it, compares all pairs of the shapes, from the request to the
 result in the client's hands; beside it, as many bare processes as the service has workers do the

@@ -1,4 +1,4 @@
-"""How much a structure changes under a transformation, and what a match by it is worth."""
+"""Change of a structure under a transformation, and accuracy of matches with it."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -95,7 +95,7 @@ def known_points(pair: Pair, count: int, seed: int = 0) -> tuple[IntArray, IntAr
 
 
 def eight_points(metric: MetricChoice, descriptor: DescriptorChoice) -> MatchOptions:
-    """What 6.1 does: eight points, local and global distortion weighed alike."""
+    """Options of section 6.1: eight points, both distortions weighted equally."""
     return MatchOptions(
         points=8, metric=(metric,), descriptor=(descriptor,), beta=1.0, first_order_weight=1.0
     )

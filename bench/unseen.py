@@ -1,4 +1,4 @@
-"""Scans that a prototype has not seen: ``python -m bench.unseen``.
+"""Prototype matched with unseen scans: ``python -m bench.unseen``.
 
 Bodies are scanned under conditions that real scanners and their users make
 (:mod:`bench.conditions`): few and many vertices, noise, holes, limbs cut off, hands glued to hips,
@@ -41,7 +41,7 @@ _HUMANS, _ANIMALS = ("michael", "gorilla"), ("cat", "dog", "horse")
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What came of a scan.
+    """Result on a scan.
 
     Attributes
     ----------
@@ -66,12 +66,12 @@ class Verdict:
 
     @property
     def right(self) -> bool:
-        """Whether all points are right, up to symmetry."""
+        """True if all points are right, up to symmetry."""
         return min(self.direct, self.mirrored) < RIGHT
 
     @property
     def told(self) -> bool:
-        """Whether the user is told that the scan is unlike the class."""
+        """True if the match has a misfit warning."""
         return any("unlike" in warning for warning in self.warnings)
 
 

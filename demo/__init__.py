@@ -1,1 +1,1 @@
-"""`python -m demo`: the whole of isomatch on two generated figures, in one command."""
+"""The demo: ``python -m demo`` matches two generated figures with the whole stack."""

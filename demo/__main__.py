@@ -1,4 +1,4 @@
-"""Start everything, match two generated figures, and show the answer."""
+"""Start the stack, match two generated figures, and show the answer."""
 
 import argparse
 import signal

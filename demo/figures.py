@@ -1,4 +1,4 @@
-"""The two figures of the demo, and how far an answer is from the truth."""
+"""The two figures of the demo, and the error of an answer against the truth."""
 
 from dataclasses import dataclass
 from pathlib import Path

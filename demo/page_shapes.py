@@ -1,4 +1,4 @@
-"""`python -m demo.page_shapes`: generate the shapes that the page offers to those who have none."""
+"""Generate the sample shapes of the page: ``python -m demo.page_shapes``."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The service as a user starts it, for as long as a block of code lasts."""
+"""The service as a user starts it, as a context manager."""
 
 import contextlib
 import os
