@@ -10,7 +10,7 @@ from broker.contracts.structures import Choice
 
 ObjectiveName: TypeAlias = Literal["l2", "linf"]
 RefinementName: TypeAlias = Literal["gmds"]
-GeodesicMethod: TypeAlias = Literal["graph", "fast_marching", "heat", "exact"]
+GeodesicMethod: TypeAlias = Literal["graph", "fast_marching", "heat"]
 
 Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True)]
 Landmark: TypeAlias = Annotated[tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False)]
@@ -99,7 +99,7 @@ class MatchParameters(BaseModel):
         default="fast_marching",
         description='How geodesic distances are computed: "fast_marching" errs by some 0.2 %;'
         ' "graph", shortest paths over edges, by 2 %, in half the time; "heat" gives smooth ones,'
-        ' at 1 to 5 %; "exact" ones take twenty times as long.',
+        " at 1 to 5 %.",
     )
     alternatives: int = Field(
         default=8,

@@ -98,7 +98,7 @@ Eigenpairs = Annotated[
 GeodesicMethod = Annotated[
     str | None,
     typer.Option(
-        help="fast_marching (the default), graph, heat or exact.", rich_help_panel=STRUCTURES
+        help="fast_marching (the default), graph or heat.", rich_help_panel=STRUCTURES
     ),
 ]
 

@@ -51,8 +51,7 @@ class MatchParameters(TypedDict, total=False):
         Eigenpairs of the Laplace-Beltrami operator, 10 to 300 [100].
     geodesic_method
         How geodesic distances are computed: ``"fast_marching"``, ``"graph"`` (faster, errs by
-        2 %), ``"heat"`` (smooth, errs by 1 to 5 %) or ``"exact"`` (twenty times slower)
-        [``"fast_marching"``].
+        2 %) or ``"heat"`` (smooth, errs by 1 to 5 %) [``"fast_marching"``].
     alternatives
         How many of the best solutions of the coarse level are kept and refined, 1 to 32 [8].
     objective

@@ -1,15 +1,16 @@
-"""Fast marching (Kimmel and Sethian, PNAS 95, 1998), with circular waves.
+"""Fast marching on triangle meshes (Kimmel and Sethian, PNAS 95, 1998), with circular wavefronts.
 
-A front leaves the source and reaches vertices in order of distance. A triangle carries it from
-two of its corners to the third: in the plane, their distances tell where the source would lie,
-and if the line from there to the third corner passes between the two, its length is the third
-distance (Novotni and Klein, WSCG 2002). Plane waves, the usual choice, err most near the source,
-where fronts are most curved; circular ones are exact wherever the surface unfolds.
+A front leaves the source and reaches vertices in order of distance. A triangle updates its third
+corner from the two others: in the plane, their distances determine the position of a virtual
+source, and if the line from there to the third corner passes between the two, its length is a
+candidate for the third distance (Novotni and Klein, WSCG 2002). Planar wavefronts, as in the
+original method, err most near the source, where the front is most curved; circular ones are exact
+wherever the surface unfolds.
 
-Obtuse corners, which a front may reach before the edge opposite, are rare on the intrinsic
-Delaunay triangulation and need no special treatment: a vertex whose distance can be lowered
-after its turn gets another turn. The segments of ``graph`` are followed as well. They matter
-where the surface is so rough that hardly any wave is circular.
+Obtuse corners, which a front may reach before the opposite edge, are rare on the intrinsic
+Delaunay triangulation, and are not split: a vertex whose distance decreases after it was accepted
+is accepted again (label correcting). The segments of :mod:`.graph` are relaxed too. They matter
+where the surface is so rough that hardly any wavefront is circular.
 """
 
 import numpy as np
@@ -17,17 +18,20 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.mesh import TriangleMesh
-from solver.shape.geodesics.graph import straight_ways
+from solver.shape.geodesics.graph import straight_segments
 from solver.shape.geodesics.heap import lift, pop
 from solver.shape.geodesics.interface import checked_sources
-from solver.shape.geodesics.intrinsic import IntrinsicTriangulation, intrinsic_triangulation
+from solver.shape.geodesics.intrinsic import intrinsic_triangulation
 
-_LESS, _MUCH_LESS = 1.0 - 1e-12, 1.0 - 1e-6
-"""What lowers a distance by less than rounding errors is not worth another turn."""
+_DECREASE = 1.0 - 1e-12
+"""Greatest ratio of a new distance to the old one for an update: more is a rounding error."""
 
-_TURNS = 4
-"""Turns a vertex, on average, after which lowering must be worth more. It takes 1.0 to 1.2; where
-thin triangles cannot be flipped, at edges of several sheets, it might take thousands."""
+_COARSE_DECREASE = 1.0 - 1e-6
+"""The same after `_ACCEPTANCES`, so that the march ends on any mesh."""
+
+_ACCEPTANCES = 4
+"""Acceptances per vertex, on average, before only coarse decreases count. Meshes take 1.0 to 1.2;
+thin triangles that cannot be flipped, at non-manifold edges, might take thousands."""
 
 
 class FastMarching:
@@ -41,8 +45,11 @@ class FastMarching:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         triangulation = intrinsic_triangulation(mesh).delaunay()
-        self._segments = _segments(triangulation)
-        self._waves = _waves(triangulation)
+        count = triangulation.n_vertices
+        self._segments = _by_vertex(count, *straight_segments(triangulation))
+        self._corners = _third_corners(
+            count, triangulation.faces, triangulation.lengths, triangulation.apexes()
+        )
 
     @property
     def n_vertices(self) -> int:
@@ -50,42 +57,25 @@ class FastMarching:
         return len(self._segments[0]) - 1
 
     def distances(self, sources: IntArray) -> FloatArray:
-        """(S, V) distances from (S,) vertices to all, a little long or short. O(S V log V)."""
+        """(S, V) distances from (S,) vertices to all, too long or too short. O(S V log V)."""
         known = checked_sources(sources, self.n_vertices)
         found = np.empty((len(known), self.n_vertices))
-        march(*self._segments, *self._waves, known, found)
+        march(*self._segments, *self._corners, known, found)
         return found
-
-
-def _segments(triangulation: IntrinsicTriangulation) -> tuple[IntArray, IntArray, FloatArray]:
-    """Segments of ``graph`` from each vertex, some of them twice, as march takes them."""
-    return _by_vertex(triangulation.n_vertices, *straight_ways(triangulation))
-
-
-def _waves(
-    triangulation: IntrinsicTriangulation,
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Ways a front can take from a vertex and a neighbour of it to the third corner of a triangle.
-
-    Returns
-    -------
-    starts : (V + 1,) where each vertex's ways begin.
-    corners : (6F, 2) the neighbour and the third corner.
-    shapes : (6F, 3) length of the side to the neighbour, and the third corner: along, above.
-    """
-    return _curved_ways(
-        triangulation.n_vertices,
-        triangulation.faces,
-        triangulation.lengths,
-        triangulation.apexes(),
-    )
 
 
 @kernel
 def _by_vertex(
     size: int, ends: IntArray, lengths: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Put segments in compressed rows, each in those of both of its ends."""
+    """Segments as compressed sparse rows, each in the rows of both of its ends.
+
+    Returns
+    -------
+    starts : (V + 1,) first segment of each vertex.
+    others : (2S,) vertex at the other end.
+    lengths : (2S,) of the segments.
+    """
     starts = np.zeros(size + 1, dtype=np.int64)
     for i in range(len(ends)):
         for k in range(2):
@@ -102,10 +92,18 @@ def _by_vertex(
 
 
 @kernel
-def _curved_ways(
+def _third_corners(
     size: int, faces: IntArray, lengths: FloatArray, apexes: FloatArray
 ) -> tuple[IntArray, IntArray, FloatArray]:
-    """Ways of each vertex to the third corners of its triangles; see `_waves`."""
+    """Wavefront updates from each vertex, by one of its triangles and its neighbour in it.
+
+    Returns
+    -------
+    starts : (V + 1,) first update of each vertex.
+    corners : (6F, 2) the neighbour, and the third corner, which is updated.
+    shapes : (6F, 3) length of the side to the neighbour; coordinates of the third corner along
+        this side from the vertex, and above it.
+    """
     starts = np.zeros(size + 1, dtype=np.int64)
     for side in range(len(lengths)):
         starts[faces[side // 3, side % 3] + 1] += 2
@@ -117,10 +115,10 @@ def _curved_ways(
         start, end, third = faces[face, k], faces[face, (k + 1) % 3], faces[face, (k + 2) % 3]
         along, above = apexes[side]
         for here, other, place_along in ((start, end, along), (end, start, base - along)):
-            way = place[here]
+            row = place[here]
             place[here] += 1
-            corners[way, 0], corners[way, 1] = other, third
-            shapes[way, 0], shapes[way, 1], shapes[way, 2] = base, place_along, above
+            corners[row, 0], corners[row, 1] = other, third
+            shapes[row, 0], shapes[row, 1], shapes[row, 2] = base, place_along, above
     return starts, corners, shapes
 
 
@@ -129,63 +127,75 @@ def march(
     segment_starts: IntArray,
     segment_ends: IntArray,
     segment_lengths: FloatArray,
-    wave_starts: IntArray,
-    wave_corners: IntArray,
-    wave_shapes: FloatArray,
+    corner_starts: IntArray,
+    corners: IntArray,
+    shapes: FloatArray,
     sources: IntArray,
     distances: FloatArray,
 ) -> None:
-    """Let a front run from each source until it comes to rest.
+    """March from each source until no distance decreases.
 
     Parameters
     ----------
     segment_starts, segment_ends, segment_lengths
-        Segments from each vertex, as in a compressed sparse row matrix.
-    wave_starts, wave_corners, wave_shapes
-        Triangles at each vertex, see :func:`_waves`.
+        Segments from each vertex, see :func:`_by_vertex`.
+    corner_starts, corners, shapes
+        Wavefront updates from each vertex, see :func:`_third_corners`.
     sources
         (S,) vertices.
     distances
-        (S, V), written.
+        (S, V), overwritten.
     """
     n = distances.shape[1]
     heap, places = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
-    for row in range(len(sources)):
-        reached = distances[row]
+    for search in range(len(sources)):
+        reached = distances[search]
         reached[:] = np.inf
         places[:] = -1
-        reached[sources[row]] = 0.0
-        size = lift(heap, places, reached, 0, sources[row])
-        turns, less = 0, _LESS
+        reached[sources[search]] = 0.0
+        size = lift(heap, places, reached, 0, sources[search])
+        acceptances, decrease = 0, _DECREASE
         while size > 0:
             here, size = pop(heap, places, reached, size)
-            turns += 1
-            if turns > _TURNS * n:
-                less = _MUCH_LESS
-            for way in range(segment_starts[here], segment_starts[here + 1]):
-                there, found = segment_ends[way], reached[here] + segment_lengths[way]
-                if found < less * reached[there]:
+            acceptances += 1
+            if acceptances > _ACCEPTANCES * n:
+                decrease = _COARSE_DECREASE
+            for row in range(segment_starts[here], segment_starts[here + 1]):
+                there, found = segment_ends[row], reached[here] + segment_lengths[row]
+                if found < decrease * reached[there]:
                     reached[there] = found
                     size = lift(heap, places, reached, size, there)
-            for way in range(wave_starts[here], wave_starts[here + 1]):
-                other, there = wave_corners[way, 0], wave_corners[way, 1]
+            for row in range(corner_starts[here], corner_starts[here + 1]):
+                other, there = corners[row, 0], corners[row, 1]
                 if places[other] >= 0 or reached[other] == np.inf:
-                    continue  # it will have its own turn
-                limit = less * reached[there]
-                found = _wave(reached[here], reached[other], wave_shapes, way, limit)
+                    continue  # updated when the other vertex is accepted
+                limit = decrease * reached[there]
+                found = _wavefront(reached[here], reached[other], shapes, row, limit)
                 if found < limit:
                     reached[there] = found
                     size = lift(heap, places, reached, size, there)
 
 
 @inlined
-def _wave(here: float, other: float, shapes: FloatArray, way: int, limit: float) -> float:
-    """Distance of a triangle's third corner from the source beyond the side between the others.
+def _wavefront(here: float, other: float, shapes: FloatArray, row: int, limit: float) -> float:
+    """Distance of a triangle's third corner from the virtual source of a circular wavefront.
 
-    These are `here` and `other` far from the source; ``inf`` if, laid out in the plane, it does
-    not see the third corner between them, or is farther from it than a limit.
+    Parameters
+    ----------
+    here, other
+        Distances of the first two corners, which place the virtual source in the plane.
+    shapes, row
+        The triangle, see :func:`_third_corners`.
+    limit
+        Distances from here on are of no use.
+
+    Returns
+    -------
+    float
+        ``inf`` if the distance is not below the limit, or the line from the virtual source to the
+        third corner does not pass between the first two.
     """
-    base, along, above = shapes[way, 0], shapes[way, 1], shapes[way, 2]
+    base, along, above = shapes[row, 0], shapes[row, 1], shapes[row, 2]
     source = 0.5 * (base + (here - other) * (here + other) / base)
     square = here * here - source * source
     if square <= 0.0:

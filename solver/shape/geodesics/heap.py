@@ -1,4 +1,4 @@
-"""A binary heap of vertices, the nearest on top, in which a vertex can move up."""
+"""Binary heap with decrease-key, as arrays for compiled loops."""
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined
@@ -6,20 +6,20 @@ from solver.kernel import inlined
 
 @inlined
 def lift(heap: IntArray, places: IntArray, keys: FloatArray, size: int, item: int) -> int:
-    """Put an item in, or move it to where its lower key belongs.
+    """Insert an item, or restore the heap after its key has decreased.
 
     Parameters
     ----------
     heap
-        (V,) items; the first `size` count.
+        (V,) items, of which the first `size` are the heap.
     places
-        (V,) index in the heap of each item, -1 for those that are not in it.
+        (V,) position of each item in the heap, -1 for items outside.
     keys
         (V,) of the items.
     size
         Number of items in the heap.
     item
-        Whose key is new.
+        The item, with its key already in `keys`.
 
     Returns
     -------
@@ -44,7 +44,7 @@ def lift(heap: IntArray, places: IntArray, keys: FloatArray, size: int, item: in
 
 @inlined
 def pop(heap: IntArray, places: IntArray, keys: FloatArray, size: int) -> tuple[int, int]:
-    """Take out the item of least key; the item and the new size. Parameters as in `lift`."""
+    """Remove the item of least key; return it and the new size. Parameters as in `lift`."""
     least = heap[0]
     places[least] = -1
     size -= 1

@@ -1,9 +1,9 @@
-"""The heat method (Crane, Weischedel and Wardetzky, ACM TOG 32(5), 2013).
+"""The heat method (Crane, Weischedel and Wardetzky, ACM TOG 32(5), 2013), by potpourri3d.
 
-Heat flows from the source for a short while; its gradient, normalised, is nearly that of the
-distance, which is the function whose gradient fits best. Two linear systems, factored once for
-all sources, on the tufted intrinsic Delaunay triangulation: on the triangles as they come, the
-method errs by tens of per cent where they are thin.
+Algorithm 1 of the paper: heat flows from the source for a short time t; its normalised gradient
+approximates that of the distance, which follows from a Poisson equation. Both linear systems are
+factored once for all sources, on the tufted intrinsic Delaunay triangulation (Sharp and Crane, SGP
+2020): on the triangles as they are, the method errs by tens of per cent where these are thin.
 """
 
 import numpy as np
@@ -14,9 +14,12 @@ from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 from solver.shape.geodesics.interface import checked_sources
 
+_TIME = 1.0
+"""Time t of the heat flow, in squared mean edge lengths (section 3.2.4 of the paper)."""
+
 
 class HeatMethod:
-    """Smooth distances from the heat that flows from a source.
+    """Smooth geodesic distances by the heat method.
 
     Parameters
     ----------
@@ -26,14 +29,14 @@ class HeatMethod:
     Raises
     ------
     MeshError
-        The mesh has no sound Laplacian.
+        The Laplacian of the mesh is singular or not finite.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
         self._components = mesh.component_of_vertex
         try:
             self._solver = potpourri3d.MeshHeatMethodDistanceSolver(
-                mesh.vertices, mesh.faces, t_coef=1.0, use_robust=True
+                mesh.vertices, mesh.faces, t_coef=_TIME, use_robust=True
             )
         except RuntimeError as error:
             raise MeshError(f"the heat method fails on this mesh: {error}") from error
@@ -44,12 +47,12 @@ class HeatMethod:
         return len(self._components)
 
     def distances(self, sources: IntArray) -> FloatArray:
-        """(S, V) smoothed distances from (S,) vertices to all; two back substitutions each.
+        """(S, V) smooth distances from (S,) vertices to all; two back substitutions per source.
 
         Raises
         ------
         MeshError
-            The linear systems are too near to singular.
+            The linear systems are singular to working precision.
         """
         known = checked_sources(sources, self.n_vertices)
         found = np.empty((len(known), self.n_vertices))

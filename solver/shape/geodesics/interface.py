@@ -1,4 +1,4 @@
-"""What every method of computing geodesic distances offers, and asks of its sources."""
+"""Interface of the methods of computing geodesic distances."""
 
 from typing import Protocol
 
@@ -21,28 +21,28 @@ class Geodesics(Protocol):
         Parameters
         ----------
         sources
-            (S,) vertex indices.
+            (S,) int64 vertex indices.
 
         Returns
         -------
-        (S, V) float64, in the mesh's unit of length: 0 at the source, ``inf`` on components
-        other than its own.
+        (S, V) float64, in the mesh's unit of length: 0 at the source, ``inf`` on other connected
+        components.
 
         Raises
         ------
         IndexError
-            A source is none of the mesh's vertices.
+            A source is not in 0..V - 1.
         """
         ...
 
 
 def checked_sources(sources: IntArray, n_vertices: int) -> IntArray:
-    """Return sources as int64; compiled loops would not notice a wrong one.
+    """Return sources as int64, checked because compiled loops do not check bounds.
 
     Raises
     ------
     IndexError
-        A source is none of 0..V - 1.
+        A source is not in 0..V - 1.
     """
     checked = np.atleast_1d(np.asarray(sources, dtype=np.int64))
     if checked.size and not (checked.min() >= 0 and checked.max() < n_vertices):

@@ -1,42 +1,47 @@
-"""Intrinsic triangulations: triangles given by the lengths of their sides, and how they are glued.
+"""Intrinsic triangulations: triangles given by their edge lengths and their gluing.
 
-Flipping an edge of two triangles, laid out in the plane, gives another triangulation of the very
-same surface. Flipped until every edge is Delaunay (Bobenko and Springborn, Discrete Comput. Geom.
-38, 2007), its triangles are as round as the vertices allow, however thin those of the mesh were.
+Sharp, Soliman and Crane, "Navigating intrinsic triangulations", ACM TOG 38(4), 2019. Flipping an
+edge of two triangles laid out in the plane gives another triangulation of the same polyhedral
+surface. The intrinsic Delaunay triangulation, in which no edge can be flipped any more (Bobenko
+and Springborn, "A discrete Laplace-Beltrami operator for simplicial surfaces", Discrete Comput.
+Geom. 38, 2007), has the roundest triangles that the vertices allow, however thin those of the mesh.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.mesh import TriangleMesh
 
 _FLIPS_PER_SIDE = 100
-"""Flips end by themselves; on triangles at the limit of precision, nobody can promise when."""
+"""Limit of flips, a safeguard only: flipping terminates in exact arithmetic (Bobenko and Springborn
+2007), but this need not hold for triangles that are degenerate in floating point."""
+
+_DELAUNAY_TOLERANCE = 1e-10
+"""Least negative cotangent sum that is flipped, without unit: cocircular pairs stay as they are
+instead of flipping back and forth by rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class IntrinsicTriangulation:
-    """Triangles by the lengths of their sides.
+    """Triangles given by the lengths of their sides.
 
-    Side 3f + k of face f runs from its corner k to the next. A face may meet itself, and an edge
-    may have both ends in one vertex.
+    Side 3f + k of face f runs from its corner k to the next. A face may be glued to itself, and
+    both ends of an edge may be the same vertex.
 
     Parameters
     ----------
     n_vertices
         Number V of vertices.
     faces
-        (F, 3) vertices.
+        (F, 3) int64 vertices.
     lengths
-        (3F,) of the sides.
+        (3F,) float64 of the sides, in the mesh's unit of length.
     across
-        (3F,) the next side that lies on the same edge, round and round: itself at a boundary,
-        the other one on most edges, one of several where the surface is not a manifold.
+        (3F,) int64 next side on the same edge, in a cycle: the side itself at a boundary, the
+        other side of an interior edge, one of several at a non-manifold edge.
     """
 
     n_vertices: int
@@ -46,75 +51,39 @@ class IntrinsicTriangulation:
 
     @property
     def starts(self) -> IntArray:
-        """(3F,) vertex where each side begins."""
+        """(3F,) int64 vertex at the start of each side."""
         return self.faces.ravel()
 
     @property
-    def ends(self) -> IntArray:
-        """(3F,) vertex where each side ends."""
-        return self.faces[:, [1, 2, 0]].ravel()
-
-    @property
     def forward(self) -> BoolArray:
-        """(3F,) whether each side runs one way along its edge or the other."""
+        """(3F,) bool, direction of each side along its edge: equal for sides that run alike."""
         sides = np.arange(len(self.across))
-        same_ends = self.starts == self.ends
-        forward: BoolArray = np.where(same_ends, sides < self.across, self.starts < self.ends)
+        ends = self.faces[:, [1, 2, 0]].ravel()
+        forward: BoolArray = np.where(self.starts == ends, sides < self.across, self.starts < ends)
         return forward
 
     def apexes(self) -> FloatArray:
-        """(3F, 2) third corner of each side's face: along the side from its start, and above."""
+        """(3F, 2) float64 third corner of each side's face, in the side's frame.
+
+        Coordinates are along the side from its start, and the height above it, >= 0.
+        """
         base = self.lengths
         opposite, left = base.reshape(-1, 3)[:, [1, 2, 0]], base.reshape(-1, 3)[:, [2, 0, 1]]
         return _apexes(base, left.ravel(), opposite.ravel())
 
     def delaunay(self) -> "IntrinsicTriangulation":
-        """Return the intrinsic Delaunay triangulation, or as near to it as precision allows.
+        """Return the intrinsic Delaunay triangulation, up to rounding errors.
 
-        Edges of more than two triangles stay, and those of two that run along them in the same
-        direction.
+        Non-manifold edges are not flipped, nor are edges whose two triangles are inconsistently
+        oriented.
         """
         faces, lengths, across = self.faces.copy(), self.lengths.copy(), self.across.copy()
         _flip_to_delaunay(faces, lengths, across, _FLIPS_PER_SIDE * len(across))
         return IntrinsicTriangulation(self.n_vertices, faces, lengths, across)
 
-    def most_sheets(self) -> int:
-        """Greatest number of triangles at an edge."""
-        turn, sheets = self.across, 1
-        sides = np.arange(len(self.across))
-        while (turn != sides).any():
-            turn = np.where(turn != sides, self.across[turn], turn)
-            sheets += 1
-        return sheets
-
-    def irregular_vertices(self) -> IntArray:
-        """Vertices round which the triangles do not close to one disc, once each."""
-        sides = np.arange(len(self.across))
-        across = self.across
-        irregular = (across == sides) | (across[across] != sides)
-        at_edges = np.r_[self.starts[irregular], self.ends[irregular]]
-        return np.union1d(at_edges, self._pinched_vertices())
-
-    def _pinched_vertices(self) -> IntArray:
-        """Vertices whose triangles hang together only there; they have several fans."""
-        size = len(self.across)
-        sides, twins = np.arange(size), self.across
-        ahead = sides // 3 * 3 + (sides + 1) % 3
-        opposed = self.forward[sides] != self.forward[twins]
-        # The corner at which a side begins has the side's number; it ends at the next one's.
-        begin = np.where(opposed, ahead[twins], twins)
-        end = np.where(opposed, twins, ahead[twins])
-        joined = sp.coo_array(
-            (np.ones(2 * size), (np.r_[sides, ahead], np.r_[begin, end])), shape=(size, size)
-        )
-        fan = connected_components(joined, directed=False)[1]
-        first = np.unique(fan, return_index=True)[1]
-        fans = np.bincount(self.starts[first], minlength=self.n_vertices)
-        return np.flatnonzero(fans > 1)
-
 
 def intrinsic_triangulation(mesh: TriangleMesh) -> IntrinsicTriangulation:
-    """Forget where a mesh lies in space.
+    """Intrinsic triangulation of a mesh by its own triangles.
 
     Parameters
     ----------
@@ -134,16 +103,28 @@ def intrinsic_triangulation(mesh: TriangleMesh) -> IntrinsicTriangulation:
 
 
 @inlined
-def next_side(side: int) -> int:
-    """Next side of the same face."""
+def _next_side(side: int) -> int:
+    """Next side of the same face, counterclockwise."""
     return side + 1 if side % 3 < 2 else side - 2
 
 
 @inlined
-def apex(base: float, left: float, right: float) -> tuple[float, float]:
-    """Third corner of a triangle on a base: along it from its left end, and above it (>= 0)."""
+def _apex(base: float, left: float, right: float) -> tuple[float, float]:
+    """Third corner of a triangle with known sides.
+
+    Parameters
+    ----------
+    base, left, right
+        Lengths of the side on the x axis from the origin, and of the sides from its start and
+        from its end to the third corner.
+
+    Returns
+    -------
+    Coordinates of the third corner, the second one >= 0.
+    """
     along = 0.5 * (base + (left - right) * (left + right) / base)
-    # Kahan's arrangement of Heron's formula, for the height of needles.
+    # Heron's formula as arranged by Kahan ("Miscalculating area and angles of a needle-like
+    # triangle", 2014), which stays accurate for needles.
     a, c = max(base, left, right), min(base, left, right)
     b = base + left + right - a - c
     squares = (a + (b + c)) * (c - (a - b)) * (c + (a - b)) * (a + (b - c))
@@ -154,53 +135,52 @@ def apex(base: float, left: float, right: float) -> tuple[float, float]:
 def _apexes(base: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
     found = np.empty((len(base), 2))
     for side in range(len(base)):
-        found[side] = apex(base[side], left[side], right[side])
+        found[side] = _apex(base[side], left[side], right[side])
     return found
 
 
 @kernel
-def _flip_to_delaunay(faces: IntArray, lengths: FloatArray, across: IntArray, most: int) -> int:
-    """Flip edges in place until all are Delaunay; the number of flips."""
-    pending = np.arange(len(across))
-    waits = np.ones(len(across), dtype=np.bool_)
+def _flip_to_delaunay(faces: IntArray, lengths: FloatArray, across: IntArray, most: int) -> None:
+    """Flip edges in place until all are Delaunay, `most` times at most."""
+    pending = np.arange(len(across))  # a stack
+    is_pending = np.ones(len(across), dtype=np.bool_)
     count, flips = len(across), 0
     while count > 0 and flips < most:
         count -= 1
         side = pending[count]
-        waits[side] = False
+        is_pending[side] = False
         if not _flip(faces, lengths, across, side):
             continue
         flips += 1
-        face, other = side // 3, across[next_side(side)] // 3
+        face, other = side // 3, across[_next_side(side)] // 3
         for corner in range(3):
             for neighbour in (3 * face + corner, 3 * other + corner):
-                if not waits[neighbour]:
-                    waits[neighbour] = True
+                if not is_pending[neighbour]:
+                    is_pending[neighbour] = True
                     pending[count] = neighbour
                     count += 1
-    return flips
 
 
 @kernel
 def _flip(faces: IntArray, lengths: FloatArray, across: IntArray, side: int) -> bool:
-    """Flip a side's edge if its two triangles are more obtuse over it than Delaunay allows."""
+    """Flip the edge of a side in place if it is not Delaunay; return whether it was flipped."""
     twin = across[side]
     if across[twin] != side or twin // 3 == side // 3:
         return False
-    side_next, side_last = next_side(side), next_side(next_side(side))
-    twin_next, twin_last = next_side(twin), next_side(next_side(twin))
+    side_next, side_last = _next_side(side), _next_side(_next_side(side))
+    twin_next, twin_last = _next_side(twin), _next_side(_next_side(twin))
     start = faces[side // 3, side % 3]
     if start != faces[twin_next // 3, twin_next % 3]:
-        return False  # the triangles are not oriented alike
+        return False  # the triangles are inconsistently oriented
     base = lengths[side]
-    x, y = apex(base, lengths[side_last], lengths[side_next])
-    other_x, other_y = apex(base, lengths[twin_next], lengths[twin_last])
+    x, y = _apex(base, lengths[side_last], lengths[side_next])
+    other_x, other_y = _apex(base, lengths[twin_next], lengths[twin_last])
     if not (y > 0.0 and other_y > 0.0):
         return False
-    # Of the angles opposite, the cotangents; their sum is negative if the angles exceed π.
+    # Delaunay: the angles opposite the edge sum to at most π, their cotangents to at least 0.
     cotangent = (lengths[side_last] ** 2 - base * x) / (base * y)
     other = (lengths[twin_next] ** 2 - base * other_x) / (base * other_y)
-    if cotangent + other >= -1e-10:
+    if cotangent + other >= -_DELAUNAY_TOLERANCE:
         return False
     across_x, across_y = x - other_x, y + other_y
     top = faces[side_last // 3, side_last % 3]
@@ -217,7 +197,7 @@ def _flip(faces: IntArray, lengths: FloatArray, across: IntArray, side: int) -> 
 
 @inlined
 def _move(across: IntArray, side: int, place: int) -> None:
-    """Let a side be known by another number to those on its edge."""
+    """Replace side `side` by `place` in the cycle of its edge."""
     before = side
     while across[before] != side:
         before = across[before]

@@ -1,15 +1,16 @@
-"""What all methods of computing geodesic distances have in common."""
+"""Properties of all methods of computing geodesic distances."""
 
 import numpy as np
 import pytest
 
+from bench.geodesics import exact_distances
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape.geodesics import GEODESIC_METHODS, geodesics
 from tests.solver import shapes
 from tests.solver.shape.geodesics import surfaces
 
-MEAN_ERRORS = {"graph": 0.03, "fast_marching": 0.004, "heat": 0.05, "exact": 1e-12}
+MEAN_ERRORS = {"graph": 0.03, "fast_marching": 0.004, "heat": 0.05}
 """On bodies whose triangles are neither large nor thin."""
 
 
@@ -35,7 +36,7 @@ def test_distances(name: str, method: str) -> None:
 def test_error_on_a_body(method: str) -> None:
     mesh = shapes.blob()
     sources = np.arange(0, mesh.n_vertices, 80)
-    exact = geodesics(mesh, "exact").distances(sources)
+    exact = exact_distances(mesh, sources)
     found = geodesics(mesh, method).distances(sources)
     apart = exact > 0.0
     relative = found[apart] / exact[apart] - 1.0
@@ -75,7 +76,7 @@ def test_infinite_between_components(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", GEODESIC_METHODS)
-def test_sources_that_are_none(method: str) -> None:
+def test_sources_out_of_range(method: str) -> None:
     measure = geodesics(shapes.cube(), method)
     assert measure.distances(np.empty(0, dtype=np.int64)).shape == (0, measure.n_vertices)
     for wrong in (-1, measure.n_vertices):
@@ -99,17 +100,17 @@ def damaged() -> TriangleMesh:
 
 
 @pytest.mark.parametrize("method", GEODESIC_METHODS)
-def test_no_mesh_is_too_odd(method: str) -> None:
+def test_damaged_mesh(method: str) -> None:
     mesh = damaged()
     sources = np.arange(0, mesh.n_vertices, 30)
     found = geodesics(mesh, method).distances(sources)
     assert np.isfinite(found).all()
-    if method == "heat":  # which smooths what is thinner than its triangles away
+    if method == "heat":  # smooths away what is thinner than its triangles
         return
     assert (found >= 0.95 * surfaces.straight(mesh, sources)).all()
 
 
 def test_unknown_method() -> None:
-    with pytest.raises(OptionError, match="graph, fast_marching, heat, exact") as caught:
+    with pytest.raises(OptionError, match="graph, fast_marching, heat") as caught:
         geodesics(shapes.cube(2), "dijkstra")
     assert caught.value.field == "geodesic_method"
