@@ -1,4 +1,4 @@
-"""Shapes and the structures (3) they are endowed with: metrics, descriptors, samples."""
+"""Shapes with their structures, section 2 and 3: metrics, descriptors and samplings."""
 
 from solver.shape.metrics import (
     BiharmonicMetric,
@@ -11,7 +11,7 @@ from solver.shape.metrics import (
     lengths_by_heat,
     varadhan_distances,
 )
-from solver.shape.sampling import extremity, farthest_point_sampling, spread_in_space
+from solver.shape.sampling import farthest_first, farthest_point_sampling, spread_in_space
 from solver.shape.shape import WITHOUT_COLORS, Shape
 
 __all__ = [
@@ -23,7 +23,7 @@ __all__ = [
     "GeodesicMetric",
     "Metric",
     "Shape",
-    "extremity",
+    "farthest_first",
     "farthest_point_sampling",
     "heat_images",
     "lengths_by_heat",

@@ -9,11 +9,16 @@ from solver.errors import MeshError
 from solver.shape.geodesics import Geodesics
 from solver.shape.laplacian import Spectrum
 
-_KEPT_BYTES = 64 * 1024**2
-"""Of a shape's geodesic distances: those from 1600 sources at 5,000 vertices, 40 at 200,000."""
+_CACHED_BYTES = 64 * 1024**2
+"""Size of the cache of a shape's geodesic distances: rows of 1600 sources at 5,000 vertices, of 40
+at 200,000."""
 
 _LEAST_HEAT = 1e-9
-"""Of what it is at a point, what heat elsewhere is known to: eigenfunctions are not exact."""
+"""Least normalised heat kernel that counts: eigenfunctions are computed with residuals of about
+10⁻⁸ (:mod:`solver.shape.laplacian.eigensolver`), and cancel to nothing below."""
+
+_CONNECTED = 1e-9
+"""Second eigenvalue, times the area, above which a shape is connected."""
 
 
 class Metric(Protocol):
@@ -30,7 +35,7 @@ class Metric(Protocol):
         Parameters
         ----------
         sources
-            (S,) vertex indices.
+            (S,) int64 vertex indices.
 
         Returns
         -------
@@ -44,7 +49,7 @@ class Metric(Protocol):
         Parameters
         ----------
         points
-            (A,) vertex indices.
+            (A,) int64 vertex indices.
 
         Returns
         -------
@@ -56,18 +61,18 @@ class Metric(Protocol):
 class GeodesicMetric:
     """The geodesic metric, section 3.2.
 
-    Searches are dear and asked for again, by finer levels and longer samplings: the distances
-    found last are kept, as many as fit into `_KEPT_BYTES`.
+    Finer levels and longer samplings ask for the same rows again: the most recently used ones are
+    cached, as many as fit into `_CACHED_BYTES`.
 
     Parameters
     ----------
     geodesics
-        A method on the shape's mesh.
+        A method of computing geodesic distances on the shape's mesh.
     """
 
     def __init__(self, geodesics: Geodesics) -> None:
         self._geodesics = geodesics
-        self._kept: dict[int, FloatArray] = {}  # by source, the one asked for last at the end
+        self._cache: dict[int, FloatArray] = {}  # by source, the most recently used last
 
     @property
     def n_vertices(self) -> int:
@@ -75,7 +80,7 @@ class GeodesicMetric:
         return self._geodesics.n_vertices
 
     def distances(self, sources: IntArray) -> FloatArray:
-        """(S, V) distances from (S,) vertices to all; one search for each not kept."""
+        """(S, V) distances from (S,) vertices to all; one search per uncached source."""
         found = np.empty((len(sources), self.n_vertices))
         for row, source in zip(found, sources, strict=True):
             row[:] = self._row(int(source))
@@ -84,8 +89,8 @@ class GeodesicMetric:
     def between(self, points: IntArray) -> FloatArray:
         """(A, A) distances among (A,) vertices, exactly symmetric.
 
-        Of the two directions, which agree but for the method's error, the shorter counts:
-        methods rather find ways too long.
+        The two directions agree up to the method's error; the shorter distance counts, since
+        methods tend to overestimate.
         """
         found = np.empty((len(points), len(points)))
         for row, point in zip(found, points, strict=True):
@@ -93,22 +98,22 @@ class GeodesicMetric:
         return np.minimum(found, found.T)
 
     def _row(self, source: int) -> FloatArray:
-        row = self._kept.pop(source, None)
+        row = self._cache.pop(source, None)
         if row is None:
             row = self._geodesics.distances(np.array([source], dtype=np.int64))[0]
-            if len(self._kept) >= max(_KEPT_BYTES // row.nbytes, 1):
-                self._kept.pop(next(iter(self._kept)))
-        self._kept[source] = row
+            if len(self._cache) >= max(_CACHED_BYTES // row.nbytes, 1):
+                self._cache.pop(next(iter(self._cache)))
+        self._cache[source] = row
         return row
 
 
 class EmbeddedMetric:
-    """A metric that is the Euclidean distance between embedded vertices.
+    """Euclidean distances between vertices embedded in R^m.
 
     Parameters
     ----------
     embedding
-        (V, m) image of each vertex.
+        (V, m) float64 coordinates of each vertex.
     """
 
     def __init__(self, embedding: FloatArray) -> None:
@@ -123,9 +128,8 @@ class EmbeddedMetric:
     def distances(self, sources: IntArray) -> FloatArray:
         """(S, V) distances from (S,) vertices to all.
 
-        By |a - b|² = |a|² + |b|² - 2 a·b, a matrix product: several times faster than
-        differences, at the price of an absolute error of about 10⁻⁸ times the shape's diameter
-        where distances are next to nothing.
+        By |a - b|² = |a|² + |b|² - 2 a·b, a matrix product: several times faster than by
+        differences, with an absolute error of about 10⁻⁸ diameters at distances near 0. O(S V m).
         """
         squares = self._squared_norms[sources][:, None] + self._squared_norms
         squares -= 2.0 * (self.embedding[sources] @ self.embedding.T)
@@ -142,36 +146,38 @@ class EmbeddedMetric:
         squares[source] = 0.0
         return np.maximum(squares, 0.0, out=squares)
 
-    def squares_from(self, image: FloatArray) -> FloatArray:
-        """(V,) squared distances from any point of the embedding space to all vertices.
+    def squares_from(self, point: FloatArray) -> FloatArray:
+        """(V,) squared distances from an (m,) point of the embedding space to all vertices.
 
-        Parameters
-        ----------
-        image
-            (m,) the point. Rounding can leave a square just below zero.
+        Rounding can leave a square just below zero.
         """
-        squares: FloatArray = self._squared_norms + image @ image - 2.0 * (self.embedding @ image)
+        squares: FloatArray = self._squared_norms + point @ point - 2.0 * (self.embedding @ point)
         return squares
 
     def between(self, points: IntArray) -> FloatArray:
         """(A, A) distances among (A,) vertices, exactly symmetric, by differences."""
-        images = self.embedding[points]
+        embedded = self.embedding[points]
         found = np.empty((len(points), len(points)))
-        for row, image in zip(found, images, strict=True):
-            offsets = images - image
+        for row, point in zip(found, embedded, strict=True):
+            offsets = embedded - point
             np.sqrt(np.einsum("ij,ij->i", offsets, offsets), out=row)
         return found
 
 
 class DiffusionMetric(EmbeddedMetric):
-    """The diffusion metric d_{X,t}: equation (3).
+    """The diffusion metric d_{X,t}: equation (3) (Coifman and Lafon, ACHA 21, 2006).
 
     Parameters
     ----------
     spectrum
-        Of the shape.
+        Spectrum of the shape.
     time
         t > 0, in the spectrum's unit of area.
+
+    Raises
+    ------
+    ValueError
+        The time is not positive and finite.
     """
 
     def __init__(self, spectrum: Spectrum, time: float) -> None:
@@ -182,12 +188,14 @@ class DiffusionMetric(EmbeddedMetric):
 
 
 class CommuteTimeMetric(EmbeddedMetric):
-    """The commute-time metric δ_X: equation (4). It does not change with the shape's scale.
+    """The commute-time metric δ_X: equation (4) (Qiu and Hancock, IEEE TPAMI 29(11), 2007).
+
+    It is invariant to scale.
 
     Parameters
     ----------
     spectrum
-        Of the shape, which must be connected.
+        Spectrum of a connected shape.
 
     Raises
     ------
@@ -203,14 +211,14 @@ class CommuteTimeMetric(EmbeddedMetric):
 class BiharmonicMetric(EmbeddedMetric):
     """The biharmonic metric (Lipman, Rustamov and Funkhouser, ACM TOG 29(3), 2010).
 
-    d² = Σ (φ_i(x) - φ_i(y))² / λ_i² = g(x, x) + g(y, y) - 2 g(x, y), g being the Green's function
-    of the squared operator Δ². With φ_i in 1/length and λ_i in 1/length², it is a length: it
-    grows with the shape as geodesic distances do, and is smooth where these have kinks.
+    d² = Σ (φ_i(x) - φ_i(y))² / λ_i² = g(x, x) + g(y, y) - 2 g(x, y), with g the Green's function
+    of Δ². With φ_i in 1/length and λ_i in 1/length², it is a length: it scales with the shape as
+    geodesic distances do, and is smooth where these have kinks.
 
     Parameters
     ----------
     spectrum
-        Of the shape, which must be connected.
+        Spectrum of a connected shape.
 
     Raises
     ------
@@ -224,20 +232,21 @@ class BiharmonicMetric(EmbeddedMetric):
 
 
 def varadhan_distances(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray:
-    """Geodesic distances as heat tells them, among some vertices.
+    """Varadhan approximation of geodesic distances from the heat kernel, among some vertices.
 
-    d² = -4t log (h_t(x, y) / √(h_t(x, x) h_t(y, y))), which tends to the square of the geodesic
-    distance as t does to 0 (Varadhan, CPAM 20(2), 1967). At a positive t it is smooth, depends on
-    the whole surface between two points, and is made of eigenpairs alone; but where commute times
-    level off it goes on growing. Beyond 2√(t log 10⁹), where h_t is no longer known, it stays as it
-    is.
+    d² = -4t log (h_t(x, y) / √(h_t(x, x) h_t(y, y))), with h_t of equation (2), tends to the
+    squared geodesic distance as t → 0 (Varadhan, "On the behavior of the fundamental solution of
+    the heat equation with variable coefficients", Comm. Pure Appl. Math. 20(2), 1967, without the
+    normalisation). At t > 0 it is smooth, depends on the whole surface between two points, and
+    needs eigenpairs only; it keeps growing where commute times level off. It saturates at
+    2√(t log 10⁹), where h_t is too small to be known.
 
     Parameters
     ----------
     spectrum
-        Of the shape.
+        Spectrum of the shape.
     points
-        (A,) vertices.
+        (A,) int64 vertices.
     time
         t > 0, in the spectrum's unit of area.
 
@@ -245,8 +254,8 @@ def varadhan_distances(spectrum: Spectrum, points: IntArray, time: float) -> Flo
     -------
     (A, A) float64, exactly symmetric, zero on the diagonal.
     """
-    images = heat_images(spectrum, points, time)
-    found = lengths_by_heat(images, images, time)
+    embedded = heat_images(spectrum, points, time)
+    found = lengths_by_heat(embedded, embedded, time)
     found = np.maximum(found, found.T)
     np.fill_diagonal(found, 0.0)
     return found
@@ -258,9 +267,9 @@ def heat_images(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray
     Parameters
     ----------
     spectrum
-        Of the shape, with k eigenpairs.
+        Spectrum of the shape, with k eigenpairs.
     points
-        (A,) vertices.
+        (A,) int64 vertices.
     time
         t > 0, in the spectrum's unit of area.
 
@@ -268,35 +277,34 @@ def heat_images(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray
     -------
     (A, k) float64
     """
-    images: FloatArray = spectrum.eigenfunctions[points] * np.exp(
-        -0.5 * time * spectrum.eigenvalues
-    )
-    images /= np.linalg.norm(images, axis=1)[:, None]
-    return images
+    decay = np.exp(-0.5 * time * spectrum.eigenvalues)
+    embedded: FloatArray = spectrum.eigenfunctions[points] * decay
+    embedded /= np.linalg.norm(embedded, axis=1)[:, None]
+    return embedded
 
 
 def lengths_by_heat(one: FloatArray, other: FloatArray, time: float) -> FloatArray:
-    """Varadhan's formula for every point of one set and every one of another.
+    """Varadhan distances between two sets of points, see :func:`varadhan_distances`.
 
     Parameters
     ----------
     one, other
-        (A, k) and (B, k) of :func:`heat_images`.
+        (A, k) and (B, k) of :func:`heat_images`, at the same time.
     time
-        That they were made with.
+        Their t > 0, in the spectrum's unit of area.
 
     Returns
     -------
-    (A, B) float64
+    (A, B) float64, in the spectrum's unit of length.
     """
-    alike = np.clip(one @ other.T, _LEAST_HEAT, 1.0)
-    found: FloatArray = np.sqrt(-4.0 * time * np.log(alike))
+    heat = np.clip(one @ other.T, _LEAST_HEAT, 1.0)
+    found: FloatArray = np.sqrt(-4.0 * time * np.log(heat))
     return found
 
 
-def _positive_eigenvalues(spectrum: Spectrum, what: str) -> FloatArray:
-    """Eigenvalues but the first, if they are positive."""
+def _positive_eigenvalues(spectrum: Spectrum, quantity: str) -> FloatArray:
+    """Eigenvalues without the first, which must be positive."""
     eigenvalues = spectrum.eigenvalues[1:]
-    if len(eigenvalues) and not eigenvalues[0] * spectrum.area > 1e-9:
-        raise MeshError(f"the {what} is infinite: the shape is not connected")
+    if len(eigenvalues) and not eigenvalues[0] * spectrum.area > _CONNECTED:
+        raise MeshError(f"the {quantity} is infinite: the shape is not connected")
     return eigenvalues

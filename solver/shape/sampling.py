@@ -1,6 +1,11 @@
-"""Farthest point sampling, section 4.1: progressive samples that cover a shape evenly."""
+"""Farthest point sampling, section 4.1: nested samples that cover a shape evenly.
 
-from collections.abc import Sequence
+Gonzalez, "Clustering to minimize the maximum intercluster distance", Theor. Comput. Sci. 38, 1985:
+the covering radius of n samples is at most twice the least that n points can have. On surfaces:
+Moenning and Dodgson, "Fast marching farthest point sampling", Eurographics 2003.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,22 +15,27 @@ from solver.errors import MeshError, OptionError
 from solver.kernel import kernel
 from solver.shape.metrics import EmbeddedMetric, Metric
 
-_LANDMARKS = 6
+_START_POINTS = 6
+"""Farthest points from which :func:`extremity` searches the diameter: a quadruped has six
+extremities."""
+
+_EQUAL_DIAMETERS = 1e-9
+"""Relative difference of diameters that are equal but for rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class FarthestPointSampling:
-    """Vertices in the order in which they were sampled; each prefix is a sampling itself.
+    """Vertices in the order in which they were sampled; each prefix is a sampling, too.
 
     Parameters
     ----------
     indices
-        (n,) sampled vertices.
+        (n,) int64 sampled vertices.
     radii
-        (n,) ``radii[i]`` is the covering radius of the first i + 1 samples: no vertex is farther
-        than that from the nearest of them. Never increasing.
+        (n,) float64, not increasing: ``radii[i]`` is the covering radius of the first i + 1
+        samples, the greatest distance of a vertex from the nearest of them.
     distances
-        (n, n) between the samples, in the metric they were sampled with; exactly symmetric.
+        (n, n) float64 between the samples, in the metric of the sampling; exactly symmetric.
     """
 
     indices: IntArray
@@ -41,7 +51,12 @@ class FarthestPointSampling:
         Parameters
         ----------
         count
-            How many, at most the samples there are.
+            Number of samples, at most ``len(self)``.
+
+        Raises
+        ------
+        ValueError
+            The count is not in 1..n.
         """
         if not 1 <= count <= len(self):
             raise ValueError(f"there are {len(self)} samples, not {count}")
@@ -53,23 +68,24 @@ class FarthestPointSampling:
 def farthest_point_sampling(
     metric: Metric, count: int, first: Sequence[int] = ()
 ) -> FarthestPointSampling:
-    """Sample vertices, each time the one farthest from all samples before.
+    """Sample vertices, each one farthest from all samples before.
 
     Parameters
     ----------
     metric
-        Of the shape.
+        Metric of the shape.
     count
         Number n of samples.
     first
         Different vertices that are the first samples, in this order; by default
-        :func:`extremity`, so that the ends of the shape come first and samples of similar shapes
-        resemble one another.
+        :func:`extremity`, so that extremities come first and samples of similar shapes resemble
+        one another.
 
     Returns
     -------
     FarthestPointSampling
-        Ties go to the smallest vertex index. One row of distances in memory at a time.
+        Ties go to the smallest vertex index. O(n V) time besides n rows of the metric, of which
+        one is in memory at a time.
 
     Raises
     ------
@@ -77,6 +93,17 @@ def farthest_point_sampling(
         The shape has fewer than `count` vertices.
     MeshError
         The shape is not connected.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from solver.shape.metrics import EmbeddedMetric
+    >>> segment = EmbeddedMetric(np.arange(9.0)[:, None])
+    >>> sampling = farthest_point_sampling(segment, 4)
+    >>> sampling.indices
+    array([8, 0, 4, 2])
+    >>> sampling.radii
+    array([8., 4., 2., 2.])
     """
     if count < 1:
         raise ValueError("count must be at least 1")
@@ -84,81 +111,95 @@ def farthest_point_sampling(
         raise OptionError(
             "points", f"the shape has only {metric.n_vertices} vertices; {count} were asked for"
         )
+    # Squares order vertices as distances do, and cost no roots.
+    embedded = metric if isinstance(metric, EmbeddedMetric) else None
+    row_of = embedded.squares if embedded is not None else lambda vertex: _row(metric, vertex)
+    start = first or (extremity(metric),)
     indices = np.empty(count, dtype=np.int64)
     radii = np.empty(count)
     distances = np.zeros((count, count))
-    nearest = np.full(metric.n_vertices, np.inf)
-    chosen = extremity(metric) if not first else first[0]
-    # Squares order vertices as distances do, and an embedding has them first.
-    embedded = metric if isinstance(metric, EmbeddedMetric) else None
-    for i in range(count):
-        row = _row(metric, chosen) if embedded is None else embedded.squares(chosen)
-        indices[i] = chosen
+    for i, (vertex, row, radius) in enumerate(farthest_first(row_of, start, count)):
+        indices[i], radii[i] = vertex, radius
         distances[i, :i] = distances[:i, i] = row[indices[:i]]
-        np.minimum(nearest, row, out=nearest)
-        nearest[chosen] = -1.0  # never again, not even among coinciding vertices
-        farthest = int(np.argmax(nearest))
-        radii[i] = max(nearest[farthest], 0.0)
-        chosen = first[i + 1] if i + 1 < len(first) else farthest
     if embedded is not None:
         radii, distances = np.sqrt(radii), np.sqrt(distances)
     return FarthestPointSampling(indices, radii, distances)
 
 
+def farthest_first(
+    row_of: Callable[[int], FloatArray], start: Sequence[int], count: int
+) -> Iterator[tuple[int, FloatArray, float]]:
+    """Traverse points, each one farthest from all points before (Gonzalez 1985).
+
+    Parameters
+    ----------
+    row_of
+        (V,) distances from a point to all, or any increasing function of them. The row is not
+        changed, and may be overwritten by the next call.
+    start
+        Different points to begin with, at least one.
+    count
+        Number n of points.
+
+    Yields
+    ------
+    point : index, different from all before as long as n <= V. Ties go to the smallest one.
+    row : (V,) its distances.
+    radius : covering radius of the points so far.
+    """
+    point, nearest = start[0], np.empty(0)
+    for place in range(count):
+        row = row_of(point)
+        nearest = np.minimum(nearest, row, out=nearest) if place else row.copy()
+        nearest[point] = -1.0  # never again, not even among coinciding points
+        farthest = int(np.argmax(nearest))
+        yield point, row, max(float(nearest[farthest]), 0.0)
+        point = start[place + 1] if place + 1 < len(start) else farthest
+
+
 def spread_in_space(positions: FloatArray, count: int) -> IntArray:
-    """Sample points farthest first by their distances in space alone: quick, and even enough.
+    """Farthest point sampling by Euclidean distances in space.
 
     Parameters
     ----------
     positions
-        (V, 3).
+        (V, 3) float64.
     count
         Number n of samples, at most V.
 
     Returns
     -------
-    (n,) int64 rows, the one farthest from the centre first. Ties go to the smallest row. O(V n)
-    time.
+    (n,) int64 rows of `positions`, the one farthest from their mean first. O(n V) time.
     """
     offsets = positions - positions.mean(axis=0)
     first = int(np.argmax(np.einsum("ij,ij->i", offsets, offsets)))
-    return _farthest_first(np.ascontiguousarray(positions), count, first)
+    coordinates = np.ascontiguousarray(positions.T)
+    squares = np.empty(len(positions))
+    traversal = farthest_first(lambda i: _squares_from(coordinates, i, squares), (first,), count)
+    return np.fromiter((point for point, _, _ in traversal), np.int64, count)
 
 
 @kernel
-def _farthest_first(positions: FloatArray, count: int, first: int) -> IntArray:
-    chosen = np.empty(count, dtype=np.int64)
-    nearest = np.full(len(positions), np.inf)
-    here = first
-    for place in range(count):
-        chosen[place] = here
-        x, y, z = positions[here]
-        farthest, there = -1.0, here
-        nearest[here] = -1.0  # never again, not even among coinciding points
-        for i in range(len(positions)):
-            square = (
-                (positions[i, 0] - x) ** 2 + (positions[i, 1] - y) ** 2 + (positions[i, 2] - z) ** 2
-            )
-            if square < nearest[i]:
-                nearest[i] = square
-            if nearest[i] > farthest:
-                farthest, there = nearest[i], i
-        here = there
-    return chosen
+def _squares_from(coordinates: FloatArray, point: int, squares: FloatArray) -> FloatArray:
+    """Squared distances from a point of (3, V) coordinates to all, written to (V,) `squares`."""
+    x, y, z = coordinates
+    for i in range(len(squares)):
+        squares[i] = (x[i] - x[point]) ** 2 + (y[i] - y[point]) ** 2 + (z[i] - z[point]) ** 2
+    return squares
 
 
 def extremity(metric: Metric) -> int:
-    """Find one end of the shape's diameter, the same however its vertices are numbered.
+    """Find one end of an approximate diameter, independent of the numbering of the vertices.
 
-    A few samples, taken from vertex 0 on, find the shape's ends roughly. From each of them, hops
-    to the farthest vertex lead to pairs of vertices farthest from one another. The most distant
-    pair is the diameter, or nearly; of its two vertices, the one that is farther from all others
-    on average is chosen. Where shapes are symmetric, or nearly, numbering can still decide.
+    A farthest point sampling from vertex 0 on approximates the extremities. From each of its
+    points, repeated steps to the farthest vertex end in a pair of mutually farthest ones. The most
+    distant pair approximates the diameter; of its two vertices, the one of greater mean distance
+    is returned. On shapes that are symmetric, or nearly, the numbering can still decide.
 
     Parameters
     ----------
     metric
-        Of the shape.
+        Metric of the shape.
 
     Returns
     -------
@@ -170,22 +211,18 @@ def extremity(metric: Metric) -> int:
     MeshError
         The shape is not connected.
     """
-    nearest = _row(metric, 0)
-    farthest: list[int] = []
-    for _ in range(_LANDMARKS):
-        row = _row(metric, int(np.argmax(nearest)))
-        farthest.append(int(np.argmax(row)))
-        nearest = np.minimum(nearest, row)
-    seen: dict[int, tuple[float, float]] = {}  # distance to the farthest vertex, to all on average
+    traversal = farthest_first(lambda vertex: _row(metric, vertex), (0,), _START_POINTS + 1)
+    farthest = [int(np.argmax(row)) for _, row, _ in traversal][1:]
+    seen: dict[int, tuple[float, float]] = {}  # greatest and mean distance
     while farthest:
         here = farthest.pop()
         if here not in seen:
             row = _row(metric, here)
             farthest.append(int(np.argmax(row)))
             seen[here] = (float(row.max()), float(row.mean()))
-    diameter = max(longest for longest, _ in seen.values())
-    ends = [here for here, (longest, _) in seen.items() if longest >= diameter * (1.0 - 1e-9)]
-    return max(ends, key=lambda here: seen[here][1])
+    diameter = max(greatest for greatest, _ in seen.values())
+    least = diameter * (1.0 - _EQUAL_DIAMETERS)
+    return max((v for v in seen if seen[v][0] >= least), key=lambda v: seen[v][1])
 
 
 def _row(metric: Metric, vertex: int) -> FloatArray:

@@ -14,7 +14,7 @@ from solver.prototype.learning.distributions import Example, learn_distributions
 from solver.prototype.matching import match_prototype
 from solver.prototype.options import PrototypeOptions
 from solver.prototype.prototype import all_pairs
-from solver.shape import Shape
+from solver.shape import Shape, farthest_first
 
 _FIRST_SPREAD = 0.1
 """Relative standard deviation of distances before any example is known."""
@@ -104,7 +104,9 @@ def given_examples(
             f" {options.points}",
         )
     between = shapes[reference].metric(options.sampling_metrics[0]).between(places[reference])
-    order = _farthest_first(between, options.points)
+    start = (int(between.mean(axis=1).argmax()),)
+    traversal = farthest_first(between.__getitem__, start, options.points)
+    order = np.array([place for place, _, _ in traversal])
     return _together(shapes, [vertices[order] for vertices in places], reference)
 
 
@@ -250,18 +252,6 @@ def _places_of(shape: Shape, ids: IntArray, field: str) -> IntArray:
     if (found < 0).any():
         raise OptionError(field, f"vertex {int(ids[found < 0][0])} is not on the shape")
     return found
-
-
-def _farthest_first(distances: FloatArray, count: int) -> IntArray:
-    """(count,) points in order of a farthest point sampling."""
-    order = [int(distances.mean(axis=1).argmax())]
-    nearest = distances[order[0]].copy()
-    nearest[order[0]] = -1.0
-    while len(order) < count:
-        order.append(int(nearest.argmax()))
-        nearest = np.minimum(nearest, distances[order[-1]])
-        nearest[order] = -1.0
-    return np.array(order, dtype=np.int64)
 
 
 def _in_order(first: Shape, other: Shape, found: Correspondence, own: IntArray) -> IntArray:

@@ -1,7 +1,7 @@
 """Local descriptors f_X of a shape's vertices, sections 3.5 to 3.8 and Table 1.
 
-Descriptors are compared by the Euclidean norm. Each one is scaled so that the norm of a difference
-is a root mean square over its components. On a surface of unit area all are without unit.
+Descriptors are compared by the Euclidean norm, and scaled so that the norm of a difference is the
+root mean square over components. On a surface of unit area all are without unit.
 """
 
 from solver.shape.descriptors.conformal_factor import conformal_factor

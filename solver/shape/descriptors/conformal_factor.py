@@ -1,4 +1,7 @@
-"""Conformal factors (Ben-Chen and Gotsman, 3DOR 2008)."""
+"""Conformal factors as a descriptor, Table 1.
+
+Ben-Chen and Gotsman, "Characterizing shape using conformal factors", 3DOR 2008.
+"""
 
 import numpy as np
 import scipy.sparse as sp
@@ -6,38 +9,35 @@ import scipy.sparse as sp
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from solver.shape.descriptors.gaussian_curvature import angle_defects, inner_vertices, mixed_areas
-from solver.shape.laplacian import DefiniteFactor, laplacian
+from solver.shape.laplacian import definite_factor, laplacian
 
 
-def conformal_factor(mesh: TriangleMesh, vertices: IntArray | None = None) -> FloatArray:
-    """Logarithm of the factor by which lengths have to change for the curvature to be even.
+def conformal_factor(mesh: TriangleMesh) -> FloatArray:
+    """Logarithm of the factor by which lengths have to change for constant curvature.
 
     Solves Δφ = K_T - K, with Δ the positive semi-definite Laplace-Beltrami operator, K the
     curvature measure (angle defects) and K_T the same total curvature spread evenly over the
-    area. The metric e^{2φ} times the surface's own then has the curvature K_T, to first order in
-    φ; exactly, where K_T is 0. φ is small at tips, which would have to shrink, and large in what
-    lies deep between them.
+    area. The surface's metric times e^{2φ} has the curvature K_T, to first order in φ, and exactly
+    where K_T is 0. φ is small at extremities, which would have to shrink, and large between them.
 
-    What is a border in the mesh remains one of the same turning: only inner vertices have
-    curvature, and φ has natural (Neumann) conditions. Every component is treated by itself.
+    Only inner vertices have curvature, and φ has natural (Neumann) conditions at boundaries, whose
+    geodesic curvature is kept. Connected components are independent.
 
     Parameters
     ----------
     mesh
         Any mesh.
-    vertices
-        (S,) where it is wanted; by default at all V vertices.
 
     Returns
     -------
-    (S, 1) float64, without unit. The equation leaves a constant open, in every component; here
-    the mean over its area is 0. So φ does not change with the scale of the shape. (Table 1 says
-    that it does, as it is when the constant is fixed by the size of what is mapped to.)
+    (V, 1) float64, without unit. φ is determined up to a constant in every component, chosen such
+    that its mean over the area is 0, which makes it invariant to scale. (Table 1 says otherwise,
+    as is true if the constant is fixed by the size of the surface that is mapped to.)
 
     Raises
     ------
     MeshError
-        The mesh defies intrinsic triangulation.
+        The Laplacian of the mesh is singular to working precision, or not finite.
     """
     stiffness, _ = laplacian(mesh)
     areas, inner = mixed_areas(mesh), inner_vertices(mesh)
@@ -46,18 +46,18 @@ def conformal_factor(mesh: TriangleMesh, vertices: IntArray | None = None) -> Fl
     inner_area = np.where(inner, areas, 0.0)
     total, extent = (np.bincount(component, weights=part) for part in (curvature, inner_area))
     density = np.divide(total, extent, out=np.zeros_like(total), where=extent > 0.0)
-    factor = _solved(stiffness, density[component] * inner_area - curvature, component)
+    factor = _solve(stiffness, density[component] * inner_area - curvature, component)
     mean = np.bincount(component, weights=areas * factor) / np.bincount(component, weights=areas)
     factor -= mean[component]
-    return (factor if vertices is None else factor[vertices])[:, None]
+    return factor[:, None]
 
 
-def _solved(stiffness: sp.csc_array, right: FloatArray, component: IntArray) -> FloatArray:
-    """A solution of the singular system: the one that is 0 at one vertex of every component."""
+def _solve(stiffness: sp.csc_array, right: FloatArray, component: IntArray) -> FloatArray:
+    """Solution of the singular system that is 0 at one vertex of every component."""
     free = np.ones(len(right), dtype=np.bool_)
     free[np.unique(component, return_index=True)[1]] = False
     solution = np.zeros(len(right))
     if free.any():
-        factor = DefiniteFactor(stiffness[free][:, free])
+        factor = definite_factor(stiffness[free][:, free])
         solution[free] = factor.solve(right[free])
     return solution

@@ -1,14 +1,18 @@
-"""Values of Laplace-Beltrami eigenfunctions (Hu and Hua 2009; Dubrovina and Kimmel 2010).
+"""Laplace-Beltrami eigenfunctions as a descriptor, section 3.5 and Table 1.
 
-An eigenfunction's sign is arbitrary; those of a repeated eigenvalue are any basis of their space;
-and where eigenvalues are near one another, those of nearly isometric shapes trade places and mix.
-What does not depend on any of this is the norm of a group of eigenfunctions whose eigenvalues are
-apart from all others: the root of the sum of their squares. An eigenfunction that is a group of its
-own can keep its sign if the distribution of its values tells which one it is.
+Hu and Hua, "Salient spectral geometric features for shape matching and retrieval", Visual Computer
+25, 2009; Dubrovina and Kimmel, "Matching shapes by eigendecomposition of the Laplace-Beltrami
+operator", 3DPVT 2010.
 
-Where to cut depends on both shapes (:func:`aligned_eigenfunctions`). For a shape by itself, sums of
-squares from the first eigenfunction on are nearly as good: only the last ones of a sum can be those
-of another shape's next (:func:`eigenfunction_magnitudes`).
+An eigenfunction's sign is arbitrary; those of a repeated eigenvalue are an arbitrary basis of their
+eigenspace; and where eigenvalues are close, eigenfunctions of nearly isometric shapes switch and
+mix. The norm of a group of eigenfunctions, the root of the sum of their squares, depends on none of
+this if their eigenvalues are apart from all others. A single eigenfunction in a group keeps its
+sign if the distribution of its values determines it.
+
+The groups depend on both shapes (:func:`aligned_eigenfunctions`). A shape by itself is described by
+sums of squares from the first eigenfunction on: only the last terms of a sum can be mixed with
+those after it (:func:`eigenfunction_magnitudes`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,91 +21,92 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
+from solver.shape.choices import Eigenfunctions
 from solver.shape.laplacian import Spectrum
 
-DEFAULT_COUNT = 20
-"""Eigenfunctions looked at. The share of gaps among further eigenvalues is small."""
-
 _GAP = 0.15
-"""Least gap between groups, relative to the eigenvalue below. Between poses of the same animal most
-eigenvalues move by less."""
+"""Least relative gap of eigenvalues between groups: between poses of the same animal most
+eigenvalues change by less."""
 
 _EQUAL = 0.01
-"""Relative difference of eigenvalues that may as well be equal."""
+"""Relative difference of eigenvalues that are treated as equal."""
 
-_CERTAINTY = 3.0
-"""How many times farther the distribution of the wrong sign must be than that of the right one."""
+_DISTANCE_RATIO = 3.0
+"""Least ratio of the distances of the distributions with the wrong and the right sign."""
 
-_SKEWNESS = 0.1
-"""How far that must be at least, of a function with root mean square 1."""
+_LEAST_DISTANCE = 0.1
+"""Least distance of the distribution with the wrong sign, of a function with root mean square 1."""
 
 _QUANTILES = (np.arange(64) + 0.5) / 64
+"""Levels at which distributions are compared."""
 
 
-def eigenfunction_groups(spectra: Sequence[Spectrum], count: int = DEFAULT_COUNT) -> IntArray:
-    """Cut the eigenfunctions that are not constant into groups, alike for all the shapes.
+def eigenfunction_groups(
+    spectra: Sequence[Spectrum], count: int = Eigenfunctions.count
+) -> IntArray:
+    """Partition the nonconstant eigenfunctions into groups that several shapes have in common.
 
-    A cut is made where, in every spectrum, an eigenvalue exceeds the one before by 15 % or more.
-    Eigenfunctions after the last cut are left out: they may belong with the next ones.
+    Groups are separated where an eigenvalue exceeds the one before by `_GAP` in every spectrum.
+    Eigenfunctions after the last gap are left out: they may belong to the next group.
 
     Parameters
     ----------
     spectra
-        Of one shape or more.
+        Spectra of at least one shape.
     count
-        Number of eigenfunctions to look at, at least 1.
+        Number of eigenfunctions considered, at least 1.
 
     Returns
     -------
-    (m + 1,) bounds: group j has the eigenfunctions ``bounds[j]`` to ``bounds[j + 1] - 1``, the
-    first being number 1. One group of all, if they cannot be cut.
+    (m + 1,) int64 bounds: group j has the eigenfunctions ``bounds[j]`` to ``bounds[j + 1] - 1``,
+    the first being number 1. One group of all if there is no gap.
 
     Raises
     ------
     OptionError
         `count` is less than 1.
     ValueError
-        A spectrum has no eigenfunction but the constant one.
+        A spectrum has only the constant eigenfunction.
     """
     _check(count, *spectra)
     least = min(spectrum.n_eigenpairs for spectrum in spectra)
     values = np.stack([spectrum.eigenvalues[1:least] for spectrum in spectra])
-    apart = (values[:, 1:] >= (1.0 + _GAP) * values[:, :-1]).all(axis=0)
-    cuts = np.flatnonzero(apart) + 2
-    cuts = cuts[cuts <= count + 1]
-    if not len(cuts):
-        cuts = np.array([min(count + 1, least)])
-    return np.concatenate([[1], cuts]).astype(np.int64)
+    is_gap = (values[:, 1:] >= (1.0 + _GAP) * values[:, :-1]).all(axis=0)
+    ends = np.flatnonzero(is_gap) + 2
+    ends = ends[ends <= count + 1]
+    if not len(ends):
+        ends = np.array([min(count + 1, least)])
+    return np.concatenate([[1], ends]).astype(np.int64)
 
 
 def eigenfunction_magnitudes(
-    spectrum: Spectrum, count: int = DEFAULT_COUNT, vertices: IntArray | None = None
+    spectrum: Spectrum, count: int = Eigenfunctions.count, vertices: IntArray | None = None
 ) -> FloatArray:
     """Magnitudes of the first eigenfunctions, comparable between any two shapes.
 
-    Component j at vertex x is √(A Σ_i φ_i(x)² / j m), over the first j of m eigenfunctions that
-    are not constant, those of nearly equal eigenvalues (1 %) replaced by their root mean square:
-    without the factor 1/√m, every component has root mean square 1 over the surface.
+    Component j at vertex x is √(A Σ_i φ_i(x)² / j m), over the first j of m nonconstant
+    eigenfunctions, those of nearly equal eigenvalues (`_EQUAL`) replaced by their root mean square.
+    Times √m, every component has root mean square 1 over the surface.
 
     Parameters
     ----------
     spectrum
-        Of the shape.
+        Spectrum of the shape.
     count
-        Number m of eigenfunctions; where the spectrum ends before, the last sum is repeated.
+        Number m of eigenfunctions; if the spectrum has fewer, the last sum is repeated.
     vertices
-        (S,) where it is wanted; by default at all V vertices.
+        (S,) int64 vertices, by default all V.
 
     Returns
     -------
-    (S, count) float64, without unit. It does not change with scale.
+    (S, m) float64, without unit, invariant to scale.
 
     Raises
     ------
     OptionError
         `count` is less than 1.
     ValueError
-        The spectrum has no eigenfunction but the constant one.
+        The spectrum has only the constant eigenfunction.
     """
     _check(count, spectrum)
     values = spectrum.eigenvalues[1:]
@@ -118,32 +123,32 @@ def eigenfunction_magnitudes(
 def aligned_eigenfunctions(
     source: Spectrum,
     target: Spectrum,
-    count: int = DEFAULT_COUNT,
+    count: int = Eigenfunctions.count,
     source_vertices: IntArray | None = None,
     target_vertices: IntArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Eigenfunctions of two shapes, with signs and order made comparable.
 
-    Both shapes have their groups in common, which leaves order and basis without effect. Groups
-    are compared by the root mean square of their eigenfunctions; but an eigenfunction that is a
-    group of its own keeps its values if the distributions of these (over the area) tell its sign:
-    the wrong one has to be three times farther from the other shape's than the right one, and at
-    least 0.1, in the L2 Wasserstein distance. Eigenfunctions that change sign under an intrinsic
-    symmetry never do, and are compared by magnitude.
+    The shapes share their groups, so that order and basis have no effect. A group is described by
+    the root mean square of its eigenfunctions. A single eigenfunction in a group keeps its values
+    if their distributions over the area determine the sign: with the wrong sign, its L2 Wasserstein
+    distance to the other shape's must be `_DISTANCE_RATIO` times that with the right one, and at
+    least `_LEAST_DISTANCE`. Eigenfunctions that are odd under an intrinsic symmetry never satisfy
+    this, and are compared by magnitude.
 
     Parameters
     ----------
     source, target
         Spectra of the shapes.
     count
-        Number of eigenfunctions to look at.
+        Number of eigenfunctions considered, at least 1.
     source_vertices, target_vertices
-        (S,) and (T,) where they are wanted; by default at all vertices.
+        (S,) and (T,) int64 vertices, by default all.
 
     Returns
     -------
-    source : (S, m) float64, without unit.
-    target : (T, m), in the same order and with the same signs. They do not change with scale.
+    source : (S, m) float64, without unit, invariant to scale.
+    target : (T, m) float64, in the same order and with the same signs.
 
     Raises
     ------
@@ -185,19 +190,19 @@ def _mean_squares(spectrum: Spectrum, groups: IntArray, vertices: IntArray | Non
 def _signed(
     source: Spectrum, target: Spectrum, groups: IntArray
 ) -> Iterator[tuple[int, int, float]]:
-    """Groups of one eigenfunction with a sign, their eigenfunctions, and the sign of the source."""
+    """Yield groups of one eigenfunction with determined sign: group, number, sign of the source."""
     for group in np.flatnonzero(np.diff(groups) == 1):
         number = int(groups[group])
         goal = _quantiles(target, number)
-        same = _quantiles(source, number)
-        opposite = -same[::-1]
-        near, far = (float(np.sqrt(np.mean((x - goal) ** 2))) for x in (same, opposite))
-        if max(near, far) >= max(_CERTAINTY * min(near, far), _SKEWNESS):
-            yield int(group), number, 1.0 if near <= far else -1.0
+        kept = _quantiles(source, number)
+        flipped = -kept[::-1]
+        plus, minus = (float(np.sqrt(np.mean((x - goal) ** 2))) for x in (kept, flipped))
+        if max(plus, minus) >= max(_DISTANCE_RATIO * min(plus, minus), _LEAST_DISTANCE):
+            yield int(group), number, 1.0 if plus <= minus else -1.0
 
 
 def _quantiles(spectrum: Spectrum, number: int) -> FloatArray:
-    """Quantiles, by area, of an eigenfunction's values on a surface of unit area."""
+    """(64,) quantiles by area of an eigenfunction's values on a surface of unit area."""
     function = spectrum.eigenfunctions[:, number]
     order = np.argsort(function, kind="stable")
     mass = spectrum.mass[order]

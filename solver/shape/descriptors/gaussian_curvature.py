@@ -7,69 +7,67 @@ from scipy.sparse.csgraph import connected_components
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
-from solver.shape.laplacian import DefiniteFactor, laplacian
+from solver.shape.laplacian import definite_factor, laplacian
 
 _STEPS = 4
-"""Implicit steps of the heat flow: enough for a kernel without a spike at its centre."""
+"""Implicit Euler steps of the heat flow: enough for a kernel without a spike at its centre."""
 
-_EVEN = 1e3
-"""Scale, relative to √area, from which on the flow has evened out everything."""
+_MOST_SCALE = 1e3
+"""Greatest scale, relative to √area; the curvature is constant to working precision before."""
+
+_LEAST_AREA = 1e-12
+"""Share of a vertex's area that the heat flow must bring from inner vertices for a known value."""
 
 
-def gaussian_curvature(
-    mesh: TriangleMesh, scale: float, vertices: IntArray | None = None
-) -> FloatArray:
+def gaussian_curvature(mesh: TriangleMesh, scale: float) -> FloatArray:
     """Gaussian curvature, averaged over a neighbourhood.
 
-    The curvature measure of a vertex is its angle defect, the area that belongs to it the mixed
-    area of Meyer, Desbrun, Schröder and Barr (2003). Both are spread over the surface by the same
-    heat flow, and the descriptor is the quotient of the two. At vertices of borders and of
-    non-manifold edges the defect is the turning of the border (geodesic curvature) or of nothing
-    in particular, so neither their defect nor their area is counted; the average over the
-    neighbourhood reaches them from inside. Where nothing reaches, the curvature is 0.
+    The curvature measure of a vertex is its angle defect, and its area the mixed area (Meyer,
+    Desbrun, Schröder and Barr, "Discrete differential-geometry operators for triangulated
+    2-manifolds", VisMath 2002). Both are spread over the surface by the same heat flow,
+    and the descriptor is their quotient. At boundaries the defect is geodesic curvature, and at
+    non-manifold edges it has no meaning, so neither defect nor area of their vertices counts; the
+    average over the neighbourhood reaches them from inside. Where nothing reaches, it is 0.
 
     Parameters
     ----------
     mesh
         Any mesh.
     scale
-        Root mean square distance over which is averaged, √(4t) of a heat flow of time t, in the
-        mesh's unit of length; 0 for none.
-    vertices
-        (S,) where it is wanted; by default at all V vertices.
+        Root mean square radius of the neighbourhood, √(4t) for a heat flow of time t, in the
+        mesh's unit of length; 0 for no averaging.
 
     Returns
     -------
-    (S, 1) float64, in 1/length²: without unit, and with mean 2πχ on a closed surface, if the
-    area is 1.
+    (V, 1) float64, in 1/length²; its mean is 2πχ on a closed surface of unit area.
 
     Raises
     ------
     MeshError
-        The mesh defies intrinsic triangulation.
+        The Laplacian of the mesh is singular to working precision, or not finite.
     OptionError
-        The scale is negative.
+        The scale is negative or not finite.
     """
     if not 0.0 <= scale < np.inf:
         raise OptionError("scale", "it must be finite and not negative")
     inner = inner_vertices(mesh)
     areas = mixed_areas(mesh)
     measures: FloatArray = np.where(inner, np.stack([angle_defects(mesh), areas]), 0.0)
-    scale = min(scale, _EVEN * float(np.sqrt(mesh.area)))
+    scale = min(scale, _MOST_SCALE * float(np.sqrt(mesh.area)))
     if scale > 0.0:
         measures = _spread(mesh, measures, areas, 0.25 * scale**2)
     curvature = np.zeros(mesh.n_vertices)
-    known = measures[1] > 1e-12 * areas
+    known = measures[1] > _LEAST_AREA * areas
     np.divide(measures[0], measures[1], out=curvature, where=known)
-    return (curvature if vertices is None else curvature[vertices])[:, None]
+    return curvature[:, None]
 
 
 def angle_defects(mesh: TriangleMesh) -> FloatArray:
-    """Angle defects: the integral of curvature that is concentrated in each vertex.
+    """Angle defects: the integral of Gaussian curvature concentrated in each vertex.
 
-    2π less the sum of the angles at an inner vertex, π less that sum at a border. In general it is
-    (2 - E_v + F_v) π less that sum, E_v and F_v being the numbers of edges and of faces at the
-    vertex, which makes Gauss and Bonnet's theorem true for any mesh, manifold or not: the sum is
+    2π minus the sum of the angles at an inner vertex, π minus that sum at a boundary. In general it
+    is (2 - E_v + F_v) π minus that sum, E_v and F_v being the numbers of edges and of faces at the
+    vertex, with which the Gauss-Bonnet theorem holds for any mesh, manifold or not: the sum is
     2π (V - E + F).
 
     Parameters
@@ -90,7 +88,7 @@ def angle_defects(mesh: TriangleMesh) -> FloatArray:
 
 
 def inner_vertices(mesh: TriangleMesh) -> BoolArray:
-    """Whether the surface around a vertex is a disc with the vertex inside.
+    """Mask of the vertices with a neighbourhood that is a disc.
 
     Parameters
     ----------
@@ -99,7 +97,7 @@ def inner_vertices(mesh: TriangleMesh) -> BoolArray:
 
     Returns
     -------
-    (V,) bool, false at borders, non-manifold edges, and vertices where several fans meet.
+    (V,) bool, false at boundaries, non-manifold edges, and vertices where several fans meet.
     """
     sides = np.sort(mesh.faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2), axis=1)
     _, side, n_faces = np.unique(
@@ -112,10 +110,10 @@ def inner_vertices(mesh: TriangleMesh) -> BoolArray:
 
 
 def mixed_areas(mesh: TriangleMesh) -> FloatArray:
-    """Area that belongs to each vertex: its Voronoi region, where triangles are not obtuse.
+    """Mixed area of each vertex: its Voronoi region in triangles that are not obtuse.
 
-    Of an obtuse triangle, half belongs to the obtuse corner and a quarter to each of the others
-    (Meyer et al., section 3.3).
+    Half of an obtuse triangle belongs to the obtuse corner, a quarter to each of the others (Meyer
+    et al. 2002, section 3.3).
 
     Parameters
     ----------
@@ -154,7 +152,7 @@ def _corner_angles(mesh: TriangleMesh) -> FloatArray:
 
 
 def _fans(mesh: TriangleMesh, side: IntArray) -> IntArray:
-    """Number of fans of faces at each vertex, a fan being joined by edges at the vertex.
+    """(V,) number of fans of faces at each vertex, whose faces are connected by edges there.
 
     `side` (3F,) is the edge opposite each corner of the faces, in their order.
     """
@@ -162,7 +160,7 @@ def _fans(mesh: TriangleMesh, side: IntArray) -> IntArray:
     following, preceding = (
         corner.reshape(-1, 3)[:, roll].ravel() for roll in ([1, 2, 0], [2, 0, 1])
     )
-    # Corners at one vertex on either side of an edge at it are those that share (edge, vertex).
+    # Corners at one vertex on both sides of an edge share the pair (edge, vertex).
     keys = np.concatenate([side[following], side[preceding]]) * mesh.n_vertices + np.tile(vertex, 2)
     order = np.argsort(keys, kind="stable")
     same = keys[order][1:] == keys[order][:-1]
@@ -175,9 +173,9 @@ def _fans(mesh: TriangleMesh, side: IntArray) -> IntArray:
 
 
 def _spread(mesh: TriangleMesh, measures: FloatArray, areas: FloatArray, time: float) -> FloatArray:
-    """Let heat flow for some time: (n, V) measures, integrated over the vertices' areas."""
+    """(n, V) measures, integrals over the vertices' areas, after a heat flow of some time."""
     stiffness, _ = laplacian(mesh)
-    step = DefiniteFactor(sp.csc_array(sp.diags_array(areas) + (time / _STEPS) * stiffness))
+    step = definite_factor(sp.csc_array(sp.diags_array(areas) + (time / _STEPS) * stiffness))
     for _ in range(_STEPS):
         measures = areas * step.solve(measures.T).T
     return measures

@@ -1,8 +1,7 @@
-"""Geodesic discs {z : d(x, z) <= r} on a mesh, cut out of its triangles exactly.
+"""Geodesic discs {z : d(x, z) <= r} on a mesh, clipped exactly.
 
-The distance from x is taken to be linear in every triangle between its values at the corners. Areas
-and integrals over a disc then have closed forms, which are continuous in x and in r: no vertex
-enters or leaves all at once.
+The distance from x is interpolated linearly in every triangle. Areas and integrals over a disc then
+have closed forms, which are continuous in x and in r.
 """
 
 from collections.abc import Iterator
@@ -13,7 +12,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.shape.metrics import Metric
 
-_SOURCES_AT_ONCE = 64
+_BLOCK = 64
+"""Sources per block of distances, which bounds the memory."""
 
 
 def distances_from(metric: Metric, vertices: IntArray) -> Iterator[tuple[slice, FloatArray]]:
@@ -22,17 +22,17 @@ def distances_from(metric: Metric, vertices: IntArray) -> Iterator[tuple[slice, 
     Parameters
     ----------
     metric
-        Of the shape.
+        Metric of the shape.
     vertices
-        (S,) the sources.
+        (S,) int64 sources.
 
     Yields
     ------
-    rows : slice of the sources.
+    rows : slice of the sources in the block.
     distances : (rows, V) float64.
     """
-    for start in range(0, len(vertices), _SOURCES_AT_ONCE):
-        rows = slice(start, min(start + _SOURCES_AT_ONCE, len(vertices)))
+    for start in range(0, len(vertices), _BLOCK):
+        rows = slice(start, min(start + _BLOCK, len(vertices)))
         yield rows, np.ascontiguousarray(metric.distances(vertices[rows]))
 
 
@@ -45,7 +45,7 @@ def annulus_areas(
     Parameters
     ----------
     distances
-        (S, V) from each centre to all vertices; faces with an infinite one are left out.
+        (S, V) from each centre to all vertices; faces with infinite ones are left out.
     faces
         (F, 3).
     areas
@@ -88,23 +88,23 @@ def disc_weights(
     Parameters
     ----------
     distances
-        (S, V) from each centre to all vertices; faces with an infinite one are left out.
+        (S, V) from each centre to all vertices; faces with infinite ones are left out.
     faces
         (F, 3).
     areas
         (F,) of the faces.
     radius
-        Of the discs.
+        Radius of the discs.
 
     Returns
     -------
-    (S, V) float64, not negative.
+    (S, V) float64, nonnegative.
     """
     result = np.zeros(distances.shape)
     for row in range(len(distances)):
         for face in range(len(faces)):
             a, b, c = faces[face]
-            # a is nearest, c is farthest
+            # Sort the corners by distance.
             if distances[row, b] < distances[row, a]:
                 a, b = b, a
             if distances[row, c] < distances[row, b]:
@@ -120,14 +120,14 @@ def disc_weights(
                 result[row, b] += third
                 result[row, c] += third
             elif radius <= middle:
-                # The triangle cut off at a, whose other corners lie p and q of the way to b and c.
+                # The triangle clipped at a; its other corners are a + p (b - a) and a + q (c - a).
                 p, q = (radius - near) / (middle - near), (radius - near) / (far - near)
                 corner = third * p * q
                 result[row, a] += corner * (3.0 - p - q)
                 result[row, b] += corner * p
                 result[row, c] += corner * q
             else:
-                # All but the triangle cut off at c.
+                # The face without the triangle clipped at c.
                 p, q = (far - radius) / (far - near), (far - radius) / (far - middle)
                 corner = third * p * q
                 result[row, a] += third - corner * p
@@ -138,6 +138,7 @@ def disc_weights(
 
 @inlined
 def _ascending(distances: FloatArray, face: IntArray) -> tuple[float, float, float]:
+    """Distances of a face's corners in ascending order."""
     a, b, c = distances[face[0]], distances[face[1]], distances[face[2]]
     near, far = min(a, b, c), max(a, b, c)
     return near, max(min(a, b), min(max(a, b), c)), far
@@ -145,7 +146,7 @@ def _ascending(distances: FloatArray, face: IntArray) -> tuple[float, float, flo
 
 @inlined
 def _share_within(radius: float, near: float, middle: float, far: float) -> float:
-    """Share of a triangle's area where a linear function of known corner values is <= radius."""
+    """Share of a triangle's area where a linear function, given at the corners, is <= radius."""
     if radius >= far:
         return 1.0
     if radius <= near:

@@ -1,4 +1,7 @@
-"""Local histograms of geodesic distances (Raviv, Bronstein, Bronstein and Kimmel, NORDIA 2007)."""
+"""Local histograms of geodesic distances as a descriptor, section 3.5.
+
+Raviv, Bronstein, Bronstein and Kimmel, "Symmetries of non-rigid shapes", NORDIA 2007.
+"""
 
 import numpy as np
 
@@ -15,10 +18,9 @@ def geodesic_histogram(
     """Histogram of the geodesic distances from a point to the surface around it, section 3.5.
 
     Bin j of B at vertex x is the area of the annulus {z : (j-1) r/B <= d(x, z) < j r/B}, divided
-    by that of the same annulus in the plane and by √B: without the factor 1/√B, every bin of a
-    point with a flat neighbourhood is 1. Less means a tip or a border is near, more a saddle or a
-    fold. Areas are cut out of the triangles, so that a bin changes continuously with the point
-    and with the radius.
+    by that of the same annulus in the plane and by √B. Times √B, every bin of a point with a flat
+    neighbourhood is 1; positive curvature or a boundary decreases it, negative curvature increases
+    it. Annuli are clipped exactly, so that bins are continuous in the point and in the radius.
 
     Parameters
     ----------
@@ -31,18 +33,17 @@ def geodesic_histogram(
     bins
         B, at least 1.
     vertices
-        (S,) where it is wanted; by default at all V vertices, which takes V shortest path
-        searches.
+        (S,) int64 vertices, by default all V, which takes V shortest path searches.
 
     Returns
     -------
-    (S, B) float64, without unit. It changes with the scale of the shape unless the radius does,
-    and, like all that is made of geodesic distances, with topology: Table 1.
+    (S, B) float64, without unit. It is invariant to scale only if the radius scales too, and
+    changes with topology as all geodesic distances do: Table 1.
 
     Raises
     ------
     OptionError
-        The radius is not positive, or there are no bins.
+        The radius is not positive and finite, or there are no bins.
     """
     if not 0.0 < radius < np.inf:
         raise OptionError("radius", "it must be positive and finite")

@@ -3,15 +3,16 @@
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.shape.choices import HEAT_TIMES
+from solver.shape.choices import HEAT_TIMES, ScaleInvariantHeatKernelSignature
 from solver.shape.laplacian import Spectrum
 
 _OCTAVES = (-8, 2)
-"""log₂(t/A) of the first and the last time scale of the scale-invariant signature: from where a
-hundred eigenpairs still tell the heat kernel to within a percent, to where it is constant."""
+"""log₂(t/A) of the first and the last time scale of the scale-invariant signature: from where the
+hundredth term of the heat kernel is below a percent, by Weyl's law, to where it is constant."""
 
 _STEPS_PER_OCTAVE = 8
-_FREQUENCIES = 6
+"""Time scales per octave of the scale-invariant signature, half of those of Bronstein and Kokkinos
+(2010)."""
 
 
 def heat_kernel_signature(
@@ -19,23 +20,24 @@ def heat_kernel_signature(
 ) -> FloatArray:
     """Heat kernel signature, section 3.6, relative to its mean over the shape.
 
-    Component j at vertex x is h_{t_j}(x, x) A / Z(t_j) / √m, with h of equation (2), A the area
-    and Z(t) = Σ_i exp(-λ_i t) the heat trace, which is the integral of h_t(x, x): without the
-    factor 1/√m, every component has mean 1 over the surface.
+    Sun, Ovsjanikov and Guibas, "A concise and provably informative multi-scale signature based on
+    heat diffusion", SGP 2009. Component j at vertex x is h_{t_j}(x, x) A / Z(t_j) / √m, with h of
+    equation (2), A the area and Z(t) = Σ_i exp(-λ_i t) the heat trace, the integral of
+    h_t(x, x). Times √m, every component has mean 1 over the surface.
 
     Parameters
     ----------
     spectrum
-        Of the shape.
+        Spectrum of the shape.
     times
-        (m,) time scales t_j > 0 in the spectrum's unit of area. By default 32, logarithmically
-        spaced from 0.0073 to 1, which suit a shape of unit area.
+        (m,) time scales t_j > 0 in the spectrum's unit of area, by default `HEAT_TIMES`, for a
+        shape of unit area.
     vertices
-        (S,) where it is wanted; by default at all V vertices.
+        (S,) int64 vertices, by default all V.
 
     Returns
     -------
-    (S, m) float64, without unit. It changes with the scale of the shape unless the times do.
+    (S, m) float64, without unit. It is invariant to scale only if the times scale with the area.
 
     Raises
     ------
@@ -51,29 +53,32 @@ def heat_kernel_signature(
 
 
 def scale_invariant_heat_kernel_signature(
-    spectrum: Spectrum, frequencies: int = _FREQUENCIES, vertices: IntArray | None = None
+    spectrum: Spectrum,
+    frequencies: int = ScaleInvariantHeatKernelSignature.frequencies,
+    vertices: IntArray | None = None,
 ) -> FloatArray:
-    """Scale-invariant heat kernel signature, section 3.7 (Bronstein and Kokkinos, CVPR 2010).
+    """Scale-invariant heat kernel signature, section 3.7.
 
-    log h_t(x, x) is sampled at t = A 2^τ, A the area, and differentiated with respect to τ; of
-    the Fourier transform of that over τ, the magnitudes of the lowest frequencies are kept. They
-    are divided by the decay of log Z(t) over the same times, Z the heat trace, and by the root of
-    their number.
+    Bronstein and Kokkinos, "Scale-invariant heat kernel signatures for non-rigid shape
+    recognition", CVPR 2010. log h_t(x, x) is sampled at t = A 2^τ, A the area, and differentiated
+    with respect to τ; the magnitudes of the lowest frequencies of its Fourier transform over τ are
+    kept. They are divided by the decay of log Z(t) over the same times, Z the heat trace, and by
+    the root of their number.
 
-    Scaling the shape by s turns h_t into h_{t/s²} / s². The factor goes with the derivative. The
-    shift of τ goes because times are in units of the shape's own area; that makes the signature
-    exactly invariant, where the magnitudes alone would leave what the shift moves past the ends
-    of the range. The magnitudes absorb what is left of the shift when the area is not that of the
-    corresponding part, in other words when something is missing.
+    Scaling the shape by s turns h_t into h_{t/s²} / s². The derivative removes the factor. The
+    shift of τ is removed by times in units of the shape's own area, which makes the signature
+    exactly invariant; the magnitudes alone would leave what is shifted beyond the ends of the
+    range. They remove the shift that remains if parts of a shape are missing, so that its area is
+    not that of its counterpart.
 
     Parameters
     ----------
     spectrum
-        Of the shape.
+        Spectrum of the shape.
     frequencies
-        How many of the lowest frequencies, the zeroth included.
+        Number of lowest frequencies, the zeroth included.
     vertices
-        (S,) where it is wanted; by default at all V vertices.
+        (S,) int64 vertices, by default all V.
 
     Returns
     -------
@@ -93,7 +98,7 @@ def scale_invariant_heat_kernel_signature(
 def _heat_kernel_diagonal(
     spectrum: Spectrum, times: FloatArray, vertices: IntArray | None
 ) -> FloatArray:
-    """h_t(x, x) of (2): (S, m) at (S,) vertices, by default all, for (m,) times."""
+    """h_t(x, x) of equation (2): (S, m) at (S,) vertices, by default all, for (m,) times."""
     if not (times > 0.0).all():
         raise ValueError("times must be positive")
     functions = spectrum.eigenfunctions

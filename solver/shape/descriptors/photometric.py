@@ -1,4 +1,4 @@
-"""Photometric descriptors, section 3.8."""
+"""Photometric descriptor, section 3.8."""
 
 import numpy as np
 
@@ -14,9 +14,9 @@ def photometric(
 ) -> FloatArray:
     """Mean colour of the surface around a point, sections 3.8 and 6.3.
 
-    The mean of the colour, linear between vertices, over the geodesic disc of the given radius;
-    the colour of the vertex itself if the radius is 0. Red, green and blue are in 0..1 and divided
-    by √3.
+    The mean of the colour, interpolated linearly, over the geodesic disc of the given radius, or
+    the colour of the vertex if the radius is 0. Red, green and blue are in [0, 1] and divided by
+    √3.
 
     Parameters
     ----------
@@ -27,25 +27,24 @@ def photometric(
     radius
         r >= 0, in the mesh's unit of length.
     vertices
-        (S,) where it is wanted; by default at all V vertices, which takes V shortest path
-        searches unless the radius is 0.
+        (S,) int64 vertices, by default all V, which takes V shortest path searches unless the
+        radius is 0.
 
     Returns
     -------
-    (S, 3) float64, without unit. With radius 0 it changes with nothing but the colours
-    themselves; otherwise with topology, and with the scale unless the radius is scaled along:
-    the footnotes of Table 1.
+    (S, 3) float64, without unit. With radius 0 it depends on the colours alone; otherwise it
+    changes with topology, and with scale unless the radius scales too: the footnotes of Table 1.
 
     Raises
     ------
     MeshError
         The mesh has no colours.
     OptionError
-        The radius is negative.
+        The radius is negative or not finite.
     """
     if mesh.colors is None:
         raise MeshError(
-            "the mesh has no vertex colours, which the photometric descriptor is made of; "
+            "the mesh has no vertex colours, which the photometric descriptor needs; "
             "choose another descriptor, or upload the shape in a format that carries them"
         )
     if not 0.0 <= radius < np.inf:
@@ -58,7 +57,7 @@ def photometric(
         for rows, distances in distances_from(metric, vertices):
             weights = disc_weights(distances, mesh.faces, areas, radius)
             disc = weights.sum(axis=1, keepdims=True)
-            # The area of the smallest discs vanishes in floating point; their mean is the colour.
+            # The area of tiny discs underflows to 0; their mean is the colour of the vertex.
             np.divide(weights @ mesh.colors, disc, out=colors[rows], where=disc > 0.0)
     result: FloatArray = colors / np.sqrt(3.0)
     return result

@@ -1,55 +1,61 @@
-"""Wave kernel signatures (Aubry, Schlickewei and Cremers, ICCV workshops 2011)."""
+"""Wave kernel signature.
+
+Aubry, Schlickewei and Cremers, "The wave kernel signature: a quantum mechanical approach to shape
+analysis", ICCV workshops 2011.
+"""
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.shape.choices import WaveKernelSignature
 from solver.shape.laplacian import Spectrum
 
 _ENERGIES = 32
-_SIGMA = 0.2
+"""Number of default energies."""
+
 _RANGE = 0.5, 0.75
-"""Default energies, log(4πi/A), begin at i = 0.5, about the first eigenvalue of elongated bodies,
-and end at i = 0.75 k, where k eigenpairs still fill the filters."""
+"""Range of i in the default energies log(4πi/A): from 0.5, about the first eigenvalue of elongated
+bodies, to 0.75 k, where k eigenpairs still fill the filters."""
 
 _ZERO = 1e-9
-"""Eigenvalues below, on a surface of unit area, are zero."""
+"""Greatest eigenvalue, on a surface of unit area, that counts as zero."""
 
 
 def wave_kernel_signature(
     spectrum: Spectrum,
     energies: FloatArray | None = None,
-    sigma: float = _SIGMA,
+    sigma: float = WaveKernelSignature.sigma,
     vertices: IntArray | None = None,
 ) -> FloatArray:
-    """Wave kernel signature: where quantum particles of a given energy are likely to be found.
+    """Wave kernel signature: probabilities of finding quantum particles of given energies.
 
     Component j at vertex x is A C_j Σ_i φ_i(x)² exp(-(e_j - log λ_i)² / 2σ²) / √m, over the
-    eigenvalues that are not 0, A being the area and 1/C_j the sum of the exponentials: without
-    the factor 1/√m, every component has mean 1 over the surface.
+    nonzero eigenvalues, with A the area and 1/C_j the sum of the exponentials. Times √m, every
+    component has mean 1 over the surface.
 
     Parameters
     ----------
     spectrum
-        Of the shape, at least 2 eigenpairs.
+        Spectrum of the shape with at least 2 eigenpairs.
     energies
-        (m,) e_j, logarithms of eigenvalues. By default 32, evenly spaced over the logarithms of
-        the first three quarters of the eigenvalues of any surface of this area, by Weyl's law
-        λ_i ≈ 4πi/A. (Aubry et al. space them over the shape's own; all of them shift when a change
-        of topology shifts the first.)
+        (m,) e_j, logarithms of eigenvalues. By default `_ENERGIES`, evenly spaced over the
+        logarithms of the first three quarters of the eigenvalues of any surface of this area, by
+        Weyl's law λ_i ≈ 4πi/A. (Aubry et al. space them over the shape's own eigenvalues; all of
+        these energies shift when a change of topology shifts the first eigenvalue.)
     sigma
-        σ > 0, width of the filters.
+        σ > 0, width of the filters, in logarithms of eigenvalues.
     vertices
-        (S,) where it is wanted; by default at all V vertices.
+        (S,) int64 vertices, by default all V.
 
     Returns
     -------
-    (S, m) float64, without unit. With the default energies, which are relative to the area, it
-    does not change with scale.
+    (S, m) float64, without unit. With the default energies, which are relative to the area, it is
+    invariant to scale.
 
     Raises
     ------
     ValueError
-        σ is not positive, or the spectrum has but the constant eigenfunction.
+        σ is not positive and finite, or the spectrum has only the constant eigenfunction.
     """
     positive = spectrum.eigenvalues * spectrum.area > _ZERO
     if not positive.any():
@@ -62,7 +68,7 @@ def wave_kernel_signature(
     if not 0.0 < sigma < np.inf:
         raise ValueError("sigma must be positive and finite")
     exponents = -0.5 * ((energies - logs[:, None]) / sigma) ** 2
-    # Relative to the greatest, so that a filter between eigenvalues is not 0/0.
+    # Relative to the greatest, so that filters between eigenvalues do not underflow to 0/0.
     filters = np.exp(exponents - exponents.max(axis=0))
     filters /= filters.sum(axis=0)
     functions = spectrum.eigenfunctions[:, positive]

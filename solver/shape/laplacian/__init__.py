@@ -1,7 +1,7 @@
-"""The Laplace-Beltrami operator (section 3.1) and its smallest eigenpairs."""
+"""The Laplace-Beltrami operator (section 3.3) and its smallest eigenpairs."""
 
 from solver.shape.laplacian.eigensolver import smallest_eigenpairs
-from solver.shape.laplacian.sparse_factor import DefiniteFactor
+from solver.shape.laplacian.sparse_factor import definite_factor
 from solver.shape.laplacian.spectrum import (
     Spectrum,
     laplace_beltrami_spectrum,
@@ -10,8 +10,8 @@ from solver.shape.laplacian.spectrum import (
 )
 
 __all__ = [
-    "DefiniteFactor",
     "Spectrum",
+    "definite_factor",
     "laplace_beltrami_spectrum",
     "laplacian",
     "smallest_eigenpairs",

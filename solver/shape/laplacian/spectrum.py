@@ -1,8 +1,9 @@
 """Spectrum of the Laplace-Beltrami operator: Δφ_i = λ_i φ_i, section 3.3.
 
 The stiffness matrix is the cotangent Laplacian of the tufted intrinsic Delaunay triangulation of
-the mesh (Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes", SGP 2020), sound on any
-triangulation, with natural (Neumann) conditions at boundaries; the mass matrix is lumped.
+the mesh (Sharp and Crane, "A Laplacian for Nonmanifold Triangle Meshes", SGP 2020, by
+robust_laplacian), which has nonnegative weights on any triangulation, with natural (Neumann)
+conditions at boundaries; the mass matrix is lumped.
 """
 
 import io
@@ -19,10 +20,14 @@ from solver.mesh import TriangleMesh
 from solver.shape.laplacian.eigensolver import smallest_eigenpairs
 
 _DENSE_VERTICES = 400
+"""Meshes of at most so many vertices are solved densely, by LAPACK."""
 
 _LEAST_MASS = 1e-6
-"""Area of a vertex relative to the average one: among needles there are vertices with next to none,
-and the eigenvectors of M^-½ L M^-½ would be no more accurate than the inverse of the least."""
+"""Least vertex area relative to the mean: vertices among needles have hardly any, and the condition
+of M^-½ L M^-½, hence the accuracy of eigenvectors, depends on its inverse."""
+
+_NULL_SKEWNESS = 1e-6
+"""Third moment, of an eigenfunction with root mean square 1, that vanishes by symmetry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +37,12 @@ class Spectrum:
     Parameters
     ----------
     eigenvalues
-        (k,) ascending, in 1/length²; the first is 0.
+        (k,) float64 ascending, in 1/length²; the first is 0.
     eigenfunctions
-        (V, k), in 1/length; orthonormal in the inner product Σ_v mass_v f_v g_v. The first is
-        constant.
+        (V, k) float64, in 1/length; orthonormal in the inner product Σ_v mass_v f_v g_v. The first
+        is constant.
     mass
-        (V,) area that belongs to each vertex; the sum is the surface's area.
+        (V,) float64 area of each vertex, in length²; the sum is the surface's area.
     """
 
     eigenvalues: FloatArray
@@ -51,7 +56,7 @@ class Spectrum:
 
     @property
     def area(self) -> float:
-        """Area of the surface."""
+        """Area of the surface, in length²."""
         return float(self.mass.sum())
 
     def truncated(self, k: int) -> "Spectrum":
@@ -59,7 +64,7 @@ class Spectrum:
         return Spectrum(self.eigenvalues[:k], self.eigenfunctions[:, :k], self.mass)
 
     def scaled(self, factor: float) -> "Spectrum":
-        """Return the spectrum of the same surface with its lengths times `factor`."""
+        """Return the spectrum of the surface scaled by `factor`."""
         return Spectrum(
             self.eigenvalues / factor**2, self.eigenfunctions / factor, self.mass * factor**2
         )
@@ -74,13 +79,13 @@ class Spectrum:
 
         Returns
         -------
-        (V, V) float64, symmetric. Memory grows with V².
+        (V, V) float64 in 1/length², symmetric. O(V²) memory, O(V² k) time.
         """
         half = self.eigenfunctions * np.exp(-0.5 * time * self.eigenvalues)
         return half @ half.T
 
     def to_bytes(self) -> bytes:
-        """Return the spectrum as the bytes of an ``.npz`` file, exact to the last bit."""
+        """Return the spectrum as the bytes of an ``.npz`` file, without loss."""
         stream = io.BytesIO()
         np.savez(
             stream,
@@ -97,7 +102,7 @@ class Spectrum:
         Raises
         ------
         ValueError
-            The bytes are something else. Nothing in them is ever executed.
+            The bytes are not a stored spectrum. They may be untrusted: nothing is unpickled.
         """
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
@@ -114,18 +119,16 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     """Compute the k smallest eigenpairs of the Laplace-Beltrami operator of a mesh.
 
     The generalised problem L φ = λ M φ is solved as the standard one of M^-½ L M^-½, by
-    shift-invert Lanczos on a sparse LU factor that exploits symmetry; small meshes densely. The
-    answer is the same for the same mesh, whenever and wherever it is computed with the same
-    libraries. An eigenfunction's sign makes its third moment positive, or, where that vanishes
-    by symmetry, its largest value; eigenfunctions of repeated eigenvalues are any basis.
+    shift-invert block Lanczos, on small meshes densely. The result is deterministic. An
+    eigenfunction's sign makes its third moment positive, or, where that vanishes by symmetry, its
+    value of greatest magnitude; eigenfunctions of repeated eigenvalues are an arbitrary basis.
 
     Parameters
     ----------
     mesh
         A connected mesh.
     k
-        Number of eigenpairs, the constant one included; a mesh of fewer vertices has no more
-        than it has vertices.
+        Number of eigenpairs, the constant one included.
 
     Returns
     -------
@@ -135,7 +138,8 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     Raises
     ------
     MeshError
-        The mesh has several components, or defies the eigensolver.
+        The mesh has several connected components, its Laplacian is singular to working
+        precision, or the eigensolver does not converge.
     ValueError
         `k` is not positive.
     """
@@ -161,16 +165,16 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
 
 
 def spectrum_memory(n_vertices: int, k: int) -> int:
-    """Bytes of address space that a spectrum takes at least, nearly: what to know before.
+    """Estimate the address space in bytes that a spectrum needs.
 
-    Two factors at once, of which SuperLU reserves more than it uses, and the eigenvectors.
-    Measured: 2.6 GB for 200,000 vertices and 6.5 GB for 500,000 with 100 eigenpairs, 2.9 GB for
-    200,000 with 300. Resident are two fifths of that.
+    Two factors at a time, for which SuperLU reserves more than it uses, and the eigenvectors.
+    Fitted to measurements: 2.6 GB for 200,000 vertices and 6.5 GB for 500,000 with 100 eigenpairs,
+    2.9 GB for 200,000 with 300. Two fifths of it are resident.
 
     Parameters
     ----------
     n_vertices
-        V.
+        Number V of vertices.
     k
         Number of eigenpairs.
     """
@@ -188,20 +192,22 @@ def laplacian(mesh: TriangleMesh) -> tuple[sp.csc_array, FloatArray]:
     Returns
     -------
     stiffness : (V, V) sparse, symmetric, positive semi-definite; rows sum to 0. Without unit.
-    mass : (V,) diagonal of the lumped mass matrix, in length².
+    mass : (V,) float64 diagonal of the lumped mass matrix, in length².
 
     Raises
     ------
     MeshError
-        The mesh defies intrinsic triangulation.
+        The Laplacian is not finite, as on nearly degenerate faces.
     """
     try:
         stiffness, mass = robust_laplacian.mesh_laplacian(mesh.vertices, mesh.faces)
     except RuntimeError as error:
-        raise MeshError(f"the mesh has no sound Laplacian: {error}") from error
+        raise MeshError(f"the Laplacian of the mesh cannot be computed: {error}") from error
     weights: FloatArray = mass.diagonal().astype(np.float64)
     if not (np.isfinite(stiffness.data).all() and (weights > 0.0).all()):
-        raise MeshError("the mesh has no sound Laplacian: some of its faces are nearly degenerate")
+        raise MeshError(
+            "the Laplacian of the mesh is not finite: some of its faces are nearly degenerate"
+        )
     weights = np.maximum(weights, _LEAST_MASS * weights.mean())
     return sp.csc_array(0.5 * (stiffness + stiffness.T)), weights
 
@@ -209,23 +215,24 @@ def laplacian(mesh: TriangleMesh) -> tuple[sp.csc_array, FloatArray]:
 def _eigenpairs(
     matrix: sp.csc_array, k: int, null_vector: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The k smallest eigenpairs, the first of them exact: 0 and the null vector."""
+    """The k smallest eigenpairs, the first one exactly 0 and the null vector."""
     if k == 1:
         return np.zeros(1), null_vector[:, None]
     if matrix.shape[0] > max(_DENSE_VERTICES, 3 * k):
         # Weyl's law: λ_k A ≈ 4πk, and the area is 1.
         return smallest_eigenpairs(matrix, k, null_vector, 4.0 * np.pi * k)
     values, vectors = scipy.linalg.eigh(matrix.toarray(), subset_by_index=(0, k - 1))
-    # Orthogonal to the null vector itself, not to what rounding has made of it.
+    # Orthogonal to the exact null vector, not to the computed one.
     values[0], vectors[:, 0] = 0.0, null_vector
     vectors = np.asarray(scipy.linalg.qr(vectors, mode="economic")[0], dtype=np.float64)
     return np.maximum(values, 0.0), vectors
 
 
 def _signs(functions: FloatArray, mass: FloatArray) -> FloatArray:
+    """(k,) signs ±1 that eigenfunctions are multiplied by, see `laplace_beltrami_spectrum`."""
     skewness = np.sqrt(mass.sum()) * (mass @ (functions * functions * functions))
     largest = functions[np.argmax(np.abs(functions), axis=0), np.arange(functions.shape[1])]
     signs: FloatArray = np.where(
-        np.where(np.abs(skewness) > 1e-6, skewness, largest) < 0.0, -1.0, 1.0
+        np.where(np.abs(skewness) > _NULL_SKEWNESS, skewness, largest) < 0.0, -1.0, 1.0
     )
     return signs

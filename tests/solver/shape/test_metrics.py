@@ -217,7 +217,7 @@ def test_geodesic_searches_are_not_repeated() -> None:
 
 def test_geodesic_distances_kept_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
     mesh = shapes.blob()
-    monkeypatch.setattr("solver.shape.metrics._KEPT_BYTES", 3 * 8 * mesh.n_vertices)
+    monkeypatch.setattr("solver.shape.metrics._CACHED_BYTES", 3 * 8 * mesh.n_vertices)
     counted = Counted(GeodesicGraph(mesh))
     metric = GeodesicMetric(counted)
     asked = np.array([0, 1, 2, 0, 3, 0, 1])

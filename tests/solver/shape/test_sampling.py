@@ -12,13 +12,13 @@ from solver.shape import (
     CommuteTimeMetric,
     GeodesicMetric,
     Metric,
-    extremity,
     farthest_point_sampling,
     spread_in_space,
 )
 from solver.shape.choices import METRICS
 from solver.shape.geodesics import GeodesicGraph
 from solver.shape.laplacian import laplace_beltrami_spectrum
+from solver.shape.sampling import extremity
 from tests.solver import shapes
 from tests.solver.shape.test_metrics import make
 
