@@ -1,4 +1,4 @@
-"""What real scans do to a surface, with the places of their vertices on the clean one."""
+"""Artefacts of real scans, simulated on clean surfaces with known places of the vertices."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -13,10 +13,13 @@ from solver.shape import Shape
 from synthetic import Transformed, glued, near_in_space, noisy, punched, remeshed
 
 _HOLES, _HOLE_RADIUS = 5, 0.03
+"""Number of holes, and their geodesic radius over √area."""
 _CUT_RADIUS = 0.2
-"""Of what is cut off at the end of a limb, over √area."""
+"""Geodesic radius over √area of what is cut off at the end of a limb."""
 _APART = 0.6
+"""Least geodesic distance over √area of points that are glued."""
 _BUMPS, _BUMP_RADIUS, _BUMP_HEIGHT = 12, 0.12, 0.05
+"""Number of bumps, and their radius and height over √area."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,9 +29,9 @@ class Scan:
     Parameters
     ----------
     mesh
-        V vertices.
+        The scan.
     places
-        (V, 3) where each vertex, by its number in the file, was on the clean surface.
+        (N, 3) position on the clean surface of each vertex by its number in the file.
     """
 
     mesh: TriangleMesh
@@ -36,11 +39,11 @@ class Scan:
 
 
 Condition = Callable[[TriangleMesh], Scan]
-"""Makes a scan of a closed surface of unit area."""
+"""A function that scans a closed surface of unit area."""
 
 
 def scanned(mesh: TriangleMesh, condition: Condition) -> Scan:
-    """Scan a surface.
+    """Scan a surface, and keep the largest component of the scan.
 
     Parameters
     ----------
@@ -48,10 +51,6 @@ def scanned(mesh: TriangleMesh, condition: Condition) -> Scan:
         Closed, of unit area.
     condition
         One of :data:`CONDITIONS`.
-
-    Returns
-    -------
-    The scan, of the surface's largest component.
     """
     scan = condition(mesh)
     return replace(scan, mesh=largest_component(scan.mesh))
@@ -69,7 +68,7 @@ def _coarse(vertices: int) -> Condition:
 
 
 def _fine(mesh: TriangleMesh) -> Scan:
-    """Some 50,000 vertices, by halving edges twice."""
+    """About 50,000 vertices, by subdividing twice."""
     coarse = simplified(mesh, 50_000 // 16) if 16 * mesh.n_vertices > 50_000 else mesh
     vertices, faces = coarse.vertices, coarse.faces
     for _ in range(2):
@@ -93,7 +92,7 @@ def _remeshed(mesh: TriangleMesh) -> Scan:
 
 
 def _irregular(mesh: TriangleMesh) -> Scan:
-    """Coarse, and then with further vertices in the middle of random triangles, twice."""
+    """Simplified, then with vertices inserted into random triangles, twice."""
     coarse, rng = simplified(mesh, 1500), np.random.default_rng(7)
     vertices, faces = coarse.vertices, coarse.faces
     for _ in range(2):
@@ -107,7 +106,7 @@ def _irregular(mesh: TriangleMesh) -> Scan:
 
 
 def _with_holes(mesh: TriangleMesh) -> Scan:
-    """Holes at random places, where one of that size does not cut a limb off."""
+    """Holes at random places, where they do not cut off a limb."""
     centres: list[int] = []
     found: Transformed | None = None
     for centre in np.random.default_rng(0).permutation(mesh.n_vertices):
@@ -123,12 +122,12 @@ def _with_holes(mesh: TriangleMesh) -> Scan:
 
 
 def _cut(count: int) -> Condition:
-    """Ends of limbs cut off, those farthest from all others."""
+    """Ends of limbs cut off, by farthest point sampling."""
 
     def condition(mesh: TriangleMesh) -> Scan:
         shape = Shape(mesh)
         ends = shape.sampling("geodesic", count).indices
-        return _left(mesh, shape.metric("geodesic").distances(ends).min(axis=0) > _CUT_RADIUS)
+        return _kept(mesh, shape.metric("geodesic").distances(ends).min(axis=0) > _CUT_RADIUS)
 
     return condition
 
@@ -152,7 +151,7 @@ def _inside_out(mesh: TriangleMesh) -> Scan:
 
 
 def _glued(count: int) -> Condition:
-    """Joined where parts far from one another come near, as a hand and a hip do."""
+    """Glued where distant parts come near in space, as a hand and a hip do."""
 
     def condition(mesh: TriangleMesh) -> Scan:
         return _near(mesh, glued(mesh, near_in_space(mesh, count, _APART), 0.02).mesh)
@@ -199,7 +198,7 @@ CONDITIONS: Mapping[str, Condition] = {
 
 
 def _near(clean: TriangleMesh, mesh: TriangleMesh) -> Scan:
-    """Places on the clean surface: of a vertex moved little, where it is."""
+    """Scan whose vertices have hardly moved: their places are the nearest clean vertices."""
     places = np.empty((int(mesh.vertex_ids.max()) + 1, 3))
     places[:] = np.nan
     nearest = KDTree(clean.vertices).query(mesh.vertices)[1]
@@ -207,14 +206,14 @@ def _near(clean: TriangleMesh, mesh: TriangleMesh) -> Scan:
     return Scan(mesh, places)
 
 
-def _left(mesh: TriangleMesh, kept: BoolArray) -> Scan:
-    """Without the triangles at some vertices."""
+def _kept(mesh: TriangleMesh, kept: BoolArray) -> Scan:
+    """Scan without the triangles at the vertices that are not kept."""
     faces: IntArray = mesh.faces[kept[mesh.faces].all(axis=1)]
     return Scan(triangle_mesh(mesh.vertices, faces), mesh.vertices)
 
 
 def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Each triangle in four."""
+    """Subdivide each triangle into four."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     distinct, middle = np.unique(edges, axis=0, return_inverse=True)
     ab, bc, ca = (len(vertices) + middle.reshape(-1, 3)).T

@@ -1,9 +1,9 @@
-"""What descriptors tell of a point: ``python -m bench.descriptors``.
+"""Discriminative power of the descriptors: ``python -m bench.descriptors``.
 
-For every descriptor, with default parameters, and pairs of shapes of a class: the correlation of
-its values at points that correspond, and where the point that corresponds ranks among the others
-by similarity (0 for the most similar always, 50 % for chance). A descriptor that is the same on
-both sides of a body cannot do better than a point's mirror image at its side.
+For every descriptor, with default parameters, on pairs of shapes of a class: the correlation of its
+values at corresponding points, and the rank of the corresponding point among all others by
+similarity (0 if it is always the most similar, 50 % by chance). A descriptor that is symmetric
+cannot rank a point above its mirror image.
 """
 
 import argparse
@@ -19,12 +19,13 @@ from solver.shape.choices import DESCRIPTORS, Eigenfunctions
 from solver.shape.descriptors import aligned_eigenfunctions
 
 POINTS = 300
+"""Corresponding points compared on each pair."""
 
 
 def described(
     name: str, shapes: tuple[KnownShape, KnownShape], points: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The descriptor at points that correspond."""
+    """Descriptors of both shapes at corresponding points."""
     truths = [shape.truth for shape in shapes]
     vertices = [truth[points] for truth in truths if truth is not None]
     if name == Eigenfunctions.name:
@@ -37,19 +38,19 @@ def described(
 
 
 def correlation(first: FloatArray, second: FloatArray) -> float:
-    """Correlation of all components, each less its mean."""
+    """Correlation over all components, centred one by one."""
     a, b = (values - values.mean(axis=0) for values in (first, second))
     return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
 
 
 def rank(first: FloatArray, second: FloatArray) -> float:
-    """Share of the points that are more similar to a point than the one that corresponds."""
+    """Mean share of points that are more similar than the corresponding one."""
     distances = np.linalg.norm(first[:, None] - second[None], axis=2)
     return float((distances < np.diag(distances)[:, None]).mean())
 
 
 def main() -> None:
-    """Compare the pairs, print a table."""
+    """Compare the pairs and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")

@@ -1,4 +1,4 @@
-"""Figure 2: what three combinations of structures make of three transformations."""
+"""Figure 2: matches by three combinations of structures under three transformations."""
 
 from pathlib import Path
 
@@ -27,13 +27,13 @@ COMBINATIONS = {
 ROWS = BENDING, TOPOLOGY, SCALE
 
 WRONG = 0.25
-"""Error over √area from which a matched point is drawn as wrong: it is on another part."""
+"""Error over √area from which a matched point is drawn as wrong, on another part of the shape."""
 
 
 def matched_by(options: MatchOptions, pair: Pair) -> tuple[Matched, float]:
-    """A match for the picture, and its mean error over √area.
+    """Match a pair: the match to draw, and its mean error over √area.
 
-    Truth is the direct or the mirrored one, whichever is nearer.
+    Errors are against the direct or the mirrored truth, whichever is nearer.
     """
     source, target = pair
     found = match(source.shape, target.shape, options)

@@ -1,8 +1,8 @@
-"""Figure 3, GMDS beside ours: ``python -m bench.figure3``.
+"""Figure 3, comparison with GMDS: ``python -m bench.figure3``.
 
 Eight points are matched by geodesic distances alone, by both methods, on every pair of shapes of a
-class; and a third time by ours with its default structures. Drawn are the pair on which GMDS ends
-farthest behind ours, with whichever structures, and the one on which both are best.
+class; and again by ours with its default structures. The figure shows the pair on which the error
+of GMDS exceeds ours most, with either structures, and the one on which both are best.
 """
 
 import argparse
@@ -37,7 +37,7 @@ class Answer:
     Attributes
     ----------
     here, there
-        (K,) vertex indices; the nearest ones, of points between vertices.
+        (K,) vertex indices, of points between vertices the nearest ones.
     errors
         (K,) over √area, against the direct or the mirrored truth.
     distortion
@@ -57,7 +57,7 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """A pair of shapes and the answers."""
+    """A pair of shapes with the results of all methods."""
 
     source: KnownShape
     target: KnownShape
@@ -67,19 +67,19 @@ class Compared:
 
     @property
     def name(self) -> str:
-        """Compared shapes' names."""
+        """Names of both shapes."""
         return f"{self.source.name} {self.target.name}"
 
     @property
     def best(self) -> tuple[str, Answer]:
-        """Our better answer, and with what structures."""
+        """Label and result of our better match."""
         return min(
             (("ours, geodesic", self.ours), ("ours", self.default)), key=lambda one: one[1].error
         )
 
     @property
     def answers(self) -> tuple[Answer, Answer, Answer]:
-        """In the order of the table."""
+        """Results in the order of the table."""
         return self.gmds, self.ours, self.default
 
 
@@ -111,7 +111,7 @@ def _matched(source: KnownShape, target: KnownShape, options: MatchOptions) -> A
 
 
 def draw(cases: dict[str, Compared], path: Path) -> None:
-    """Draw the cases, one in a row, GMDS on the left."""
+    """Draw one row per case, GMDS on the left."""
     figure = Figure(figsize=(9.0, 3.6 * len(cases)), dpi=72, facecolor="white")
     grid = figure.subplots(len(cases), 2, squeeze=False)
     for row, (title, pair) in zip(grid, cases.items(), strict=True):
@@ -130,7 +130,7 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
 
 
 def main() -> None:
-    """Match all pairs by both methods, print a table, draw two of them."""
+    """Match all pairs by both methods, print a table and draw two pairs."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")

@@ -1,11 +1,11 @@
-"""Which structure is invariant to what, Table 1 and Figure 2: ``python -m bench.invariance``.
+"""Invariance of the structures, Table 1 and Figure 2: ``python -m bench.invariance``.
 
 Shapes are bent, glued (two pairs of points that are near in space), pierced, scaled, made noisy and
-triangulated anew; `bench.transformed` says by how much. *Change* of a structure is measured at
-corresponding points, relative to what non-corresponding points differ by
-(`bench.structure_change.change`): 0 is invariant, 1 is as different as another point. Nothing is
-normalised. The greatest change over the shapes decides, as invariance is to every transformation of
-a class: "yes" below 0.15, "no" from 0.4. An asterisk marks what Table 1 says otherwise.
+remeshed, by `bench.transformed`. The *change* of a structure at corresponding points is relative to
+its difference between other points (`bench.structure_change.change`): 0 is invariant, 1 is as
+different as another point. Shapes are not normalised. The greatest change over the shapes counts,
+since invariance is to every transformation of a class: "yes" below 0.15, "no" from 0.4. An asterisk
+marks differences from Table 1.
 
 *Error* is that of matching eight points with equal weight of local and global structure (6.1): the
 mean geodesic distance over √area from the truth or its mirror image. A descriptor is joined by the
@@ -42,7 +42,7 @@ from bench.transformed import (
 from solver.shape.choices import DEGREES, Degree, Photometric, Structure
 
 THRESHOLDS: Mapping[Degree, float] = {"yes": 0.15, "approx": 0.4, "no": np.inf}
-"""What a change has to be below."""
+"""Upper bound of the change for each degree of invariance."""
 
 PAPER: Mapping[str, tuple[Degree, Degree, Degree]] = {
     "photometric": ("yes", "yes", "yes"),
@@ -56,21 +56,21 @@ PAPER: Mapping[str, tuple[Degree, Degree, Degree]] = {
     "diffusion": ("yes", "approx", "no"),
     "commute_time": ("yes", "approx", "yes"),
 }
-"""Table 1: bending, topology, scale. What it says of colours is of single points."""
+"""Table 1: bending, topology, scale. Its row of colours is for single points."""
 
 COMPARED = BENDING, TOPOLOGY, SCALE
 
 Figures = dict[str, dict[str, list[float]]]
-"""One number a pair, by structure and transformation."""
+"""One number per pair, by structure and transformation."""
 
 
 def label(structure: Structure) -> str:
-    """Name of a row."""
+    """Name of a structure's row."""
     return "photometric at a point" if structure == POINTWISE else structure.name
 
 
 def paper_says(structure: Structure, transformation: str) -> Degree | None:
-    """Entry of Table 1, if there is one."""
+    """Entry of Table 1; ``None`` if it has none."""
     averaged = isinstance(structure, Photometric) and structure != POINTWISE
     if transformation not in COMPARED or structure.name not in PAPER or averaged:
         return None
@@ -78,14 +78,14 @@ def paper_says(structure: Structure, transformation: str) -> Degree | None:
 
 
 def degree(changes: list[float]) -> Degree:
-    """In the words of Table 1, of the greatest change."""
+    """Degree of invariance by the greatest change, in the words of Table 1."""
     return next(word for word in DEGREES if max(changes) < THRESHOLDS[word])
 
 
 def measure(pairs: list[tuple[str, Pair]]) -> tuple[Figures, Figures, Figures]:
-    """Changes of every structure, and errors of matches with samples of their own and with equal.
+    """Measure changes of every structure, and errors of matches of separate and of equal samples.
 
-    The errors are also those of the combinations of Figure 2.
+    Errors are also measured for the combinations of Figure 2.
     """
     changes: Figures = {}
     own: Figures = {}
@@ -103,14 +103,14 @@ def measure(pairs: list[tuple[str, Pair]]) -> tuple[Figures, Figures, Figures]:
 
 
 def print_changes(changes: Figures) -> tuple[int, int]:
-    """Table 1 as measured: mean and greatest change and the word for it.
+    """Print Table 1 as measured: mean and greatest change, and the degree of invariance.
 
     Returns
     -------
     agreeing, compared
-        Entries that Table 1 has too, and how many of them are the same.
+        Number of entries that agree with Table 1, and of entries that are in both.
     """
-    print("change: mean, greatest, in a word; * where Table 1 says otherwise")
+    print("change: mean, greatest, degree of invariance; * where Table 1 differs")
     print(f"{'':23}" + "".join(f"{name:>21}" for name in TRANSFORMATIONS))
     agreeing = compared = 0
     for structure in structures():
@@ -128,7 +128,7 @@ def print_changes(changes: Figures) -> tuple[int, int]:
 
 
 def print_errors(title: str, errors: Figures) -> None:
-    """Mean errors, and the share of matches that are wrong by more than a quarter of √area."""
+    """Print mean errors and the share of matches with errors over a quarter of √area."""
     print(f"{title}: mean error, share of matches over 0.25")
     print(f"{'':23}" + "".join(f"{name:>14}" for name in TRANSFORMATIONS))
     for row, by_transformation in errors.items():
@@ -138,7 +138,7 @@ def print_errors(title: str, errors: Figures) -> None:
 
 
 def print_passages(resolution: int) -> Figures:
-    """What the width of the passage between glued parts does to the change."""
+    """Measure and print the change by the width of the passage between glued parts."""
     figures: Figures = {}
     print("hands glued to legs: change by the radius of what is glued, over √area")
     for radius, pair in passage_pairs(resolution):
@@ -159,7 +159,7 @@ def figure2_pairs(pairs: list[tuple[str, Pair]]) -> dict[str, Pair]:
 
 
 def main() -> None:
-    """Measure, print tables, draw Figure 2."""
+    """Measure, print tables and draw Figure 2."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--classes", type=int, default=6, help="generated classes, without --data")

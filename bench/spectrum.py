@@ -1,10 +1,10 @@
-"""Our eigensolver beside SciPy's: ``python -m bench.spectrum``.
+"""The eigensolver compared with SciPy's: ``python -m bench.spectrum``.
 
 The 100 smallest eigenpairs of the Laplace-Beltrami operator, by
 :mod:`solver.shape.laplacian.eigensolver` and by plain
 ``scipy.sparse.linalg.eigsh(L, k=100, M=M, sigma=-0.01)``, in turn, in one process, on one thread;
-both make their matrices within their time. Both are checked: the residual ‖L φ − λ M φ‖ in the norm
-of M⁻¹, relative to the greatest eigenvalue, and how far the eigenvalues are apart.
+times include the assembly of matrices. The table has the residuals ‖L φ − λ M φ‖ in the norm of
+M⁻¹, relative to the greatest eigenvalue, and the greatest relative difference of eigenvalues.
 """
 
 import argparse
@@ -29,7 +29,7 @@ EIGENPAIRS = 100
 
 @dataclass(frozen=True)
 class Row:
-    """Medians of some repetitions on one mesh; residuals and errors are the greatest."""
+    """Medians over repetitions on one mesh; residuals and errors are the greatest."""
 
     vertices: int
     seconds_ours: float
@@ -41,7 +41,7 @@ class Row:
 
 
 def compare(mesh: TriangleMesh, repetitions: int) -> Row:
-    """Solve for the eigenpairs of a mesh of unit area by both, in turn."""
+    """Compute the eigenpairs of a mesh, scaled to unit area, by both in turn."""
     mesh = mesh.scaled(1.0 / np.sqrt(mesh.area))
     times = np.empty((repetitions, 2))
     for row in times:
@@ -54,7 +54,7 @@ def compare(mesh: TriangleMesh, repetitions: int) -> Row:
         row[:] = between - started, time.perf_counter() - between
     order = np.argsort(values)
     values, functions = values[order], functions[:, order]
-    # The constant's eigenvalue, 0, has no relative error.
+    # Eigenvalue 0 has no relative error.
     error = np.abs(ours.eigenvalues[1:] / values[1:] - 1.0).max()
     return Row(
         mesh.n_vertices,
@@ -76,10 +76,10 @@ def residual(
 
 
 def main() -> None:
-    """Solve, print a table."""
+    """Measure and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
-    parser.add_argument("--most", type=int, default=SIZES[-1], help="vertices, at most")
+    parser.add_argument("--most", type=int, default=SIZES[-1], help="greatest number of vertices")
     parser.add_argument("--repetitions", type=int, default=3)
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()

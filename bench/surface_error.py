@@ -1,4 +1,4 @@
-"""How far points of a surface, at vertices or between them, lie from where they belong."""
+"""Errors of matched surface points, at vertices or between them, against the known truth."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -9,18 +9,18 @@ from solver.gmds import InterpolatedMetric, SurfacePoints
 
 
 def truths_of(source: KnownShape, target: KnownShape, vertices: IntArray) -> list[IntArray]:
-    """Where points of one shape belong on another.
+    """True correspondents of vertices of one shape on another.
 
     Parameters
     ----------
     source, target
-        Of one class; both with known truth.
+        Shapes of one class, both with known truth.
     vertices
-        (N,) vertex indices of the source. The truth of the nearest known point is taken.
+        (N,) vertex indices of the source. The truth is that of the nearest known point.
 
     Returns
     -------
-    One or two times (N,) vertex indices of the target: direct, and mirrored where that is known.
+    One or two arrays of (N,) vertex indices of the target: direct, and mirrored if known.
     """
     assert source.truth is not None
     places = source.shape.surface.vertices

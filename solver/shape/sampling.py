@@ -1,8 +1,9 @@
 """Farthest point sampling, section 4.1: nested samples that cover a shape evenly.
 
-Gonzalez, "Clustering to minimize the maximum intercluster distance", Theor. Comput. Sci. 38, 1985:
-the covering radius of n samples is at most twice the least that n points can have. On surfaces:
-Moenning and Dodgson, "Fast marching farthest point sampling", Eurographics 2003.
+Eldar, Lindenbaum, Porat and Zeevi, "The farthest point strategy for progressive image sampling",
+IEEE Trans. Image Process. 6(9), 1997. The covering radius of n samples is at most twice the least
+that n points can have (Gonzalez, "Clustering to minimize the maximum intercluster distance", Theor.
+Comput. Sci. 38, 1985).
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -129,7 +130,7 @@ def farthest_point_sampling(
 def farthest_first(
     row_of: Callable[[int], FloatArray], start: Sequence[int], count: int
 ) -> Iterator[tuple[int, FloatArray, float]]:
-    """Traverse points, each one farthest from all points before (Gonzalez 1985).
+    """Traverse points, each one farthest from all points before.
 
     Parameters
     ----------
