@@ -7,12 +7,10 @@ from solver.shape.metrics import (
     EmbeddedMetric,
     GeodesicMetric,
     Metric,
-    heat_images,
-    lengths_by_heat,
-    varadhan_distances,
 )
 from solver.shape.sampling import farthest_first, farthest_point_sampling, spread_in_space
 from solver.shape.shape import WITHOUT_COLORS, Shape
+from solver.shape.varadhan import heat_images, lengths_by_heat, varadhan_distances
 
 __all__ = [
     "WITHOUT_COLORS",

@@ -19,7 +19,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.mesh import TriangleMesh
 from solver.shape.geodesics.graph import straight_segments
-from solver.shape.geodesics.heap import lift, pop
+from solver.shape.geodesics.heap import pop, push
 from solver.shape.geodesics.interface import checked_sources
 from solver.shape.geodesics.intrinsic import intrinsic_triangulation
 
@@ -153,7 +153,7 @@ def march(
         reached[:] = np.inf
         places[:] = -1
         reached[sources[search]] = 0.0
-        size = lift(heap, places, reached, 0, sources[search])
+        size = push(heap, places, reached, 0, sources[search])
         acceptances, decrease = 0, _DECREASE
         while size > 0:
             here, size = pop(heap, places, reached, size)
@@ -164,7 +164,7 @@ def march(
                 there, found = segment_ends[row], reached[here] + segment_lengths[row]
                 if found < decrease * reached[there]:
                     reached[there] = found
-                    size = lift(heap, places, reached, size, there)
+                    size = push(heap, places, reached, size, there)
             for row in range(corner_starts[here], corner_starts[here + 1]):
                 other, there = corners[row, 0], corners[row, 1]
                 if places[other] >= 0 or reached[other] == np.inf:
@@ -173,7 +173,7 @@ def march(
                 found = _wavefront(reached[here], reached[other], shapes, row, limit)
                 if found < limit:
                     reached[there] = found
-                    size = lift(heap, places, reached, size, there)
+                    size = push(heap, places, reached, size, there)
 
 
 @inlined

@@ -5,7 +5,7 @@ from solver.kernel import inlined
 
 
 @inlined
-def lift(heap: IntArray, places: IntArray, keys: FloatArray, size: int, item: int) -> int:
+def push(heap: IntArray, places: IntArray, keys: FloatArray, size: int, item: int) -> int:
     """Insert an item, or restore the heap after its key has decreased.
 
     Parameters
@@ -44,7 +44,7 @@ def lift(heap: IntArray, places: IntArray, keys: FloatArray, size: int, item: in
 
 @inlined
 def pop(heap: IntArray, places: IntArray, keys: FloatArray, size: int) -> tuple[int, int]:
-    """Remove the item of least key; return it and the new size. Parameters as in `lift`."""
+    """Remove the item of least key; return it and the new size. Parameters as in `push`."""
     least = heap[0]
     places[least] = -1
     size -= 1
