@@ -97,9 +97,7 @@ Eigenpairs = Annotated[
 ]
 GeodesicMethod = Annotated[
     str | None,
-    typer.Option(
-        help="fast_marching (the default), graph or heat.", rich_help_panel=STRUCTURES
-    ),
+    typer.Option(help="fast_marching (the default), graph or heat.", rich_help_panel=STRUCTURES),
 ]
 
 Objective = Annotated[
