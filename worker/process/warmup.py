@@ -19,7 +19,6 @@ from solver.labelling import LabellingProblem
 from solver.matching import MatchOptions
 from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
 from solver.mesh.formats import Element, Property, binary_columns
-from solver.mesh.repair import triangulated
 from solver.optimisation.dual_decomposition import DualDecomposition
 from solver.optimisation.exact import m_best_solutions
 from solver.optimisation.primal import IteratedLocalSearch
@@ -59,7 +58,6 @@ def warm_up() -> None:
     start = time.perf_counter()
     log.info("warming up; where nothing is compiled yet, this takes minutes")
     binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
-    triangulated(np.eye(5)[:, :3], np.array([5]), np.arange(5))
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
     side = Side(simplified(mesh, mesh.n_vertices - 1), None)
     # What is matched with itself is proven optimal before there is anything to bound.

@@ -1,31 +1,35 @@
 """Polygons into triangles: quadrilaterals by their better diagonal, others by ear clipping.
 
-A polygon is seen in its plane; for one that is not flat, in the plane across its vector area. A
-corner is an *ear* if it is convex and no other corner lies in the triangle that it makes with its
-two neighbours. Every simple polygon has two (Meisters, Amer. Math. Monthly 82, 1975), so cutting
-ears leaves n - 2 triangles that cover it once, whether it is convex or not. The best shaped ear is
-cut each time.
+Every simple polygon has an *ear*, a convex corner whose triangle with its two neighbours holds no
+other corner (Meisters, Amer. Math. Monthly 82, 1975). Cutting ears leaves n - 2 triangles that
+cover the polygon once, whether it is convex or not. mapbox's earcut does it, in the plane of the
+polygon; for one that is not planar, in the plane across its vector area.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
+from mapbox_earcut import triangulate_float64
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
-from solver.kernel import kernel
 
 MOST_CORNERS = 5000
-"""The time to cut a polygon grows with the square of its corners: some 0.1 s for these."""
+"""Corners of a polygon: the time to cut one grows with their square, and for the worst outline of
+this many, a star that crosses itself 2,000 times over, it is 2 s."""
 
-_MOST_STEPS = 1_000_000_000
-"""Looks at corners while polygons are cut, all together: some seconds."""
+_MOST_SQUARES = 250_000_000
+"""Corners squared, summed over all polygons of a mesh: ten of the largest."""
 
 _CONVEX = 1e-9
 """Twice a triangle's area over its longest edge squared, from which it turns the right way."""
 
 _ROUNDING = 1e-12
 """Twice the area, in a polygon of size 1, of a triangle whose corners lie on a line."""
+
+_INWARDS = 1e-9
+"""How far corners on straight sides are moved, in a polygon of size 1, while it is cut."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +39,9 @@ class Triangulation:
     Parameters
     ----------
     triangles
-        (sum of n - 2, 3) vertex indices, polygon after polygon, oriented as these.
+        (sum of n - 2, 3) int64, vertex indices, polygon after polygon, oriented as these.
     crossed
-        Number of polygons that cannot be cut without overlaps, since their outlines cross
-        themselves.
+        Number of polygons whose triangles overlap, since their outlines cross themselves.
     """
 
     triangles: IntArray
@@ -61,7 +64,7 @@ def triangulated(vertices: FloatArray, sizes: IntArray, corners: IntArray) -> Tr
     ------
     MeshError
         A polygon has more than `MOST_CORNERS` corners, or all together so many that cutting them
-        would take minutes.
+        could take minutes.
     """
     if len(sizes) and sizes.max() > MOST_CORNERS:
         raise MeshError(
@@ -74,25 +77,18 @@ def triangulated(vertices: FloatArray, sizes: IntArray, corners: IntArray) -> Tr
     three = sizes == 3
     triangles[offset[three]] = corners[first[three][:, None] + np.arange(3)]
     crossed = _halve(vertices, sizes == 4, first, offset, corners, triangles)
-    many = np.flatnonzero(sizes > 4)
-    if len(many):
-        # So much it takes at least.
-        if (sizes[many] * (sizes[many] - 2)).sum() > _MOST_STEPS:
-            raise _too_many_corners(sizes)
-        own = np.concatenate([np.arange(first[p], first[p] + sizes[p]) for p in many])
-        flat = _in_their_planes(vertices[corners[own]], sizes[many])
-        cut = _clip_all(flat, corners[own], sizes[many], offset[many], triangles)
-        if cut < 0:
-            raise _too_many_corners(sizes)
-        crossed += cut
+    many = sizes > 4
+    if (sizes[many] ** 2).sum() > _MOST_SQUARES:
+        raise MeshError(
+            f"the faces, of up to {sizes.max()} corners, would take minutes to be cut into "
+            "triangles; save the mesh as triangles"
+        )
+    if many.any():
+        own = corners[np.repeat(many, sizes)]
+        cut, overlapping = _clipped(_in_their_planes(vertices[own], sizes[many]), sizes[many])
+        triangles[np.repeat(many, sizes - 2)] = own[cut]
+        crossed += overlapping
     return Triangulation(triangles, crossed)
-
-
-def _too_many_corners(sizes: IntArray) -> MeshError:
-    return MeshError(
-        f"the faces, of up to {sizes.max()} corners, would take minutes to be cut into triangles; "
-        "save the mesh as triangles"
-    )
 
 
 def _halve(
@@ -138,126 +134,75 @@ def _in_their_planes(points: FloatArray, sizes: IntArray) -> FloatArray:
     centred = points - points[start][owner]
     size = np.maximum.reduceat(np.abs(centred).max(axis=1), start)
     centred /= np.maximum(size, np.finfo(float).tiny)[owner, None]
-    following = np.arange(1, len(points) + 1)
-    following[start + sizes - 1] = start
-    normal = np.add.reduceat(np.cross(centred, centred[following]), start)
+    normal = np.add.reduceat(np.cross(centred, centred[_following(sizes)]), start)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     # Any direction that is not the normal's leads to a basis of the plane.
-    helper = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
-    right = np.cross(helper, normal)
+    other = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    right = np.cross(other, normal)
     right /= np.maximum(np.linalg.norm(right, axis=1, keepdims=True), np.finfo(float).tiny)
     up = np.cross(normal, right)
     x, y = (np.einsum("ij,ij->i", centred, axis[owner]) for axis in (right, up))
     return np.stack([x, y], axis=1)
 
 
-@kernel
-def _clip_all(
-    flat: FloatArray, corners: IntArray, sizes: IntArray, offset: IntArray, triangles: IntArray
-) -> int:
-    """Cut polygons one after the other, and count those whose outlines cross themselves.
+def _clipped(flat: FloatArray, sizes: IntArray) -> tuple[IntArray, int]:
+    """(sum of n - 2, 3) triangles of polygons in the plane, and how many have some that overlap."""
+    bent = _with_straight_sides_bent(flat, sizes)
+    start = np.cumsum(sizes) - sizes
+    counts = sizes.astype(np.uint32)
+    cuts = []
+    for number, (first, size) in enumerate(zip(start.tolist(), sizes.tolist(), strict=True)):
+        cut = triangulate_float64(bent[first : first + size], counts[number : number + 1])
+        if len(cut) != 3 * (size - 2):
+            cut = _completed(cut.reshape(-1, 3), size)
+        cuts.append(cut.reshape(-1, 3) + first)
+    triangles = np.concatenate(cuts).astype(np.int64)
+    turned = _turns(*np.moveaxis(flat[triangles], 1, 0)) < -_ROUNDING
+    return triangles, int(np.logical_or.reduceat(turned, np.cumsum(sizes - 2) - sizes + 2).sum())
 
-    -1 if that takes too long.
+
+def _completed(cut: npt.NDArray[np.uint32], size: int) -> npt.NDArray[np.uint32]:
+    """Triangles of a polygon of which earcut left some out, so that all its sides are sides."""
+    used = set(cut.flat)
+    lost = [corner for corner in range(size) if corner not in used]
+    if not used or len(cut) + len(lost) != size - 2:
+        # The outline crosses itself, or has no area.
+        return np.array([[0, k, k + 1] for k in range(1, size - 1)], dtype=np.uint32)
+    # Of consecutive corners in one place, it takes one.
+    after = {c: next(k % size for k in range(c + 1, c + size) if k % size in used) for c in lost}
+    flat = [[(corner - 1) % size, corner, after[corner]] for corner in lost]
+    return np.vstack([cut, np.array(flat, dtype=np.uint32)])
+
+
+def _with_straight_sides_bent(flat: FloatArray, sizes: IntArray) -> FloatArray:
+    """Corners within straight sides moved inwards, the more the farther they are from the ends.
+
+    An ear there would be a triangle without area, whose removal leaves a T-junction.
     """
-    crossed, start = 0, 0
-    left = np.array([_MOST_STEPS])
-    for polygon in range(len(sizes)):
-        end = start + sizes[polygon]
-        out = triangles[offset[polygon] : offset[polygon] + sizes[polygon] - 2]
-        crossed += _clip(flat[start:end], corners[start:end], out, left)
-        if left[0] < 0:
-            return -1
-        start = end
-    return crossed
+    following = _following(sizes)
+    after = flat[following]
+    before = np.empty_like(flat)
+    before[following] = flat
+    straight = np.abs(_turns(before, flat, after)) <= _ROUNDING
+    straight &= (flat != before).any(axis=1) & (flat != after).any(axis=1)
+    along = after - before
+    inwards = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    inwards /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
+    # Concave along every line, and positive within a polygon of size 1.
+    distance = _INWARDS * (4.0 - (flat**2).sum(axis=1, keepdims=True))
+    return np.where(straight[:, None], flat + distance * inwards, flat)
 
 
-@kernel
-def _clip(flat: FloatArray, corners: IntArray, out: IntArray, left: IntArray) -> int:
-    """Cut one polygon; 1 if a corner had to be cut that is no ear, or there is no time `left`."""
-    n = len(flat)
-    before, after = np.empty(n, np.int64), np.empty(n, np.int64)
-    for i in range(n):
-        before[i], after[i] = (i - 1) % n, (i + 1) % n
-    quality = np.empty(n)
-    for i in range(n):
-        quality[i] = _ear_quality(flat, i, before, after, left)
-    forced, stale = 0, False
-    for row in range(n - 2):
-        left[0] -= n
-        if left[0] < 0:
-            return 1
-        best = _greatest(quality)
-        if quality[best] < 0.0 and stale:
-            # What lay in an ear may have been cut away since it was looked at.
-            for i in range(n):
-                if quality[i] > -np.inf:
-                    quality[i] = _ear_quality(flat, i, before, after, left)
-            best = _greatest(quality)
-            stale = False
-        if quality[best] < 0.0:
-            forced = 1
-        a, b = before[best], after[best]
-        out[row, 0], out[row, 1], out[row, 2] = corners[a], corners[best], corners[b]
-        after[a], before[b] = b, a
-        quality[best] = -np.inf
-        quality[a] = _ear_quality(flat, a, before, after, left)
-        quality[b] = _ear_quality(flat, b, before, after, left)
-        stale = True
-    return forced
+def _following(sizes: IntArray) -> IntArray:
+    """(n,) the corner after each corner of polygons."""
+    following = np.arange(1, sizes.sum() + 1)
+    ends = np.cumsum(sizes)
+    following[ends - 1] = ends - sizes
+    return following
 
 
-@kernel
-def _greatest(values: FloatArray) -> int:
-    best = 0
-    for i in range(1, len(values)):
-        if values[i] > values[best]:
-            best = i
-    return best
-
-
-@kernel
-def _ear_quality(
-    flat: FloatArray, i: int, before: IntArray, after: IntArray, left: IntArray
-) -> float:
-    """Shape of the ear at corner i, 0 (flat) to 1 (equilateral); negative if it is none."""
-    a, b, c = before[i], i, after[i]
-    turn = _turn(flat, a, b, c)
-    longest = max(_square(flat, a, b), _square(flat, b, c), _square(flat, c, a))
-    if longest == 0.0:
-        return 0.0
-    shape: float = turn / longest * 1.1547005383792515
-    if shape < -_ROUNDING:
-        return shape - 1.0
-    j = after[c]
-    while j != a:
-        left[0] -= 1
-        # Only corners that are not convex can be the first to reach into an ear.
-        if _turn(flat, before[j], j, after[j]) <= _ROUNDING and _inside(flat, j, a, b, c):
-            return -1.0
-        j = after[j]
-    return max(shape, 0.0)
-
-
-@kernel
-def _inside(flat: FloatArray, j: int, a: int, b: int, c: int) -> bool:
-    """Whether corner j lies in a triangle or on its rim, but not where one of its corners does."""
-    for corner in (a, b, c):
-        if flat[j, 0] == flat[corner, 0] and flat[j, 1] == flat[corner, 1]:
-            return False
-    least = min(_turn(flat, a, b, j), _turn(flat, b, c, j), _turn(flat, c, a, j))
-    return least >= -_ROUNDING
-
-
-@kernel
-def _turn(flat: FloatArray, a: int, b: int, c: int) -> float:
-    """Twice the signed area of a triangle."""
-    turn: float = (flat[b, 0] - flat[a, 0]) * (flat[c, 1] - flat[a, 1]) - (
-        flat[b, 1] - flat[a, 1]
-    ) * (flat[c, 0] - flat[a, 0])
-    return turn
-
-
-@kernel
-def _square(flat: FloatArray, a: int, b: int) -> float:
-    square: float = (flat[a, 0] - flat[b, 0]) ** 2 + (flat[a, 1] - flat[b, 1]) ** 2
-    return square
+def _turns(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Twice the signed areas of triangles in the plane."""
+    u, v = b - a, c - a
+    turns: FloatArray = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return turns

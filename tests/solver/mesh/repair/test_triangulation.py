@@ -93,6 +93,33 @@ def test_any_star(seed: int, n: int) -> None:
     assert areas.sum() == pytest.approx(shoelace(points), rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(30))
+def test_corners_on_straight_sides_leave_no_triangle_without_area(seed: int) -> None:
+    """Rounding makes ears of some; dropped as degenerate, they would leave T-junctions."""
+    random = np.random.default_rng(seed)
+    outline = star(random, int(random.integers(5, 8)))
+    points = np.concatenate(
+        [
+            start + (end - start) * np.r_[0.0, np.sort(random.random(4))][:, None]
+            for start, end in zip(outline, np.roll(outline, -1, axis=0), strict=True)
+        ]
+    )
+    areas = signed_areas(points, cut(points, seed))
+    assert areas.min() > 1e-12
+    assert areas.sum() == pytest.approx(shoelace(outline))
+
+
+def test_consecutive_corners_in_one_place_all_stay() -> None:
+    doubled = np.repeat(L_SHAPE, [1, 1, 1, 3, 1, 2], axis=0)
+    triangles = cut(doubled)
+    areas = signed_areas(doubled, triangles)
+    assert len(triangles) == len(doubled) - 2
+    assert (areas > -1e-12).all()
+    assert areas.sum() == pytest.approx(shoelace(L_SHAPE))
+    sides = {tuple(side) for t in triangles for side in np.stack([t, np.roll(t, -1)], axis=1)}
+    assert {(n, (n + 1) % len(doubled)) for n in range(len(doubled))} <= sides
+
+
 def test_each_edge_of_a_polygon_is_an_edge_of_its_triangles() -> None:
     points = star(np.random.default_rng(1), 25)
     triangles = cut(points)
