@@ -2,6 +2,12 @@
 
 Every reader keeps the file's own vertex numbering and refuses what it cannot read in full: a file
 that is cut off or contradicts itself raises `MeshError`, it never yields part of a shape.
+
+trimesh 5.2 reads these formats, but neither numbers vertices as the file does (OBJ: repeated along
+seams and for every material) nor refuses partial files (OBJ, OFF and PLY text cut off, glTF with
+negative indices or counts), and reads sparse, quantised and Draco-compressed glTF as if they were
+plain. It also loses vertex colours (OFF), polygons (PLY binary), texture transforms, wrap modes and
+all texture coordinates but the first (glTF), and takes 18 s for a GLB file of 20,000 nodes.
 """
 
 from collections.abc import Callable, Mapping

@@ -1,9 +1,7 @@
 """Wavefront OBJ: positions, faces, vertex colours, and materials with textures if these come along.
 
 Texture coordinates and normals have their own indices in a face's corners; a vertex here is a
-``v`` line, whatever seams the texture has. Read here and not by trimesh 5.2, which repeats vertices
-along seams and for every material, takes index 0 and negative indices for other vertices than are
-meant, and drops faces that are cut off.
+``v`` line, whatever seams the texture has.
 """
 
 import re

@@ -1,8 +1,4 @@
-"""Object File Format: OFF, with colours (COFF) or normals (NOFF) or both (CNOFF).
-
-Read here and not by trimesh 5.2, which knows no colours of vertices and takes a file that lacks
-faces, or corners of them, for a smaller one.
-"""
+"""Object File Format: OFF, with colours (COFF) or normals (NOFF) or both (CNOFF)."""
 
 import re
 

@@ -1,9 +1,7 @@
 """Polygon File Format (PLY): text and binary, either byte order, polygons of any mix of sizes.
 
 The header declares *elements* (``vertex``, ``face``, ...) of so many rows, and the properties of a
-row in order: a number, or a list preceded by its length. Read here and not by trimesh 5.2, which
-refuses binary files of mixed polygons, ignores the length of every list but the first, and shortens
-the faces of a text file that is cut off.
+row in order: a number, or a list preceded by its length.
 """
 
 import re

@@ -1,11 +1,4 @@
-"""Stereolithography (STL), binary and text: a soup of triangles whose vertices are merged.
-
-trimesh reads binary files, which it takes only if their length is the promised one. Text is read
-here: trimesh 5.2 drops what follows the last ``endsolid``, so that a file that is cut off loses
-facets in silence, and looks for vertices in the names of solids.
-"""
-
-import io
+"""Stereolithography (STL), binary and text: a soup of triangles whose vertices are merged."""
 
 import numpy as np
 
@@ -14,6 +7,12 @@ from solver.errors import MeshError
 from solver.mesh.formats.contents import merge_coincident
 from solver.mesh.formats.text import decode, float_table
 from solver.mesh.repair import TriangleSoup
+
+_HEADER = 84
+"""Bytes before the first facet of a binary file: a comment of 80, and the number of facets."""
+
+_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+"""A facet of a binary file."""
 
 _FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
 """First words of the lines that make a facet."""
@@ -38,16 +37,13 @@ def read_stl(data: bytes) -> TriangleSoup:
     MeshError
         The bytes are not a complete STL file.
     """
-    # Imported here: it is slow to import, and most files do not need it.
-    from trimesh.exchange.stl import HeaderError, load_stl_binary
-
-    try:
-        corners = np.asarray(
-            load_stl_binary(io.BytesIO(data)).get("vertices", ()), dtype=np.float64
-        ).reshape(-1, 3)
-    except HeaderError as error:
+    corners = _binary_corners(data)
+    if corners is None:
         if data[:512].lstrip()[:5].lower() != b"solid" or b"\0" in data:
-            raise MeshError(f"the STL file is cut off, damaged or no STL file: {error}") from error
+            raise MeshError(
+                "the STL file is cut off, damaged or no STL file: its length is not that of the "
+                "number of facets it promises"
+            )
         corners = _text_corners(data)
     number = np.arange(len(corners), dtype=np.int64)
     soup = TriangleSoup(corners, number.reshape(-1, 3), None, number)
@@ -55,6 +51,17 @@ def read_stl(data: bytes) -> TriangleSoup:
     ids = np.arange(len(merged.vertices), dtype=np.int64)
     notes = (*merged.notes, "vertices are numbered in the order in which the STL file names them")
     return TriangleSoup(merged.vertices, merged.faces, None, ids, notes)
+
+
+def _binary_corners(data: bytes) -> FloatArray | None:
+    """(3 · facets, 3) corners; ``None`` unless the file has exactly the length it promises."""
+    if len(data) < _HEADER:
+        return None
+    facets = int.from_bytes(data[_HEADER - 4 : _HEADER], "little")
+    if len(data) != _HEADER + facets * _RECORD.itemsize:
+        return None
+    table = np.frombuffer(data, _RECORD, facets, _HEADER)
+    return table["corners"].reshape(-1, 3).astype(np.float64)
 
 
 def _text_corners(data: bytes) -> FloatArray:
