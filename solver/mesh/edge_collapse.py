@@ -24,10 +24,10 @@ _MOST_FACES = 24
 
 @kernel
 def collapse_edges(
-    places: FloatArray,
+    positions: FloatArray,
     faces: IntArray,
     quadrics: FloatArray,
-    border: BoolArray,
+    boundary: BoolArray,
     fixed: BoolArray,
     into: IntArray,
     target: int,
@@ -36,14 +36,14 @@ def collapse_edges(
 
     Parameters
     ----------
-    places
+    positions
         (V, 3).
     faces
         (F, 3); changed: those that vanish become (-1, -1, -1).
     quadrics
         (V, 4, 4) symmetric, the cost of u's becoming v is x̃ᵀ Q_u x̃ at v, less that at u; changed.
-    border
-        (V,) vertices of the border, which may only become one another.
+    boundary
+        (V,) vertices of the boundary, which may only become one another.
     fixed
         (V,) vertices that stay.
     into
@@ -51,12 +51,12 @@ def collapse_edges(
     target
         How many vertices to leave.
     """
-    n = len(places)
+    n = len(positions)
     first, links, valence = _corners(faces, n)
     version = np.zeros(n, np.int64)
     # Cost at least, vertex, version of what is around it.
     queue = [
-        (_least_cost(u, places, faces, quadrics, fixed, first, links, valence), u, 0)
+        (_least_cost(u, positions, faces, quadrics, fixed, first, links, valence), u, 0)
         for u in range(n)
     ]
     heapq.heapify(queue)
@@ -67,7 +67,7 @@ def collapse_edges(
         if stamp != version[u] or into[u] != u or least == np.inf:
             continue
         # Only now is it looked at which neighbours u may become.
-        cost, v = _best(u, places, faces, quadrics, border, first, links, valence)
+        cost, v = _best(u, positions, faces, quadrics, boundary, first, links, valence)
         if cost > least:
             if v >= 0:
                 heapq.heappush(queue, (cost, u, stamp))
@@ -80,7 +80,7 @@ def collapse_edges(
         count = 1 + _neighbours(v, faces, first, links, ring[1:])
         for w in ring[:count]:
             version[w] += 1
-            cost = _least_cost(w, places, faces, quadrics, fixed, first, links, valence)
+            cost = _least_cost(w, positions, faces, quadrics, fixed, first, links, valence)
             heapq.heappush(queue, (cost, w, version[w]))
     for u in range(n):
         while into[into[u]] != into[u]:
@@ -101,7 +101,7 @@ def _corners(faces: IntArray, n_vertices: int) -> tuple[IntArray, IntArray, IntA
 @kernel
 def _least_cost(
     u: int,
-    places: FloatArray,
+    positions: FloatArray,
     faces: IntArray,
     quadrics: FloatArray,
     fixed: BoolArray,
@@ -113,20 +113,20 @@ def _least_cost(
     if fixed[u] or valence[u] > _MOST_FACES:
         return np.inf
     ring = np.empty(2 * _MOST_FACES + 2, np.int64)
-    here = _error(quadrics[u], places[u])
+    here = _error(quadrics[u], positions[u])
     least = np.inf
     for v in ring[: _neighbours(u, faces, first, links, ring)]:
-        least = min(least, _error(quadrics[u], places[v]) - here)
+        least = min(least, _error(quadrics[u], positions[v]) - here)
     return least
 
 
 @kernel
 def _best(
     u: int,
-    places: FloatArray,
+    positions: FloatArray,
     faces: IntArray,
     quadrics: FloatArray,
-    border: BoolArray,
+    boundary: BoolArray,
     first: IntArray,
     links: IntArray,
     valence: IntArray,
@@ -134,15 +134,15 @@ def _best(
     """Cost, and the vertex that u had best become of those that it may; -1 for none."""
     ring = np.empty(2 * _MOST_FACES + 2, np.int64)
     ring = ring[: _neighbours(u, faces, first, links, ring)]
-    here = _error(quadrics[u], places[u])
+    here = _error(quadrics[u], positions[u])
     least, best = np.inf, -1
     for i in range(len(ring)):
         v = int(ring[i])
-        cost = _error(quadrics[u], places[v]) - here
+        cost = _error(quadrics[u], positions[v]) - here
         if (
             cost < least
-            and _keeps_topology(u, v, ring, faces, border, first, links, valence)
-            and _keeps_shape(u, v, places, faces, first, links)
+            and _keeps_topology(u, v, ring, faces, boundary, first, links, valence)
+            and _keeps_shape(u, v, positions, faces, first, links)
         ):
             least, best = cost, v
     return least, best
@@ -173,17 +173,17 @@ def _keeps_topology(
     v: int,
     ring: IntArray,
     faces: IntArray,
-    border: BoolArray,
+    boundary: BoolArray,
     first: IntArray,
     links: IntArray,
     valence: IntArray,
 ) -> bool:
     """Link condition: common neighbours of u and v are only the third corners of their faces."""
     shared = _faces_with(u, v, faces, first, links)
-    if shared != (1 if border[u] else 2) or (border[u] and not border[v]):
+    if shared != (1 if boundary[u] else 2) or (boundary[u] and not boundary[v]):
         return False
     # Around a vertex within the surface there are three faces at least.
-    if not (1 if border[v] else 3) <= valence[u] + valence[v] - 2 * shared <= _MOST_FACES:
+    if not (1 if boundary[v] else 3) <= valence[u] + valence[v] - 2 * shared <= _MOST_FACES:
         return False
     common = 0
     for w in ring:
@@ -196,7 +196,7 @@ def _keeps_topology(
 
 @kernel
 def _keeps_shape(
-    u: int, v: int, places: FloatArray, faces: IntArray, first: IntArray, links: IntArray
+    u: int, v: int, positions: FloatArray, faces: IntArray, first: IntArray, links: IntArray
 ) -> bool:
     """Whether no face turns over, nor becomes a sliver that was none, when u moves to v."""
     corner = first[u]
@@ -206,8 +206,8 @@ def _keeps_shape(
         p, q = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
         if p == v or q == v:
             continue
-        before, shape = _normal(places[u], places[p], places[q])
-        after, new_shape = _normal(places[v], places[p], places[q])
+        before, shape = _normal(positions[u], positions[p], positions[q])
+        after, new_shape = _normal(positions[v], positions[p], positions[q])
         cosine = before[0] * after[0] + before[1] * after[1] + before[2] * after[2]
         if cosine < _TURN or new_shape < min(_SLIVER, shape):
             return False

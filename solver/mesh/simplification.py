@@ -10,14 +10,14 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.edge_collapse import collapse_edges
-from solver.mesh.repair import TriangleSoup, edges_of, pinched_vertices
+from solver.mesh.repair import TriangleSoup, edges_of, non_manifold_vertices
 from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 
 _POINTS = 0.02
 """Weight of the squared distance to points, relative to that to planes."""
 
-_BORDER = 10.0
-"""Weight of planes along the border, which keep its shape."""
+_BOUNDARY = 10.0
+"""Weight of planes along the boundary, which keep its shape."""
 
 
 def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
@@ -41,9 +41,9 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
         return mesh
     unit = mesh.scaled(1.0 / np.sqrt(mesh.area))
     faces, into = mesh.faces.copy(), np.arange(mesh.n_vertices)
-    border, fixed = _border_and_fixed(mesh.faces, mesh.n_vertices)
+    boundary, fixed = _boundary_and_fixed(mesh.faces, mesh.n_vertices)
     quadrics = _quadrics(unit.vertices, mesh.faces)
-    collapse_edges(unit.vertices, faces, quadrics, border, fixed, into, vertices)
+    collapse_edges(unit.vertices, faces, quadrics, boundary, fixed, into, vertices)
     soup = TriangleSoup(
         mesh.vertices,
         mesh.faces,
@@ -71,44 +71,44 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
     )
 
 
-def _border_and_fixed(faces: IntArray, n_vertices: int) -> tuple[BoolArray, BoolArray]:
-    """Vertices of the border, and those that stay: where the surface is no manifold."""
+def _boundary_and_fixed(faces: IntArray, n_vertices: int) -> tuple[BoolArray, BoolArray]:
+    """Vertices of the boundary, and those that stay: where the surface is no manifold."""
     edges = edges_of(faces)
-    border, fixed = np.zeros((2, n_vertices), dtype=np.bool_)
-    border[edges.border] = True
+    boundary, fixed = np.zeros((2, n_vertices), dtype=np.bool_)
+    boundary[edges.boundary] = True
     fixed[edges.ends[edges.counts > 2]] = True
-    fixed[pinched_vertices(faces, edges)] = True
-    return border, fixed
+    fixed[non_manifold_vertices(faces, edges)] = True
+    return boundary, fixed
 
 
-def _quadrics(places: FloatArray, faces: IntArray) -> FloatArray:
+def _quadrics(positions: FloatArray, faces: IntArray) -> FloatArray:
     """(V, 4, 4) the sums of squared distances that vertices stand for, weighed by area.
 
     x̃ᵀ Q x̃ with x̃ = (x, 1).
     """
-    a, b, c = (places[faces[:, corner]] for corner in range(3))
+    a, b, c = (positions[faces[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     double = np.linalg.norm(normal, axis=1)
     planes = _planes(normal / double[:, None], a, double / 6.0)
-    quadrics = np.zeros((len(places), 4, 4))
+    quadrics = np.zeros((len(positions), 4, 4))
     for corner in range(3):
         np.add.at(quadrics, faces[:, corner], planes)
     edges = edges_of(faces)
-    face, side = edges.border_sides
-    start, end = places[faces[face, side]], places[faces[face, (side + 1) % 3]]
+    face, side = edges.boundary_sides
+    start, end = positions[faces[face, side]], positions[faces[face, (side + 1) % 3]]
     along = end - start
     across = np.cross(along, normal[face] / double[face, None])
     length = np.linalg.norm(along, axis=1)
-    walls = _planes(across / length[:, None], start, _BORDER * length**2)
+    walls = _planes(across / length[:, None], start, _BOUNDARY * length**2)
     for ends in (faces[face, side], faces[face, (side + 1) % 3]):
         np.add.at(quadrics, ends, walls)
     mass = _POINTS * np.bincount(
-        faces.reshape(-1), weights=np.repeat(double / 6.0, 3), minlength=len(places)
+        faces.reshape(-1), weights=np.repeat(double / 6.0, 3), minlength=len(positions)
     )
     quadrics[:, [0, 1, 2], [0, 1, 2]] += mass[:, None]
-    quadrics[:, :3, 3] -= mass[:, None] * places
-    quadrics[:, 3, :3] -= mass[:, None] * places
-    quadrics[:, 3, 3] += mass * (places**2).sum(axis=1)
+    quadrics[:, :3, 3] -= mass[:, None] * positions
+    quadrics[:, 3, :3] -= mass[:, None] * positions
+    quadrics[:, 3, 3] += mass * (positions**2).sum(axis=1)
     return quadrics
 
 

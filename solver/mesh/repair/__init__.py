@@ -1,51 +1,52 @@
-"""From triangles as a file holds them to a surface that can be computed on.
+"""Mesh repair: from a triangle soup to a surface that can be computed on.
 
-What can be repaired without doubt is, with a note that says so; what cannot is refused with the
-reason, or noted where it leaves distances meaningful. The surface keeps the user's vertex numbers.
+Defects that can be repaired without doubt are repaired, and a note says so. Other defects are noted
+where they leave distances meaningful; a soup without a usable surface is refused with the reason.
+Vertices keep the user's numbers.
 """
 
+from solver.mesh.repair.boundary import boundary_of, denser_than
+from solver.mesh.repair.defects import non_manifold_vertices, with_defects_noted
 from solver.mesh.repair.degenerate import (
-    without_flat_faces,
     without_repeated_corners,
     without_repeated_faces,
+    without_zero_area_faces,
 )
 from solver.mesh.repair.edges import edges_of
-from solver.mesh.repair.findings import pinched_vertices, with_findings
-from solver.mesh.repair.junctions import without_junctions
-from solver.mesh.repair.orientation import oriented
 from solver.mesh.repair.precision import checked_precision
-from solver.mesh.repair.proximity import border_of, crowded
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
+from solver.mesh.repair.t_junctions import without_t_junctions
 from solver.mesh.repair.triangulation import MOST_CORNERS, triangulated
-from solver.mesh.repair.welding import without_copies, without_seams, without_tiny_edges
+from solver.mesh.repair.welding import without_duplicate_parts, without_seams, without_short_edges
+from solver.mesh.repair.winding import with_consistent_winding
 
 _STEPS = (
     without_repeated_corners,
     checked_precision,
-    without_copies,
-    without_tiny_edges,
+    without_duplicate_parts,
+    without_short_edges,
     without_repeated_corners,
     without_seams,
     without_repeated_corners,
-    without_flat_faces,
+    without_zero_area_faces,
     without_repeated_faces,
-    without_junctions,
-    without_flat_faces,
+    without_t_junctions,
+    without_zero_area_faces,
     without_repeated_faces,
-    oriented,
-    with_findings,
+    with_consistent_winding,
+    with_defects_noted,
 )
 
 __all__ = [
     "MOST_CORNERS",
     "TriangleSoup",
-    "border_of",
+    "boundary_of",
     "check_coordinates",
     "counted",
-    "crowded",
+    "denser_than",
     "edges_of",
     "groups_of_equal_rows",
-    "pinched_vertices",
+    "non_manifold_vertices",
     "repaired",
     "triangulated",
 ]
@@ -63,7 +64,7 @@ def repaired(soup: TriangleSoup) -> TriangleSoup:
     -------
     TriangleSoup
         Every vertex belongs to a face, every face has three different corners and an area, no
-        face occurs twice, neighbours are oriented alike where the surface has two sides.
+        face occurs twice, and the winding is consistent where the surface is orientable.
 
     Raises
     ------
@@ -77,5 +78,5 @@ def repaired(soup: TriangleSoup) -> TriangleSoup:
     soup = soup.compacted()
     unused = before - len(soup.vertices) - len(soup.merged)
     if unused:
-        soup = soup.noting(f"dropped {counted(unused, 'vertex', 'vertices')} of no face")
+        soup = soup.noting(f"dropped {counted(unused, 'vertex', 'vertices')} that no face uses")
     return soup

@@ -1,4 +1,4 @@
-"""Edges of a triangle soup: which faces they belong to, and where the border is."""
+"""Edges of a triangle soup, their faces, and the boundary edges among them."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from solver.arrays import BoolArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The sides of faces, gathered by edge.
+    """Edges, and the sides of faces (half-edges) along them.
 
     Parameters
     ----------
@@ -26,14 +26,14 @@ class Edges:
     of_side: IntArray
 
     @property
-    def border_sides(self) -> tuple[IntArray, IntArray]:
-        """Faces and sides (0, 1, 2) along the border: of edges that have one face."""
+    def boundary_sides(self) -> tuple[IntArray, IntArray]:
+        """(B,) faces and (B,) sides (0, 1, 2) along boundary edges, which have one face."""
         faces, sides = np.nonzero(self.counts[self.of_side] == 1)
         return faces.astype(np.int64), sides.astype(np.int64)
 
     @property
-    def border(self) -> IntArray:
-        """(B, 2) the edges with one face."""
+    def boundary(self) -> IntArray:
+        """(B, 2) the boundary edges, which have one face."""
         found: IntArray = self.ends[self.counts == 1]
         return found
 
@@ -60,9 +60,9 @@ def edges_of(faces: IntArray) -> Edges:
 
 
 def same_direction(faces: IntArray, edges: Edges) -> tuple[IntArray, BoolArray]:
-    """Pairs of faces at the edges that have exactly two, and whether they run along it alike.
+    """Pairs of faces at the edges of exactly two, and whether both traverse it the same way.
 
-    Neighbours of a consistently oriented surface run along their edge in opposite directions.
+    Where the winding is consistent, neighbours traverse their edge in opposite directions.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ def same_direction(faces: IntArray, edges: Edges) -> tuple[IntArray, BoolArray]:
     Returns
     -------
     pairs : (P, 2) face indices.
-    alike : (P,)
+    same : (P,) whether the two faces have inconsistent winding.
     """
     upward = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
     edge = edges.of_side.reshape(-1)
     order = np.argsort(edge, kind="stable")
     order = order[edges.counts[edge[order]] == 2].reshape(-1, 2)
-    alike: BoolArray = upward[order[:, 0]] == upward[order[:, 1]]
-    return (order // 3).astype(np.int64), alike
+    same: BoolArray = upward[order[:, 0]] == upward[order[:, 1]]
+    return (order // 3).astype(np.int64), same

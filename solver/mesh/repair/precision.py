@@ -1,4 +1,4 @@
-"""What is left of coordinates that lie far from the origin."""
+"""Precision of coordinates of shapes that lie far from the origin."""
 
 import numpy as np
 
@@ -7,22 +7,19 @@ from solver.errors import MeshError
 from solver.mesh.repair.soup import TriangleSoup
 
 _FAR = 64.0
-"""Largest coordinate, in extents of the shape, up to which no digits to speak of are lost."""
+"""Largest coordinate, in extents of the shape, up to which rounding of it does not matter."""
 
-_WORTH_SAYING, _TOO_COARSE = 1e-3, 0.5
-"""Grid of the coordinates in lengths of a typical edge."""
-
-
-_MOST_SINGLE = float(np.finfo(np.float32).max)
+_WARNED, _REFUSED = 1e-3, 0.5
+"""Spacing of the coordinates, in lengths of the median edge."""
 
 
 def checked_precision(soup: TriangleSoup) -> TriangleSoup:
-    """Warn if the shape lies so far from the origin that its coordinates are coarse.
+    """Note coarse coordinates of a shape that lies far from the origin.
 
     Raises
     ------
     MeshError
-        They are so coarse that the surface is lost.
+        They are coarser than half a median edge.
     """
     magnitude = float(np.abs(soup.vertices).max())
     extent = float(np.ptp(soup.vertices, axis=0).max())
@@ -30,28 +27,31 @@ def checked_precision(soup: TriangleSoup) -> TriangleSoup:
         return soup
     grid = _grid(soup.vertices, magnitude)
     edge = _typical_edge(soup.vertices, soup.faces)
-    if grid <= _WORTH_SAYING * edge:
+    if grid <= _WARNED * edge:
         return soup
     where = (
         f"the shape lies {magnitude / extent:.2g} times its size from the origin, where its"
         f" coordinates are multiples of {grid:.2g}"
     )
-    if grid > _TOO_COARSE * edge:
-        raise MeshError(f"{where}: its form is lost; move it to the origin before it is saved")
+    if grid > _REFUSED * edge:
+        raise MeshError(f"{where}: its details are lost; move it to the origin before it is saved")
     return soup.noting(
-        f"{where}, {100.0 * grid / edge:.2g} % of a typical edge: distances are as uncertain;"
+        f"{where}, {100.0 * grid / edge:.2g} % of a typical edge: distances are no more precise;"
         " move it to the origin before it is saved"
     )
 
 
 def _grid(vertices: FloatArray, magnitude: float) -> float:
-    """Distance between the numbers that coordinates were rounded to.
+    """Spacing of the numbers that coordinates were rounded to.
 
-    That is what double precision resolves, or single precision, or so many decimal digits,
-    whatever is the coarsest that holds all coordinates.
+    The coarsest of double precision, single precision and 3 to 9 decimal digits that holds all of
+    them.
     """
     grid = double = float(np.spacing(magnitude))
-    if magnitude < _MOST_SINGLE and (vertices.astype(np.float32) == vertices).all():
+    if (
+        magnitude < float(np.finfo(np.float32).max)
+        and (vertices.astype(np.float32) == vertices).all()
+    ):
         grid = float(np.spacing(np.float32(magnitude)))
     for digits in range(3, 10):
         decimal = 10.0 ** (np.floor(np.log10(magnitude)) + 1.0 - digits)

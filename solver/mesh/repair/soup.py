@@ -1,4 +1,4 @@
-"""Triangles that are not a surface yet: what a file holds, and what repairs work on."""
+"""Triangle soups: vertices and triangles of a file, before and during repair."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -7,11 +7,12 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
+from solver.mesh.repair.boundary import Boundary, boundary_of
 from solver.mesh.repair.edges import Edges, edges_of
-from solver.mesh.repair.proximity import Border, border_of
 
 _LARGEST = 1e64
-"""Extent beyond which, or below whose inverse, the fourth power of a length has no number."""
+"""Largest extent, and the inverse of the least: the fourth power of a length stays well within
+double precision (1e±308)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,26 +46,26 @@ class TriangleSoup:
         """Return the soup with more notes."""
         return replace(self, notes=(*self.notes, *notes))
 
-    def with_faces(self, keep: BoolArray, what: str = "") -> "TriangleSoup":
-        """Keep some faces, and note how many were not ("dropped 2 faces without area")."""
+    def with_faces(self, keep: BoolArray, what: str) -> "TriangleSoup":
+        """Keep some faces, and note how many were dropped ("dropped 2 faces without area")."""
         dropped = int((~keep).sum())
         if not dropped:
             return self
         kept = replace(self, faces=self.faces[keep])
-        return kept.noting(f"dropped {counted(dropped, 'face')} {what}") if what else kept
+        return kept.noting(f"dropped {counted(dropped, 'face')} {what}")
 
     def with_vertices_merged(self, into: IntArray) -> "TriangleSoup":
-        """Let every vertex v give way to vertex ``into[v]``, which stays where it is.
+        """Merge every vertex v into vertex ``into[v]``, which keeps its position.
 
         Parameters
         ----------
         into
-            (V,) vertex indices, with ``into[into] == into``. Its colour becomes the mean of theirs,
-            as far as faces use them.
+            (V,) vertex indices, with ``into[into] == into``. A colour becomes the mean of those of
+            the merged vertices that faces use.
         """
         gone = np.flatnonzero(into != np.arange(len(into)))
         pairs = np.stack([self.vertex_ids[gone], self.vertex_ids[into[gone]]], axis=1)
-        # What was merged into a vertex that goes now, goes with it.
+        # Vertices merged earlier follow the vertex they were merged into.
         heirs = dict(pairs.tolist()) if len(self.merged) else {}
         merged = [(old, heirs.get(heir, heir)) for old, heir in self.merged.tolist()]
         earlier = np.array(merged, dtype=np.int64).reshape(-1, 2)
@@ -107,16 +108,15 @@ class TriangleSoup:
         return edges_of(self.faces)
 
     @cached_property
-    def border(self) -> Border:
-        """The border, in places, with what lies near it."""
-        return border_of(self.places, self.faces, self.edges)
+    def boundary(self) -> Boundary:
+        """The boundary, in unit positions, with the vertices near it."""
+        return boundary_of(self.unit_positions, self.faces, self.edges)
 
     @cached_property
-    def places(self) -> FloatArray:
-        """(V, 3) the vertices centred, in units of the largest extent along an axis.
+    def unit_positions(self) -> FloatArray:
+        """(V, 3) vertices centred, in units of the largest extent along an axis.
 
-        Every tolerance is one of places, so that repairs depend neither on where a shape lies nor
-        on its size.
+        Tolerances refer to these, so that repairs depend on neither position nor size of the shape.
         """
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         found: FloatArray = (self.vertices - 0.5 * (low + high)) / (high - low).max()
@@ -129,14 +129,14 @@ def counted(count: int, noun: str, plural: str | None = None) -> str:
 
 
 def check_coordinates(vertices: FloatArray, corners: IntArray) -> None:
-    """Refuse coordinates that nothing can be computed from.
+    """Refuse coordinates from which nothing can be computed.
 
     Parameters
     ----------
     vertices
         (V, 3).
     corners
-        Vertex indices, each valid; the other vertices do not matter.
+        (n,) vertex indices, each valid; other vertices are not checked.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def check_coordinates(vertices: FloatArray, corners: IntArray) -> None:
     low, high = vertices[used].min(axis=0), vertices[used].max(axis=0)
     extent = float((0.5 * high - 0.5 * low).max())
     if extent == 0.0:
-        raise MeshError("the mesh has no extent: its vertices coincide")
+        raise MeshError("the mesh has no extent: all its vertices coincide")
     if not 1.0 / _LARGEST < extent < _LARGEST:
         raise MeshError(
             "the coordinates are too large or too small for an area to be computed; "
@@ -161,7 +161,7 @@ def check_coordinates(vertices: FloatArray, corners: IntArray) -> None:
 
 
 def groups_of_equal_rows(table: FloatArray | IntArray) -> IntArray:
-    """Number rows so that equal ones, and only these, have the same number.
+    """Find the first equal row of every row.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def groups_of_equal_rows(table: FloatArray | IntArray) -> IntArray:
 
     Returns
     -------
-    (n,) int64, the index of the first row of each row's kind.
+    (n,) int64 indices of rows; equal rows, and only these, have the same.
     """
     order = np.lexsort(table)  # stable: within a group the first row comes first
     fresh = np.ones(len(order), dtype=np.bool_)

@@ -1,7 +1,7 @@
-"""Vertices that are one point of the surface but several in the file.
+"""Welding: merging vertices that are one point of the surface but several in the file.
 
-Programs repeat vertices along the seams of textures and normals, or store every face by itself.
-The surface falls apart there: to a Laplacian or a geodesic, a seam is a cut.
+Programs repeat vertices along the seams of textures and normals, or store every face by itself. To
+a Laplacian or a geodesic, such a seam is a cut.
 """
 
 import numpy as np
@@ -10,33 +10,39 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh.repair.proximity import crowded
+from solver.mesh.repair.boundary import denser_than
 from solver.mesh.repair.soup import TriangleSoup, counted, groups_of_equal_rows
 
-SEAM = 1e-5
-"""Farthest apart, in extents of the shape, that vertices of a seam may lie and be one point."""
+_SEAM = 1e-5
+"""Largest distance between vertices that a seam separates, in extents of the shape."""
 
-_OF_AN_EDGE = 0.1
-"""The same in lengths of the shortest edge at either vertex, lest small faces be swallowed."""
+_SEAM_OF_EDGE = 0.1
+"""The same in lengths of the shortest edge at either vertex, so that small faces survive."""
 
-_POINT = 1e-7
-"""Length of an edge, in extents of the shape, whose ends are one point: single precision cannot
-tell them apart."""
+_SHORT_EDGE = 1e-7
+"""Length of edges that are collapsed, in extents of the shape: about the resolution of single
+precision (1.2e-7)."""
 
 _MOST_PAIRS = 64
-"""Pairs of near vertices per border vertex; where there are more, nothing is a seam."""
+"""Near boundary vertices of a boundary vertex, on average; where there are more, only vertices in
+exactly the same position are welded."""
 
-_ASKEW = 1e-3
-"""Sine of the angle between two border edges that lie on one another."""
+_PARALLEL = 1e-3
+"""Distance between unit vectors along two boundary edges that coincide, about the sine of the
+angle between them."""
+
+_MOST_EDGES = 32
+"""Boundary edges compared at a point where seams cross; there are some dozen, in a fan of loose
+faces too."""
 
 
-def without_copies(soup: TriangleSoup) -> TriangleSoup:
-    """Drop parts of the surface that lie exactly on another part: its copies, or its back.
+def without_duplicate_parts(soup: TriangleSoup) -> TriangleSoup:
+    """Drop connected parts of the surface that coincide with another part: copies, back faces.
 
-    A part is what hangs together by its vertices. Faces that are repeated singly, on the same
-    vertices, are none: see ``degenerate``.
+    Parts are connected over shared vertices. Single faces repeated on the same vertices are dropped
+    as degenerate: see ``degenerate``.
     """
-    place = groups_of_equal_rows((soup.vertices + 0.0).T)  # -0.0 and 0.0 are the same place
+    place = groups_of_equal_rows((soup.vertices + 0.0).T)  # -0.0 equals 0.0
     if len(np.unique(place)) == len(place):
         return soup
     corners = np.sort(place[soup.faces], axis=1)
@@ -50,7 +56,7 @@ def without_copies(soup: TriangleSoup) -> TriangleSoup:
     keep = alone[part_of_face] > 0
     if keep.all():
         return soup
-    # Its vertices live on in those of the part that stays.
+    # Vertices of dropped parts are merged into those of the part that is kept.
     stays = np.zeros(len(place), dtype=np.bool_)
     stays[soup.faces[keep]] = True
     gone = np.zeros(len(place), dtype=np.bool_)
@@ -59,65 +65,65 @@ def without_copies(soup: TriangleSoup) -> TriangleSoup:
     staying = np.flatnonzero(stays)[::-1]
     representative[place[staying]] = staying
     into = np.where(gone, representative[place], np.arange(len(place)))
-    return soup.with_faces(keep, "lying exactly on others").with_vertices_merged(into)
+    return soup.with_faces(keep, "coinciding with others").with_vertices_merged(into)
 
 
-def without_tiny_edges(soup: TriangleSoup) -> TriangleSoup:
-    """Merge the ends of edges of no length: needles collapse, and their neighbours close up."""
-    places = soup.places
+def without_short_edges(soup: TriangleSoup) -> TriangleSoup:
+    """Collapse edges of nearly zero length: needles vanish, and their neighbours close up."""
+    positions = soup.unit_positions
     ends = soup.edges.ends
-    lengths = np.linalg.norm(places[ends[:, 0]] - places[ends[:, 1]], axis=1)
-    into = _lowest(_components(ends[lengths <= _POINT], len(places)))
+    lengths = np.linalg.norm(positions[ends[:, 0]] - positions[ends[:, 1]], axis=1)
+    into = _lowest(_components(ends[lengths <= _SHORT_EDGE], len(positions)))
     merged = int((into != np.arange(len(into))).sum())
     if not merged:
         return soup
     return soup.with_vertices_merged(into).noting(
-        f"merged {counted(merged, 'vertex', 'vertices')} into a neighbour at the same place"
+        f"merged {counted(merged, 'vertex', 'vertices')} into a neighbour at the same position"
     )
 
 
 def without_seams(soup: TriangleSoup) -> TriangleSoup:
-    """Merge vertices of the border that coincide, or nearly, where border lies along border.
+    """Weld boundary vertices that coincide, or nearly, where boundary edges coincide.
 
-    Where borders touch in single points, they stay as they are.
+    Boundaries that touch in single points stay apart.
     """
-    border = soup.edges.border
-    cluster = _clusters(soup.places, border, soup.faces)
+    boundary = soup.edges.boundary
+    cluster = _clusters(soup.unit_positions, boundary, soup.faces)
     if cluster is None:
         return soup
-    into = _lowest(_sewn(soup.places, border, cluster))
+    into = _lowest(_welded(soup.unit_positions, boundary, cluster))
     merged = int((into != np.arange(len(into))).sum())
     if not merged:
         return soup
     return soup.with_vertices_merged(into).noting(
-        f"closed seams: merged {counted(merged, 'border vertex', 'border vertices')} into others"
-        " at the same place"
+        f"closed seams: merged {counted(merged, 'boundary vertex', 'boundary vertices')} into"
+        " others at the same position"
     )
 
 
-def _clusters(places: FloatArray, border: IntArray, faces: IntArray) -> IntArray | None:
-    """(V,) number of the point at which each vertex lies; none if every border vertex is alone."""
-    mine = np.unique(border)
+def _clusters(positions: FloatArray, boundary: IntArray, faces: IntArray) -> IntArray | None:
+    """(V,) label shared by boundary vertices in one position; ``None`` if each is alone there."""
+    mine = np.unique(boundary)
     if not len(mine):
         return None
-    exact = mine[groups_of_equal_rows((places[mine] + 0.0).T)]
+    exact = mine[groups_of_equal_rows((positions[mine] + 0.0).T)]
     kinds = np.unique(exact)
-    tree = KDTree(places[kinds])
+    tree = KDTree(positions[kinds])
     pairs = np.zeros((0, 2), dtype=np.int64)
-    if not crowded(tree, places[kinds], SEAM, _MOST_PAIRS):
-        pairs = kinds[tree.query_pairs(SEAM, output_type="ndarray")]
-    reach = np.minimum(SEAM, _OF_AN_EDGE * _shortest_edges(places, faces))
-    apart = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1)
+    if not denser_than(tree, positions[kinds], _SEAM, _MOST_PAIRS):
+        pairs = kinds[tree.query_pairs(_SEAM, output_type="ndarray")]
+    reach = np.minimum(_SEAM, _SEAM_OF_EDGE * _shortest_edges(positions, faces))
+    apart = np.linalg.norm(positions[pairs[:, 0]] - positions[pairs[:, 1]], axis=1)
     pairs = pairs[apart <= reach[pairs].min(axis=1)]
     if len(kinds) == len(mine) and not len(pairs):
         return None
     same = np.concatenate([np.stack([mine, exact], axis=1), pairs])
-    return _components(same, len(places))
+    return _components(same, len(positions))
 
 
-def _sewn(places: FloatArray, border: IntArray, cluster: IntArray) -> IntArray:
-    """(V,) component of each vertex when border edges that lie on one another are joined."""
-    a, b = border.T
+def _welded(positions: FloatArray, boundary: IntArray, cluster: IntArray) -> IntArray:
+    """(V,) component of each vertex when boundary edges that coincide are joined."""
+    a, b = boundary.T
     backwards = cluster[a] > cluster[b]
     a, b = np.where(backwards, b, a), np.where(backwards, a, b)
     order = np.lexsort((cluster[b], cluster[a]))
@@ -125,44 +131,43 @@ def _sewn(places: FloatArray, border: IntArray, cluster: IntArray) -> IntArray:
     same = (cluster[a][1:] == cluster[a][:-1]) & (cluster[b][1:] == cluster[b][:-1])
     same &= cluster[a][1:] != cluster[b][1:]
     joined = [np.stack([end[1:], end[:-1]], axis=1)[same] for end in (a, b)]
-    so_far = _components(np.concatenate(joined), len(places))
-    joined.append(_side_by_side(places, border, cluster, so_far))
-    return _components(np.concatenate(joined), len(places))
+    so_far = _components(np.concatenate(joined), len(positions))
+    joined.append(_parallel_pairs(positions, boundary, cluster, so_far))
+    return _components(np.concatenate(joined), len(positions))
 
 
-def _side_by_side(
-    places: FloatArray, border: IntArray, cluster: IntArray, joined: IntArray
+def _parallel_pairs(
+    positions: FloatArray, boundary: IntArray, cluster: IntArray, joined: IntArray
 ) -> IntArray:
-    """Pairs of coinciding vertices not joined so far from which border edges lead the same way."""
-    least, most = np.full(len(places), len(places)), np.full(len(places), -1)
+    """(n, 2) coinciding vertices, not joined so far, from which boundary edges run in parallel."""
+    least, most = np.full(len(positions), len(positions)), np.full(len(positions), -1)
     np.minimum.at(least, cluster, joined)
     np.maximum.at(most, cluster, joined)
     torn = (least < most)[cluster]
-    start = np.concatenate([border[:, 0], border[:, 1]])
-    end = np.concatenate([border[:, 1], border[:, 0]])
+    start = np.concatenate([boundary[:, 0], boundary[:, 1]])
+    end = np.concatenate([boundary[:, 1], boundary[:, 0]])
     start, end = start[torn[start]], end[torn[start]]
-    way = places[end] - places[start]
+    way = positions[end] - positions[start]
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), np.finfo(float).tiny)
     order = np.argsort(cluster[start], kind="stable")
     start, way = start[order], way[order]
     pairs = [np.zeros((0, 2), dtype=np.int64)]
-    # At a point where seams cross there are some dozen edges, in a fan of loose faces as well.
-    for step in range(1, min(len(start), 32)):
+    for step in range(1, min(len(start), _MOST_EDGES)):
         i, j = start[:-step], start[step:]
         near = (cluster[i] == cluster[j]) & (i != j)
         if not (cluster[i] == cluster[j]).any():
             break
-        near[near] = (np.linalg.norm(way[:-step][near] - way[step:][near], axis=1)) < _ASKEW
+        near[near] = (np.linalg.norm(way[:-step][near] - way[step:][near], axis=1)) < _PARALLEL
         pairs.append(np.stack([i, j], axis=1)[near])
     return np.concatenate(pairs)
 
 
-def _shortest_edges(places: FloatArray, faces: IntArray) -> FloatArray:
+def _shortest_edges(positions: FloatArray, faces: IntArray) -> FloatArray:
     """(V,) length of the shortest edge at each vertex."""
-    shortest = np.full(len(places), np.inf)
+    shortest = np.full(len(positions), np.inf)
     for side in ([0, 1], [1, 2], [2, 0]):
         i, j = faces[:, side].T
-        lengths = np.linalg.norm(places[i] - places[j], axis=1)
+        lengths = np.linalg.norm(positions[i] - positions[j], axis=1)
         np.minimum.at(shortest, i, lengths)
         np.minimum.at(shortest, j, lengths)
     return shortest

@@ -75,7 +75,7 @@ def test_distances_and_spectrum_are_nearly_the_same() -> None:
     assert error.max() < 0.06
 
 
-def test_flat_faces_and_straight_borders_lose_nothing() -> None:
+def test_flat_faces_and_straight_boundaries_lose_nothing() -> None:
     for make, count in ((shapes.plane_grid, 20), (shapes.cube, 50)):
         mesh = make()
         coarse = simplified(mesh, count)

@@ -69,10 +69,10 @@ def test_repairs_are_made_and_recorded() -> None:
     np.testing.assert_array_equal(mesh.vertices, vertices[mesh.vertex_ids])
     assert mesh.area == 1.0
     assert mesh.warnings == (
-        "dropped 1 face with a corner twice",
+        "dropped 1 face using a vertex twice",
         "dropped 1 face without area",
-        "dropped 2 faces with the corners of others",
-        "dropped 3 vertices of no face",
+        "dropped 2 faces repeating others",
+        "dropped 3 vertices that no face uses",
     )
 
 

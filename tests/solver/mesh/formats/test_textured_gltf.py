@@ -188,7 +188,7 @@ def test_strips_and_fans_are_triangles() -> None:
         assert mesh.area == pytest.approx(1.0)
         a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
         assert (np.cross(b - a, c - a)[:, 2] > 0.0).all()
-        assert not any("turned" in warning for warning in mesh.warnings)
+        assert not any("flipped" in warning for warning in mesh.warnings)
 
 
 def test_gltf_images_in_uris_beside_it_and_missing() -> None:

@@ -132,7 +132,7 @@ def test_all_names_of_merged_vertices_lead_to_the_same_vertex() -> None:
 
 
 def test_surfaces_that_touch_in_a_point_stay_apart() -> None:
-    """Coinciding corners of the border are no seam, nor is a corner that touches a side."""
+    """Coinciding corners of the boundary are no seam, nor is a corner that touches a side."""
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     faces = np.array([[0, 1, 2], [0, 2, 3]])
     for step in ([1.0, 1.0, 0.0], [1.0, 0.5, 1e-9]):
@@ -169,7 +169,7 @@ def test_a_surface_with_small_holes_has_an_inside() -> None:
     pierced = np.delete(original.faces, [3, 400, 900], axis=0)
     assert triangle_mesh(original.vertices, pierced).warnings == ()
     turned = triangle_mesh(original.vertices, pierced[:, ::-1])
-    assert turned.warnings == ("turned the surface: it was inside out",)
+    assert turned.warnings == ("flipped all faces of the surface: it was inside out",)
     np.testing.assert_array_equal(turned.faces, pierced)
 
 

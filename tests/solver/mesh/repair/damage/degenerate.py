@@ -100,10 +100,10 @@ def t_junctions_and_seams(mesh: TriangleMesh) -> Damaged:
 
 
 TOLD: Mapping[Damage, str] = {
-    faces_with_a_corner_twice: "dropped 9 faces with a corner twice",
+    faces_with_a_corner_twice: "dropped 9 faces using a vertex twice",
     flat_faces: "faces without area",
-    needles_of_no_length: "merged 1 vertex into a neighbour at the same place",
-    needles: "merged 1 vertex into a neighbour at the same place",
+    needles_of_no_length: "merged 1 vertex into a neighbour at the same position",
+    needles: "merged 1 vertex into a neighbour at the same position",
     caps: "closed cracks: split 1 face at 1 vertex",
     t_junction: "closed cracks: split 1 face at 1 vertex",
     t_junctions_on_both_sides: "closed cracks: split 2 faces at 2 vertices",

@@ -82,14 +82,14 @@ def one_sided(mesh: TriangleMesh) -> Damaged:
 
 
 DISTORTING: Mapping[Damage, str] = {
-    a_fin: "1 edge with more than two faces",
-    an_interior_wall: "3 vertices at which the surface only touches itself",
-    glued_points: "1 vertex at which the surface only touches itself",
-    a_wide_crack: "border vertices nearly on another border",
-    a_wide_t_junction: "1 border vertex nearly on another border",
-    coarse_for_its_place: "distances are as uncertain",
-    seven_digits_for_its_place: "distances are as uncertain",
+    a_fin: "1 non-manifold edge with more than two faces",
+    an_interior_wall: "3 non-manifold vertices at which the surface only touches itself",
+    glued_points: "1 non-manifold vertex at which the surface only touches itself",
+    a_wide_crack: "boundary vertices nearly on another boundary edge",
+    a_wide_t_junction: "1 boundary vertex nearly on another boundary edge",
+    coarse_for_its_place: "distances are no more precise",
+    seven_digits_for_its_place: "distances are no more precise",
     crossed_polygons: "1 face whose outline crosses itself",
-    one_sided: "one side only",
+    one_sided: "not orientable",
 }
 """The surface is another one, in a way that nobody can undo; with what the user is told."""

@@ -59,8 +59,8 @@ HOPELESS: Mapping[Damage, str] = {
     in_a_point: "no extent",
     beyond_numbers: "too large or too small",
     below_numbers: "too large or too small",
-    lost_in_single_precision: "its form is lost; move it to the origin",
-    lost_in_six_digits: "its form is lost; move it to the origin",
+    lost_in_single_precision: "its details are lost; move it to the origin",
+    lost_in_six_digits: "its details are lost; move it to the origin",
     without_faces: "no faces",
     a_vertex_too_far: "refers to vertex 642",
 }

@@ -51,8 +51,8 @@ TOLD: Mapping[Damage, str] = {
     vertices_shuffled: "",
     faces_shuffled: "",
     corners_rotated: "",
-    unused_vertices_between: "dropped 1284 vertices of no face",
-    unused_vertices_far_away: "dropped 2 vertices of no face",
-    unused_vertices_without_place: "dropped 2 vertices of no face",
+    unused_vertices_between: "dropped 1284 vertices that no face uses",
+    unused_vertices_far_away: "dropped 2 vertices that no face uses",
+    unused_vertices_without_place: "dropped 2 vertices that no face uses",
 }
 """With what the user is told."""

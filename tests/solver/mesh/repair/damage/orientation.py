@@ -34,8 +34,8 @@ def mirrored(mesh: TriangleMesh) -> Damaged:
 
 
 TOLD: Mapping[Damage, str] = {
-    faces_turned_at_random: "to agree with their neighbours",
-    one_half_turned: "to agree with their neighbours",
+    faces_turned_at_random: "to agree with neighbouring faces",
+    one_half_turned: "to agree with neighbouring faces",
     inside_out: "it was inside out",
     mirrored: "it was inside out",
 }

@@ -44,10 +44,10 @@ def a_patch_twice(mesh: TriangleMesh) -> Damaged:
 
 
 TOLD: Mapping[Damage, str] = {
-    faces_twice: "with the corners of others",
-    faces_twice_and_turned: "with the corners of others",
-    all_twice: "dropped 1280 faces lying exactly on others",
-    all_twice_and_turned: "dropped 1280 faces lying exactly on others",
-    a_patch_twice: "faces lying exactly on others",
+    faces_twice: "repeating others",
+    faces_twice_and_turned: "repeating others",
+    all_twice: "dropped 1280 faces coinciding with others",
+    all_twice_and_turned: "dropped 1280 faces coinciding with others",
+    a_patch_twice: "faces coinciding with others",
 }
 """With what the user is told."""

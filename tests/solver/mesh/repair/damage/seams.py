@@ -1,4 +1,4 @@
-"""Cuts along which a surface was given two borders, some of which gape."""
+"""Cuts along which a surface was given two boundaries, some of which gape."""
 
 from collections.abc import Mapping
 
@@ -64,8 +64,8 @@ TOLD: Mapping[Damage, str] = {
     a_seam: "closed seams",
     crossing_seams: "closed seams",
     an_open_seam: "closed seams",
-    loose_faces: "closed seams: merged 3198 border vertices",
-    loose_faces_turned_at_random: "to agree with their neighbours",
+    loose_faces: "closed seams: merged 3198 boundary vertices",
+    loose_faces_turned_at_random: "to agree with neighbouring faces",
     a_seam_that_gapes: "closed seams",
     loose_faces_that_gape: "closed seams",
     a_seam_in_six_digits: "closed seams",

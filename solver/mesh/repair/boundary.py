@@ -1,4 +1,4 @@
-"""The border of a surface, and which of its vertices lie beside its other edges."""
+"""The boundary of a surface, and the boundary vertices that lie near other boundary edges."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -10,36 +10,36 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.repair.edges import Edges
 
 _MOST_CANDIDATES: Final = 64
-"""Border vertices in the sphere over a border edge and close around it, on average; where there are
-more, the border is a tangle, and nothing can be said of it in reasonable time."""
+"""Boundary vertices in the sphere over a boundary edge, on average; where there are more, finding
+T-junctions and cracks takes too long."""
 
-_AROUND: Final = 1.1
-"""How much larger the sphere is within which they are counted. A search takes as long as there are
-points in the sphere or near its surface: of a fan they may all be there, and none inside."""
+_MARGIN: Final = 1.1
+"""Radius within which vertices are counted, relative to the sphere's. A k-d tree takes time for
+points near the surface of the sphere too: of a fan they may all be there, and none inside."""
 
-_AT_ONCE: Final = 1024
-"""Spheres whose points are counted before it is asked whether that is enough."""
+_BATCH: Final = 1024
+"""Spheres counted between two looks at the total."""
 
 
 @dataclass(frozen=True, eq=False)
-class Border:
-    """The sides of faces along the border, and the border vertices in the spheres over them.
+class Boundary:
+    """Sides of faces along the boundary, and the boundary vertices in the spheres over them.
 
     Parameters
     ----------
     face, side
-        (S,) the face of each side of the border, and which of its sides: from corner 0 to 1, 1 to
+        (S,) the face of each side of the boundary, and which of its sides: from corner 0 to 1, 1 to
         2, 2 to 0.
     start, end
         (S,) vertices of the side.
     length
         (S,) of the side.
-    tangled
-        Whether there are too many vertices in the spheres; then none are given.
+    crowded
+        Whether there are too many vertices in the spheres; then none are listed.
     number, vertex
         (n,) a side (0..S-1), and a vertex in the sphere whose diameter it is.
     along, away
-        (n,) where the vertex lies: from the side's start along it, and from its line.
+        (n,) distance of the vertex from the side's start along the side, and from its line.
     """
 
     face: IntArray
@@ -47,24 +47,24 @@ class Border:
     start: IntArray
     end: IntArray
     length: FloatArray
-    tangled: bool
+    crowded: bool
     number: IntArray
     vertex: IntArray
     along: FloatArray
     away: FloatArray
 
-    def beside(self, slack: FloatArray) -> tuple[IntArray, IntArray]:
-        """Border vertices beside the inner part of border sides.
+    def vertices_beside(self, slack: FloatArray) -> tuple[IntArray, IntArray]:
+        """Find boundary vertices beside the inner part of boundary sides.
 
         Parameters
         ----------
         slack
-            (S,) how far from a side a vertex may lie, and how far from its ends it must.
+            (S,) largest distance from a side, and least distance from its ends.
 
         Returns
         -------
-        number, vertex : (n,), by side and from its start to its end; of vertices that lie beside
-            the same point of a side, one.
+        number, vertex : (n,) sides and vertices, by side and from its start to its end. Of
+            vertices closer together along the side than `slack`, only the first.
         """
         reach = slack[self.number]
         beside: BoolArray = (self.away <= reach) & (self.along > reach)
@@ -78,44 +78,44 @@ class Border:
         return number[apart], vertex[apart]
 
 
-def border_of(places: FloatArray, faces: IntArray, edges: Edges) -> Border:
-    """Find the border, and what lies near it.
+def boundary_of(positions: FloatArray, faces: IntArray, edges: Edges) -> Boundary:
+    """Find the boundary, and the boundary vertices near it.
 
     Parameters
     ----------
-    places
+    positions
         (V, 3).
     faces
         (F, 3).
     edges
         Of these faces.
     """
-    face, side = edges.border_sides
+    face, side = edges.boundary_sides
     start, end = faces[face, side], faces[face, (side + 1) % 3]
-    way = places[end] - places[start]
+    way = positions[end] - positions[start]
     length = np.linalg.norm(way, axis=1)
     nothing = np.zeros(0, dtype=np.int64)
-    number, vertex, tangled = nothing, nothing, False
+    number, vertex, crowded = nothing, nothing, False
     if len(face):
         mine = np.unique(start)
         # A little smaller: the ends, and what lies across them, are of no interest.
         radius = (0.5 - 1e-6) * length
-        tree, centre = KDTree(places[mine]), places[start] + 0.5 * way
-        tangled = crowded(tree, centre, _AROUND * radius)
-        if not tangled:
+        tree, centre = KDTree(positions[mine]), positions[start] + 0.5 * way
+        crowded = denser_than(tree, centre, _MARGIN * radius)
+        if not crowded:
             near = tree.query_ball_point(centre, radius)
             number = np.repeat(np.arange(len(face), dtype=np.int64), [len(some) for some in near])
             vertex = mine[np.concatenate(near).astype(np.int64)]
-    arm = places[vertex] - places[start[number]]
+    arm = positions[vertex] - positions[start[number]]
     along = np.einsum("ij,ij->i", arm, way[number]) / length[number]
     away = np.linalg.norm(arm - (along / length[number])[:, None] * way[number], axis=1)
-    return Border(face, side, start, end, length, tangled, number, vertex, along, away)
+    return Boundary(face, side, start, end, length, crowded, number, vertex, along, away)
 
 
-def crowded(
+def denser_than(
     tree: KDTree, centre: FloatArray, radius: FloatArray | float, most: int = _MOST_CANDIDATES
 ) -> bool:
-    """Whether there are too many points in spheres to go through; counted until that is known.
+    """Whether spheres hold more than so many points on average; counted until that is known.
 
     Parameters
     ----------
@@ -124,12 +124,12 @@ def crowded(
     centre, radius
         (S, 3), and (S,) or one for all.
     most
-        Points in a sphere, on average.
+        Points in a sphere, on average; those in two spheres count twice.
     """
     radius = np.broadcast_to(radius, len(centre))
     left = most * len(centre)
-    for first in range(0, len(centre), _AT_ONCE):
-        some = slice(first, first + _AT_ONCE)
+    for first in range(0, len(centre), _BATCH):
+        some = slice(first, first + _BATCH)
         left -= int(np.sum(tree.query_ball_point(centre[some], radius[some], return_length=True)))
         if left < 0:
             return True

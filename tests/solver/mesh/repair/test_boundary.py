@@ -1,4 +1,4 @@
-"""What lies near the border of a surface, and how much is looked at to find it."""
+"""What lies near the boundary of a surface, and how much is looked at to find it."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
-from solver.mesh.repair import border_of, crowded, edges_of
+from solver.mesh.repair import boundary_of, denser_than, edges_of
 
 
 class CountingTree(KDTree):
@@ -36,13 +36,13 @@ def fan(blades: int) -> tuple[FloatArray, IntArray]:
 @pytest.mark.parametrize("blades", [3000, 12000])
 def test_a_tangle_is_known_from_a_few_spheres(blades: int) -> None:
     vertices, faces = fan(blades)
-    assert border_of(vertices, faces, edges_of(faces)).tangled
+    assert boundary_of(vertices, faces, edges_of(faces)).crowded
     # Whether they lie in the spheres over the blades' sides or only close around.
     centre = 0.5 * (vertices[faces[:, 0]] + vertices[faces[:, 2]])
     radius = np.linalg.norm(vertices[faces[:, 2]], axis=1)
     for reach in (1.0, 0.5 * 1.1):
         tree = CountingTree(vertices)
-        assert crowded(tree, centre, reach * radius)
+        assert denser_than(tree, centre, reach * radius)
         assert (tree.searched, tree.listed) == (1024, 0)
 
 
@@ -52,19 +52,19 @@ def test_as_much_is_looked_at_as_there_is() -> None:
     tree = CountingTree(points)
     held = int(tree.query_ball_point(points, radius, return_length=True).sum())
     tree.searched = 0
-    assert not crowded(tree, points, radius, -(-held // len(points)))
+    assert not denser_than(tree, points, radius, -(-held // len(points)))
     assert (tree.searched, tree.listed) == (len(points), 0)
-    assert crowded(tree, points, radius, (held - 1) // len(points))
+    assert denser_than(tree, points, radius, (held - 1) // len(points))
 
 
-def test_a_border_beside_another_is_found() -> None:
+def test_a_boundary_beside_another_is_found() -> None:
     """Two squares, one with a vertex more on the side that they have in common."""
     left = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     right = [[1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0], [1, 0.4, 0]]
     vertices = np.array(left + right, dtype=np.float64)
     faces = np.array([[0, 1, 2], [0, 2, 3], [8, 4, 5], [8, 5, 6], [8, 6, 7]])
-    border = border_of(vertices, faces, edges_of(faces))
-    assert not border.tangled
-    number, vertex = border.beside(np.full(len(border.length), 1e-6))
-    sides = np.stack([border.start, border.end], axis=1)[number]
+    boundary = boundary_of(vertices, faces, edges_of(faces))
+    assert not boundary.crowded
+    number, vertex = boundary.vertices_beside(np.full(len(boundary.length), 1e-6))
+    sides = np.stack([boundary.start, boundary.end], axis=1)[number]
     assert (np.sort(sides).tolist(), vertex.tolist()) == ([[1, 2]], [8])

@@ -1,0 +1,91 @@
+"""Defects that are noted and not repaired: non-manifold edges and vertices, possible cracks."""
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from solver.arrays import IntArray
+from solver.mesh.repair.edges import Edges
+from solver.mesh.repair.soup import TriangleSoup, counted
+
+_CRACK_WIDTH = 0.1
+"""Distance between boundary edges, in lengths of these, below which there may be a crack."""
+
+
+def with_defects_noted(soup: TriangleSoup) -> TriangleSoup:
+    """Note non-manifold edges and vertices, and boundary vertices that may belong to a crack."""
+    edges = soup.edges
+    notes = []
+    sheets = int((edges.counts > 2).sum())
+    if sheets:
+        notes.append(
+            f"{counted(sheets, 'non-manifold edge')} with more than two faces: distances lead over"
+            " all sheets that meet there"
+        )
+    touching = len(non_manifold_vertices(soup.faces, edges))
+    if touching:
+        vertices = counted(touching, "non-manifold vertex", "non-manifold vertices")
+        notes.append(f"{vertices} at which the surface only touches itself: distances lead through")
+    if soup.boundary.crowded:
+        notes.append(
+            "too many boundary vertices lie close together: the surface was not searched for cracks"
+        )
+    cracks = _cracks(soup)
+    if cracks:
+        notes.append(
+            f"{counted(cracks, 'boundary vertex', 'boundary vertices')} nearly on another boundary"
+            " edge: if the surface has a crack there, close it, or distances lead around it"
+        )
+    return soup.noting(*notes)
+
+
+def non_manifold_vertices(faces: IntArray, edges: Edges) -> IntArray:
+    """Vertices whose faces are not connected over the edges at them.
+
+    Every corner of a face is a node; corners at the same vertex are linked over shared edges.
+    Edges of any number of faces are allowed.
+
+    Parameters
+    ----------
+    faces
+        (F, 3).
+    edges
+        Of these faces.
+
+    Returns
+    -------
+    (n,) int64 vertex indices, ascending.
+    """
+    n = len(faces)
+    corner = np.arange(3 * n).reshape(n, 3)
+    at_start, at_end = corner.reshape(-1), np.roll(corner, -1, axis=1).reshape(-1)
+    upward = (faces < np.roll(faces, -1, axis=1)).reshape(-1)
+    low, high = np.where(upward, at_start, at_end), np.where(upward, at_end, at_start)
+    edge = edges.of_side.reshape(-1)
+    order = np.argsort(edge, kind="stable")
+    same = edge[order][1:] == edge[order][:-1]
+    links = [np.stack([ends[order][1:], ends[order][:-1]])[:, same] for ends in (low, high)]
+    i, j = np.concatenate(links, axis=1)
+    graph = sp.coo_array((np.ones(len(i), dtype=np.bool_), (i, j)), shape=(3 * n, 3 * n))
+    fans = connected_components(graph, directed=False)[1]
+    _, first = np.unique(fans, return_index=True)
+    found: IntArray = np.flatnonzero(np.bincount(faces.reshape(-1)[first]) > 1)
+    return found
+
+
+def _cracks(soup: TriangleSoup) -> int:
+    """Number of boundary vertices much nearer to another one, or to a boundary edge, than edges."""
+    positions, boundary = soup.unit_positions, soup.boundary
+    if not len(boundary.face):
+        return 0
+    reach = _CRACK_WIDTH * boundary.length
+    beside = np.zeros(len(positions), dtype=np.bool_)
+    beside[boundary.vertices_beside(reach)[1]] = True
+    shortest = np.full(len(positions), np.inf)
+    np.minimum.at(shortest, boundary.start, reach)
+    np.minimum.at(shortest, boundary.end, reach)
+    mine = np.unique(boundary.start)
+    nearest = np.asarray(KDTree(positions[mine]).query(positions[mine], k=2)[0])[:, 1]
+    beside[mine[nearest < shortest[mine]]] = True
+    return int(beside.sum())
