@@ -1,8 +1,12 @@
-"""Edges collapsed one after the other, always the one that costs least, the topology kept.
+"""Edge collapse in order of cost, which keeps the topology.
 
-A vertex u may become its neighbour v if no face turns over and the surface stays what it is: the
-only common neighbours of u and v are the third corners of the faces at the edge (link condition:
-Dey, Edelsbrunner, Guha and Nekhayev, Publ. Inst. Math. 66, 1999).
+A vertex u is collapsed into its neighbour v only if no face flips and the topology stays: the only
+common neighbours of u and v are the third corners of the faces at the edge (link condition: Dey,
+Edelsbrunner, Guha and Nekhayev, Publ. Inst. Math. 66, 1999).
+
+No library does this with vertices that stay: fast-simplification 0.2 and pyfqmr 0.5 move them,
+meshoptimizer 0.2 keeps them but does not say into which one a vertex was collapsed, and none stops
+at a number of vertices.
 """
 
 import heapq
@@ -12,14 +16,17 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
 
-_TURN = 0.3
-"""Cosine of the largest angle by which a collapse may turn a face."""
+_LEAST_COSINE = 0.3
+"""Cosine of the largest angle by which a collapse may turn a face's normal."""
 
-_SLIVER = 0.1
-"""Least shape of a face that a collapse may make, 1 for an equilateral one."""
+_LEAST_SHAPE = 0.1
+"""Least height over the longest side that a collapse may leave of a face, 1 for an equilateral."""
+
+_EQUILATERAL = 2.0 / 3.0**0.5
+"""Longest side squared over twice the area of an equilateral triangle."""
 
 _MOST_FACES = 24
-"""Faces at a vertex that a collapse may make; vertices of more are not collapsed."""
+"""Faces at a vertex that a collapse may produce; vertices of more are not collapsed."""
 
 
 @kernel
@@ -39,22 +46,23 @@ def collapse_edges(
     positions
         (V, 3).
     faces
-        (F, 3); changed: those that vanish become (-1, -1, -1).
+        (F, 3) int64; changed: faces that vanish become (-1, -1, -1).
     quadrics
-        (V, 4, 4) symmetric, the cost of u's becoming v is x̃ᵀ Q_u x̃ at v, less that at u; changed.
+        (V, 4, 4) symmetric; collapsing u into v costs x̃ᵀ Q_u x̃ at v, less that at u. Changed to
+        the sums over collapsed vertices.
     boundary
-        (V,) vertices of the boundary, which may only become one another.
+        (V,) boundary vertices, which are only collapsed into each other.
     fixed
-        (V,) vertices that stay.
+        (V,) vertices that are not collapsed.
     into
-        (V,) each vertex's own number; changed to that of the vertex it has become.
+        (V,) each vertex's own index; changed to that of the vertex it was collapsed into.
     target
-        How many vertices to leave.
+        Number of vertices to leave.
     """
     n = len(positions)
     first, links, valence = _corners(faces, n)
     version = np.zeros(n, np.int64)
-    # Cost at least, vertex, version of what is around it.
+    # Lower bound of the cost, vertex, version of its neighbourhood.
     queue = [
         (_least_cost(u, positions, faces, quadrics, fixed, first, links, valence), u, 0)
         for u in range(n)
@@ -66,7 +74,7 @@ def collapse_edges(
         least, u, stamp = heapq.heappop(queue)
         if stamp != version[u] or into[u] != u or least == np.inf:
             continue
-        # Only now is it looked at which neighbours u may become.
+        # Only now are the conditions checked.
         cost, v = _best(u, positions, faces, quadrics, boundary, first, links, valence)
         if cost > least:
             if v >= 0:
@@ -74,7 +82,7 @@ def collapse_edges(
             continue
         _move_corners(u, v, faces, first, links, valence)
         into[u] = v
-        _add(quadrics[u], quadrics[v])
+        quadrics[v] += quadrics[u]
         left -= 1
         ring[0] = v
         count = 1 + _neighbours(v, faces, first, links, ring[1:])
@@ -89,7 +97,7 @@ def collapse_edges(
 
 @kernel
 def _corners(faces: IntArray, n_vertices: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Lists of the corners (3 · face + position) at each vertex: first, next and last, length."""
+    """Doubly linked lists of the corners (3 · face + 0..2) at each vertex: first, links, length."""
     first = np.full(n_vertices, -1)
     links = np.full((3 * len(faces), 2), -1)
     valence = np.zeros(n_vertices, np.int64)
@@ -109,7 +117,7 @@ def _least_cost(
     links: IntArray,
     valence: IntArray,
 ) -> float:
-    """Least cost of u's becoming a neighbour, whether it may or not; ∞ if u stays."""
+    """Least cost of collapsing u into a neighbour, conditions aside; ∞ if u is not collapsed."""
     if fixed[u] or valence[u] > _MOST_FACES:
         return np.inf
     ring = np.empty(2 * _MOST_FACES + 2, np.int64)
@@ -131,7 +139,7 @@ def _best(
     links: IntArray,
     valence: IntArray,
 ) -> tuple[float, int]:
-    """Cost, and the vertex that u had best become of those that it may; -1 for none."""
+    """Least cost of collapsing u into a neighbour under the conditions, and that one; -1: none."""
     ring = np.empty(2 * _MOST_FACES + 2, np.int64)
     ring = ring[: _neighbours(u, faces, first, links, ring)]
     here = _error(quadrics[u], positions[u])
@@ -146,13 +154,6 @@ def _best(
         ):
             least, best = cost, v
     return least, best
-
-
-@kernel
-def _add(given: FloatArray, total: FloatArray) -> None:
-    for row in range(4):
-        for column in range(4):
-            total[row, column] += given[row, column]
 
 
 @kernel
@@ -198,7 +199,7 @@ def _keeps_topology(
 def _keeps_shape(
     u: int, v: int, positions: FloatArray, faces: IntArray, first: IntArray, links: IntArray
 ) -> bool:
-    """Whether no face turns over, nor becomes a sliver that was none, when u moves to v."""
+    """Whether no face flips or becomes a sliver when u moves to v."""
     corner = first[u]
     while corner >= 0:
         f, k = corner // 3, corner % 3
@@ -209,7 +210,7 @@ def _keeps_shape(
         before, shape = _normal(positions[u], positions[p], positions[q])
         after, new_shape = _normal(positions[v], positions[p], positions[q])
         cosine = before[0] * after[0] + before[1] * after[1] + before[2] * after[2]
-        if cosine < _TURN or new_shape < min(_SLIVER, shape):
+        if cosine < _LEAST_COSINE or new_shape < min(_LEAST_SHAPE, shape):
             return False
     return True
 
@@ -227,12 +228,12 @@ def _normal(
     longest = max(ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, third)
     if length == 0.0 or longest == 0.0:
         return (0.0, 0.0, 0.0), 0.0
-    return (x / length, y / length, z / length), 1.1547005383792515 * length / longest
+    return (x / length, y / length, z / length), _EQUILATERAL * length / longest
 
 
 @kernel
 def _neighbours(v: int, faces: IntArray, first: IntArray, links: IntArray, ring: IntArray) -> int:
-    """Write the neighbours of v, each once, and return how many they are."""
+    """Write the neighbours of v, each once, and return their number."""
     count = 0
     corner = first[v]
     while corner >= 0:
@@ -265,7 +266,7 @@ def _faces_with(u: int, v: int, faces: IntArray, first: IntArray, links: IntArra
 def _move_corners(
     u: int, v: int, faces: IntArray, first: IntArray, links: IntArray, valence: IntArray
 ) -> None:
-    """Give the faces at u to v; those at both vanish."""
+    """Move the faces at u to v; faces at both vanish."""
     corner = first[u]
     while corner >= 0:
         f, after = corner // 3, links[corner, 0]

@@ -1,41 +1,55 @@
-"""Fewer vertices for the same surface: edge collapse by quadric error, onto vertices that stay.
+"""Simplification: edge collapse by quadric error, into vertices of the mesh.
 
-Garland and Heckbert (SIGGRAPH 1997) weigh the planes of all faces that a vertex has come to stand
-for, and collapse the edge that departs from them least. Here one end of the edge is collapsed into
-the other, so that every vertex left is one of the user's own, in its place. To the planes, the
-points themselves are added with a small weight: samples are only taken where there are vertices,
-and distances need paths, so flat regions must keep some."""
+Garland and Heckbert (SIGGRAPH 1997) sum the squared distances to the planes of all faces that a
+vertex stands for, and collapse the edge of least error. Here one end of the edge is collapsed into
+the other, so that every vertex left is one of the user's, in its position. Squared distances to the
+vertices themselves are added with a small weight: samples are vertices, and geodesics run through
+vertices, so flat regions must keep some."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh.edge_collapse import collapse_edges
-from solver.mesh.repair import TriangleSoup, edges_of, non_manifold_vertices
+from solver.mesh.repair import edges_of, non_manifold_vertices
 from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 
-_POINTS = 0.02
-"""Weight of the squared distance to points, relative to that to planes."""
+_POINT_WEIGHT = 0.02
+"""Weight of squared distances to vertices, relative to those to planes of faces."""
 
-_BOUNDARY = 10.0
-"""Weight of planes along the boundary, which keep its shape."""
+_BOUNDARY_WEIGHT = 10.0
+"""Weight of squared distances to planes through boundary edges, which keep the boundary's shape."""
 
 
 def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
-    """Approximate a mesh by one of fewer vertices, which are among those it has.
+    """Approximate a mesh by fewer of its vertices.
 
     Parameters
     ----------
     mesh
-        Any mesh. Where it is no manifold, nothing is changed.
+        Any mesh. Non-manifold edges and vertices are kept.
     vertices
-        How many to keep.
+        Number of vertices to keep; more are kept where the topology needs them.
 
     Returns
     -------
     TriangleMesh
-        `mesh` itself if it has no more. Otherwise `vertex_ids` holds the user's numbers of the
-        vertices that stayed, and `vertices_of` finds, for the number of any other, the one that
-        stands for it. The same for the same mesh; O(V log V).
+        `mesh` itself if it has no more vertices. Otherwise `vertex_ids` holds the user's numbers of
+        the vertices kept, and `vertices_of` finds, for the number of any other, the vertex it was
+        collapsed into. Deterministic; O(V log V).
+
+    Examples
+    --------
+    >>> k = np.arange(100)
+    >>> rim = np.stack([np.cos(0.02 * np.pi * k), np.sin(0.02 * np.pi * k), 0 * k], axis=1)
+    >>> faces = np.stack([k, (k + 1) % 100, 0 * k + 100], axis=1)
+    >>> disc = triangle_mesh(np.vstack([rim, np.zeros(3)]), faces)
+    >>> coarse = simplified(disc, 20)
+    >>> coarse.n_vertices
+    20
+    >>> bool((coarse.vertices_of(k) >= 0).all())
+    True
     """
     if mesh.n_vertices <= vertices:
         return mesh
@@ -44,35 +58,19 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
     boundary, fixed = _boundary_and_fixed(mesh.faces, mesh.n_vertices)
     quadrics = _quadrics(unit.vertices, mesh.faces)
     collapse_edges(unit.vertices, faces, quadrics, boundary, fixed, into, vertices)
-    soup = TriangleSoup(
-        mesh.vertices,
-        mesh.faces,
-        mesh.colors,
-        mesh.vertex_ids,
-        mesh.warnings,
-        mesh.merged,
-    ).with_vertices_merged(into)
-    alive = faces[:, 0] >= 0
-    kept = TriangleSoup(
-        soup.vertices, faces[alive], soup.colors, soup.vertex_ids, soup.notes, soup.merged
-    ).compacted()
-    area = float(triangle_areas(unit.vertices, faces[alive]).sum())
-    return TriangleMesh(
-        kept.vertices,
-        kept.faces,
-        kept.vertex_ids,
-        kept.colors,
-        (
-            *kept.notes,
-            f"simplified from {mesh.n_vertices} to {len(kept.vertices)} vertices, whose area is"
-            f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'}",
-        ),
-        kept.merged,
+    left = faces[faces[:, 0] >= 0]
+    kept = replace(mesh.soup().with_vertices_merged(into), faces=left).compacted()
+    area = float(triangle_areas(unit.vertices, left).sum())
+    return TriangleMesh.of(
+        kept.noting(
+            f"simplified from {mesh.n_vertices} to {len(kept.vertices)} vertices; the area became"
+            f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'}"
+        )
     )
 
 
 def _boundary_and_fixed(faces: IntArray, n_vertices: int) -> tuple[BoolArray, BoolArray]:
-    """Vertices of the boundary, and those that stay: where the surface is no manifold."""
+    """(V,) boundary vertices, and (V,) vertices that stay: of non-manifold edges and vertices."""
     edges = edges_of(faces)
     boundary, fixed = np.zeros((2, n_vertices), dtype=np.bool_)
     boundary[edges.boundary] = True
@@ -82,10 +80,7 @@ def _boundary_and_fixed(faces: IntArray, n_vertices: int) -> tuple[BoolArray, Bo
 
 
 def _quadrics(positions: FloatArray, faces: IntArray) -> FloatArray:
-    """(V, 4, 4) the sums of squared distances that vertices stand for, weighed by area.
-
-    x̃ᵀ Q x̃ with x̃ = (x, 1).
-    """
+    """(V, 4, 4) error quadrics: x̃ᵀ Q x̃, x̃ = (x, 1), sums squared distances weighted by area."""
     a, b, c = (positions[faces[:, corner]] for corner in range(3))
     normal = np.cross(b - a, c - a)
     double = np.linalg.norm(normal, axis=1)
@@ -99,10 +94,10 @@ def _quadrics(positions: FloatArray, faces: IntArray) -> FloatArray:
     along = end - start
     across = np.cross(along, normal[face] / double[face, None])
     length = np.linalg.norm(along, axis=1)
-    walls = _planes(across / length[:, None], start, _BOUNDARY * length**2)
+    walls = _planes(across / length[:, None], start, _BOUNDARY_WEIGHT * length**2)
     for ends in (faces[face, side], faces[face, (side + 1) % 3]):
         np.add.at(quadrics, ends, walls)
-    mass = _POINTS * np.bincount(
+    mass = _POINT_WEIGHT * np.bincount(
         faces.reshape(-1), weights=np.repeat(double / 6.0, 3), minlength=len(positions)
     )
     quadrics[:, [0, 1, 2], [0, 1, 2]] += mass[:, None]

@@ -1,4 +1,4 @@
-"""Triangle meshes: the discrete surfaces X and Y of section 2, read, checked and repaired."""
+"""Triangle meshes: the surfaces X and Y of section 2, read, checked and repaired."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
-from solver.mesh.repair import TriangleSoup, repaired
+from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -18,27 +18,28 @@ MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """A triangulated surface, sound enough to compute on.
+    """A triangulated surface that can be computed on.
 
     Every vertex belongs to a face, every face has three distinct vertices and an area, no face
-    occurs twice, all coordinates are finite, neighbouring faces are oriented alike unless the
-    surface is one-sided. It may have boundaries, several components and non-manifold edges. Make
-    one with :func:`triangle_mesh` or :func:`read_mesh`.
+    occurs twice, all coordinates are finite, and the winding is consistent unless the surface is
+    not orientable. It may have boundaries, several components and non-manifold edges. Made by
+    :func:`triangle_mesh` or :func:`read_mesh`.
 
     Parameters
     ----------
     vertices
         (V, 3) positions in the user's units.
     faces
-        (F, 3) vertex indices.
+        (F, 3) int64 vertex indices.
     vertex_ids
-        (V,) the user's own number of each vertex, its 0-based index in the file.
+        (V,) int64, the user's number of each vertex: its index in the file, from 0.
     colors
         (V, 3) in 0..1, or ``None``.
     warnings
-        What was repaired or assumed, in sentences for the user.
+        Repairs and assumptions, in sentences for the user.
     merged
-        (A, 2) the user's numbers of vertices that were merged into others, and of these.
+        (A, 2) int64, the user's numbers: of a vertex that was merged into another, and of that
+        other.
     """
 
     vertices: FloatArray
@@ -47,6 +48,24 @@ class TriangleMesh:
     colors: FloatArray | None = None
     warnings: tuple[str, ...] = ()
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+
+    @staticmethod
+    def of(soup: TriangleSoup) -> "TriangleMesh":
+        """Make a mesh of a soup that needs no repair."""
+        return TriangleMesh(
+            np.ascontiguousarray(soup.vertices, dtype=np.float64),
+            soup.faces,
+            soup.vertex_ids,
+            None if soup.colors is None else np.ascontiguousarray(soup.colors, dtype=np.float64),
+            soup.notes,
+            soup.merged,
+        )
+
+    def soup(self) -> TriangleSoup:
+        """Return the mesh as a soup that can be changed."""
+        return TriangleSoup(
+            self.vertices, self.faces, self.colors, self.vertex_ids, self.warnings, self.merged
+        )
 
     @property
     def n_vertices(self) -> int:
@@ -66,12 +85,12 @@ class TriangleMesh:
     @cached_property
     def edges(self) -> IntArray:
         """(E, 2) the edges, each once, smaller vertex first, in lexicographic order."""
-        return self._edge_census[0]
+        return self._edges.ends
 
     @cached_property
     def closed(self) -> bool:
         """Whether the surface has no boundary: every edge belongs to two faces or more."""
-        return bool((self._edge_census[1] > 1).all())
+        return not len(self._edges.boundary)
 
     @cached_property
     def components(self) -> int:
@@ -86,10 +105,8 @@ class TriangleMesh:
         return connected_components(adjacency, directed=False)[1].astype(np.int64)
 
     @cached_property
-    def _edge_census(self) -> tuple[IntArray, IntArray]:
-        sides = np.sort(self.faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-        keys, counts = np.unique(sides[:, 0] * self.n_vertices + sides[:, 1], return_counts=True)
-        return np.stack(np.divmod(keys, self.n_vertices), axis=1), counts.astype(np.int64)
+    def _edges(self) -> Edges:
+        return edges_of(self.faces)
 
     def vertices_of(self, ids: IntArray) -> IntArray:
         """Find vertices by the user's own numbers.
@@ -101,8 +118,8 @@ class TriangleMesh:
 
         Returns
         -------
-        (K,) int64, vertex indices of this mesh: for a number that was merged into another, that
-        other's; -1 for a number that is not part of the mesh.
+        (K,) int64 vertex indices of this mesh; of a vertex that was merged, the one it was merged
+        into; -1 for a number that is not part of the mesh.
         """
         known, stands_for = self.numbering
         place = np.searchsorted(known, ids).clip(max=len(known) - 1)
@@ -111,7 +128,7 @@ class TriangleMesh:
 
     @cached_property
     def numbering(self) -> tuple[IntArray, IntArray]:
-        """(K,) user's numbers that are part of the mesh, ascending, and (K,) the vertex of each."""
+        """(K,) user's numbers in the mesh, merged ones too, ascending, and (K,) their vertices."""
         order = np.argsort(self.vertex_ids, kind="stable")
         place = np.searchsorted(self.vertex_ids[order], self.merged[:, 1])
         heirs = order[place.clip(max=len(order) - 1)]
@@ -124,15 +141,16 @@ class TriangleMesh:
 
     def scaled(self, factor: float) -> "TriangleMesh":
         """Return the mesh with its centre at the origin and its lengths times `factor`."""
-        return replace(self, vertices=(self.vertices - _centre(self.vertices)) * factor)
+        centre = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
+        return replace(self, vertices=(self.vertices - centre) * factor)
 
 
 def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     """Read a mesh file.
 
     Vertices keep the numbers they have in the file, whatever normals and texture coordinates it
-    has; formats that cannot share a vertex between faces (STL, glTF) have equal ones merged. What
-    is repaired is what :func:`triangle_mesh` repairs.
+    has. Formats that cannot share a vertex between faces (STL, glTF) have vertices in the same
+    position merged. Defects are repaired as by :func:`triangle_mesh`.
 
     Parameters
     ----------
@@ -148,8 +166,17 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     Raises
     ------
     MeshError
-        The format is unknown, the file is not a complete file of that format, or there is no
-        sound surface in it.
+        The format is unknown, the file is not a complete file of that format, or it has no
+        surface that can be computed on.
+
+    Examples
+    --------
+    >>> square = b"OFF\\n4 1 0\\n0 0 0\\n1 0 0\\n1 1 0\\n0 1 0\\n4 0 1 2 3\\n"
+    >>> mesh = read_mesh(square, "off")
+    >>> mesh.n_vertices, mesh.n_faces, mesh.area
+    (4, 2, 1.0)
+    >>> mesh.warnings
+    ('cut 1 face of more than three corners into triangles',)
     """
     kind = file_type.lower().lstrip(".")
     if kind not in READERS:
@@ -166,11 +193,11 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
 def triangle_mesh(
     vertices: FloatArray, faces: IntArray, colors: FloatArray | None = None
 ) -> TriangleMesh:
-    """Make a mesh of arrays: check them, and repair what can be repaired.
+    """Make a mesh of arrays: check them, and repair defects.
 
-    Repeated vertices, faces and parts of the surface are merged, seams and cracks closed, faces
-    without area dropped and the others turned alike; see :mod:`.repair`. `warnings` of the
-    mesh says so and `vertex_ids` keeps the numbers of the vertices given.
+    Repeated vertices, faces and parts of the surface are merged, seams and cracks closed,
+    degenerate faces dropped, and the winding made consistent; see :mod:`.repair`. `warnings` of the
+    mesh says so, and `vertex_ids` keeps the numbers of the vertices given.
 
     Parameters
     ----------
@@ -188,13 +215,20 @@ def triangle_mesh(
     Raises
     ------
     MeshError
-        Shapes are wrong, a coordinate is not finite, an index names no vertex, or nothing with an
-        area is left.
+        Array shapes are wrong, a coordinate is not finite, an index is out of range, or no face
+        with an area is left.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> mesh = triangle_mesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    >>> mesh.closed, mesh.components, len(mesh.edges)
+    (True, 1, 6)
     """
     points = np.asarray(vertices, dtype=np.float64)
     corners = np.asarray(faces)
     if corners.size and not np.issubdtype(corners.dtype, np.integer):
-        raise MeshError("faces must be integers")
+        raise MeshError("faces must be an array of integers")
     if points.ndim != 2 or points.shape[1] != 3:
         raise MeshError(f"vertices must be a (V, 3) array, not one of shape {points.shape}")
     if corners.size and (corners.ndim != 2 or corners.shape[1] != 3):
@@ -216,8 +250,8 @@ def largest_component(mesh: TriangleMesh) -> TriangleMesh:
     Returns
     -------
     TriangleMesh
-        `mesh` itself if it is connected; else the component, with a warning that says what was
-        left out. `vertex_ids` keeps the user's numbers.
+        `mesh` itself if it is connected; else the component, with a warning that says how much of
+        the area was kept. `vertex_ids` keeps the user's numbers.
     """
     if mesh.components == 1:
         return mesh
@@ -229,15 +263,8 @@ def largest_component(mesh: TriangleMesh) -> TriangleMesh:
         f"only the largest of {mesh.components} components was kept: "
         f"{100.0 * share:.3g} % of the area"
     )
-    soup = TriangleSoup(
-        mesh.vertices,
-        mesh.faces[label == largest],
-        mesh.colors,
-        mesh.vertex_ids,
-        (*mesh.warnings, note),
-        mesh.merged,
-    )
-    return _mesh(soup.compacted())
+    kept = replace(mesh.soup(), faces=mesh.faces[label == largest])
+    return TriangleMesh.of(kept.compacted().noting(note))
 
 
 def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -259,11 +286,6 @@ def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return areas
 
 
-def _centre(vertices: FloatArray) -> FloatArray:
-    centre: FloatArray = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    return centre
-
-
 def _checked(soup: TriangleSoup) -> TriangleMesh:
     if not len(soup.vertices):
         raise MeshError("the mesh has no vertices")
@@ -271,15 +293,4 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError("the mesh has no faces; a point cloud cannot be matched")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    return _mesh(repaired(soup))
-
-
-def _mesh(soup: TriangleSoup) -> TriangleMesh:
-    return TriangleMesh(
-        np.ascontiguousarray(soup.vertices, dtype=np.float64),
-        soup.faces,
-        soup.vertex_ids,
-        None if soup.colors is None else np.ascontiguousarray(soup.colors, dtype=np.float64),
-        soup.notes,
-        soup.merged,
-    )
+    return TriangleMesh.of(repaired(soup))

@@ -12,7 +12,7 @@ from solver.mesh.repair.degenerate import (
     without_repeated_faces,
     without_zero_area_faces,
 )
-from solver.mesh.repair.edges import edges_of
+from solver.mesh.repair.edges import Edges, edges_of
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
 from solver.mesh.repair.t_junctions import without_t_junctions
@@ -39,6 +39,7 @@ _STEPS = (
 
 __all__ = [
     "MOST_CORNERS",
+    "Edges",
     "TriangleSoup",
     "boundary_of",
     "check_coordinates",
