@@ -1,8 +1,7 @@
 """ZIP archives: one mesh file and the files that it refers to, materials and images.
 
-Nothing is unpacked: members are read from memory, only those that the mesh refers to, and never
-more of one than the archive's own directory promises, nor of all than `MOST_BYTES` or than an
-archive of its size may come to.
+Nothing is unpacked to disk. Only members that the mesh refers to are read, never more of one than
+the archive's directory promises, nor of all than `MOST_BYTES` and the compression ratio allow.
 """
 
 import io
@@ -20,16 +19,16 @@ from solver.mesh.formats.stl import read_stl
 from solver.mesh.repair import TriangleSoup
 
 MOST_MEMBERS = 1000
-"""Of an archive."""
+"""Files in an archive."""
 
 MOST_BYTES = 512 * 2**20
-"""Read of an archive, unpacked; a bomb promises or delivers more."""
+"""Bytes read of an archive, uncompressed; a ZIP bomb promises or delivers more."""
 
-_MOST_FOLD = 24
-"""Bytes that come of one of an archive; of meshes some five do, of very regular ones some ten."""
+_MOST_RATIO = 24
+"""Uncompressed bytes per byte of an archive; meshes have about five, very regular ones ten."""
 
-_ANY_ARCHIVE = 8 * 2**20
-"""Bytes that may come of an archive in any case: files of a few lines are packed even smaller."""
+_ALWAYS_ALLOWED = 8 * 2**20
+"""Uncompressed bytes that an archive may have at any ratio: tiny files compress even better."""
 
 _ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl}
 _WITH_COMPANIONS = {"obj": read_obj, "gltf": read_gltf, "glb": read_glb}
@@ -42,20 +41,20 @@ def read_zip(data: bytes) -> TriangleSoup:
     Parameters
     ----------
     data
-        Bytes of the archive. It holds one mesh file, and what that refers to: for OBJ its
-        material files and their images, for glTF its buffers and images. Other files do not
-        matter.
+        Bytes of the archive. It holds one mesh file and the files that it refers to: for OBJ
+        its material files and their images, for glTF its buffers and images. Other files are
+        ignored.
 
     Returns
     -------
     TriangleSoup
-        As the reader of the mesh file's format.
+        As of the reader of the mesh file's format.
 
     Raises
     ------
     MeshError
-        The archive is damaged, encrypted, too large, or leads out of itself; it has no mesh file
-        or several; the mesh file cannot be read, or a file that it refers to is missing.
+        The archive is damaged, encrypted, too large, or has paths that lead out of it; it has no
+        mesh file or several; the mesh file cannot be read, or a file it refers to is missing.
     """
     archive = _Archive.opened(data)
     name = archive.mesh_name()
@@ -85,17 +84,19 @@ class _Archive:
             raise MeshError(f"not a ZIP archive, or it is damaged or cut off: {error}") from error
         names = [member.filename for member in file.infolist() if not member.is_dir()]
         if len(names) > MOST_MEMBERS:
-            raise MeshError(f"the archive has more than {MOST_MEMBERS} files; send only the shape")
+            raise MeshError(
+                f"the archive has more than {MOST_MEMBERS} files; pack only those of the shape"
+            )
         for name in names:
             if posixpath.isabs(name) or ".." in name.replace("\\", "/").split("/"):
                 raise MeshError(
-                    f"the archive has a file {name[:100]!r}, which leads out of it; pack it again"
+                    f"the path of {name[:100]!r} leads out of the archive; pack it again without"
                 )
         if len(set(names)) < len(names):
             raise MeshError("the archive has two files of the same name; pack it again")
-        # macOS packs notes of its own beside the files, under their names.
+        # macOS packs metadata of its own beside the files, as ._NAME.
         names = [name for name in names if not posixpath.basename(name).startswith("._")]
-        most = min(_MOST_FOLD * len(data) + _ANY_ARCHIVE, MOST_BYTES)
+        most = min(_MOST_RATIO * len(data) + _ALWAYS_ALLOWED, MOST_BYTES)
         return _Archive(file, tuple(names), most, most)
 
     def mesh_name(self) -> str:
@@ -106,8 +107,8 @@ class _Archive:
         if len(meshes) > 1:
             listed = ", ".join(name[:100] for name in meshes[:5])
             raise MeshError(
-                f"the archive has {len(meshes)} mesh files ({listed}); send each shape in an "
-                "archive of its own"
+                f"the archive has {len(meshes)} mesh files ({listed}); upload each shape in "
+                "an archive of its own"
             )
         return meshes[0]
 
@@ -130,7 +131,7 @@ class _Archive:
             ) from error
         if len(contents) != member.file_size:
             raise MeshError(
-                f"{name[:100]} in the archive is not of the size it says; it is damaged"
+                f"{name[:100]} in the archive does not have the size it declares; it is damaged"
             )
         self.left -= len(contents)
         self.seen[name] = contents
@@ -144,7 +145,7 @@ class _Archive:
             )
         return (
             f"the archive is larger than {self.most >> 20} MiB when unpacked, which is far too "
-            "much for its size; send the mesh file as it is, and images as PNG or JPEG"
+            "much for its size; upload the mesh file unpacked, and images as PNG or JPEG"
         )
 
 

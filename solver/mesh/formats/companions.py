@@ -1,4 +1,4 @@
-"""The files that come with a mesh file, and how it refers to them."""
+"""Files that come with a mesh file, found by the references in it."""
 
 import posixpath
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,7 @@ class Companions:
     names
         Their paths, with "/" between folders, none of which leads out of the common root.
     folder
-        The mesh file's own folder, "" for the root.
+        The mesh file's folder, "" for the root.
     read
         Returns the bytes of one of `names`.
     """
@@ -26,14 +26,14 @@ class Companions:
     read: Callable[[str], bytes]
 
     def find(self, reference: str) -> bytes | None:
-        """Return the file that is meant, or None if it did not come.
+        """Return the bytes of the file that a reference names, or None if it is missing.
 
         Parameters
         ----------
         reference
-            As written in the mesh or material file: relative to it, absolute on the machine where
-            it was written, with either slash, in either case. If no file has that path, the
-            only one of that name, wherever it lies, is meant.
+            As written in the mesh or material file: relative to it, or absolute on the machine
+            where it was written, with either slash. If no file has that path, the only one of that
+            name, in any folder and either case, is taken.
         """
         name = self._path(reference)
         return None if name is None else self.read(name)

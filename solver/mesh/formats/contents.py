@@ -1,4 +1,4 @@
-"""What every mesh format comes down to, and the operations readers share."""
+"""Operations shared by the readers of all formats: polygons, indices, merging, colours."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -36,13 +36,13 @@ def polygon_contents(
     colors
         (V, 3) in 0..1, or ``None``.
     notes
-        Sentences to hand on.
+        Sentences for the user.
 
     Raises
     ------
     MeshError
-        A polygon has fewer than three corners, names a vertex that does not exist or lies nowhere,
-        or has too many corners.
+        A polygon has fewer than three corners or too many, or uses a vertex that does not exist
+        or has coordinates that are not finite.
     """
     if len(sizes) and sizes.min() < 3:
         raise MeshError(
@@ -66,7 +66,7 @@ def polygon_contents(
 
 
 def check_indices(corners: IntArray, n_vertices: int) -> None:
-    """Refuse corners that name no vertex.
+    """Refuse indices of vertices that do not exist.
 
     Raises
     ------
@@ -87,16 +87,16 @@ def merge_coincident(contents: TriangleSoup, reason: str) -> TriangleSoup:
     Parameters
     ----------
     contents
-        What the file holds.
+        Vertices and faces of the file.
     reason
-        Why the format repeats vertices, the beginning of the note left for the user.
+        Why the format repeats vertices: the beginning of the note for the user.
 
     Returns
     -------
     TriangleSoup
-        Vertices in the order of their first appearance; `vertex_ids` tells where that was.
+        Vertices in the order of their first appearance, whose index is in `vertex_ids`.
     """
-    into = groups_of_equal_rows((contents.vertices + 0.0).T)  # -0.0 and 0.0 are the same place
+    into = groups_of_equal_rows((contents.vertices + 0.0).T)  # -0.0 equals 0.0
     before = len(into)
     merged = contents.with_vertices_merged(into)
     kept = into == np.arange(before)

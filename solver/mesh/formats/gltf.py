@@ -1,13 +1,12 @@
-"""glTF 2.0, as one binary file (GLB) or as JSON with its buffers inside or beside it.
+"""glTF 2.0, binary (GLB) or JSON with its buffers inside or in companion files.
 
-The scene's meshes are joined into one, each placed by its node. A vertex of glTF carries its
-normal and texture coordinates, so files repeat vertices along every seam and crease; vertices of
-equal position are merged again, or the surface would fall apart along its texture's seams.
+The meshes of the scene are transformed by their nodes and joined into one. A vertex of glTF has one
+normal and one pair of texture coordinates, so files repeat vertices along seams and creases;
+vertices in the same position are merged again.
 
-The standard multiplies texture, colour of the vertex and factor of the material in linear light,
-and so is done here. But numbers of COLOR_0, which the standard means linearly, are taken for
-display values, as those of a texture are: so do most programs that write them, and so a shape has
-the same colours in every format.
+Texture, COLOR_0 and base colour factor are multiplied in linear light, as the standard demands.
+COLOR_0 itself, linear by the standard, is taken as sRGB like the texels of a texture: most programs
+write it so, and a shape gets the same colours in every format.
 """
 
 import json
@@ -45,12 +44,12 @@ def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     Returns
     -------
     TriangleSoup
-        `vertex_ids` number the positions of all meshes in the order in which the scene uses them.
+        `vertex_ids` number the positions of all primitives, in the order of meshes in the file.
 
     Raises
     ------
     MeshError
-        The bytes are not a complete GLB file, or use what is not supported.
+        The bytes are not a complete GLB file, or use features that are not supported.
     """
     if len(data) < 20 or data[:4] != b"glTF":
         raise MeshError("not a GLB file: it does not begin with glTF")
@@ -61,12 +60,14 @@ def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
             f"the GLB file promises {promised} bytes and has {len(data)}; it is cut off"
         )
     if length < 20 + json_length or kind != _JSON:
-        raise MeshError("the GLB file is longer than it says, or in another order; it is damaged")
+        raise MeshError(
+            "the GLB file is longer than its header says, or has no JSON chunk first; it is damaged"
+        )
     return _read(data[20 : 20 + json_length], _binary(data, 20 + json_length), companions, "GLB")
 
 
 def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup:
-    """Read a glTF file in JSON with its buffers and images in data URIs, or beside it.
+    """Read a glTF file in JSON, with buffers and images in data URIs or companion files.
 
     Parameters
     ----------
@@ -83,13 +84,13 @@ def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup
     Raises
     ------
     MeshError
-        The bytes are not glTF, or use what is not supported, such as buffers that did not come.
+        The bytes are not glTF, use features that are not supported, or a buffer is missing.
     """
     return _read(data, None, companions, "GLTF")
 
 
 def _binary(data: bytes, start: int) -> bytes | None:
-    """Return the chunk of a GLB file that follows its JSON."""
+    """Return the binary chunk of a GLB file, which follows its JSON."""
     if len(data) < start + 8:
         return None
     length, kind = struct.unpack_from("<I4s", data, start)
@@ -119,7 +120,7 @@ def _read(
         return _joined(parts).noting(*materials.notes)
     except (MeshError, MemoryError):
         raise
-    except Exception as error:  # a tree may have anything anywhere
+    except Exception as error:  # the JSON may have anything anywhere
         reason = f"{type(error).__name__}: {error}".rstrip(": ")[:200]
         raise MeshError(
             f"the {kind} file cannot be read; it is damaged or cut off ({reason})"
@@ -128,7 +129,7 @@ def _read(
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The triangles of one primitive, where one node places them.
+    """The triangles of one primitive, transformed by one node.
 
     Attributes
     ----------
@@ -137,9 +138,9 @@ class _Part:
     colors
         (V, 3) in 0..1, of COLOR_0; ``None`` without.
     coordinates
-        (V, 2) texture coordinates as its material places them; ``None`` without.
+        (V, 2) texture coordinates, transformed by the material; ``None`` without.
     material
-        What is on it.
+        Base colour.
     """
 
     vertices: FloatArray
@@ -164,10 +165,10 @@ def _part(data: GltfData, materials: GltfMaterials, primitive: Any) -> _Part:
     attributes = primitive["attributes"]
     vertices = data.values(attributes["POSITION"]).astype(np.float64)
     if "indices" in primitive:
-        walk = data.values(primitive["indices"]).reshape(-1).astype(np.int64)
+        indices = data.values(primitive["indices"]).reshape(-1).astype(np.int64)
     else:
-        walk = np.arange(len(vertices))
-    check_indices(walk, len(vertices))
+        indices = np.arange(len(vertices))
+    check_indices(indices, len(vertices))
     colors = coordinates = None
     if "COLOR_0" in attributes:
         colors = data.normalised(attributes["COLOR_0"])[:, :3]
@@ -181,12 +182,12 @@ def _part(data: GltfData, materials: GltfMaterials, primitive: Any) -> _Part:
         if written.shape != (len(vertices), 2):
             raise MeshError(f"{name} of the glTF file is not a pair for every vertex")
         coordinates = written @ material.matrix[:, :2].T + material.matrix[:, 2]
-    faces = MODES[primitive.get("mode", 4)](walk)
+    faces = MODES[primitive.get("mode", 4)](indices)
     return _Part(vertices, faces, colors, coordinates, material)
 
 
 def _placed(part: _Part, matrix: FloatArray) -> _Part:
-    # A mirror turns faces inside out.
+    # A reflection reverses the winding.
     faces = part.faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0.0 else part.faces
     return replace(part, vertices=part.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces=faces)
 
@@ -211,7 +212,7 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
     )
     lights = np.array([part.material.light for part in parts])
     textured = any(part.coordinates is not None for part in parts)
-    # One colour all over says nothing of a point.
+    # One colour all over does not distinguish points.
     plain = (lights == 1.0 if colors is not None else lights == lights[:1]).all()
     if plain and not textured:
         return merged
@@ -222,7 +223,7 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
 
 
 def _paint(parts: Sequence[_Part]) -> Paint:
-    """The materials on all triangles, part after part."""
+    """Colours and textures of all triangles, part after part."""
     textures: dict[Texture, int] = {}
     coordinates, colors, numbers, lights = [], [], [], []
     for part in parts:

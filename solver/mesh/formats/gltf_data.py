@@ -1,4 +1,4 @@
-"""The numbers of a glTF file: buffers, views of them, and accessors, read under checks."""
+"""Buffers, buffer views and accessors of a glTF file, checked before they are read."""
 
 import base64
 from collections.abc import Mapping
@@ -22,22 +22,25 @@ ITEMS: Mapping[str, int] = {
     "MAT3": 9,
     "MAT4": 16,
 }
-"""Numbers in an entry of an accessor, by its type."""
+"""Components of an accessor's entry, by its type."""
 
 _KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", FLOAT: "<f4"}
+"""NumPy's code of each component type."""
+
 _GREATEST = {"u1": 255.0, "<u2": 65535.0}
+"""Normalised integers that mean 1."""
 
 
 @dataclass
 class GltfData:
-    """The tree of a glTF file and the bytes that it refers to.
+    """The JSON of a glTF file and the bytes that it refers to.
 
     Parameters
     ----------
     tree
         The JSON of the file.
     binary
-        The chunk of a GLB file that its first buffer is; ``None`` without one.
+        The binary chunk of a GLB file, which is its first buffer; ``None`` without one.
     companions
         Files that came with it, if any.
     """
@@ -48,17 +51,17 @@ class GltfData:
     buffers: dict[int, bytes] = field(default_factory=dict)
 
     def entry(self, kind: str, index: Any) -> Any:
-        """Return one of the tree's "accessors", "images", ...
+        """Return one of the "accessors", "images", ...
 
         Raises
         ------
         MeshError
-            It is not there.
+            The index is out of range.
         """
         return entry(self.tree.get(kind, []), index, kind.rstrip("s"))
 
     def resource(self, uri: str) -> bytes | None:
-        """Return what a URI names: data in the URI itself, or a file that came along."""
+        """Return the bytes a URI names, in itself or in a companion file; ``None`` if missing."""
         if uri.startswith("data:"):
             head, _, body = uri.partition(",")
             if head.endswith(";base64"):
@@ -72,7 +75,7 @@ class GltfData:
         Raises
         ------
         MeshError
-            They reach beyond their buffer.
+            It reaches beyond its buffer.
         """
         known = self.entry("bufferViews", index)
         buffer = self._buffer(known["buffer"])
@@ -114,9 +117,10 @@ class GltfData:
             else:
                 found = self.binary if index == 0 else None
             if found is None:
+                name = str(known.get("uri", "a binary chunk"))[:100]
                 raise MeshError(
-                    "the glTF file keeps its data in other files; save it as GLB, or send them "
-                    "along in one .zip"
+                    f"the glTF file keeps its data in {name!r}, which is missing; save it as GLB, or "
+                    "upload all its files in one .zip"
                 )
             if len(found) < _whole(known["byteLength"]):
                 raise MeshError("the glTF file promises more data than it has; it is cut off")
@@ -125,21 +129,23 @@ class GltfData:
 
 
 def entry(entries: Any, index: Any, what: str) -> Any:
-    """Return an entry of a list in the tree.
+    """Return an entry of a list in the JSON.
 
     Raises
     ------
     MeshError
-        There is none of that index.
+        The index is out of range.
     """
     if type(index) is not int or not 0 <= index < len(entries):
         raise MeshError(
-            f"the glTF file refers to {what} {str(index)[:20]}, which is not there; it is damaged"
+            f"the glTF file refers to {what} {str(index)[:20]}, which does not exist; it is damaged"
         )
     return entries[index]
 
 
 def _whole(number: Any) -> int:
     if type(number) is not int or number < 0:
-        raise MeshError("the glTF file has a count that is none; it is damaged")
+        raise MeshError(
+            "the glTF file has a length or offset that is not a whole number; it is damaged"
+        )
     return number

@@ -1,4 +1,4 @@
-"""What glTF's materials say of colour: base colour factors and textures."""
+"""Base colour factors and textures of glTF's materials."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,18 +17,18 @@ _SPECULAR = "KHR_materials_pbrSpecularGlossiness"
 
 @dataclass(frozen=True, eq=False)
 class GltfMaterial:
-    """A material, as far as it has to do with colour.
+    """The base colour of a material.
 
     Parameters
     ----------
     light
-        (3,) factor of linear light.
+        (3,) base colour factor, of linear light.
     texture
-        The texture, under that factor; ``None`` for none.
+        The texture that it multiplies; ``None`` for none.
     coordinates
-        Which texture coordinates it is placed by: n of TEXCOORD_n.
+        n of TEXCOORD_n, the texture coordinates to be used.
     matrix
-        (2, 3) the transformation of these.
+        (2, 3) affine transformation of these.
     """
 
     light: FloatArray
@@ -64,7 +64,7 @@ class GltfMaterials:
         Raises
         ------
         MeshError
-            It is not there, or its image cannot be decoded.
+            The index is out of range, or the image cannot be decoded.
         """
         if index not in self.known:
             tree = {} if index is None else self.data.entry("materials", index)
@@ -103,7 +103,7 @@ class GltfMaterials:
         webp = tree.get("extensions", {}).get("EXT_texture_webp", {})
         source = tree.get("source", webp.get("source"))
         if source is None:
-            self._note("a texture of the glTF file has no image of a kind that is read")
+            self._note("a texture of the glTF file has no PNG, JPEG or WebP image: it was not read")
             return None
         if (source, wrap) not in self.textures:
             self.textures[source, wrap] = self._decoded(source, wrap)
@@ -125,8 +125,8 @@ class GltfMaterials:
                 "archive"
             )
         self._note(
-            f"the texture {image['uri'][:100]!r} is kept in another file, which did not come: its"
-            " colours were not read; save as GLB, or send both together as one .zip"
+            f"the texture image {image['uri'][:100]!r} is missing: its colours were not read; save"
+            " as GLB, or upload all files together as one .zip"
         )
         return None
 

@@ -1,4 +1,4 @@
-"""The tree of a glTF file: what is checked before any of it is read, and where its nodes are."""
+"""The scene of a glTF file: checks before anything is read, and transformations of nodes."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -10,41 +10,48 @@ from solver.errors import MeshError
 from solver.mesh.formats.gltf_data import FLOAT, ITEMS, entry
 
 _MOST_SHARED = 16
-"""Values per byte of the file: several meshes may share the same data, but within reason."""
+"""Values read per byte of the file and its buffers; meshes and nodes may share data."""
+
 _MOST_PARTS = 20_000
-"""Primitives where nodes place them; each takes time, however small it is."""
+"""Primitives, once for each node that shows them; each takes time, however small it is."""
+
 _DEEPEST = 256
-"""Levels of nodes; the bones of a figure are some dozens deep."""
+"""Levels of nodes; skeletons of figures have some dozens."""
+
 _COMPRESSED = ("KHR_draco", "EXT_meshopt", "KHR_mesh_quantization")
 
 
-def _triangles(walk: IntArray) -> IntArray:
-    if len(walk) % 3:
-        raise MeshError("a glTF mesh has a triangle without three corners; it is damaged")
-    return walk.reshape(-1, 3)
+def _triangles(indices: IntArray) -> IntArray:
+    if len(indices) % 3:
+        raise MeshError(
+            "the number of indices of a glTF mesh is not a multiple of three; it is damaged"
+        )
+    return indices.reshape(-1, 3)
 
 
-def _strip(walk: IntArray) -> IntArray:
-    faces = np.stack([walk[:-2], walk[1:-1], walk[2:]], axis=1)
-    faces[1::2] = faces[1::2, [1, 0, 2]]  # every other one is named the other way round
+def _strip(indices: IntArray) -> IntArray:
+    faces = np.stack([indices[:-2], indices[1:-1], indices[2:]], axis=1)
+    faces[1::2] = faces[1::2, [1, 0, 2]]  # every other triangle has reversed winding
     return faces
 
 
-def _fan(walk: IntArray) -> IntArray:
-    return np.stack([np.repeat(walk[:1], max(len(walk) - 2, 0)), walk[1:-1], walk[2:]], axis=1)
+def _fan(indices: IntArray) -> IntArray:
+    return np.stack(
+        [np.repeat(indices[:1], max(len(indices) - 2, 0)), indices[1:-1], indices[2:]], axis=1
+    )
 
 
 MODES: Mapping[int, Callable[[IntArray], IntArray]] = {4: _triangles, 5: _strip, 6: _fan}
-"""How vertices in a row make (F, 3) triangles; other primitives are points and lines."""
+"""(n,) indices to (F, 3) triangles, by primitive mode; other modes are points and lines."""
 
 
 def placed_nodes(tree: Any) -> list[tuple[int, list[FloatArray]]]:
-    """Return the meshes that the scene shows, in the file's order, and where it places them.
+    """Return the meshes that the scene shows, in the order of the file, and their (4, 4) matrices.
 
     Parameters
     ----------
     tree
-        One that :func:`check_tree` let pass.
+        JSON that :func:`check_tree` accepted.
     """
     nodes = tree.get("nodes", [])
     scenes = tree.get("scenes", [])
@@ -88,24 +95,26 @@ def _matrix(node: Any) -> FloatArray:
         matrix[:3, :3] = rotation * scale
         matrix[:3, 3] = np.array(node.get("translation", (0.0, 0.0, 0.0)), dtype=np.float64)
     if not np.isfinite(matrix).all():
-        raise MeshError("a node of the glTF scene has a place that is not finite; it is damaged")
+        raise MeshError(
+            "a node of the glTF scene has a transformation that is not finite; it is damaged"
+        )
     return matrix
 
 
 def check_tree(tree: Any, size: int) -> None:
-    """Refuse what is not supported, and what would take memory or time without end.
+    """Refuse features that are not supported, and files that would take too much memory or time.
 
     Parameters
     ----------
     tree
         JSON of the file.
     size
-        Of the file and its buffers, in bytes.
+        Bytes of the file and its buffers.
 
     Raises
     ------
     MeshError
-        With the reason. Whatever else is wrong in the tree may raise anything.
+        With the reason; a tree that is not valid glTF may raise any other exception.
     """
     if not isinstance(tree, dict):
         raise MeshError("not a glTF file: its JSON is not an object")
@@ -115,7 +124,7 @@ def check_tree(tree: Any, size: int) -> None:
         raise MeshError(f"glTF compressed with {', '.join(unsupported)}: save it uncompressed")
     accessors = tree.get("accessors", [])
     if any(type(accessor["count"]) is not int or accessor["count"] < 1 for accessor in accessors):
-        raise MeshError("the glTF file has an accessor of no values; it is damaged")
+        raise MeshError("the glTF file has an accessor without values; it is damaged")
     values = sum(accessor["count"] * ITEMS[accessor["type"]] for accessor in accessors)
     if values > _MOST_SHARED * size:
         raise MeshError("the glTF file promises far more values than it has bytes; it is damaged")
@@ -129,18 +138,18 @@ def check_tree(tree: Any, size: int) -> None:
     placed = sum(entry(drawn, mesh, "mesh") for mesh in shown)
     if placed > _MOST_SHARED * size:
         raise MeshError(
-            "the glTF scene shows the same mesh far too often; save only what is to be matched"
+            "the glTF scene shows the same mesh far too often; save only the shape to be matched"
         )
     parts = sum(len(tree["meshes"][mesh]["primitives"]) for mesh in shown)
     if parts > _MOST_PARTS:
         raise MeshError(
             f"the glTF scene has {parts} parts, more than {_MOST_PARTS}; join them, or save only "
-            "what is to be matched"
+            "the shape to be matched"
         )
 
 
 def _check_nodes(nodes: Any) -> None:
-    """Refuse nodes that are not trees, or so deep that finding their places takes minutes."""
+    """Refuse nodes that do not form trees, or trees of more than `_DEEPEST` levels."""
     children = [child for node in nodes for child in node.get("children", [])]
     for child in children:
         entry(nodes, child, "node")
@@ -153,12 +162,13 @@ def _check_nodes(nodes: Any) -> None:
         reached += len(level)
     if level or reached < len(nodes):
         raise MeshError(
-            f"the nodes of the glTF scene form a ring, or more than {_DEEPEST} levels; save it flat"
+            f"the nodes of the glTF scene form a cycle or more than {_DEEPEST} levels; save the "
+            "meshes without a hierarchy"
         )
 
 
 def _check_primitive(primitive: Any, accessors: Any) -> int:
-    """Return the number of values that are read for it."""
+    """Return the number of values that are read for a primitive, 0 for points and lines."""
     if primitive.get("mode", 4) not in MODES:
         return 0
     position = entry(accessors, primitive["attributes"]["POSITION"], "accessor")

@@ -1,4 +1,4 @@
-"""Material libraries of Wavefront OBJ (MTL): the colours and images of materials."""
+"""Material libraries of Wavefront OBJ (MTL): diffuse colours and images."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -15,23 +15,23 @@ _SWITCHES = frozenset({"-blendu", "-blendv", "-cc", "-clamp"})
 _ONE_WORD = frozenset({"-boost", "-texres", "-bm", "-imfchan", "-type", "-colorspace"})
 _VECTORS = frozenset({"-o", "-s", "-t"})
 _MOST_WORDS = 100
-"""Of the options of an image; all there are, once each, are some thirty."""
+"""Words of the options of an image; all options together have about thirty."""
 
 
 @dataclass(frozen=True, eq=False)
 class ObjMaterial:
-    """A material, as far as it has to do with colour.
+    """The diffuse colour of a material.
 
     Parameters
     ----------
     color
-        (3,) diffuse colour in 0..1, taken for display values.
+        (3,) diffuse colour in 0..1, taken as display values (sRGB).
     image
-        File of the diffuse colour on the surface, which stands for `color` then; "" for none.
+        File of the diffuse texture, which replaces `color`; "" for none.
     clamped
         Whether the image ends at its border; it is repeated otherwise.
     scale, offset
-        (2,) Texture coordinates are multiplied by the one, and the other is added.
+        (2,) texture coordinates are multiplied by `scale`, then `offset` is added.
     """
 
     color: FloatArray = field(default_factory=lambda: np.ones(3))
@@ -46,7 +46,7 @@ class ObjMaterial:
         Raises
         ------
         MeshError
-            It did not come.
+            The image is missing.
         """
         if not self.image:
             return None
@@ -86,7 +86,7 @@ def read_materials(data: bytes) -> dict[str, ObjMaterial]:
     MeshError
         A diffuse colour or the options of an image cannot be read.
     """
-    # What is said again counts last, and only that is read.
+    # The last line of a keyword counts, and only that is parsed.
     written: dict[str, dict[str, str]] = {}
     said: dict[str, str] | None = None
     for line in decode(data).splitlines():
@@ -117,7 +117,7 @@ def _color(rest: str) -> FloatArray:
 
 
 def _with_image(material: ObjMaterial, rest: str) -> ObjMaterial:
-    """Read options and the file's name, which is what follows them and may have spaces."""
+    """Parse options and the file name after them, which may have spaces."""
     words = rest.split()
     place = 0
     while place < len(words) and words[place].startswith("-"):

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: positions, faces, vertex colours, and materials with textures if these come along.
+"""Wavefront OBJ: positions, faces, vertex colours, materials, textures.
 
 Texture coordinates and normals have their own indices in a face's corners; a vertex here is a
 ``v`` line, whatever seams the texture has.
@@ -23,12 +23,12 @@ _OTHER_INDICES = re.compile(r"/\S*")
 
 @dataclass
 class _Lines:
-    """The lines of the file by what they are.
+    """The lines of the file by keyword.
 
     Attributes
     ----------
     faces
-        Corners as they are written, "1/2/3".
+        Corners as written: "1/2/3 ...".
     known
         Numbers of ``v`` and of ``vt`` lines before each face: negative indices count from there.
     material
@@ -64,7 +64,7 @@ def read_obj(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     ------
     MeshError
         The bytes are not a complete OBJ file, or a file that it refers to is missing among its
-        companions, or cannot be read.
+        companions or cannot be read.
     """
     text = decode(data)
     lines = _sorted_lines(text)
@@ -77,7 +77,7 @@ def read_obj(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     corners = _indices([word for face in words for word in face], np.repeat(before, sizes))
     contents = polygon_contents(vertices, sizes, corners, colors, last_line_note(text))
     if companions is None:
-        return _noting_what_did_not_come(contents, lines)
+        return _noting_missing_materials(contents, lines)
     return _Painter(lines, companions, sizes, corners).painted(contents)
 
 
@@ -103,13 +103,13 @@ def _sorted_lines(text: str) -> _Lines:
     return lines
 
 
-def _noting_what_did_not_come(contents: TriangleSoup, lines: _Lines) -> TriangleSoup:
+def _noting_missing_materials(contents: TriangleSoup, lines: _Lines) -> TriangleSoup:
     if not lines.libraries:
         return contents
     return contents.noting(
-        f"the file refers to the material file {lines.libraries[0][:100]!r}, which did not come "
-        "with it: colours of materials and textures were not read; for these, upload the OBJ "
-        "file, its material file and its images together as one .zip"
+        f"the file refers to the material file {lines.libraries[0][:100]!r}, which is missing: "
+        "colours of materials and textures were not read; to include them, upload the OBJ file, "
+        "its material file and its images together as one .zip"
     )
 
 
@@ -125,7 +125,7 @@ def _vertices(lines: list[str]) -> tuple[FloatArray, FloatArray | None]:
 
 
 def _indices(words: list[str], before: IntArray, what: str = "vertex") -> IntArray:
-    """Indices from 0 out of OBJ's, which start at 1 or count back from -1."""
+    """Convert OBJ's indices, which start at 1 or count back from -1, to indices from 0."""
     try:
         written = np.array([int(word) for word in words], dtype=np.int64)
     except (ValueError, OverflowError) as error:
@@ -159,7 +159,7 @@ class _Painter:
     decoded: dict[tuple[bytes, bool], Texture] = field(default_factory=dict)
 
     def painted(self, contents: TriangleSoup) -> TriangleSoup:
-        """Return the triangles with the colours that are on them."""
+        """Return the triangles with the colours of their materials."""
         materials, notes = self._materials()
         used = sorted(set(self.lines.material))
         budget = ImageBudget()
@@ -188,7 +188,7 @@ class _Painter:
         return self.decoded[key]
 
     def _materials(self) -> tuple[list[ObjMaterial], list[str]]:
-        """Materials as the faces number them."""
+        """Materials by the index that faces use, and notes."""
         known: dict[str, ObjMaterial] = {}
         seen: set[bytes] = set()  # a file may be named on every line
         for library in dict.fromkeys(self.lines.libraries):
@@ -204,7 +204,11 @@ class _Painter:
                     seen.add(data)
                     known |= read_materials(data)
         missing = [name for name in self.lines.materials[1:] if name not in known]
-        notes = [f"the material {missing[0][:100]!r} is not defined: white"] if missing else []
+        notes = (
+            [f"the material {missing[0][:100]!r} is not defined; it was taken as white"]
+            if missing
+            else []
+        )
         return [known.get(name, ObjMaterial()) for name in self.lines.materials], notes
 
     def _paint(
@@ -213,7 +217,7 @@ class _Painter:
         materials: list[ObjMaterial],
         textures: dict[tuple[str, bool], Texture | None],
     ) -> Paint:
-        # The same cut as that of the faces, for it depends on nothing but positions.
+        # The same triangles as those of the faces: they depend on positions alone.
         places = contents.vertices[self.corners]
         cut = triangulated(places, self.sizes, np.arange(len(self.corners))).triangles
         polygon = np.repeat(np.arange(len(self.sizes)), self.sizes)[cut[:, 0]]
@@ -236,7 +240,7 @@ class _Painter:
         return Paint(coordinates, colors, number, tuple(present))
 
     def _coordinates(self) -> tuple[FloatArray, BoolArray]:
-        """(corners, 2) texture coordinates of the polygons' corners, and whether they have any."""
+        """(corners, 2) texture coordinates of polygons' corners, and (corners,) which have any."""
         table = float_table(self.lines.coordinates, "texture coordinate")
         found = np.zeros((len(self.corners), 2))
         parts = [word.split("/") for face in self.lines.faces for word in face.split()]
@@ -247,8 +251,8 @@ class _Painter:
         index = _indices([word for word in words if word], before, "texture coordinate")
         if len(index) and (index.min() < 0 or index.max() >= len(table)):
             raise MeshError(
-                "a face of the OBJ file refers to a texture coordinate that is not there; the "
-                "file is cut off or damaged"
+                "a face of the OBJ file refers to a texture coordinate that does not exist; "
+                "the file is cut off or damaged"
             )
         if len(index):
             width = min(table.shape[1], 2)

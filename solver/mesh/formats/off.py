@@ -56,7 +56,7 @@ def read_off(data: bytes) -> TriangleSoup:
         raise MeshError("a vertex line of the OFF file has fewer than three coordinates")
     notes = list(last_line_note(text))
     if len(body) > n_vertices + n_faces:
-        notes.append("lines after the last face were ignored")
+        notes.append("lines after the last face of the OFF file were ignored")
     colors = _colors(table, bool(colored), bool(normals))
     sizes, corners = counted_lists(body[n_vertices : n_vertices + n_faces], "face")
     return polygon_contents(table[:, :3].reshape(-1, 3), sizes, corners, colors, notes)
@@ -73,7 +73,7 @@ def _counts(line: str) -> tuple[int, int]:
 
 
 def _colors(table: FloatArray, colored: bool, normals: bool) -> FloatArray | None:
-    """Columns after position (and normal); some writers add colours without saying COFF."""
+    """Colours after position (and normal); some programs write them without declaring COFF."""
     start = 6 if normals else 3
     extra = table[:, start:]
     if extra.shape[1] < 3 or not (colored or (not normals and extra.shape[1] in (3, 4))):

@@ -37,15 +37,17 @@ _TYPES = {
     "float64": "f8",
 }
 _GREATEST = {"u1": 255.0, "u2": 65535.0}
-"""What full red is in integers without sign."""
+"""Value of full intensity in unsigned integers."""
 
 _FACE_LISTS = ("vertex_indices", "vertex_index")
-"""Names under which faces list their corners."""
+"""Names of the property that lists the corners of faces."""
 
 _FORMATS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 _LONGEST_HEADER = 1 << 20
+"""Bytes."""
+
 _MOST_PROPERTIES = 1000
-"""Every row is read property by property; files have some dozens at most."""
+"""Every row is read property by property; files have some dozens."""
 _COUNT = re.compile(r"[0-9]{1,100}")
 
 

@@ -27,7 +27,7 @@ class Property:
     kind
         NumPy's code of its type, without byte order.
     length
-        Code of the type of the list's length; ``None`` for a single number.
+        NumPy's code of the type of the list's length; ``None`` for a single number.
     """
 
     kind: str
@@ -36,7 +36,7 @@ class Property:
 
 @dataclass(frozen=True)
 class Element:
-    """A kind of row, how many there are, and their properties by name, in order."""
+    """An element of the header: its name, number of rows, and properties by name, in order."""
 
     name: str
     rows: int
@@ -49,9 +49,9 @@ def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) ->
     Parameters
     ----------
     elements
-        What the header declares.
+        Elements that the header declares.
     body
-        Everything after the header.
+        Bytes after the header.
     byte_order
         "<" or ">".
 
@@ -75,7 +75,7 @@ def binary_columns(elements: Sequence[Element], body: bytes, byte_order: str) ->
 def _binary_rows(
     element: Element, body: bytes, position: int, byte_order: str
 ) -> tuple[Columns, int]:
-    """Columns of an element, and where its rows end."""
+    """Columns of an element, and the position where its rows end."""
     kinds = {name: np.dtype(byte_order + prop.kind) for name, prop in element.properties.items()}
     if not kinds:
         return {}, position
@@ -117,9 +117,9 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
     Parameters
     ----------
     elements
-        What the header declares.
+        Elements that the header declares.
     text
-        Everything after the header.
+        Text after the header.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def _text_rows(element: Element, rows: Sequence[str]) -> Columns:
             sizes[name].append(size)
             words[name].extend(islice(rest, size))
         if next(rest, None) is not None:
-            raise ValueError("it is longer than the header says")
+            raise ValueError("it is longer than the header declares")
         if "_" in row:  # Python would read 1_0 as 10
             raise ValueError("a word in it is no number")
     columns: Columns = {}

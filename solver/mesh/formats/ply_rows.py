@@ -1,4 +1,4 @@
-"""The rows of a binary PLY file that hold lists, which are as long as they say themselves."""
+"""Rows of a binary PLY file with lists, each of which begins with its own length."""
 
 from typing import Final
 
@@ -24,16 +24,16 @@ def list_sizes(
     signed: BoolArray,
     big: bool,
 ) -> tuple[IntArray, int]:
-    """Walk over rows and note how long their lists are.
+    """Find the lengths of the lists in all rows.
 
     Parameters
     ----------
     body
         Bytes.
     position
-        Where the first row begins.
+        Offset of the first row.
     rows
-        How many there are; `body` has a byte for each at least.
+        Number of rows; `body` has at least a byte for each.
     widths
         (P,) bytes of one value of each property.
     lengths
@@ -41,12 +41,12 @@ def list_sizes(
     signed
         (P,) whether that length has a sign.
     big
-        Whether numbers have their big end first.
+        Whether the byte order is big-endian.
 
     Returns
     -------
-    sizes : (rows, lists)
-    position : where the rows end; `CUT_OFF` if they do not, `NEGATIVE` if a length is.
+    sizes : (rows, lists) int64
+    position : where the rows end; `CUT_OFF` if `body` ends before, `NEGATIVE` if a length is.
     """
     sizes = np.empty((rows, np.count_nonzero(lengths)), np.int64)
     for row in range(rows):
@@ -87,11 +87,11 @@ def copy_values(
     body, position, widths, lengths
         As for :func:`list_sizes`.
     sizes
-        What that returned.
+        As returned by it.
     starts
-        (P,) where those of each property are to begin in `values`; changed to where they end.
+        (P,) offset in `values` of those of each property; changed to where they end.
     values
-        (n,) is filled.
+        (n,) uint8, filled.
     """
     for row in range(len(sizes)):
         column = 0

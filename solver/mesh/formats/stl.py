@@ -1,4 +1,4 @@
-"""Stereolithography (STL), binary and text: a soup of triangles whose vertices are merged."""
+"""Stereolithography (STL), binary and text: triangles without shared vertices, which are merged."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribut
 """A facet of a binary file."""
 
 _FACET = ("facet", "outer", "vertex", "vertex", "vertex", "endloop", "endfacet")
-"""First words of the lines that make a facet."""
+"""First words of the lines of a facet."""
 
 
 def read_stl(data: bytes) -> TriangleSoup:
@@ -29,8 +29,8 @@ def read_stl(data: bytes) -> TriangleSoup:
     Returns
     -------
     TriangleSoup
-        Vertices of equal position merged, in the order in which the file first names them; since
-        STL has no vertex numbers, `vertex_ids` number the merged vertices.
+        Vertices in the same position merged, in the order of their first appearance; since STL has
+        no vertex numbers, `vertex_ids` number the merged vertices.
 
     Raises
     ------
@@ -49,7 +49,10 @@ def read_stl(data: bytes) -> TriangleSoup:
     soup = TriangleSoup(corners, number.reshape(-1, 3), None, number)
     merged = merge_coincident(soup, "STL stores every triangle by itself")
     ids = np.arange(len(merged.vertices), dtype=np.int64)
-    notes = (*merged.notes, "vertices are numbered in the order in which the STL file names them")
+    notes = (
+        *merged.notes,
+        "vertices are numbered in the order of their first appearance in the STL file",
+    )
     return TriangleSoup(merged.vertices, merged.faces, None, ids, notes)
 
 
@@ -65,7 +68,7 @@ def _binary_corners(data: bytes) -> FloatArray | None:
 
 
 def _text_corners(data: bytes) -> FloatArray:
-    """Corners of the facets of all solids, each facet with a beginning, three vertices, an end."""
+    """(3 · facets, 3) corners of the facets of all solids."""
     lines = [line for raw in decode(data).splitlines() if (line := raw.strip())]
     words = [line.split(maxsplit=1)[0].lower() for line in lines]
     facets = [word for word in words if word not in ("solid", "endsolid")]

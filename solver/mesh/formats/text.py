@@ -21,7 +21,7 @@ def float_table(lines: Sequence[str], what: str) -> FloatArray:
     lines
         One row each, numbers separated by white space.
     what
-        What a row is, for the message: "vertex".
+        Name of a row, for messages: "vertex".
 
     Returns
     -------
@@ -34,7 +34,7 @@ def float_table(lines: Sequence[str], what: str) -> FloatArray:
     """
     if not lines:
         return np.zeros((0, 0))
-    if not all(map(str.strip, lines)):  # NumPy would skip them and the others would move up
+    if not all(map(str.strip, lines)):  # NumPy would skip them and renumber the others
         raise MeshError(f"a {what} line is empty; the file is cut off or damaged")
     try:
         return np.loadtxt(lines, dtype=np.float64, comments=None, ndmin=2)
@@ -43,14 +43,14 @@ def float_table(lines: Sequence[str], what: str) -> FloatArray:
 
 
 def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
-    """Read lines that hold a count and then that many integers; what follows is ignored.
+    """Read lines that hold a count and then that many integers; the rest of a line is ignored.
 
     Parameters
     ----------
     lines
         One list each.
     what
-        What a list is, for the message: "face".
+        Name of a list, for messages: "face".
 
     Returns
     -------
@@ -84,8 +84,7 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
 def last_line_note(text: str) -> tuple[str, ...]:
     """Return a warning if the text does not end with a line break.
 
-    A file that was cut inside its last number reads as well as a whole one; the missing line
-    break is the only trace.
+    That is the only trace of a file that was cut off within its last number.
     """
     if not text or text[-1].isspace():
         return ()

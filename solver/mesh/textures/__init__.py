@@ -1,4 +1,4 @@
-"""Textures: images on a surface, and the colours that they give its vertices."""
+"""Textures: decoding of images, and vertex colours sampled from them."""
 
 from solver.mesh.textures.images import ImageBudget
 from solver.mesh.textures.light import display_values, linear_light, tinted

@@ -1,7 +1,7 @@
 """Image files as arrays of red, green and blue, decoded under limits.
 
-PNG, JPEG, WebP and BMP are read. Their contents are somebody else's: sizes are checked before
-anything is decoded, and whatever a decoder does not like is a `MeshError`.
+PNG, JPEG, WebP and BMP are read. Files are not trusted: sizes are checked before anything is
+decoded, and every exception of a decoder becomes a `MeshError`.
 """
 
 import io
@@ -18,33 +18,33 @@ from solver.errors import MeshError
 Pixels = npt.NDArray[np.uint8]
 
 MOST_PIXELS = 8192 * 8192
-"""Of all images of a shape together: 192 MiB, and once more while one is decoded."""
+"""Pixels of all images of a shape: 192 MiB, twice that while one is decoded."""
 
 MOST_IMAGES = 1000
-"""Of a shape."""
+"""Images of a shape."""
 
 _MOST_BYTES = 512 * 2**20
-"""Of all image files of a shape together; they may be one part of a file, named again and again."""
+"""Bytes of all image files of a shape; several may be the same part of a file."""
 
 _MOST_SCANS = 24
-"""Of a JPEG file: each may be a few bytes, and goes over all pixels. Programs write some ten."""
+"""Scans of a JPEG file: each may be a few bytes and goes over all pixels. Programs write ten."""
 
 _FORMATS = ("PNG", "JPEG", "WEBP", "BMP")
 
 _MARKER = re.compile(rb"\xff[^\x00\xff]")
 _SCAN, _END = 0xDA, 0xD9
 _ALONE = frozenset({0x01, *range(0xD0, 0xDA)})
-"""Markers of JPEG that no segment follows, such as those within the data of a scan."""
+"""Markers of JPEG without a segment, such as those within the data of a scan."""
 
 
 @dataclass
 class ImageBudget:
-    """How much may be decoded yet.
+    """Limits of what may still be decoded.
 
     Parameters
     ----------
     pixels, images, octets
-        What is left: pixels, files, and bytes of these.
+        Pixels, files, and bytes of files left.
     """
 
     pixels: int = MOST_PIXELS
@@ -59,7 +59,7 @@ class ImageBudget:
         data
             Bytes of the file.
         name
-            What messages call it.
+            Its name in messages.
 
         Returns
         -------
@@ -76,7 +76,7 @@ class ImageBudget:
 
         self._spend_file(len(data))
         with warnings.catch_warnings():
-            # Warnings of the decoder are about sizes, which are checked here, or about damage.
+            # The decoder warns of sizes, which are checked here, or of damage.
             warnings.simplefilter("error")
             try:
                 with Image.open(io.BytesIO(data), formats=_FORMATS) as image:
@@ -87,13 +87,13 @@ class ImageBudget:
                             "as a JPEG that is not progressive"
                         )
                     if getattr(image, "n_frames", 1) > 1:
-                        raise MeshError(f"the image {name} is animated; save one picture of it")
+                        raise MeshError(f"the image {name} is animated; save a single frame")
                     return _red_green_blue(image)
             except (MeshError, MemoryError):
                 raise
             except UnidentifiedImageError:
                 raise MeshError(
-                    f"the image {name} is none of {', '.join(_FORMATS)}, or it is damaged"
+                    f"the image {name} is damaged or not one of {', '.join(_FORMATS)}"
                 ) from None
             except (Image.DecompressionBombError, Image.DecompressionBombWarning):
                 raise _too_large(name) from None
@@ -119,7 +119,7 @@ class ImageBudget:
 
 
 def _scans(data: bytes) -> int:
-    """Number of scans of a JPEG file, which are all that decoding takes time for."""
+    """Number of scans of a JPEG file, to which the time for decoding is proportional."""
     scans, place = 0, 2
     while (found := _MARKER.search(data, place)) is not None:
         code, place = found.group()[-1], found.end()
@@ -144,7 +144,7 @@ def _red_green_blue(image: Any) -> Pixels:
         grey = np.asarray(image, dtype=np.float64) * (255.0 / 65535.0)
         levels = np.clip(np.rint(grey), 0.0, 255.0).astype(np.uint8)
         return np.repeat(levels[:, :, None], 3, axis=2)
-    if image.mode in ("P", "PA", "LA"):  # opacity in a palette has no way to RGB but over RGBA
+    if image.mode in ("P", "PA", "LA"):  # opacity in a palette is converted to RGB by way of RGBA
         image = image.convert("RGBA")
     pixels: Pixels = np.array(image.convert("RGB"), dtype=np.uint8)
     return pixels

@@ -1,15 +1,15 @@
-"""Colours as images hold them, and as light adds up: the transfer function of sRGB."""
+"""The transfer function of sRGB: display values, as in images, and linear light."""
 
 import numpy as np
 
 from solver.arrays import FloatArray
 
 _KNEE, _SLOPE, _OFFSET, _EXPONENT = 0.04045, 12.92, 0.055, 2.4
-"""Of IEC 61966-2-1."""
+"""Constants of sRGB, IEC 61966-2-1."""
 
 
 def linear_light(values: FloatArray) -> FloatArray:
-    """Light of display values, both in 0..1."""
+    """Convert display values to linear light, both in 0..1."""
     light: FloatArray = np.where(
         values <= _KNEE, values / _SLOPE, ((values + _OFFSET) / (1.0 + _OFFSET)) ** _EXPONENT
     )
@@ -17,21 +17,21 @@ def linear_light(values: FloatArray) -> FloatArray:
 
 
 def display_values(light: FloatArray) -> FloatArray:
-    """Display values of light: the inverse of :func:`linear_light`."""
+    """Convert linear light to display values: the inverse of :func:`linear_light`."""
     bright = (1.0 + _OFFSET) * np.maximum(light, 0.0) ** (1.0 / _EXPONENT) - _OFFSET
     values: FloatArray = np.where(light <= _KNEE / _SLOPE, light * _SLOPE, bright)
     return values
 
 
 def tinted(values: FloatArray, light: FloatArray) -> FloatArray:
-    """Display values under a coloured light.
+    """Multiply display values by factors of linear light.
 
     Parameters
     ----------
     values
         (..., 3) in 0..1.
     light
-        (3,), or an array that suits `values`: factors of linear light in 0..1.
+        (3,), or broadcastable to `values`: factors in 0..1.
 
     Returns
     -------

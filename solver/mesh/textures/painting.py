@@ -1,10 +1,10 @@
-"""Colours of vertices out of textures: the mean over the part of the surface a vertex stands for.
+"""Vertex colours from textures: the mean over the barycentric cell of each vertex.
 
-A vertex stands for the points of its triangles that are nearer to it than to the other corners, in
-barycentric coordinates: a third of each. A texture may have many texels there, so it is looked up
-at many points, evenly spaced over each triangle; where texels are denser still, in an image that
-is halved as often as the points are apart. Since triangles carry their own texture coordinates, a
-vertex on a seam is coloured by both sides of it.
+The barycentric cell of a vertex has the points of its triangles nearer to it than to the other
+corners, in barycentric coordinates: a third of each. The texture is sampled at points evenly spaced
+over each triangle; where texels are denser than these, in an image that is halved accordingly (a
+mipmap). Triangles have their own texture coordinates, so a vertex on a seam gets the colours of
+both sides.
 """
 
 from collections.abc import Iterator
@@ -18,21 +18,21 @@ from solver.mesh.textures.light import tinted
 from solver.mesh.textures.texture import Texture
 
 _FEWEST, _MOST = 2, 8
-"""Parts into which an edge is cut."""
+"""Least and largest number of parts into which an edge is cut, for samples."""
 
 _CHUNK = 1 << 18
-"""Points looked up at once."""
+"""Samples taken at once."""
 
 _LONGEST = 1e9
-"""Edges in texels that are told apart; no image has as many."""
+"""Length in texels that longer edges count as; no image has as many."""
 
 _FLAT = 1e-9
-"""Weight of a triangle without area, in mean areas: its corners get its colour if nothing else."""
+"""Weight of a triangle without area, in mean areas: it counts where there is no other only."""
 
 
 @dataclass(frozen=True, eq=False)
 class Paint:
-    """What is on each triangle.
+    """Colours and textures of triangles.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ class Paint:
     textures
         The textures.
     light
-        (F, 3) factors of linear light on textures, in 0..1; ``None`` for 1. What is looked up is
-        tinted, for an image of its own for every material would be larger than any file.
+        (F, 3) factors of linear light on textures, in 0..1; ``None`` for 1. Samples are tinted,
+        not images: materials may share one.
     """
 
     coordinates: FloatArray
@@ -58,7 +58,7 @@ class Paint:
 
 
 def painted_colors(vertices: FloatArray, faces: IntArray, paint: Paint) -> FloatArray:
-    """Mean colours of the parts of a surface that its vertices stand for.
+    """Mean colours over the barycentric cells of vertices.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def painted_colors(vertices: FloatArray, faces: IntArray, paint: Paint) -> Float
     faces
         (F, 3) vertex indices.
     paint
-        On these faces.
+        Colours and textures of these faces.
 
     Returns
     -------
@@ -121,7 +121,7 @@ def _areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 def _alike(
     coordinates: FloatArray, own: IntArray, texture: Texture
 ) -> Iterator[tuple[IntArray, int, int]]:
-    """Faces that are cut into as many parts, and looked up in the same level of the image."""
+    """Yield faces with the same number of parts and level of the image, in chunks."""
     with np.errstate(over="ignore", invalid="ignore"):
         places = coordinates[own] * np.array(texture.size, dtype=np.float64)
         edges = np.linalg.norm(places - np.roll(places, 1, axis=1), axis=2).max(axis=1, initial=0)
@@ -141,7 +141,7 @@ def _alike(
 def _corner_means(
     texture: Texture, coordinates: FloatArray, parts: int, level: int, light: FloatArray
 ) -> FloatArray:
-    """(n, 3, 3) mean colour of each corner's third of each triangle."""
+    """(n, 3, 3) mean colour of the third of each triangle that belongs to each corner."""
     points, of_corner = _pattern(parts)
     places = np.einsum("pc,ncd->npd", points, coordinates)
     found = texture.sample(places.reshape(-1, 2), level).reshape(len(coordinates), len(points), 3)
@@ -150,7 +150,7 @@ def _corner_means(
 
 
 def _pattern(parts: int) -> tuple[FloatArray, FloatArray]:
-    """Centres of the parts² equal triangles that a triangle is cut into, and whose they are.
+    """Centres of the parts² equal triangles that a triangle is cut into, and their corners.
 
     Returns
     -------

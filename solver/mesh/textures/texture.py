@@ -1,4 +1,4 @@
-"""An image as a function of texture coordinates: bilinear, and coarser where texels are small."""
+"""Textures: images as functions of texture coordinates, interpolated bilinearly, with mipmaps."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -15,7 +15,7 @@ DeepPixels = npt.NDArray[np.uint16]
 
 
 class Wrap(Enum):
-    """How an image goes on beyond its border along an axis."""
+    """Continuation of an image beyond its edge along an axis."""
 
     REPEAT = "repeat"
     MIRROR = "mirror"
@@ -51,7 +51,7 @@ class Texture:
     def level(self, number: int) -> Pixels | DeepPixels:
         """Return the image with both sides halved so many times: means of 2 x 2 texels each time.
 
-        The means have 16 bits, or rounding would make every one a little brighter.
+        Means have 16 bits, since rounding to 8 would brighten each level.
         """
         while len(self._levels) <= number:
             self._levels.append(_halved(self._levels[-1]))
@@ -69,8 +69,8 @@ class Texture:
         coordinates
             (n, 2) finite u, v.
         level
-            Of the image: sides of texels are ``2**level`` times longer. Those beyond the last
-            are the last.
+            Mipmap level: sides of texels are ``2**level`` times longer. Levels beyond the last
+            count as the last.
 
         Returns
         -------
@@ -89,7 +89,7 @@ class Texture:
     def _neighbours(
         self, coordinate: FloatArray, axis: int, level: int
     ) -> tuple[tuple[IntArray, IntArray], FloatArray]:
-        """Texels on both sides, and how far from the first to the second a point is."""
+        """Indices of the texels on both sides of points, and weights of the second."""
         wrap, size = self.wrap[axis], self.size[axis]
         count = self.level(level).shape[1 - axis]
         if wrap is Wrap.CLAMP:
@@ -107,7 +107,7 @@ class Texture:
 
 
 def _halved(pixels: Pixels | DeepPixels) -> DeepPixels:
-    """Means of 2 x 2 texels; an odd last row or column stands for itself."""
+    """Means of 2 x 2 texels; an odd last row or column is doubled."""
     height, width = pixels.shape[:2]
     even: npt.NDArray[Any] = pixels
     if height % 2 or width % 2:
@@ -116,7 +116,7 @@ def _halved(pixels: Pixels | DeepPixels) -> DeepPixels:
     if pixels.dtype == np.uint8:
         rows *= 257  # 255 is 65535 then
     halved: DeepPixels = np.empty((rows.shape[0], rows.shape[1] // 2, 3), dtype=np.uint16)
-    for channel in range(3):  # one by one: three numbers are too few for a loop of their own
+    for channel in range(3):  # one by one: NumPy is slow along an axis of length 3
         sums = rows[:, 0::2, channel] + rows[:, 1::2, channel]
         halved[..., channel] = (sums + 2) >> 2
     return halved

@@ -71,7 +71,7 @@ def test_what_a_lone_obj_lacks_and_what_an_archive_lacks(
         files = {name: archive.read(name) for name in archive.namelist()}
     lone = client.upload(files["scan/person.obj"], file_type="obj")
     assert not lone.has_colors
-    assert "'skin.mtl', which did not come" in lone.warnings[0]
+    assert "'skin.mtl', which is missing" in lone.warnings[0]
     with pytest.raises(isomatch.InvalidRequest, match="vertex colours; there are none in target"):
         client.match(walking, lone, points=7, descriptor="photometric").result()
     stream = io.BytesIO()

@@ -136,7 +136,7 @@ def test_cuts_in_the_surface_are_closed() -> None:
     assert mesh.components == 1
     assert mesh.vertex_ids.tolist() == [0, 1, 2, 5]
     assert mesh.vertices_of(np.arange(7)).tolist() == [0, 1, 2, 0, 2, 3, -1]
-    assert mesh.warnings[0].startswith("closed seams: merged 2 border vertices")
+    assert mesh.warnings[0].startswith("closed seams: merged 2 boundary vertices")
 
 
 MAGIC = [b"OFF\n", b"v 0 0 0\nf ", b"ply\n", b"solid \n", b"glTF\2\0\0\0", b"{", b""]

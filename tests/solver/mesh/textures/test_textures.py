@@ -199,8 +199,8 @@ def test_images_that_are_refused() -> None:
         (bomb, "too large"),
         (huge, "too large"),
         (whole[: len(whole) // 2], "damaged or cut off"),
-        (b"GIF89a" + bytes(100), "none of PNG, JPEG, WEBP, BMP"),
-        (b"", "none of"),
+        (b"GIF89a" + bytes(100), "not one of PNG, JPEG, WEBP, BMP"),
+        (b"", "not one of"),
     ):
         with pytest.raises(MeshError, match=reason):
             ImageBudget().decode(data, "a.png")
