@@ -14,7 +14,7 @@ from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.prototype import Prototype, match_prototype
 from solver.shape import Shape
-from synthetic import HUMAN_POSES, HumanProportions, Pose, carried, human, human_figure
+from synthetic import HUMAN_POSES, HumanProportions, Pose, human, human_figure, transferred
 
 _SEED = 3002
 _RESOLUTION = 3000
@@ -86,7 +86,7 @@ def generated_humans(prototype: Prototype, family: Family) -> list[Body]:
     bodies = []
     for number, (name, (proportions, pose)) in enumerate(known.items()):
         figure = human(pose, proportions, _RESOLUTION, seed=_SEED + number)
-        places = carried(family.rest, standard, human_figure(proportions))
+        places = transferred(family.rest, standard, human_figure(proportions))
         truth = np.asarray(KDTree(figure.rest).query(places)[1], dtype=np.int64)
         shape = Shape(unit(triangle_mesh(figure.vertices, figure.faces)))
         points = prototype.vertices

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
-from synthetic import HumanProportions, Pose, carried, human, human_figure
+from synthetic import HumanProportions, Pose, human, human_figure, transferred
 from synthetic.pose import Deformation
 
 USUAL = {
@@ -117,7 +117,7 @@ def human_family(count: int, seed: int = 1) -> Family:
     examples = []
     for _ in range(count):
         figure = human_figure(random_proportions(USUAL, rng))
-        rest = carried(standing.rest, standard, figure)
+        rest = transferred(standing.rest, standard, figure)
         vertices = Deformation(figure, rest, standing.faces)(random_pose(rng))
         examples.append(Shape(triangle_mesh(vertices, standing.faces)))
     reference = Shape(triangle_mesh(standing.vertices, standing.faces))
@@ -131,7 +131,7 @@ def unfamiliar_figures(family: Family, count: int, seed: int = 2) -> list[Unfami
     for number in range(count):
         proportions = random_proportions(UNUSUAL, rng)
         figure = human(random_pose(rng), proportions, _FIGURE_RESOLUTION, seed=number)
-        places = carried(family.rest, standard, human_figure(proportions))
+        places = transferred(family.rest, standard, human_figure(proportions))
         truth = np.asarray(KDTree(figure.rest).query(places)[1], dtype=np.int64)
         figures.append(Unfamiliar(Shape(triangle_mesh(figure.vertices, figure.faces)), truth))
     return figures

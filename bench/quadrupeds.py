@@ -10,7 +10,7 @@ from bench.humans import Family, Unfamiliar
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
-from synthetic import Pose, carried
+from synthetic import Pose, transferred
 from synthetic.animal_poses import QUADRUPED_POSES
 from synthetic.pose import Deformation
 from synthetic.quadruped import CAT, DOG, HORSE, QuadrupedProportions, quadruped_figure
@@ -39,7 +39,7 @@ def quadruped_family(count: int, seed: int = 11) -> Family:
     for _ in range(count):
         proportions = mixture(rng.dirichlet(np.ones(len(KINDS))), FAMILY_SPREAD, rng)
         figure = quadruped_figure(proportions)
-        deformation = Deformation(figure, carried(rest, standard, figure), faces)
+        deformation = Deformation(figure, transferred(rest, standard, figure), faces)
         pose = poses[int(rng.integers(len(poses)))]
         examples.append(Shape(triangle_mesh(deformation(pose), faces)))
     reference = Deformation(standard, rest, faces)(Pose())
@@ -64,7 +64,7 @@ def individuals(family: Family, count: int, seed: int) -> list[tuple[str, Unfami
         pose = poses[int(rng.integers(len(poses)))]
         animal = posed(figure, pose, _ANIMAL_RESOLUTION, seed + number)
         truth: IntArray = np.asarray(
-            KDTree(animal.rest).query(carried(family.rest, standard, figure))[1], dtype=np.int64
+            KDTree(animal.rest).query(transferred(family.rest, standard, figure))[1], dtype=np.int64
         )
         shape = Shape(triangle_mesh(animal.vertices, animal.faces))
         animals.append((list(KINDS)[place], Unfamiliar(shape, truth)))

@@ -1,9 +1,9 @@
-"""Generated articulated shapes with ground truth."""
+"""Generated articulated shapes with known correspondence, for the demo, tests and bench."""
 
 from synthetic.classes import CLASSES
 from synthetic.human import ALIEN, ASYMMETRIC_HUMAN, HumanProportions, human_figure
 from synthetic.pose import Pose
-from synthetic.proportions import carried
+from synthetic.proportions import transferred
 from synthetic.repertoire import HUMAN_POSES
 from synthetic.shapes import SyntheticShape, articulated, correspondence, human
 from synthetic.texture import clothed, painted
@@ -20,7 +20,6 @@ __all__ = [
     "SyntheticShape",
     "Transformed",
     "articulated",
-    "carried",
     "clothed",
     "correspondence",
     "glued",
@@ -32,4 +31,5 @@ __all__ = [
     "punched",
     "remeshed",
     "scaled",
+    "transferred",
 ]

@@ -1,4 +1,4 @@
-"""The body as a level set: smooth union of rounded cones, and its marching-cubes surface."""
+"""Implicit surfaces of bodies: smooth unions of rounded cones, and marching cubes."""
 
 import math
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from synthetic.skeleton import Cones
 
 
 class Skin(NamedTuple):
-    """The function whose zero level is the skin, at p points.
+    """Values at p points of the function whose zero level set is the skin.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class Skin(NamedTuple):
     gradient
         (p, 3) float64, of length near 1 close to the skin.
     thickness
-        (p,) float64, radius of the cones nearby, in metres.
+        (p,) float64, mean radius of the cones nearby, in metres.
     """
 
     value: FloatArray
@@ -151,7 +151,7 @@ def marching_cubes_surface(
     origin = low.min(axis=0) - spacing * (1.0 + offset)
     counts = np.ceil((high.max(axis=0) - origin) / spacing).astype(np.int64) + 2
     axes = [origin[d] + spacing * np.arange(counts[d]) for d in range(3)]
-    # Far from every cone the sum stays at a value that means "6 blends outside".
+    # Far from every cone, the distance is 6 times the blend.
     total = np.full(tuple(counts), np.exp(-6.0))
     for i in range(len(cones.start)):
         first = np.floor((low[i] - origin) / spacing).astype(np.int64)

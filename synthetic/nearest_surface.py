@@ -1,4 +1,4 @@
-"""The nearest point of a triangulated surface."""
+"""Projection onto a triangulated surface: nearest points."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from solver.mesh import TriangleMesh, vertex_normals
 from synthetic.implicit import Skin
 
 _NEIGHBOURS = 12
-"""Triangles looked at for each point: those whose centres are nearest."""
+"""Candidate triangles for each point: those whose centroids are nearest."""
 
 
 class Nearest(NamedTuple):
@@ -33,12 +33,12 @@ class Nearest(NamedTuple):
 
 
 class NearestSurface:
-    """Finds the points of a mesh nearest to given points; a level set of it to :mod:`remeshing`.
+    """Nearest points of a mesh, and the mesh as a level set for :mod:`.remeshing`.
 
     Parameters
     ----------
     mesh
-        Whose triangles do not differ in size by much.
+        With triangles of similar size.
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:

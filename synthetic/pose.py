@@ -17,13 +17,13 @@ Angles = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Pose:
-    """How far each joint is turned from the rest pose.
+    """Rotations of joints from the rest pose.
 
     Parameters
     ----------
     turns
-        (joint, angles) pairs; joints that are not named stay as they are. The turn of a joint is
-        relative to its parent's.
+        (joint, angles) pairs; joints that are not named keep the rest pose. Rotations are relative
+        to the parent's.
     """
 
     turns: tuple[tuple[str, Angles], ...] = ()
@@ -54,7 +54,7 @@ def joint_transforms(figure: Figure, pose: Pose) -> tuple[FloatArray, FloatArray
     Raises
     ------
     KeyError
-        The pose turns a joint that the figure has not.
+        The pose names a joint that the figure does not have.
     """
     index = figure.joint_index()
     turns = {index[name]: angles for name, angles in pose.turns}
@@ -81,7 +81,7 @@ def skinning_weights(figure: Figure, points: FloatArray, width: float) -> FloatA
     points
         (V, 3) float64, in the rest pose.
     width
-        Distance over which the weight goes from one cone of flesh to the next, in metres.
+        Distance over which the weight passes from one cone of flesh to the next, in metres.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where the points of one body are on another of the same kind but other proportions."""
+"""Ground truth between bodies of one kind and different proportions."""
 
 from functools import partial
 
@@ -11,14 +11,14 @@ from synthetic.remeshing import onto
 from synthetic.skeleton import Cones, Figure
 
 _WIDTH = 0.025
-"""Distance over which a point goes from one cone of flesh to the next, in metres."""
+"""Distance over which a point's weight passes from one cone of flesh to the next, in metres."""
 
 
-def carried(points: FloatArray, source: Figure, target: Figure) -> FloatArray:
-    """Ground truth between bodies of different proportions.
+def transferred(points: FloatArray, source: Figure, target: Figure) -> FloatArray:
+    """Transfer points to a body of other proportions.
 
-    Every cone of flesh takes what is near it along: at the same share of its length, in the same
-    direction from its axis, at a distance that grows with its radius.
+    Every cone of flesh carries the points near it: at the same fraction of its length, in the same
+    direction from its axis, at a distance proportional to its radius.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def carried(points: FloatArray, source: Figure, target: Figure) -> FloatArray:
         The figures are of different kinds.
     """
     if [cone.joint for cone in source.flesh] != [cone.joint for cone in target.flesh]:
-        raise ValueError("figures of different kinds have no points in common")
+        raise ValueError("figures of different kinds have no correspondence")
     here, there = source.cones(), target.cones()
     distances = cone_distances(here, points)
     shares = np.exp((distances.min(axis=1, keepdims=True) - distances) / _WIDTH)

@@ -1,7 +1,7 @@
-"""Even triangulations of a given size: edge collapse, edge flip and tangential smoothing.
+"""Isotropic remeshing to a given size: edge collapse, edge flips and tangential smoothing.
 
-Every step works on a set of edges far enough from one another to be treated at once, so the
-operations are array operations; each keeps the surface a closed manifold of the same genus.
+Each step treats many independent edges at once, as array operations, and keeps the surface a closed
+manifold of the same genus.
 """
 
 from collections.abc import Callable
@@ -14,11 +14,11 @@ from solver.mesh import face_normals
 from synthetic.implicit import Skin
 
 Surface = Callable[[FloatArray], Skin]
-"""What is known of the surface at (p, 3) points."""
+"""Level set, gradient and thickness of a surface at (p, 3) points."""
 
 
 _DEEPEST_CHORD = 0.4
-"""How deep an edge may cut into the flesh, per thickness: four edges go round a limb, not three."""
+"""Largest depth of an edge below the surface, in thicknesses: at least four edges around a limb."""
 
 
 def edges_of(faces: IntArray) -> IntArray:
@@ -28,7 +28,7 @@ def edges_of(faces: IntArray) -> IntArray:
     return np.stack([tail[forward], head[forward]], axis=1)
 
 
-def collapse_edges(
+def collapse_short_edges(
     vertices: FloatArray,
     faces: IntArray,
     surface: Surface,
@@ -42,7 +42,7 @@ def collapse_edges(
     vertices, faces
         (V, 3) float64 and (F, 3) int64, a closed manifold.
     surface
-        Where merged vertices are put.
+        Surface onto which merged vertices are projected.
     count
         Number of vertices to end with; more are left only when every further collapse would
         change the topology, fold the surface or cut a thin part.
@@ -64,9 +64,10 @@ def collapse_edges(
         limit = np.quantile(lengths, min(0.4 + 0.05 * stalled, 1.0), method="lower")
         short = (lengths <= limit) & np.isfinite(lengths)
         chosen = edges[_far_apart(edges, short, len(vertices), rng)]
-        chosen = chosen[_closes_no_loop(chosen, edges, len(vertices))][: len(vertices) - count]
+        sound = _meets_link_condition(chosen, edges, len(vertices))
+        chosen = chosen[sound][: len(vertices) - count]
         merged = onto(vertices[chosen].mean(axis=1), surface)
-        unfolded = _folds_nothing(chosen, merged, vertices, faces)
+        unfolded = _keeps_normals(chosen, merged, vertices, faces)
         chosen, merged = chosen[unfolded], merged[unfolded]
         stalled = stalled + 1 if len(chosen) == 0 else 0
         vertices, faces = _merge(chosen, merged, vertices, faces)
@@ -89,7 +90,7 @@ def _far_apart(
     return indices
 
 
-def _closes_no_loop(chosen: IntArray, edges: IntArray, n_vertices: int) -> BoolArray:
+def _meets_link_condition(chosen: IntArray, edges: IntArray, n_vertices: int) -> BoolArray:
     """Link condition: the ends of the edge have exactly two common neighbours."""
     ones = np.ones(2 * len(edges), dtype=np.int64)
     rows = np.concatenate([edges[:, 0], edges[:, 1]])
@@ -101,10 +102,10 @@ def _closes_no_loop(chosen: IntArray, edges: IntArray, n_vertices: int) -> BoolA
     return verdict
 
 
-def _folds_nothing(
+def _keeps_normals(
     chosen: IntArray, merged: FloatArray, vertices: FloatArray, faces: IntArray
 ) -> BoolArray:
-    """Which edges can be collapsed without turning a neighbouring triangle by much."""
+    """(n,) edges that can be collapsed without turning a neighbouring triangle by over 60°."""
     owner = np.full(len(vertices), -1)
     owner[chosen] = np.arange(len(chosen))[:, None]
     moved = vertices.copy()
@@ -219,12 +220,12 @@ def relax(
         move = centre - vertices
         move -= np.einsum("vd,vd->v", move, normal)[:, None] * normal
         moved = onto(vertices + strength * move, surface)
-        vertices = np.where(_inside_out(moved, faces, normal)[:, None], vertices, moved)
+        vertices = np.where(_folded(moved, faces, normal)[:, None], vertices, moved)
     return vertices
 
 
-def _inside_out(vertices: FloatArray, faces: IntArray, normals: FloatArray) -> BoolArray:
-    """Vertices of triangles that face away from the surface's normals, where it is too thin."""
+def _folded(vertices: FloatArray, faces: IntArray, normals: FloatArray) -> BoolArray:
+    """(V,) vertices of triangles that face away from the surface's normals."""
     facing = face_normals(vertices, faces)
     outwards = normals[faces].sum(axis=1)
     cosine = np.einsum("fd,fd->f", facing, outwards)
@@ -235,12 +236,12 @@ def _inside_out(vertices: FloatArray, faces: IntArray, normals: FloatArray) -> B
 
 
 def edge_sizes(skin: Skin) -> FloatArray:
-    """How long edges should be, up to a factor: shorter where the body is thinner."""
+    """Target edge lengths up to a factor: shorter where the body is thinner."""
     return np.sqrt(skin.thickness)
 
 
 def onto(vertices: FloatArray, surface: Surface) -> FloatArray:
-    """Bring points near the surface onto it by Newton steps along the gradient."""
+    """Project points near the surface onto it by Newton steps along the gradient."""
     for _ in range(2):
         skin = surface(vertices)
         square = np.einsum("vd,vd->v", skin.gradient, skin.gradient)

@@ -1,4 +1,4 @@
-"""Figures put into poses, and the true correspondence between any two of them."""
+"""Posed figures, and the true correspondence between any two poses of one."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -17,7 +17,7 @@ from synthetic.surface import skin
 
 @dataclass(frozen=True, eq=False)
 class SyntheticShape:
-    """A posed surface that knows where each of its points came from.
+    """A posed surface, and the rest position of each of its vertices.
 
     Attributes
     ----------
@@ -51,8 +51,8 @@ def human(
     resolution
         Number of vertices, 200 or more.
     seed
-        Of the triangulation. Shapes of equal proportions, resolution and seed are triangulated
-        alike, and vertex i of one is vertex i of the other.
+        Of the triangulation. Shapes of equal proportions, resolution and seed have the same
+        triangulation: vertex i of one corresponds to vertex i of the other.
 
     Returns
     -------

@@ -7,15 +7,15 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
 from synthetic.implicit import body, marching_cubes_surface
-from synthetic.remeshing import Surface, collapse_edges, flip_edges, onto, relax
+from synthetic.remeshing import Surface, collapse_short_edges, flip_edges, onto, relax
 from synthetic.skeleton import Figure
 
 _LEAST_VERTICES = 200
 _COARSEST_SPACING = 0.0125
-"""Grid cells in metres that still see the thinnest parts, fingers and nose."""
+"""Edge of grid cells, in metres, that still resolve the thinnest parts, fingers and nose."""
 
 _FINE = 6000
-"""Vertices from which any coarser triangulation is made."""
+"""Least vertices of the triangulation from which coarser ones are made."""
 
 
 def skin(figure: Figure, resolution: int, seed: int) -> tuple[FloatArray, IntArray]:
@@ -38,7 +38,7 @@ def skin(figure: Figure, resolution: int, seed: int) -> tuple[FloatArray, IntArr
     Raises
     ------
     OptionError
-        Fewer vertices than can show the figure.
+        `resolution` is less than 200.
     """
     if resolution < _LEAST_VERTICES:
         raise OptionError("resolution", f"needs at least {_LEAST_VERTICES} vertices")
@@ -48,7 +48,7 @@ def skin(figure: Figure, resolution: int, seed: int) -> tuple[FloatArray, IntArr
     while len(vertices) > resolution:
         before = len(vertices)
         count = max(resolution, before * 2 // 3)
-        vertices, faces = collapse_edges(vertices, faces, surface, count, rng)
+        vertices, faces = collapse_short_edges(vertices, faces, surface, count, rng)
         if len(vertices) == before:
             break
         vertices, faces = _improve(vertices, faces, surface, 2, rng)
@@ -58,7 +58,7 @@ def skin(figure: Figure, resolution: int, seed: int) -> tuple[FloatArray, IntArr
 
 @lru_cache(maxsize=16)
 def _fine_skin(figure: Figure, least: int) -> tuple[FloatArray, IntArray]:
-    """At least so many vertices: what all triangulations of a figure start from."""
+    """The triangulation of at least so many vertices that all others of a figure start from."""
     rng = np.random.default_rng(0)
     cones = figure.cones()
     surface = partial(body, cones, figure.blend)
@@ -70,7 +70,7 @@ def _fine_skin(figure: Figure, least: int) -> tuple[FloatArray, IntArray]:
     vertices = relax(vertices, faces, surface, 2)
     while len(vertices) > 1.5 * least:
         count = max(least, len(vertices) * 2 // 3)
-        vertices, faces = collapse_edges(vertices, faces, surface, count, rng)
+        vertices, faces = collapse_short_edges(vertices, faces, surface, count, rng)
         vertices, faces = _improve(vertices, faces, surface, 2, rng)
     return vertices, faces
 

@@ -1,4 +1,4 @@
-"""Colours on a figure at rest, so that they are the same in every pose: painted, or of cloth."""
+"""Colours of figures, functions of the rest position: the same in every pose."""
 
 import numpy as np
 
@@ -28,8 +28,7 @@ def painted(rest: FloatArray, symmetric: bool = False) -> FloatArray:
     rest
         (V, 3) float64, the points in the rest pose, in metres.
     symmetric
-        Whether points of the left and of the right side have the same colours; if not, nothing on
-        the figure has the colours of anything else nearby.
+        Whether left and right have the same colours; if not, colours differ all over the figure.
 
     Returns
     -------

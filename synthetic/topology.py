@@ -1,4 +1,4 @@
-"""Changes of a surface's topology, section 3: holes, and points that are glued together."""
+"""Changes of a surface's topology (section 3): holes, and gluing of points."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -18,14 +18,14 @@ def punched(mesh: TriangleMesh, centres: IntArray, radius: float) -> Transformed
     mesh
         X, closed.
     centres
-        (h,) int64, the vertices that holes are cut around, one hole each if they are apart.
+        (h,) int64 vertices around which holes are cut.
     radius
-        Geodesic radius of the holes; the triangles around the centre go in any case.
+        Geodesic radius of the holes; triangles at the centre are cut out in any case.
 
     Returns
     -------
     transformed
-        With h boundaries. Vertices in a hole have the nearest one on its rim as image.
+        With h boundaries. The image of a vertex in a hole is the nearest vertex of the rest.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def punched(mesh: TriangleMesh, centres: IntArray, radius: float) -> Transformed
 
 
 def glued(mesh: TriangleMesh, pairs: IntArray, radius: float | None = None) -> Transformed:
-    """Join a surface with itself: each pair of discs is replaced by a tube between their rims.
+    """Glue a surface to itself: each pair of discs is replaced by a tube between their rims.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def glued(mesh: TriangleMesh, pairs: IntArray, radius: float | None = None) -> T
 
 
 def near_in_space(mesh: TriangleMesh, count: int, apart: float, candidates: int = 300) -> IntArray:
-    """Points far from one another on the surface that are near in space: where it may be glued.
+    """Find points far apart on the surface and near in space, at which it may be glued.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def _tube(vertices: FloatArray, first: IntArray, second: IntArray) -> IntArray:
 
 
 def _rebuilt(mesh: TriangleMesh, faces: IntArray) -> Transformed:
-    """The mesh of other faces among the same vertices, those of no face left out."""
+    """The mesh of other faces on the same vertices, without unused ones."""
     kept = np.zeros(mesh.n_vertices, dtype=np.bool_)
     kept[faces] = True
     number = np.cumsum(kept) - 1

@@ -1,4 +1,4 @@
-"""Transformations of a surface under which every point is known again, section 3."""
+"""Transformations τ of a surface with known correspondence (section 3)."""
 
 from dataclasses import dataclass
 
@@ -7,21 +7,21 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh, vertex_normals
 from synthetic.nearest_surface import NearestSurface
-from synthetic.remeshing import collapse_edges, flip_edges, relax
+from synthetic.remeshing import collapse_short_edges, flip_edges, relax
 
 
 @dataclass(frozen=True, eq=False)
 class Transformed:
-    """A transformed surface τ(X), and where the points of X went.
+    """A transformed surface τ(X), and the images of the vertices of X.
 
     Attributes
     ----------
     mesh
         τ(X), n vertices.
     image
-        (V,) int64, for every vertex of X the vertex of τ(X) at its place, or the nearest to it.
+        (V,) int64, for every vertex of X the vertex of τ(X) at, or nearest to, its image.
     kept
-        (V,) bool, whether the place itself is still on the surface.
+        (V,) bool, whether the image is on the surface, and not in a hole.
     """
 
     mesh: TriangleMesh
@@ -62,7 +62,7 @@ def noisy(mesh: TriangleMesh, amount: float, seed: int = 0) -> Transformed:
 
 
 def remeshed(mesh: TriangleMesh, resolution: int, seed: int = 0) -> Transformed:
-    """Triangulate the same surface anew, by edges of nearly equal length.
+    """Remesh the surface with edges of nearly equal length.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def remeshed(mesh: TriangleMesh, resolution: int, seed: int = 0) -> Transformed:
         The surface has a boundary.
     """
     if not mesh.closed:
-        raise ValueError("only closed surfaces are triangulated anew")
+        raise ValueError("only closed surfaces can be remeshed")
     rng = np.random.default_rng(seed)
     surface = NearestSurface(mesh)
     vertices, faces = mesh.vertices, mesh.faces
@@ -88,7 +88,7 @@ def remeshed(mesh: TriangleMesh, resolution: int, seed: int = 0) -> Transformed:
     while len(vertices) > resolution:
         before = len(vertices)
         count = max(resolution, before * 2 // 3)
-        vertices, faces = collapse_edges(vertices, faces, surface, count, rng)
+        vertices, faces = collapse_short_edges(vertices, faces, surface, count, rng)
         if len(vertices) == before:
             break
         faces = flip_edges(vertices, faces, rng)
@@ -109,7 +109,7 @@ def _with_vertices(mesh: TriangleMesh, vertices: FloatArray) -> Transformed:
 
 
 def _subdivided(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Cut every triangle of a closed surface into four, at the middles of its edges."""
+    """Split every triangle of a closed surface into four, at the midpoints of its edges."""
     n = len(vertices)
     tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     keys = np.minimum(tail, head) * n + np.maximum(tail, head)

@@ -1,11 +1,11 @@
-"""Bodies of other proportions: still closed surfaces, and points are carried between them."""
+"""Bodies of other proportions: still closed surfaces, and points are transferred between them."""
 
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
-from synthetic import ALIEN, CLASSES, HumanProportions, carried, human, human_figure
+from synthetic import ALIEN, CLASSES, HumanProportions, human, human_figure, transferred
 from synthetic.implicit import body
 
 _STANDARD = human_figure(HumanProportions())
@@ -30,20 +30,20 @@ def test_unusual_bodies_are_closed_surfaces_of_genus_0(name: str) -> None:
 
 def test_a_body_is_carried_to_itself() -> None:
     points = standard_skin()
-    np.testing.assert_allclose(carried(points, _STANDARD, _STANDARD), points, atol=1e-6)
+    np.testing.assert_allclose(transferred(points, _STANDARD, _STANDARD), points, atol=1e-6)
 
 
 @pytest.mark.parametrize("name", _BODIES)
 def test_points_are_carried_onto_the_other_body_and_back(name: str) -> None:
     points, other = standard_skin(), human_figure(_BODIES[name])
-    images = carried(points, _STANDARD, other)
+    images = transferred(points, _STANDARD, other)
     heights = body(other.cones(), other.blend, images).value
     np.testing.assert_allclose(heights, 0.0, atol=1e-4)
-    back = np.linalg.norm(carried(images, other, _STANDARD) - points, axis=1)
+    back = np.linalg.norm(transferred(images, other, _STANDARD) - points, axis=1)
     assert back.mean() < 0.005
     mirrored = np.array([-1.0, 1.0, 1.0])
     np.testing.assert_allclose(
-        carried(points * mirrored, _STANDARD, other), images * mirrored, atol=1e-6
+        transferred(points * mirrored, _STANDARD, other), images * mirrored, atol=1e-6
     )
 
 
@@ -51,10 +51,10 @@ def test_landmarks_are_carried_to_landmarks() -> None:
     other = human_figure(ALIEN)
     for (name, here), (same, there) in zip(_STANDARD.landmarks, other.landmarks, strict=True):
         assert name == same
-        image = carried(np.array([here]), _STANDARD, other)[0]
+        image = transferred(np.array([here]), _STANDARD, other)[0]
         assert np.linalg.norm(image - there) < 0.06, name
 
 
-def test_figures_of_different_kinds_have_no_points_in_common() -> None:
+def test_figures_of_different_kinds_are_refused() -> None:
     with pytest.raises(ValueError, match="different kinds"):
-        carried(standard_skin(), _STANDARD, CLASSES["cat"].figure)
+        transferred(standard_skin(), _STANDARD, CLASSES["cat"].figure)

@@ -119,8 +119,8 @@ class GltfData:
             if found is None:
                 name = str(known.get("uri", "a binary chunk"))[:100]
                 raise MeshError(
-                    f"the glTF file keeps its data in {name!r}, which is missing; save it as GLB, or "
-                    "upload all its files in one .zip"
+                    f"the glTF file keeps its data in {name!r}, which is missing; save it as GLB, "
+                    "or upload all its files in one .zip"
                 )
             if len(found) < _whole(known["byteLength"]):
                 raise MeshError("the glTF file promises more data than it has; it is cut off")

@@ -22,7 +22,6 @@ from tests.solver.mesh.repair.damage import (
     Damage,
     Damaged,
     degenerate,
-    seams,
 )
 
 PROBES = np.arange(0, 642, 13)
@@ -118,59 +117,6 @@ def test_damage_that_cannot_be_undone_is_told_of(cause: Damage, told: str) -> No
 def test_what_is_no_surface_is_refused_with_the_reason(cause: Damage, reason: str) -> None:
     with pytest.raises(MeshError, match=reason):
         read(cause(shapes.blob(3)))
-
-
-def test_all_names_of_merged_vertices_lead_to_the_same_vertex() -> None:
-    original, damaged = shapes.blob(3), seams.loose_faces(shapes.blob(3))
-    mesh = read(damaged)
-    numbers = np.array(damaged.faces)
-    np.testing.assert_array_equal(
-        mesh.vertices_of(numbers.reshape(-1)), mesh.faces[:, :].reshape(-1)
-    )
-    assert mesh.n_vertices == original.n_vertices
-    assert mesh.vertices_of(np.array([-1, numbers.max() + 1])).tolist() == [-1, -1]
-
-
-def test_surfaces_that_touch_in_a_point_stay_apart() -> None:
-    """Coinciding corners of the boundary are no seam, nor is a corner that touches a side."""
-    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    faces = np.array([[0, 1, 2], [0, 2, 3]])
-    for step in ([1.0, 1.0, 0.0], [1.0, 0.5, 1e-9]):
-        turned = square @ np.array([[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
-        vertices = np.concatenate([square, turned + np.array(step)])
-        mesh = triangle_mesh(vertices, np.concatenate([faces, faces + 4]))
-        assert (mesh.components, mesh.n_vertices, mesh.n_faces) == (2, 8, 4)
-
-
-def test_walls_between_touching_solids_stay() -> None:
-    """Two cubes side by side share a wall, but neither is a copy of the other."""
-    cube = shapes.cube(3)
-    beside = cube.vertices + np.array([1.0, 0.0, 0.0])
-    mesh = triangle_mesh(
-        np.concatenate([cube.vertices, beside]),
-        np.concatenate([cube.faces, cube.faces + cube.n_vertices]),
-    )
-    assert mesh.warnings == ()
-    assert (mesh.components, mesh.closed) == (2, True)
-    assert mesh.area == pytest.approx(12.0)
-
-
-def test_open_surfaces_keep_their_winding_where_it_agrees() -> None:
-    sheet = shapes.plane_grid()
-    bent = sheet.vertices + np.array([0.0, 0.0, 1.0]) * sheet.vertices[:, :1] ** 2
-    for faces in (sheet.faces, sheet.faces[:, ::-1]):
-        mesh = triangle_mesh(bent, faces)
-        np.testing.assert_array_equal(mesh.faces, faces)
-        assert mesh.warnings == ()
-
-
-def test_a_surface_with_small_holes_has_an_inside() -> None:
-    original = shapes.blob(3)
-    pierced = np.delete(original.faces, [3, 400, 900], axis=0)
-    assert triangle_mesh(original.vertices, pierced).warnings == ()
-    turned = triangle_mesh(original.vertices, pierced[:, ::-1])
-    assert turned.warnings == ("flipped all faces of the surface: it was inside out",)
-    np.testing.assert_array_equal(turned.faces, pierced)
 
 
 def test_a_surface_and_its_repair_is_the_same_again() -> None:

@@ -1,0 +1,24 @@
+"""Winding: consistent, and outward where a surface is closed or has small holes."""
+
+import numpy as np
+
+from solver.mesh import triangle_mesh
+from tests.solver import shapes
+
+
+def test_open_surfaces_keep_their_winding_where_it_agrees() -> None:
+    sheet = shapes.plane_grid()
+    bent = sheet.vertices + np.array([0.0, 0.0, 1.0]) * sheet.vertices[:, :1] ** 2
+    for faces in (sheet.faces, sheet.faces[:, ::-1]):
+        mesh = triangle_mesh(bent, faces)
+        np.testing.assert_array_equal(mesh.faces, faces)
+        assert mesh.warnings == ()
+
+
+def test_a_surface_with_small_holes_has_an_inside() -> None:
+    original = shapes.blob(3)
+    pierced = np.delete(original.faces, [3, 400, 900], axis=0)
+    assert triangle_mesh(original.vertices, pierced).warnings == ()
+    turned = triangle_mesh(original.vertices, pierced[:, ::-1])
+    assert turned.warnings == ("flipped all faces of the surface: it was inside out",)
+    np.testing.assert_array_equal(turned.faces, pierced)
