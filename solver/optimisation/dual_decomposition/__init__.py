@@ -24,7 +24,7 @@ from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.relaxation import Subproblems
 from solver.optimisation.dual_decomposition.subgradient import (
     DualDecomposition,
-    DualSolution,
+    DualState,
     dual_decomposition,
 )
 from solver.optimisation.dual_decomposition.triple_choice import choose_triples
@@ -32,7 +32,7 @@ from solver.optimisation.dual_decomposition.triples import TripleSubproblems
 
 __all__ = [
     "DualDecomposition",
-    "DualSolution",
+    "DualState",
     "MaxflowSubproblem",
     "PairSubproblems",
     "Subproblems",

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import breadth_first_order, maximum_flow
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.optimisation.dual_decomposition.shares import Used
+from solver.optimisation.dual_decomposition.exchange import Used
 
 _UNITS = 2**30
 """Integer units that bound a flow: SciPy's are 32 bits wide, a residual capacity is twice that."""

@@ -1,4 +1,4 @@
-"""Good correspondences without a proof: rounding and local search for problem (5)."""
+"""Linear assignment and local search for the labelling problem (5), without a bound."""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -19,13 +19,13 @@ class InfeasibleError(ValueError):
     """Every source point must be matched, and the candidates do not allow it."""
 
 
-def assign(problem: LabellingProblem, costs: FloatArray) -> IntArray:
-    """Cheapest assignment for a cost on each candidate, without pairwise costs.
+def solve_lap(problem: LabellingProblem, costs: FloatArray) -> IntArray:
+    """Solve the linear assignment problem with a cost on each candidate, in O(N² (N + M)).
 
     Parameters
     ----------
     problem
-        Says which pairs are candidates and what an unmatched source point costs.
+        Its candidates and occlusion cost; its own costs are not used.
     costs
         (V,) finite cost of each candidate; may be negative.
 
@@ -55,7 +55,7 @@ def assignment_costs(problem: LabellingProblem, costs: FloatArray) -> FloatArray
     Parameters
     ----------
     problem
-        Says which pairs are candidates and what an unmatched source point costs.
+        Its candidates and occlusion cost; its own costs are not used.
     costs
         (V,) cost of each candidate.
 
