@@ -26,7 +26,7 @@ def ascended(problem: LabellingProblem, rounds: int, limit: float = np.inf) -> A
 
 
 def cost(costs: ReparametrisedCosts, problem: LabellingProblem, partners: tuple[int, ...]) -> float:
-    """What a correspondence costs, added up part by part."""
+    """Cost of a correspondence, added up part by part."""
     chosen = problem.chosen_candidates(np.array(partners))
     used = chosen[chosen >= 0]
     total = costs.constant + costs.unary[used].sum() + costs.occlusion[chosen < 0].sum()
