@@ -7,16 +7,18 @@ variables are 0, 1/2 or 1.
 """
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
-from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+from scipy.sparse.csgraph import maximum_flow
 
 from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.kernel import kernel
 from solver.optimisation.dual_decomposition.exchange import Used
 
 _UNITS = 2**30
 """Integer units that bound a flow: SciPy's are 32 bits wide, a residual capacity is twice that."""
-_PHASES = 3
-"""Rounds of integer flow. Each leaves at most a share |E| / 2³⁰ of the round before."""
+_MOST_ROUNDS, _NEGLIGIBLE = 3, 1e-12
+"""Rounds of integer flow, and the share of the first one's capacity below which no more is sent."""
 
 
 class MaxflowSubproblem:
@@ -59,12 +61,14 @@ class MaxflowSubproblem:
         negative = self.pairwise < 0.0
         linear = 0.5 * self.unary
         np.add.at(linear, self._first[negative], 0.5 * self.pairwise[negative])
-        flow, side = minimum_cut(self._graph(linear, negative), 2 * count, 2 * count + 1)
+        flow, side = minimum_cut(*self._arcs(linear, negative), 2 * count, 2 * count + 1)
         self._label(side[:count], ~side[count : 2 * count], negative)
         return 2.0 * float(np.minimum(linear, 0.0).sum()) + flow
 
-    def _graph(self, linear: FloatArray, negative: BoolArray) -> sparse.csr_array:
-        """Capacities of the doubled graph: node a is x_a, node V + a is y_a, in place of 1 − x_a.
+    def _arcs(
+        self, linear: FloatArray, negative: BoolArray
+    ) -> tuple[IntArray, IntArray, FloatArray]:
+        """Arcs of the doubled graph: node a is x_a, node V + a is y_a, in place of 1 − x_a.
 
         A node is on the source's side when x_a = 1, or when y_a = 0 as a complement.
         """
@@ -87,8 +91,7 @@ class MaxflowSubproblem:
             (d, count + c, strength[~negative]),
         ]
         tails, heads, capacities = (np.concatenate(column) for column in zip(*pieces, strict=True))
-        shape = (2 * count + 2, 2 * count + 2)
-        return sparse.csr_array((capacities, (tails, heads)), shape=shape)
+        return tails, heads, capacities
 
     def _label(self, taken: BoolArray, complement: BoolArray, negative: BoolArray) -> None:
         x, z = taken.astype(np.float64), complement.astype(np.float64)
@@ -111,49 +114,65 @@ class MaxflowSubproblem:
         return Used(chosen, self.products[chosen])
 
 
-def minimum_cut(capacities: sparse.csr_array, source: int, sink: int) -> tuple[float, BoolArray]:
+def minimum_cut(
+    tails: IntArray, heads: IntArray, capacities: FloatArray, source: int, sink: int
+) -> tuple[float, BoolArray]:
     """Maximum flow and minimum cut of a graph with real capacities.
 
     SciPy's flows are 32-bit integers. Capacities are therefore rounded down to integer units; what
-    rounding leaves is sent in a further round, in units that are smaller by the factor |E| / 2³⁰.
-    Every round sends a flow within the residual capacities, so that the value never exceeds the
-    maximum but by errors of double precision.
+    rounding leaves is sent in further rounds, each time in units that are smaller by the factor
+    |E| / 2³⁰. Every round sends a flow within the residual capacities, so that the value never
+    exceeds the maximum but by errors of double precision.
 
     Parameters
     ----------
-    capacities
-        (n, n) float64, not negative.
+    tails, heads, capacities
+        (E,) arcs; capacities are not negative.
     source, sink
-        Nodes.
+        The last two nodes.
 
     Returns
     -------
     flow, side
         Value of the flow; (n,) whether each node is on the source's side of the cut.
     """
-    n = capacities.shape[0]
-    side = np.zeros(n, dtype=np.bool_)
-    side[source] = True
-    value, residual = 0.0, capacities
-    for _ in range(_PHASES):
-        largest = _cut_capacity(residual, side)
-        unit = largest / _UNITS
-        if not unit > 0.0:
+    n = sink + 1
+    # With every arc in both directions a flow has the same sparsity as its graph.
+    both = np.concatenate([capacities, np.zeros(len(capacities))])
+    arcs = np.concatenate([tails, heads]), np.concatenate([heads, tails])
+    residual = sparse.csr_array((both, arcs), shape=(n, n))
+    rows = np.repeat(np.arange(n), np.diff(residual.indptr))
+    side = np.arange(n) == source
+    value, first = 0.0, 0.0
+    for _ in range(_MOST_ROUNDS):
+        largest = float(residual.data[side[rows] & ~side[residual.indices]].sum())
+        first, unit = max(first, largest), largest / _UNITS
+        if not unit > 0.0 or largest <= _NEGLIGIBLE * first:
             break
-        rounded = residual.copy()
-        rounded.data = np.floor(np.minimum(residual.data, largest) / unit).astype(np.int32)
-        found = maximum_flow(rounded, source, sink)
+        rounded = np.floor(np.minimum(residual.data, largest) / unit).astype(np.int32)
+        graph = sparse.csr_array((rounded, residual.indices, residual.indptr), shape=(n, n))
+        found = maximum_flow(graph, source, sink)
         value += found.flow_value * unit
-        left = rounded - found.flow
-        left.eliminate_zeros()
-        side[:] = False
-        side[breadth_first_order(left, source, return_predecessors=False)] = True
-        residual = residual - found.flow.astype(np.float64) * unit
-        residual.data = np.maximum(residual.data, 0.0)
+        residual.data = np.maximum(residual.data - unit * found.flow.data, 0.0)
+        left = rounded > found.flow.data
+        side = _reachable(residual.indptr, residual.indices, left, source)
     return value, side
 
 
-def _cut_capacity(capacities: sparse.csr_array, side: BoolArray) -> float:
-    """Total capacity of the arcs that leave a set of nodes."""
-    arcs = capacities.tocoo()
-    return float(arcs.data[side[arcs.row] & ~side[arcs.col]].sum())
+@kernel
+def _reachable(
+    first: npt.NDArray[np.int32], heads: npt.NDArray[np.int32], left: BoolArray, source: int
+) -> BoolArray:
+    """Nodes that are reached from the source by arcs with capacity left."""
+    found = np.zeros(len(first) - 1, dtype=np.bool_)
+    stack, count = np.full(len(found), source), 1
+    found[source] = True
+    while count:
+        count -= 1
+        node = stack[count]
+        for arc in range(first[node], first[node + 1]):
+            if left[arc] and not found[heads[arc]]:
+                found[heads[arc]] = True
+                stack[count] = heads[arc]
+                count += 1
+    return found
