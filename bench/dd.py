@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 
 from bench.dd_format import parse_dd, read_dd, read_text
+from solver.arrays import IntArray
 from solver.control import Control
 from solver.labelling import LabellingProblem, Solution
 from solver.optimisation import minimise
@@ -22,7 +23,7 @@ _SMALL = "p 17 2 18 1\n" + "\n".join(
 )
 
 
-def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution:
+def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution[IntArray]:
     """Solve an instance within a time limit, to a relative gap."""
     return minimise(problem, iterations=10**9, gap=gap, control=Control().within(seconds))
 
@@ -59,7 +60,7 @@ def main() -> None:
         elapsed = time.perf_counter() - started
         size = f"{problem.n_sources}x{problem.n_targets}"
         print(
-            f"{path.name[:23]:24}{size:>12}{len(problem.terms.costs):>9}{found.energy:>14.5f}"
+            f"{path.name[:23]:24}{size:>12}{len(problem.terms.costs):>9}{found.value:>14.5f}"
             f"{found.lower_bound:>14.5f}{found.gap:>10.2e}{elapsed:>8.2f}",
             flush=True,
         )
@@ -70,7 +71,7 @@ def main() -> None:
                 f"{'-':>14}{'-':>10}{other['pylibmgm_seconds']:>8.2f}",
                 flush=True,
             )
-        row = {"instance": path.name, "energy": found.energy, "lower_bound": found.lower_bound}
+        row = {"instance": path.name, "energy": found.value, "lower_bound": found.lower_bound}
         rows.append({**row, "seconds": elapsed, "iterations": found.iterations, **other})
     if arguments.json:
         print(json.dumps(rows[0] if len(rows) == 1 else rows))

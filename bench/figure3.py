@@ -91,7 +91,7 @@ def compare(source: KnownShape, target: KnownShape) -> Compared:
 
 def _embedded(source: KnownShape, target: KnownShape) -> Answer:
     embedding = embed(source.shape, target.shape, POINTS)
-    points = embedding.solution.points
+    points = embedding.solution.answer
     return Answer(
         embedding.vertices,
         points.nearest_vertices(target.shape.surface),

@@ -1,4 +1,4 @@
-"""What bounds and answers are worth: ``python -m bench.solver``.
+"""Bounds, proofs, answers and times of the optimisation: ``python -m bench.solver``.
 
 Four tables, on random problems: points in space and a noisy copy of some of them, in another order.
 
@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 
 from solver.arrays import FloatArray
-from solver.control import Control
+from solver.control import Control, iterate
 from solver.labelling import CERTIFIED_GAP, LabellingProblem
 from solver.optimisation import minimise
 from solver.optimisation.dual_decomposition import DualDecomposition, Subproblems
@@ -79,9 +79,10 @@ def gaps(seconds: float, count: int) -> dict[str, float]:
         for n in sizes:
             left, times = [], []
             for seed in range(count):
-                found = DualDecomposition(instance(n, n, seed, 0.3), None, subproblems)
-                control = Control().within(seconds)
-                times.append(elapsed(partial(found.run, 10**9, control=control)))
+                method = DualDecomposition(instance(n, n, seed, 0.3), None, subproblems)
+                started = time.perf_counter()
+                found = iterate(method, 10**9, Control().within(seconds)).state
+                times.append(time.perf_counter() - started)
                 left.append(found.gap)
             figures[f"gap_{name}_{n}"] = median(left)
             reached = [t for t, gap in zip(times, left, strict=True) if gap <= CERTIFIED_GAP]
@@ -122,7 +123,7 @@ def answers(count: int) -> dict[str, float]:
         for seed in range(count):
             problem = instance(32, 32, seed, noise)
             started = time.perf_counter()
-            ours = minimise(problem, iterations=300).energy
+            ours = minimise(problem, iterations=300).value
             until = 2.0 * time.perf_counter() - started
             rng, best = np.random.default_rng(seed), np.inf
             while time.perf_counter() < until:
@@ -144,13 +145,13 @@ def scaling() -> dict[str, float]:
     figures = {}
     for n in (16, 32, 64, 128, 256):
         problem = instance(n, 4 * n, 0, 0.1, 12)
-        DualDecomposition(problem).run(3)
+        iterate(DualDecomposition(problem), 3, Control())
         tracemalloc.start()
-        found = DualDecomposition(problem)
-        found.run(3)
+        method = DualDecomposition(problem)
+        found = iterate(method, 3, Control()).state
         memory = tracemalloc.get_traced_memory()[1] / 1e6
         tracemalloc.stop()
-        each = elapsed(partial(found.run, 97)) / 97
+        each = elapsed(partial(iterate, method, 97, Control(), found)) / 97
         print(f"  N = {n:3}: {1e3 * each:9.2f}{memory:9.1f}{100 * found.gap:9.2f} %", flush=True)
         figures[f"ms_per_iteration_{n}"] = 1e3 * each
         figures[f"megabytes_{n}"] = memory

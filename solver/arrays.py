@@ -1,4 +1,4 @@
-"""The array types every module of the solver speaks of."""
+"""Array types of the solver."""
 
 from typing import TypeAlias
 

@@ -19,7 +19,7 @@ ItemT = TypeVar("ItemT")
 
 
 class Status(StrEnum):
-    """Why an iterative method ended."""
+    """Reason for the end of an iterative method."""
 
     CONVERGED = "converged"
     ITERATIONS = "iterations"
@@ -36,15 +36,15 @@ def _never() -> bool:
 
 @dataclass(frozen=True)
 class Control:
-    """What a computation tells its caller, and what its caller may tell it.
+    """Progress, cancellation, deadline and timings of a computation.
 
     Parameters
     ----------
     on_progress
-        Called with the stage's name and the done fraction of the whole computation, in [0, 1].
-        It is called a few times a second at most, from the computing thread.
+        Called from the computing thread, a few times a second at most, with the stage's name and
+        the fraction of the whole computation that is done, in [0, 1].
     is_cancelled
-        Asked between steps; ``True`` makes the computation leave.
+        Called between steps; ``True`` ends the computation by :exc:`Cancelled`.
     deadline
         Time on the :func:`time.monotonic` clock, in seconds, after which iterative methods return
         their best answer so far; ``None`` for no limit.
@@ -58,7 +58,7 @@ class Control:
     timings: dict[str, float] = field(default_factory=dict)
 
     def report(self, stage: str, fraction: float) -> None:
-        """Tell the caller how far the computation is, and leave if it was cancelled.
+        """Report progress, unless the computation was cancelled.
 
         Raises
         ------
@@ -69,7 +69,7 @@ class Control:
         self.on_progress(stage, min(max(fraction, 0.0), 1.0))
 
     def check(self) -> None:
-        """Leave if the caller asked to stop.
+        """Raise if the caller asked to stop.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Control:
         return self.seconds_left() <= 0.0
 
     def within(self, seconds: float | None) -> "Control":
-        """Return the same control with a deadline at most `seconds` from now, if any are given."""
+        """Return the same control with a deadline at most `seconds` from now; ``None`` for none."""
         if seconds is None:
             return self
         limit = time.monotonic() + seconds
@@ -139,7 +139,7 @@ class Control:
 
 
 class IterativeMethod(Protocol[StateT]):
-    """A method that :func:`iterate` drives: a first state, a step, and when it is enough.
+    """A method that :func:`iterate` drives: first state, step, and convergence.
 
     A state is either a new value at each step, or one object that the steps change.
     """
@@ -153,20 +153,20 @@ class IterativeMethod(Protocol[StateT]):
         ...
 
     def done(self, state: StateT) -> bool:
-        """Whether the state needs no further step."""
+        """Return whether the state needs no further step."""
         ...
 
 
 @dataclass(frozen=True)
 class Iterated(Generic[StateT]):
-    """Where an iteration ended, and why.
+    """Last state of an iteration.
 
     Parameters
     ----------
     state
         The last state.
     status
-        Why it is the last.
+        Why the iteration ended.
     iterations
         Steps taken.
     """
@@ -176,24 +176,47 @@ class Iterated(Generic[StateT]):
     iterations: int
 
 
-def iterate(method: IterativeMethod[StateT], iterations: int, control: Control) -> Iterated[StateT]:
-    """Step from the method's first state until it is done, a limit of steps, or the deadline.
+def iterate(
+    method: IterativeMethod[StateT],
+    iterations: int,
+    control: Control,
+    state: StateT | None = None,
+) -> Iterated[StateT]:
+    """Step until the method is done, the limit of steps is reached, or the deadline has passed.
 
     Parameters
     ----------
     method
-        What to drive.
+        An iterative method.
     iterations
-        The most steps.
+        Limit on the steps.
     control
         Cancels before a step; at its deadline no further step is begun.
+    state
+        A state to continue from, by default the method's first one.
 
     Raises
     ------
     Cancelled
         Through `control`.
+
+    Examples
+    --------
+    >>> class Halving:
+    ...     def init(self) -> float:
+    ...         return 1.0
+    ...
+    ...     def step(self, state: float) -> float:
+    ...         return state / 2.0
+    ...
+    ...     def done(self, state: float) -> bool:
+    ...         return state < 0.1
+    >>> ended = iterate(Halving(), 100, Control())
+    >>> ended.state, ended.iterations
+    (0.0625, 4)
     """
-    state = method.init()
+    if state is None:
+        state = method.init()
     for count in range(iterations):
         control.check()
         if method.done(state):
@@ -201,6 +224,7 @@ def iterate(method: IterativeMethod[StateT], iterations: int, control: Control) 
         if control.expired:
             return Iterated(state, Status.DEADLINE, count)
         state = method.step(state)
-    return Iterated(
-        state, Status.CONVERGED if method.done(state) else Status.ITERATIONS, iterations
-    )
+    if method.done(state):
+        return Iterated(state, Status.CONVERGED, iterations)
+    # A step may itself have been cut short by the deadline.
+    return Iterated(state, Status.DEADLINE if control.expired else Status.ITERATIONS, iterations)

@@ -1,32 +1,32 @@
-"""What the solver raises.
+"""Errors of the solver.
 
 ::
 
     SolverError
-    ├── MeshError       a mesh cannot be read, or no sound answer can be computed on it
-    ├── OptionError     an option's value has no meaning, alone or with this shape
-    ├── PrototypeError  an archive is no prototype, or examples make none
-    └── Cancelled       the caller asked to stop and there is no answer yet
+    ├── MeshError       a mesh cannot be read or computed on
+    ├── OptionError     the value of an option is invalid, alone or with this shape
+    ├── PrototypeError  an archive is no valid prototype, or examples cannot be learned
+    └── Cancelled       the caller asked to stop before there was an answer
 """
 
 
 class SolverError(Exception):
-    """Root of the errors the solver raises on purpose; the message is fit for a user."""
+    """Root of the errors of the solver; their messages may be shown to users."""
 
 
 class MeshError(SolverError):
-    """A mesh cannot be read, or no sound answer can be computed on it."""
+    """A mesh cannot be read or computed on."""
 
 
 class OptionError(SolverError):
-    """An option's value has no meaning, alone or with this shape.
+    """The value of an option is invalid, alone or with this shape.
 
     Parameters
     ----------
     field
         Name of the option.
     message
-        What is wrong with its value, and what would be right.
+        What is wrong with its value, and what is allowed.
     """
 
     def __init__(self, field: str, message: str) -> None:
@@ -39,8 +39,8 @@ class OptionError(SolverError):
 
 
 class PrototypeError(SolverError):
-    """An archive is no prototype, or examples make none."""
+    """An archive is no valid prototype, or examples cannot be learned."""
 
 
 class Cancelled(SolverError):  # noqa: N818 - a request, not a fault
-    """The caller asked to stop and there is no answer yet."""
+    """The caller asked to stop before there was an answer."""

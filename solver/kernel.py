@@ -1,4 +1,4 @@
-"""Numba's compiler behind a decorator that keeps the types of what it decorates."""
+"""Numba's compiler as decorators that keep the type of the decorated function."""
 
 from collections.abc import Callable
 from typing import TypeVar, cast
@@ -13,7 +13,7 @@ def kernel(function: _Function) -> _Function:
 
     The compiled code is kept on disk beside the module (or in ``NUMBA_CACHE_DIR``), so only the
     first process on a machine pays for the compilation. Floating-point arithmetic stays strict
-    (no ``fastmath``): the same input must give the same answer, whichever worker ran it.
+    (no ``fastmath``), so that the same input has the same result on every worker.
 
     Parameters
     ----------
@@ -29,10 +29,10 @@ def kernel(function: _Function) -> _Function:
 
 
 def inlined(function: _Function) -> _Function:
-    """Compile a very small function into whatever compiled function calls it.
+    """Compile a very small function into each compiled function that calls it.
 
-    For those called in inner loops with many arguments: passing these would take longer than what
-    the function does.
+    Meant for functions with many arguments in inner loops, where passing these would take longer
+    than the computation.
 
     Parameters
     ----------

@@ -1,30 +1,26 @@
-"""Generalized multidimensional scaling (GMDS): section 6.2, (7), and section 7.1.
+"""Generalised multidimensional scaling (GMDS): section 6.2, equation (7), and section 7.1.
 
-``surface`` has points in barycentric coordinates and triangles laid flat, ``movement`` straight
-lines over edges, ``interpolation`` distances between any two points, ``stress`` (7) and its
-descent by one point, ``descent`` the minimisation, :func:`gmds`; ``embedding`` begins it where
-section 6.2 does.
+:func:`gmds` minimises the stress (7) over points of a surface, from given initial points;
+:func:`embed` is the method of section 6.2, which finds the initial points itself;
+:func:`refine_by_gmds` refines a correspondence to positions between vertices (7.1).
 """
 
-from solver.gmds.descent import GmdsSolution, Status, Term, gmds
+from solver.gmds.descent import Term, gmds
 from solver.gmds.embedding import Embedding, embed
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.movement import walk
-from solver.gmds.refinement import Refinement, refine_by_gmds
-from solver.gmds.stress import Fields, costs_of_vertices, descent_model, share, stress
+from solver.gmds.refinement import GmdsRefinement, refine_by_gmds
+from solver.gmds.stress import Fields, descent_model, share, stress
 from solver.gmds.surface import SurfacePoints, charts_of
 
 __all__ = [
     "Embedding",
     "Fields",
-    "GmdsSolution",
+    "GmdsRefinement",
     "InterpolatedMetric",
-    "Refinement",
-    "Status",
     "SurfacePoints",
     "Term",
     "charts_of",
-    "costs_of_vertices",
     "descent_model",
     "embed",
     "gmds",

@@ -1,60 +1,19 @@
-"""Generalized multidimensional scaling: minimise the stress (7), point by point."""
+"""Equation (7): minimisation of the stress by coordinate descent, point by point."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
-from solver.control import Control
+from solver.arrays import FloatArray
+from solver.control import Control, iterate
 from solver.gmds.interpolation import InterpolatedMetric
-from solver.gmds.stress import Fields, SingleArray, costs_of_vertices, descent_step, share, stress
+from solver.gmds.stress import Fields, SingleArray, descent_step, share, stress
 from solver.gmds.surface import SurfacePoints
+from solver.labelling import Method, Solution
 
 _LONGEST_STEP = 0.1
-"""Of √area."""
-
-_MOST_PLACES = 2500
-"""Vertices to which a point may leap; on larger meshes, every n-th."""
-
-
-class Status(StrEnum):
-    """Why a descent ended."""
-
-    CONVERGED = "converged"
-    ITERATIONS = "iterations"
-    DEADLINE = "deadline"
-
-
-@dataclass(frozen=True, eq=False)
-class GmdsSolution:
-    """Points of Y whose distances are like those of X's points.
-
-    Parameters
-    ----------
-    points
-        N of Y's surface.
-    stress
-        (7) there, weighted.
-    initial_stress
-        (7) where the descent began; never less than `stress`.
-    history
-        (7) after each sweep over all points; never increasing.
-    status
-        Why it ended.
-    """
-
-    points: SurfacePoints
-    stress: float
-    initial_stress: float
-    history: tuple[float, ...]
-    status: Status
-
-    @property
-    def iterations(self) -> int:
-        """Sweeps over all points."""
-        return len(self.history)
+"""Longest step of a point, in units of √area."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +27,7 @@ class Term:
     target
         d_Y.
     weights
-        (N, N) w of (7), symmetric, not negative; what is on the diagonal does not matter.
+        (N, N) w of (7), symmetric, not negative; the diagonal is ignored.
     """
 
     source: FloatArray
@@ -84,16 +43,15 @@ def gmds(
     terms: Sequence[Term],
     initial: SurfacePoints,
     *,
-    leaps: int = 0,
     iterations: int = 100,
     tolerance: float = 1e-4,
     control: Control | None = None,
-) -> GmdsSolution:
+) -> Solution[SurfacePoints]:
     """Minimise the stress (7) over points of a surface, section 6.2.
 
     Points move one after the other, each by a Gauss-Newton step in its triangle's plane that goes
-    on straight over edges, where that lowers the stress; the stress never rises. It finds a local
-    minimum, and what it finds depends on where it begins.
+    on straight over edges, where that lowers the stress; the stress never rises. The result is a
+    local minimum, which depends on the initial points.
 
     Parameters
     ----------
@@ -101,11 +59,9 @@ def gmds(
         The stress, or several in different metrics on the same surface, which add up.
     initial
         N points of Y to begin with.
-    leaps
-        How many times, before the descent, every point may leap to whichever vertex of Y lowers
-        the stress most.
     iterations
-        Sweeps over all points, at most.
+        Limit on the sweeps over all points, each of which takes O(N²) time and 2 N distance
+        fields.
     tolerance
         The descent has converged when a sweep lowers the stress by less than this share of it.
     control
@@ -113,37 +69,65 @@ def gmds(
 
     Returns
     -------
-    GmdsSolution
+    Solution
+        N points and their stress, weighted. Its history is the stress of the initial points, then
+        that after each sweep of the descent; it never increases. The lower bound is 0.
 
     Raises
     ------
     Cancelled
         Through `control`.
     """
-    run = _Descent(terms, initial)
     control = control or Control()
-    before = run.stress()
-    for _ in range(leaps):
-        if not run.sweep(run.leap, control):
-            break
-    history: list[float] = []
-    status, last = Status.ITERATIONS, before if not leaps else run.stress()
-    while len(history) < iterations:
-        complete = run.sweep(run.step, control)
-        history.append(run.stress())
-        if not complete:
-            status = Status.DEADLINE
-            break
-        if last - history[-1] <= tolerance * last:
-            status = Status.CONVERGED
-            break
-        last = history[-1]
-    points = SurfacePoints(run.faces, run.barycentric)
-    return GmdsSolution(points, history[-1] if history else last, before, tuple(history), status)
+    points = _MovingPoints(terms, initial)
+    ended = iterate(_Sweeps(points, tolerance, control), iterations, control)
+    return Solution(
+        SurfacePoints(points.faces, points.barycentric),
+        ended.state.stresses[-1],
+        0.0,
+        ended.iterations,
+        Method.GMDS,
+        ended.status,
+        ended.state.stresses,
+    )
 
 
-class _Descent:
-    """Points on their way, with the squared distances from each to all vertices.
+@dataclass(frozen=True)
+class _Course:
+    """Stress before and after each sweep, and whether the last sweep moved all points."""
+
+    stresses: tuple[float, ...]
+    complete: bool = True
+
+
+class _Sweeps:
+    """Moves of all points in turn, as an iterative method; points are moved in place."""
+
+    def __init__(self, points: "_MovingPoints", tolerance: float, control: Control) -> None:
+        self._points, self._tolerance, self._control = points, tolerance, control
+
+    def init(self) -> _Course:
+        """Return the stress of the points where they are."""
+        return _Course((self._points.stress(),))
+
+    def step(self, state: _Course) -> _Course:
+        """Move every point once, or as many as the deadline allows."""
+        count, moved = len(self._points.faces), 0
+        for i in self._control.in_time(range(count)):
+            self._points.descend(i)
+            moved += 1
+        return _Course((*state.stresses, self._points.stress()), moved == count)
+
+    def done(self, state: _Course) -> bool:
+        """Return whether the last sweep lowered the stress by no more than the tolerance."""
+        if len(state.stresses) < 2 or not state.complete:
+            return False
+        before, after = state.stresses[-2:]
+        return before - after <= self._tolerance * before
+
+
+class _MovingPoints:
+    """Moving points, with the squared distances from each to all vertices.
 
     These take 4 TNV bytes, 640 MB for two metrics and 400 points of a mesh of 200,000 vertices.
     """
@@ -168,38 +152,19 @@ class _Descent:
         for i in range(count):
             self.fields.squares[:, i] = self._squares(int(self.faces[i]), self.barycentric[i])
         self.longest = _LONGEST_STEP * float(np.sqrt(surface.area))
-        stride = -(-surface.n_vertices // _MOST_PLACES)
-        self.places: IntArray = np.arange(0, surface.n_vertices, stride)
 
     def stress(self) -> float:
         """(7) of the points where they are."""
         return 0.5 * float(sum(self._share_here(i) for i in range(len(self.faces))))
 
-    def sweep(self, move: Callable[[int], None], control: Control) -> bool:
-        """Move every point once; return whether there was time for all of them."""
-        for i in range(len(self.faces)):
-            control.check()
-            if control.seconds_left() <= 0.0:
-                return False
-            move(i)
-        return True
-
-    def step(self, i: int) -> None:
-        """Move a point downhill."""
+    def descend(self, i: int) -> None:
+        """Move a point by a Gauss-Newton step."""
         here = int(self.faces[i]), self.barycentric[i]
         face, u = descent_step(self.fields, i, *here, self.longest)
         self._take(i, int(face), u)
 
-    def leap(self, i: int) -> None:
-        """Move a point to the vertex at which the stress is least, if it is less than here."""
-        costs = costs_of_vertices(self.fields, self.places, i)
-        vertex = int(self.places[np.argmin(costs)])
-        charts = self.fields.charts
-        face = int(charts.incident[charts.first[vertex]])
-        self._take(i, face, (charts.faces[face] == vertex).astype(np.float64))
-
     def _take(self, i: int, face: int, u: FloatArray) -> None:
-        """Move a point to a place, unless the stress, by both directions' distances, rises."""
+        """Move a point if that lowers the stress by the shorter of both directions' distances."""
         if face == self.faces[i] and (u == self.barycentric[i]).all():
             return
         squares = self._squares(face, u)

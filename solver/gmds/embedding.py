@@ -1,4 +1,4 @@
-"""GMDS as a method of its own, section 6.2: samples of one shape embedded into another."""
+"""Section 6.2: samples of one shape embedded into another by GMDS."""
 
 from dataclasses import dataclass
 
@@ -7,18 +7,18 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import OptionError
-from solver.gmds.descent import GmdsSolution, Term, gmds
+from solver.gmds.descent import Term, gmds
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
-from solver.labelling import LabellingProblem
+from solver.labelling import LabellingProblem, Solution
 from solver.optimisation.exact import m_best_solutions
 from solver.shape import Shape
 
 _SAMPLES = 48
-"""Points of the target at which the embedding may begin."""
+"""Samples of Y among which the initial points are chosen."""
 
-_CHOICES = 6
-"""How many of them each point of the source is tried at: those with the most similar histogram."""
+_CANDIDATES = 6
+"""Candidates of each sample of X: the samples of Y with the most similar histograms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,18 +32,18 @@ class Embedding:
     initial
         (N,) vertices of Y at which the descent began.
     solution
-        What it found.
+        Points of Y, and their stress.
     """
 
     vertices: IntArray
     initial: IntArray
-    solution: GmdsSolution
+    solution: Solution[SurfacePoints]
 
     @property
     def distortion(self) -> float:
         """Root mean square distortion of a distance, in Y's unit of length."""
         count = len(self.vertices)
-        return float(np.sqrt(2.0 * self.solution.stress / max(count * (count - 1), 1)))
+        return float(np.sqrt(2.0 * self.solution.value / max(count * (count - 1), 1)))
 
 
 def embed(
@@ -102,26 +102,26 @@ def _initial(
     distances: FloatArray,
     control: Control | None,
 ) -> IntArray:
-    """(N,) vertices of Y: the best choice among samples with similar histograms."""
+    """(N,) vertices of Y of least stress among samples with similar histograms."""
     samples = target.sampling("geodesic", min(_SAMPLES, target.n_vertices))
     here = source.descriptor("geodesic_histogram", vertices)
     there = target.descriptor("geodesic_histogram", samples.indices)
-    unlike = np.linalg.norm(here[:, None] - there, axis=2)
-    # Points that compete for too few places look further; all places always suffice.
-    for choices in (_CHOICES, 2 * _CHOICES, len(samples)):
-        candidates = _most_alike(unlike, choices)
+    dissimilarity = np.linalg.norm(here[:, None] - there, axis=2)
+    # Where points compete for too few candidates, more are tried; all samples always suffice.
+    for count in (_CANDIDATES, 2 * _CANDIDATES, len(samples)):
+        candidates = _most_similar(dissimilarity, count)
         problem = LabellingProblem(
             candidates, np.zeros(len(candidates)), distances, samples.distances
         )
         found = m_best_solutions(problem, control=control)
-        if len(found.partners):
+        if len(found):
             break
-    chosen: IntArray = samples.indices[found.partners[0]]
+    chosen: IntArray = samples.indices[found[0].answer]
     return chosen
 
 
-def _most_alike(unlike: FloatArray, choices: int) -> IntArray:
-    """(V, 2) the places that are most alike to each point."""
-    nearest = np.sort(np.argsort(unlike, axis=1, kind="stable")[:, :choices], axis=1)
-    rows = np.repeat(np.arange(len(unlike)), nearest.shape[1])
+def _most_similar(dissimilarity: FloatArray, count: int) -> IntArray:
+    """(V, 2) candidates: the most similar samples of Y for each sample of X."""
+    nearest = np.sort(np.argsort(dissimilarity, axis=1, kind="stable")[:, :count], axis=1)
+    rows = np.repeat(np.arange(len(dissimilarity)), nearest.shape[1])
     return np.stack([rows, nearest.ravel()], axis=1).astype(np.int64)

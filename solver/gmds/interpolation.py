@@ -1,4 +1,4 @@
-"""Distances between any two points of a surface, interpolated from those between its vertices."""
+"""Metric on all points of a surface, interpolated from its values between vertices."""
 
 from functools import cached_property
 
@@ -24,8 +24,7 @@ class InterpolatedMetric:
     embedded vertices, equal to the embedding's linear interpolation. Used for both of two points,
     it is a polynomial of their coordinates.
 
-    Distances from vertices are asked for when a point comes to need them, from the corners of its
-    triangle only; none are kept here.
+    Distances are computed on demand, from the corners of a point's triangle only, and not kept.
 
     Parameters
     ----------
@@ -44,7 +43,7 @@ class InterpolatedMetric:
 
     @cached_property
     def charts(self) -> Charts:
-        """The surface's triangles laid flat."""
+        """Planar coordinates of the surface's triangles."""
         return charts_of(self.surface)
 
     def squares_from(self, face: int, u: FloatArray) -> FloatArray:

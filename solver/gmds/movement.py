@@ -1,4 +1,4 @@
-"""Straight lines on a triangulated surface: movement from triangle to triangle."""
+"""Straightest paths on a triangulated surface, from triangle to triangle."""
 
 import numpy as np
 
@@ -7,15 +7,15 @@ from solver.gmds.surface import Charts
 from solver.kernel import kernel
 
 _MOST_CROSSINGS = 1000
-"""Edges that one straight line may cross before it ends where it is."""
+"""Edges that a line may cross; it ends at the last of them."""
 
 
 @kernel
 def walk(charts: Charts, face: int, u: FloatArray, x: float, y: float) -> tuple[int, FloatArray]:
-    """Go straight on.
+    """Follow a straight line on the surface.
 
     A line that crosses an edge goes on in the plane into which both triangles unfold. At the
-    surface's boundary what is left of it slides along the edge, to its end at most.
+    boundary of the surface, the rest of it slides along the edge, to its end at most.
 
     Parameters
     ----------

@@ -1,12 +1,12 @@
-"""Sub-vertex refinement of a correspondence by GMDS, section 7.1.
+"""Section 7.1: refinement of a correspondence to positions between vertices, by GMDS.
 
-The report proposes to begin GMDS (7) where discrete matching ended. Two things are changed, because
-as it stands the stress is no smaller at the truth than beside it: bodies are isometric only nearly,
-and what bending does to the distance of two far points moves both. So near distances count most,
-and only those of neighbours at all; and further points between the matched ones tie these to one
-another. All of them begin where a dense map of the correspondence's hypotheses carries them. Where
-near distances leave them, diffusion distances at a short time, between all, join in, each kind of
-stress in units of what is left of it: the errors of the two have little to do with one another.
+The report proposes to begin GMDS (7) where discrete matching ended. As it stands, the stress is no
+smaller at the truth than beside it: bodies are only nearly isometric, and what bending does to the
+distance of two far points moves both. Two things are therefore changed. Only distances between
+neighbours count, the shortest most; and further points between the matched ones are moved with
+them. All points begin where the dense map puts them. Then diffusion distances at a short time,
+between all points, are added, both kinds of stress being weighted by the inverse of what is left of
+them, as their errors have little to do with one another.
 """
 
 from dataclasses import dataclass, replace
@@ -14,33 +14,36 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.control import Control
+from solver.control import Control, Status
 from solver.functional_maps import EIGENPAIRS, DenseMap
-from solver.gmds.descent import Status, Term, gmds
+from solver.gmds.descent import Term, gmds
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
 from solver.shape import DiffusionMetric, EmbeddedMetric, Shape, farthest_point_sampling
 
 _POINTS = 320
-"""Points that move, at least: the matched ones and others spread between them."""
+"""Least number of moving points, the matched ones included."""
 
 _NEIGHBOURS = 20
+"""Nearest points whose geodesic distances count."""
+
 _NEAR = 0.02
-"""Distances below count alike, in units of √area."""
+"""Distance below which all have the same weight, in units of √area."""
 
 _DIFFUSION_TIME = 0.002
-"""On unit area. The shorter, the more sharply are points told apart, and the more false minima
-there are."""
+"""Time of the diffusion distances on unit area. Shorter times distinguish points more sharply, and
+add local minima."""
 
 _LEAST_STRESS = 1e-12
-"""What is left of the stress between equal shapes."""
+"""Least stress that is inverted; between equal shapes it vanishes."""
 
 _SWEEPS = 8
+"""Sweeps of each of the two descents. ``python -m bench.refinement`` measures their effect."""
 
 
 @dataclass(frozen=True, eq=False)
-class Refinement:
-    """Where matched points lie on the target's surface, between its vertices.
+class GmdsRefinement:
+    """Positions of matched points on the target's surface, between its vertices.
 
     Parameters
     ----------
@@ -49,10 +52,10 @@ class Refinement:
     points
         n points of Y's surface, faces and barycentric coordinates.
     hypothesis
-        Which of the given correspondences they came from.
+        Index of the hypothesis that the dense map extends.
     stress, initial_stress
-        (7) of near geodesic distances, weighted, after and before GMDS, among these and the points
-        between them, in units of Y's area.
+        (7) of geodesic distances between neighbours among all moving points, weighted, after and
+        before GMDS, in units of Y's area.
     status
         Why GMDS ended.
     """
@@ -67,13 +70,13 @@ class Refinement:
 
 def refine_by_gmds(
     dense: DenseMap, matched: IntArray, control: Control | None = None
-) -> Refinement:
+) -> GmdsRefinement:
     """Find the points of Y that correspond to matched points of X, between vertices.
 
     Parameters
     ----------
     dense
-        What carries points of X over to Y, to begin with.
+        Dense map from X to Y, which gives the initial points.
     matched
         (n,) vertices of X, farthest first.
     control
@@ -89,17 +92,18 @@ def refine_by_gmds(
     between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices
     moving = np.concatenate([matched, between[~np.isin(between, matched)]])
     moving = moving[: max(_POINTS, len(matched))]
-    near = _near(source, target, moving)
+    near = _geodesic_term(source, target, moving)
     start = SurfacePoints.at_vertices(target.surface, dense.images(moving))
     before = near.stress(start)
     first = gmds([near], start, iterations=_SWEEPS, control=control)
-    both = [_levelled(term, first.points) for term in (near, _diffuse(source, target, moving))]
-    solution = gmds(both, first.points, iterations=_SWEEPS, control=control)
-    # Rounding alone may raise a stress of nothing, between equal shapes.
-    ends = [(points, near.stress(points)) for points in (solution.points, first.points, start)]
+    terms = near, _diffusion_term(source, target, moving)
+    both = [_normalised(term, first.answer) for term in terms]
+    solution = gmds(both, first.answer, iterations=_SWEEPS, control=control)
+    # Between equal shapes the stress vanishes, and rounding errors may raise it.
+    ends = [(points, near.stress(points)) for points in (solution.answer, first.answer, start)]
     points, after = next(end for end in ends if end[1] <= before)
     area = target.size**2
-    return Refinement(
+    return GmdsRefinement(
         matched,
         points.first(len(matched)),
         dense.hypothesis,
@@ -109,7 +113,7 @@ def refine_by_gmds(
     )
 
 
-def _near(source: Shape, target: Shape, points: IntArray) -> Term:
+def _geodesic_term(source: Shape, target: Shape, points: IntArray) -> Term:
     """Stress of geodesic distances between neighbours."""
     # The target's unit of length serves both: without normalisation, scales may differ.
     distances = source.metric("geodesic").between(points) * (target.size / source.size)
@@ -120,8 +124,8 @@ def _near(source: Shape, target: Shape, points: IntArray) -> Term:
     )
 
 
-def _diffuse(source: Shape, target: Shape, points: IntArray) -> Term:
-    """Stress of diffusion distances, far ones by and by counting less."""
+def _diffusion_term(source: Shape, target: Shape, points: IntArray) -> Term:
+    """Stress of diffusion distances, with weights that fall with the distance."""
     here, there = (
         DiffusionMetric(shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size), _DIFFUSION_TIME)
         for shape in (source, target)
@@ -135,8 +139,8 @@ def _diffuse(source: Shape, target: Shape, points: IntArray) -> Term:
     )
 
 
-def _levelled(term: Term, points: SurfacePoints) -> Term:
-    """Return the stress in units of what it is at some points."""
+def _normalised(term: Term, points: SurfacePoints) -> Term:
+    """Return the term in units of its stress at some points."""
     return replace(term, weights=term.weights / max(term.stress(points), _LEAST_STRESS))
 
 

@@ -1,4 +1,4 @@
-"""The stress (7): how far the distances among points of Y are from those among points of X."""
+"""Equation (7): stress of points on Y for the distances of points on X, and its derivatives."""
 
 from typing import NamedTuple, TypeAlias
 
@@ -11,15 +11,16 @@ from solver.gmds.surface import Charts
 from solver.kernel import kernel
 
 _LEAST_DISTANCE = 1e-12
-"""Below it, the direction in which a distance grows is unknown."""
+"""Distance below which its gradient is not defined numerically, in the metric's unit."""
 
 _HALVINGS = 8
+"""Most halvings of a step that raises the stress."""
 _DAMPING = 1e-3
-"""Share of the Gauss-Newton matrix's trace that is added to its diagonal."""
+"""Share of the trace of the Gauss-Newton matrix that is added to its diagonal."""
 
 
 def stress(source: FloatArray, target: FloatArray, weights: FloatArray) -> float:
-    """Weighted stress (7): the sum of w_ij (d_X(x_i, x_j) − d_Y(y_i, y_j))² over i > j.
+    """Equation (7): the sum of w_ij (d_X(x_i, x_j) − d_Y(y_i, y_j))² over i > j.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ SingleArray: TypeAlias = npt.NDArray[np.float32]
 
 
 class Fields(NamedTuple):
-    """What the points' distances are made of, in each of T metrics.
+    """Distance fields of N points, and the terms of the stress, in each of T metrics.
 
     Parameters
     ----------
@@ -76,14 +77,14 @@ def share(
     face: int,
     u: FloatArray,
 ) -> float:
-    """Stress of the distances of one point from all others, if it lay at a given place.
+    """Stress of the distances between one point, at a given place, and all others.
 
     Parameters
     ----------
     fields
-        Of all points where they are.
+        Of all points at their present positions.
     faces, barycentric
-        (N,), (N, 3) where that is.
+        (N,), (N, 3) these positions.
     i
         The point.
     own
@@ -147,15 +148,15 @@ def descent_model(
 def descent_step(
     fields: Fields, i: int, face: int, u: FloatArray, longest: float
 ) -> tuple[int, FloatArray]:
-    """Move one point straight downhill, all others fixed.
+    """Damped Gauss-Newton step of one point, all others fixed.
 
-    The step is that of Gauss and Newton, damped, at most `longest`, and halved until the stress
-    falls. A point on an edge or a vertex tries every triangle there, and takes the best.
+    The step is at most `longest`, and halved until the stress falls. For a point on an edge or a
+    vertex, the best step of all its triangles is taken.
 
     Returns
     -------
     face, u
-        Where it ends; where it began if no step helps.
+        New position; the old one if no step lowers the stress.
     """
     charts = fields.charts
     best = descent_model(fields, i, face, u)[0]
@@ -163,7 +164,7 @@ def descent_step(
     pivot = charts.faces[face, np.argmax(u)]
     for at in range(charts.first[pivot], charts.first[pivot + 1]):
         start = charts.incident[at]
-        place, present = _seen_from(charts, face, u, start)
+        place, present = _located(charts, face, u, start)
         if not present:
             continue
         x, y = _newton_step(descent_model(fields, i, start, place), longest)
@@ -195,8 +196,8 @@ def _newton_step(
 
 
 @kernel
-def _seen_from(charts: Charts, face: int, u: FloatArray, other: int) -> tuple[FloatArray, bool]:
-    """Barycentric coordinates of a point in another triangle, and whether it lies there at all."""
+def _located(charts: Charts, face: int, u: FloatArray, other: int) -> tuple[FloatArray, bool]:
+    """Barycentric coordinates of a point in another triangle, and whether it lies in that."""
     place = np.zeros(3)
     found = 0.0
     for corner in range(3):
@@ -205,17 +206,3 @@ def _seen_from(charts: Charts, face: int, u: FloatArray, other: int) -> tuple[Fl
                 place[corner] = u[own]
                 found += u[own]
     return place, found >= 1.0 - 1e-12
-
-
-@kernel
-def costs_of_vertices(fields: Fields, places: IntArray, i: int) -> FloatArray:
-    """(P,) one-sided share of the stress of point i at each of (P,) vertices."""
-    costs = np.zeros(len(places))
-    for t in range(len(fields.squares)):
-        source, weights = fields.source[t, i], fields.weights[t, i]
-        for j in range(len(source)):
-            if weights[j] > 0.0:
-                field = fields.squares[t, j]
-                for p in range(len(places)):
-                    costs[p] += weights[j] * (np.sqrt(field[places[p]]) - source[j]) ** 2
-    return costs

@@ -69,7 +69,7 @@ class SurfacePoints:
 
 
 class Charts(NamedTuple):
-    """Every triangle laid flat, and which lies beside which.
+    """Planar coordinates of every triangle, and the adjacency of triangles.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ class Charts(NamedTuple):
 
 
 def charts_of(mesh: TriangleMesh) -> Charts:
-    """Lay every triangle of a mesh flat: O(F log F)."""
+    """Planar coordinates of the triangles of a mesh, in O(F log F)."""
     a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
     base = np.linalg.norm(b - a, axis=1)
     along = np.einsum("fi,fi->f", c - a, b - a) / base

@@ -1,4 +1,4 @@
-"""How much a correspondence distorts the structures of two shapes: section 2."""
+"""Section 2: distortion of the structures of two shapes by a correspondence."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,7 @@ class Distortion:
 
 
 def greatest_distortions(source_distances: FloatArray, target_distances: FloatArray) -> FloatArray:
-    """Return for each pair of a correspondence the greatest distortion of a distance to another.
+    """Return the greatest distortion of a distance from each pair of a correspondence to another.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Objectives of a match: which norm of the distortions is minimised (section 2)."""
+"""Objectives of a match: the norm of the distortions that is minimised (section 2)."""
 
 from typing import Final
 

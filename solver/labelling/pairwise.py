@@ -55,14 +55,14 @@ class PairwiseTerms:
         return cls(first.astype(np.int64), second.astype(np.int64), total.astype(np.float64))
 
     def among(self, kept: IntArray, n_candidates: int) -> "PairwiseTerms":
-        """Return the terms of some of the candidates, which are numbered anew.
+        """Return the terms of some of the candidates, renumbered.
 
         Parameters
         ----------
         kept
             (V',) candidates, ascending.
         n_candidates
-            How many there are.
+            Number of all candidates.
         """
         place = np.full(n_candidates, -1, dtype=np.int64)
         place[kept] = np.arange(len(kept))
@@ -127,7 +127,7 @@ class PairwiseCosts(NamedTuple):
 
 @inlined
 def distortion_cost(beta: float, source_distance: float, target_distance: float) -> float:
-    """Second-order cost of two candidates in (5): β |d_X(x, x') − d_Y(y, y')|²."""
+    """Equation (5), second-order term of two candidates: β |d_X(x, x') − d_Y(y, y')|²."""
     difference = source_distance - target_distance
     return beta * difference * difference
 
@@ -201,7 +201,7 @@ def pairwise_sums(costs: PairwiseCosts, chosen: IntArray) -> FloatArray:
 
 @kernel
 def pairwise_table(costs: PairwiseCosts) -> FloatArray:
-    """Cost of every two candidates, but for explicit terms.
+    """Cost of every two candidates, without explicit terms.
 
     Returns
     -------
@@ -233,7 +233,7 @@ def pairwise_table(costs: PairwiseCosts) -> FloatArray:
 
 @kernel
 def replace_costs(costs: PairwiseCosts, x: int, old: int, new: int, marginal: FloatArray) -> None:
-    """Put the pairwise costs with candidate `new` of x in the place of those with `old`.
+    """Replace the pairwise costs with candidate `old` of x by those with `new`.
 
     Parameters
     ----------
@@ -244,7 +244,8 @@ def replace_costs(costs: PairwiseCosts, x: int, old: int, new: int, marginal: Fl
     old, new
         Candidates of it, negative for none.
     marginal
-        (V,) what each candidate costs beside those chosen; changed in place, but for x's own.
+        (V,) cost of each candidate given those chosen; changed in place, except for candidates of
+        x itself.
     """
     if costs.beta > 0.0:
         targets = costs.candidates[:, 1]

@@ -1,15 +1,14 @@
-"""The correspondence problem as a binary labelling problem: equation (5), section 4.
+"""Equation (5): the correspondence problem as a binary labelling problem, section 4.
 
 Labels are attached to *candidates*, the pairs of V ⊂ X × Y that may be matched. Each source point
-takes one of its candidates or stays unmatched, each target point serves at most one source point.
+takes one of its candidates or stays unmatched; each target point is used at most once.
 
-The energy is (5) plus the constant γ|X|, so that it counts what a correspondence costs: the
-distortion of what is matched, and γ for every source point that is not. Of distortions it is never
-negative, zero only for a perfect correspondence, and a relative gap has a meaning that γ does not
-dilute.
+The energy is (5) plus the constant γ|X|: the distortion of the matched points, and γ for every
+unmatched source point. For distortions it is never negative, zero only for a perfect
+correspondence, and its relative gap does not depend on γ|X|.
 
-Pairwise costs have three forms, which add up: distortions of two metrics, computed where they are
-needed from the two distance matrices; a table of all pairs of candidates, such as the likelihoods
+Pairwise costs have three forms, which add up: distortions of two metrics, computed from the two
+distance matrices when they are needed; a table of all pairs of candidates, such as the likelihoods
 of (6); and explicit terms on some pairs of candidates.
 """
 
@@ -48,7 +47,7 @@ class LabellingProblem:
     beta
         Weight β ≥ 0 of the second-order term; every unordered pair of candidates counts once.
     occlusion_cost
-        γ ≥ 0, what an unmatched source point costs; ``inf`` when every one must be matched.
+        γ ≥ 0, cost of an unmatched source point; ``inf`` when every one must be matched.
     terms
         Explicit pairwise costs, in addition to the metrics' distortions.
     table
@@ -151,7 +150,7 @@ class LabellingProblem:
 
     @cached_property
     def pairwise_costs(self) -> PairwiseCosts:
-        """Both forms of the pairwise costs as the solvers' compiled parts take them."""
+        """Pairwise costs in the form that compiled code takes."""
         first, other, cost = self.terms.adjacency(self.n_candidates)
         return PairwiseCosts(
             np.ascontiguousarray(self.candidates),  # else each kernel is compiled twice
@@ -261,7 +260,7 @@ class LabellingProblem:
         return shares
 
     def energy(self, partners: IntArray) -> float:
-        """Value of (5), plus γ|X|, of a correspondence.
+        """Equation (5), plus γ|X|: energy of a correspondence.
 
         Parameters
         ----------

@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.matching.level import Level
-from solver.optimisation.primal import InfeasibleError, assign, local_search
+from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
 
 _CANDIDATES_PER_POINT = 12
 _MOST_CANDIDATES = 2048
@@ -63,7 +63,7 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
     for candidates in _candidates(disagreement, near, allowed):
         problem = fine.problem(candidates)
         try:
-            start = assign(problem, disagreement[candidates[:, 0], candidates[:, 1]])
+            start = solve_lap(problem, disagreement[candidates[:, 0], candidates[:, 1]])
         except InfeasibleError:
             continue
         found = local_search(problem, start)

@@ -24,7 +24,7 @@ from solver.matching.options import MatchOptions
 from solver.matching.result import Correspondence, LevelReport
 from solver.optimisation import minimise
 from solver.optimisation.exact import m_best_solutions
-from solver.optimisation.primal import assign, local_search
+from solver.optimisation.primal import local_search, solve_lap
 
 _COARSE_NODES = 50_000_000
 _DUAL_WORK = 2e8
@@ -37,7 +37,7 @@ class Stage:
     """A hypothesis at one level, and its place among all there."""
 
     problem: LabellingProblem
-    solution: Solution
+    solution: Solution[IntArray]
     rank: int
     seconds: float
 
@@ -51,12 +51,12 @@ class Hypothesis:
     @property
     def partners(self) -> IntArray:
         """(N,) target sample of each source sample at the finest level so far."""
-        return self.stages[-1].solution.partners
+        return self.stages[-1].solution.answer
 
     @property
     def energy(self) -> float:
         """Energy at the finest level so far."""
-        return self.stages[-1].solution.energy
+        return self.stages[-1].solution.value
 
 
 @dataclass
@@ -105,7 +105,7 @@ class HierarchicalRun:
         """
         started = time.perf_counter()
         problem = levels[0].problem(levels[0].all_candidates())
-        partners = assign(problem, near[problem.candidates[:, 0], problem.candidates[:, 1]])
+        partners = solve_lap(problem, near[problem.candidates[:, 0], problem.candidates[:, 1]])
         known = others[0].stages[0].solution
         energy = problem.energy(partners)
         solution = Solution(partners, energy, known.lower_bound, known.iterations, known.method)
@@ -130,7 +130,7 @@ class HierarchicalRun:
         if not found.proven:
             self.warnings.append("the coarse level's optimum could not be proven in time")
         if not len(found.partners):
-            partners = local_search(problem, assign(problem, problem.unary))
+            partners = local_search(problem, solve_lap(problem, problem.unary))
             solution = Solution(partners, problem.energy(partners), 0.0, 0, Method.LOCAL_SEARCH)
             return [Hypothesis((Stage(problem, solution, 1, seconds),))]
         bound = float(found.energies[0]) if found.proven else 0.0
@@ -231,7 +231,7 @@ class HierarchicalRun:
 
 def _rank(energy: float, others: list[Hypothesis], level: int) -> int:
     """Place of an energy among those of hypotheses at a level, from 1."""
-    return 1 + sum(other.stages[level].solution.energy < energy for other in others)
+    return 1 + sum(other.stages[level].solution.value < energy for other in others)
 
 
 def distinct(hypotheses: list[Hypothesis]) -> list[Hypothesis]:
@@ -253,10 +253,12 @@ def level_reports(hypothesis: Hypothesis, levels: list[Level]) -> tuple[LevelRep
     )
 
 
-def _solve(problem: LabellingProblem, known: Solution, control: Control) -> Solution:
+def _solve(
+    problem: LabellingProblem, known: Solution[IntArray], control: Control
+) -> Solution[IntArray]:
     """Prove `known` optimal or improve it, as far as the work a level may take allows."""
     iterations = int(np.clip(_DUAL_WORK / max(problem.n_candidates, 1) ** 2, *_DUAL_ITERATIONS))
-    return minimise(problem, known.partners, iterations=iterations, control=control)
+    return minimise(problem, known.answer, iterations=iterations, control=control)
 
 
 def _report(level: Level, stage: Stage, finest: Level) -> LevelReport:
@@ -271,7 +273,7 @@ def _report(level: Level, stage: Stage, finest: Level) -> LevelReport:
         candidates=problem.n_candidates,
         metric=level.metric.name,
         descriptor=level.descriptor.name,
-        energy=solution.lower_bound if proven_coarse else solution.energy,
+        energy=solution.lower_bound if proven_coarse else solution.value,
         lower_bound=solution.lower_bound,
         iterations=solution.iterations,
         method=solution.method,

@@ -9,7 +9,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import OptionError
 from solver.functional_maps import DenseCorrespondence, DenseMap, dense_correspondence, extended_map
-from solver.gmds import Refinement, refine_by_gmds
+from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF, UNMATCHED, Method, Solution
 from solver.matching.hypotheses import HierarchicalRun, Hypothesis, Stage, distinct, level_reports
 from solver.matching.landmarks import landmark_vertices
@@ -144,22 +144,22 @@ class _Run(HierarchicalRun):
         started = time.perf_counter()
         source, target = level.source.distances, level.target.distances
         least = minimax_correspondence(source, target, control=self.control)
-        if not least.proven:
+        if not least.certified:
             self.warnings.append("the least greatest distortion could not be proven in time")
         problem = level.problem(level.all_candidates())
         found = m_best_solutions(
-            within_distortion(problem, source, target, least.distortion),
+            within_distortion(problem, source, target, least.value),
             self.options.alternatives,
-            known=least.pairs[:, 1],
+            known=least.answer[:, 1],
             control=self.control,
         )
         self.timings["coarse matching"] = seconds = time.perf_counter() - started
         hypotheses = []
         for rank, partners in enumerate(found.partners, start=1):
             energy = level.distortion(partners).linf
-            if energy <= least.distortion:
+            if energy <= least.value:
                 solution = Solution(
-                    partners, energy, least.lower_bound, least.nodes, Method.MINIMAX
+                    partners, energy, least.lower_bound, least.iterations, Method.MINIMAX
                 )
                 hypotheses.append(Hypothesis((Stage(problem, solution, rank, seconds),)))
         return hypotheses
@@ -249,7 +249,7 @@ class _Run(HierarchicalRun):
 
     def _extended(
         self, extended: DenseMap | None, best: Hypothesis, finest: Level
-    ) -> tuple[DenseCorrespondence | None, Refinement | None]:
+    ) -> tuple[DenseCorrespondence | None, GmdsRefinement | None]:
         """Map all vertices, and refine the answer between vertices, as far as asked for."""
         if extended is None:
             return None, None

@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.matching.hierarchy import Refinement, candidates_per_point, closest
 from solver.matching.level import Level, SampledStructure, described
-from solver.optimisation.primal import InfeasibleError, assign, local_search
+from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
 from solver.shape import Shape, varadhan_distances
 from solver.shape.choices import Geodesic, Varadhan
 
@@ -71,7 +71,7 @@ def at_images(target: Shape, level: Level, images: IntArray) -> Refinement | Non
     problem = level.problem(closest(apart, near, candidates_per_point(len(images))))
     x, y = problem.candidates.T
     try:
-        start = assign(problem, apart[x, y])
+        start = solve_lap(problem, apart[x, y])
     except InfeasibleError:
         return None
     found = local_search(problem, start)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import DenseCorrespondence
-from solver.gmds import Refinement
+from solver.gmds import GmdsRefinement
 from solver.labelling import CERTIFIED_GAP, Distortion, Method, relative_gap
 
 
@@ -123,7 +123,7 @@ class Match:
     levels: tuple[LevelReport, ...]
     warnings: tuple[str, ...]
     timings: Mapping[str, float]
-    refinement: Refinement | None = None
+    refinement: GmdsRefinement | None = None
     dense: DenseCorrespondence | None = None
     misfit: float | None = None
 

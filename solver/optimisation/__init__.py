@@ -1,6 +1,6 @@
 """Minimisation of the energy (5), section 4: dual decomposition, exact search, local search."""
 
 from solver.optimisation.minimise import minimise
-from solver.optimisation.reparametrisation import BoundingCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-__all__ = ["BoundingCosts", "minimise"]
+__all__ = ["ReparametrisedCosts", "minimise"]

@@ -1,33 +1,45 @@
-"""The best answer to one labelling problem that its size and the time allow, with its proof.
+"""Minimisation of the energy (5): the best answer that size and time allow, with its proof.
 
-Branch and bound with the bounds of a dual ascent proves most of what a match asks for. Else, with
-the candidates that are left, the dual decomposition and the search work together: the decomposition
-moves costs to where they bound, and a search that prunes with these costs often proves within
-thousands of nodes what millions of its own would not.
+Branch and bound with the bounds of a dual ascent proves most problems of a match. What it leaves
+open is decomposed, with the candidates that are left; the dual decomposition, local search and a
+further exact search take turns. With the reparametrised costs of the decomposition, an exact search
+often needs thousands of nodes where it would need millions with its own.
 """
+
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from solver.arrays import IntArray
-from solver.control import Control
+from solver.control import Control, Status, iterate
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution
-from solver.optimisation.dual_decomposition import DualDecomposition, Subproblems
-from solver.optimisation.exact import ExactSolutions, m_best_solutions
-from solver.optimisation.primal import IteratedLocalSearch, assign, local_search
+from solver.optimisation.dual_decomposition import DualDecomposition, DualState, Subproblems
+from solver.optimisation.exact import Enumeration, m_best_solutions
+from solver.optimisation.primal import (
+    IteratedLocalSearch,
+    improved,
+    solve_lap,
+)
 
-_PLAIN_POINTS = 16
-"""Up to this many source points count as few."""
+_FEW_POINTS = 16
+"""Source points up to which a problem counts as small."""
 _FEW_ROUNDS, _ROUNDS = 4, 40
-"""Of the dual ascent, with up to so many source points and with more."""
-_PLAIN_WORK = 300_000_000
+"""Rounds of the dual ascent, of small and of larger problems."""
+_SEARCH_WORK = 300_000_000
 """Nodes times candidates of the search before any dual decomposition: some 0.5 s."""
 _SEARCH_CANDIDATES = 1500
-"""Up to this many candidates a search with the decomposition's costs is tried: 36 MB."""
+"""Candidates up to which an exact search is tried; its costs take 36 MB."""
 _SEARCH_GAP = 0.25
-"""Above this gap a search has no chance yet, unless there are very few points."""
-_FIRST_ROUND = 100
+"""Relative gap above which a search with the decomposition's costs is not tried, if not small."""
+_FIRST_TURN = 100
+"""Iterations of the dual decomposition before local search; they double from turn to turn."""
 _NODES_PER_ITERATION = 100
+"""Search nodes of a turn, per iteration so far: the two take about equal time."""
 _WIDE_GAP = 0.05
+"""Relative gap above which the correspondence rather than the bound may be at fault."""
+_FEW_SEARCHES, _MANY_SEARCHES = 0.05, 2.0
+"""Local searches of a turn, per iteration so far."""
 
 
 def minimise(
@@ -38,8 +50,8 @@ def minimise(
     gap: float = CERTIFIED_GAP,
     subproblems: Subproblems | None = None,
     control: Control | None = None,
-) -> Solution:
-    """Solve problem (5): exactly where that can be done, else with a bound.
+) -> Solution[IntArray]:
+    """Solve problem (5): exactly where that is possible, else with a lower bound.
 
     Parameters
     ----------
@@ -52,14 +64,14 @@ def minimise(
     gap
         Relative gap that suffices.
     subproblems
-        Of the dual decomposition.
+        Split of the energy in the dual decomposition.
     control
         Cancels; at its deadline the best answer so far is returned with its bound.
 
     Returns
     -------
     Solution
-        ``lower_bound <= optimum <= energy``; both equal where the optimum was proven by a search.
+        ``lower_bound <= optimum <= value``; both equal where a search has proven the optimum.
 
     Raises
     ------
@@ -67,91 +79,117 @@ def minimise(
         Through `control`.
     InfeasibleError
         Every source point must be matched, and the candidates do not allow it.
+
+    Examples
+    --------
+    A triangle and its mirror image, all nine pairs being candidates:
+
+    >>> import numpy as np
+    >>> source = np.array([[0.0, 3.0, 4.0], [3.0, 0.0, 5.0], [4.0, 5.0, 0.0]])
+    >>> target = np.ascontiguousarray(source[::-1, ::-1])
+    >>> pairs = np.argwhere(np.ones((3, 3)))
+    >>> found = minimise(LabellingProblem(pairs, np.zeros(9), source, target))
+    >>> found.answer.tolist(), found.value, found.gap
+    ([2, 1, 0], 0.0, 0.0)
     """
     control = control or Control()
     if not problem.n_candidates:
-        nobody = local_search(problem, assign(problem, problem.unary))
-        energy = problem.energy(nobody)
-        return Solution(nobody, energy, energy, 0, Method.BRANCH_AND_BOUND)
-    bound = -np.inf
-    if problem.n_candidates <= _SEARCH_CANDIDATES and control.seconds_left() > 0.0:
-        found = _search_first(problem, start, control)
-        if found.proven and len(found.energies):
-            energy = float(found.energies[0])
-            return Solution(found.partners[0], energy, energy, found.nodes, Method.BRANCH_AND_BOUND)
-        if len(found.partners):
-            start, bound = found.partners[0], found.lower_bound
-            used = problem.chosen_candidates(start)
-            problem = problem.among(np.union1d(found.candidates, used[used >= 0]))
-    decomposition = DualDecomposition(problem, start, subproblems)
-    decomposition.learn_bound(bound)
-    return _decompose(problem, decomposition, iterations, gap, control)
+        return _without_candidates(problem)
+    searched = _search_first(problem, start, control)
+    if searched.proven and len(searched):
+        return searched[0]
+    problem, start = _reduce(problem, start, searched)
+    method = DualDecomposition(
+        problem, start, subproblems, gap=gap, lower_bound=searched.lower_bound
+    )
+    return _take_turns(problem, method, iterations, control)
 
 
-def _decompose(
-    problem: LabellingProblem,
-    decomposition: DualDecomposition,
-    iterations: int,
-    gap: float,
-    control: Control,
-) -> Solution:
-    """Let the dual decomposition, local search and searches with its costs take turns."""
-    primal = IteratedLocalSearch(problem, decomposition.partners)
-    done, until = 0, _FIRST_ROUND
-    while done < iterations:
-        decomposition.run(min(until, iterations) - done, gap, control)
-        done, until = min(until, iterations), 2 * until
-        if decomposition.gap <= gap or control.seconds_left() <= 0.0:
-            break
-        primal.offer(decomposition.partners)
-        if primal.run(_rounds(problem, decomposition.gap, done)):
-            decomposition.improve(primal.partners)
-        nodes = _NODES_PER_ITERATION * done
-        if _promising(problem, decomposition.gap) and _search(
-            problem, decomposition, nodes, control
-        ):
-            energy = decomposition.energy
-            return Solution(decomposition.partners, energy, energy, done, Method.BRANCH_AND_BOUND)
-    return decomposition.solution()
+def _without_candidates(problem: LabellingProblem) -> Solution[IntArray]:
+    """No point is matched, where that is allowed."""
+    unmatched = solve_lap(problem, problem.unary)
+    energy = problem.energy(unmatched)
+    return Solution(unmatched, energy, energy, 0, Method.BRANCH_AND_BOUND)
 
 
 def _search_first(
     problem: LabellingProblem, start: IntArray | None, control: Control
-) -> ExactSolutions:
-    """Search with the costs of a dual ascent for about as long as that takes."""
+) -> Enumeration:
+    """Exact search with the costs of a dual ascent, of problems that are small enough for it."""
     count = problem.n_candidates
-    rounds = _FEW_ROUNDS if problem.n_sources <= _PLAIN_POINTS else _ROUNDS
-    return m_best_solutions(
-        problem, known=start, rounds=rounds, node_limit=_PLAIN_WORK // count, control=control
-    )
+    if count > _SEARCH_CANDIDATES or control.expired:
+        nothing = np.empty((0, problem.n_sources), dtype=np.int64), np.empty(0)
+        return Enumeration(*nothing, -np.inf, 0, Status.DEADLINE, np.arange(count))
+    rounds = _FEW_ROUNDS if problem.n_sources <= _FEW_POINTS else _ROUNDS
+    limit = _SEARCH_WORK // count
+    return m_best_solutions(problem, known=start, rounds=rounds, node_limit=limit, control=control)
 
 
-def _promising(problem: LabellingProblem, gap: float) -> bool:
-    few = problem.n_sources <= _PLAIN_POINTS
+def _reduce(
+    problem: LabellingProblem, start: IntArray | None, searched: Enumeration
+) -> tuple[LabellingProblem, IntArray | None]:
+    """Keep the candidates of the best solution found, and those of any better one."""
+    if not len(searched):
+        return problem, start
+    best = searched[0].answer
+    used = problem.chosen_candidates(best)
+    return problem.among(np.union1d(searched.candidates, used[used >= 0])), best
+
+
+def _take_turns(
+    problem: LabellingProblem, method: DualDecomposition, iterations: int, control: Control
+) -> Solution[IntArray]:
+    """Dual decomposition, local search and exact search with its costs, in turns."""
+    ended = iterate(method, 0, control)
+    local = IteratedLocalSearch(problem, ended.state.incumbent.partners)
+    for done, limit in _turns(iterations):
+        ended = iterate(method, limit - done, control, ended.state)
+        state = ended.state
+        if ended.status is not Status.ITERATIONS:
+            break
+        searches = _local_searches(problem, state.gap, limit)
+        found = iterate(local, searches, control, state.incumbent).state
+        state.incumbent = improved(problem, state.incumbent, found.partners)
+        if _searchable(problem, state.gap) and _search(problem, state, limit, control):
+            proven = state.incumbent.energy
+            solution = state.solution(Status.CONVERGED)
+            return replace(solution, lower_bound=proven, method=Method.BRANCH_AND_BOUND)
+    return ended.state.solution(ended.status)
+
+
+def _turns(iterations: int) -> Iterator[tuple[int, int]]:
+    """Iterations before and after each turn, which double."""
+    done, limit = 0, _FIRST_TURN
+    while done < iterations:
+        yield done, min(limit, iterations)
+        done, limit = limit, 2 * limit
+
+
+def _local_searches(problem: LabellingProblem, gap: float, iterations: int) -> int:
+    """Steps of the iterated local search in a turn, after so many iterations.
+
+    Where every point may go almost anywhere, local search has many optima, and a wide gap may be
+    the fault of the correspondence.
+    """
+    anywhere = 2 * problem.n_candidates >= problem.n_sources * problem.n_targets
+    doubtful = anywhere and problem.n_sources > _FEW_POINTS and gap > _WIDE_GAP
+    return int((_MANY_SEARCHES if doubtful else _FEW_SEARCHES) * iterations)
+
+
+def _searchable(problem: LabellingProblem, gap: float) -> bool:
+    """Return whether an exact search with the decomposition's costs may succeed."""
+    few = problem.n_sources <= _FEW_POINTS
     return problem.n_candidates <= _SEARCH_CANDIDATES and (few or gap <= _SEARCH_GAP)
 
 
-def _rounds(problem: LabellingProblem, gap: float, iterations: int) -> int:
-    """How often to look for a better correspondence, after so many iterations and with such a gap.
-
-    Where every point may go almost anywhere local search has many optima, and a wide gap may be the
-    correspondence's fault.
-    """
-    anywhere = 2 * problem.n_candidates >= problem.n_sources * problem.n_targets
-    doubtful = anywhere and problem.n_sources > _PLAIN_POINTS and gap > _WIDE_GAP
-    return 2 * iterations if doubtful else iterations // 20
-
-
-def _search(
-    problem: LabellingProblem, decomposition: DualDecomposition, nodes: int, control: Control
-) -> bool:
-    """Search with the decomposition's costs; return whether the optimum is known now."""
+def _search(problem: LabellingProblem, state: DualState, iterations: int, control: Control) -> bool:
+    """Search with the decomposition's costs; return whether the incumbent is optimal now."""
     found = m_best_solutions(
         problem,
-        known=decomposition.partners,
-        bounding=decomposition.bounding_costs(),
-        node_limit=nodes,
+        known=state.incumbent.partners,
+        reparametrised=state.reparametrised_costs(),
+        node_limit=_NODES_PER_ITERATION * iterations,
         control=control,
     )
-    decomposition.improve(found.partners[int(np.argmin(found.energies))])
+    state.incumbent = improved(problem, state.incumbent, found[0].answer)
     return found.proven

@@ -1,4 +1,4 @@
-"""Costs that a search prunes with."""
+"""Reparametrised costs for lower bounds."""
 
 from dataclasses import dataclass
 
@@ -9,17 +9,20 @@ from solver.kernel import kernel
 from solver.labelling import LabellingProblem
 
 _ROUNDING = 1e-12
-"""What rounding errors may have added to a bound, relative to it."""
+"""Allowance for rounding errors of a bound, relative to it."""
 
 
 @dataclass(frozen=True, eq=False)
-class BoundingCosts:
+class ReparametrisedCosts:
     """Costs that add up to no more than the energy, for every correspondence of a problem.
+
+    A reparametrisation moves costs between unary and pairwise terms, and into a constant, without
+    raising the energy of any correspondence; the greater the constant, the better the lower bound.
 
     Parameters
     ----------
     constant
-        What every correspondence costs.
+        Cost of every correspondence.
     unary
         (V,) cost of each candidate.
     pairwise
@@ -34,24 +37,24 @@ class BoundingCosts:
     occlusion: FloatArray
 
     @classmethod
-    def of(cls, problem: LabellingProblem) -> "BoundingCosts":
+    def of(cls, problem: LabellingProblem) -> "ReparametrisedCosts":
         """Return the problem's own costs."""
         occlusion = np.full(problem.n_sources, float(problem.occlusion_cost))
         return cls(0.0, problem.unary, problem.pairwise_matrix(), occlusion)
 
     def promising(self, rows: IntArray, limit: float) -> IntArray:
-        """Candidates that some correspondence below a limit may use: all others cost more.
+        """Candidates that a correspondence below a limit may use.
 
-        What a candidate costs with the best partner of each other point, on its own, is no more
-        than any correspondence costs that uses it, unless pairwise costs are negative: then all
-        candidates are.
+        The cost of a candidate with the best choice of each other point, on its own, is a lower
+        bound of all correspondences that use it, unless pairwise costs are negative: then all
+        candidates are returned. Time is O(V²).
 
         Parameters
         ----------
         rows
             (N+1,) candidates of each source point.
         limit
-            What the energy must be less than.
+            Upper bound of the energy, exclusive.
 
         Returns
         -------
@@ -63,10 +66,10 @@ class BoundingCosts:
         least = _least_with_each(self.unary, self.pairwise, self.occlusion, rows)
         return np.flatnonzero(self.constant + least < limit - rounding)
 
-    def among(self, kept: IntArray) -> "BoundingCosts":
+    def among(self, kept: IntArray) -> "ReparametrisedCosts":
         """Return the costs of some of the candidates."""
         pairwise = costs_among(self.pairwise, kept)
-        return BoundingCosts(self.constant, self.unary[kept], pairwise, self.occlusion)
+        return ReparametrisedCosts(self.constant, self.unary[kept], pairwise, self.occlusion)
 
 
 @kernel
@@ -84,7 +87,7 @@ def costs_among(costs: FloatArray, kept: IntArray) -> FloatArray:
 def _least_with_each(
     unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray, rows: IntArray
 ) -> FloatArray:
-    """(V,) what each candidate costs with the best choice of each other point."""
+    """(V,) cost of each candidate with the best choice of each other point."""
     total, least = np.zeros(len(unary)), np.empty(len(unary))
     for y in range(len(rows) - 1):
         least[:] = occlusion[y]

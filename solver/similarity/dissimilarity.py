@@ -1,4 +1,4 @@
-"""Dissimilarities of shapes: the least distortion of a few points, sections 2 and 6.2."""
+"""Section 6.2: dissimilarities of shapes, the least distortion (section 2) of a few points."""
 
 import io
 from collections.abc import Sequence
@@ -9,11 +9,11 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.labelling import LINF
-from solver.similarity.qap import Bijections, least_distortions
+from solver.similarity.qap import QapSolutions, least_distortions
 from solver.similarity.signature import Signature, SimilarityOptions
 
-_PAIRS_PER_CALL = 200
-"""A tenth of a second or so, after which progress is reported."""
+_PAIRS_PER_REPORT = 200
+"""Pairs between two reports of progress: some 0.1 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,9 +25,9 @@ class DissimilarityMatrix:
     values
         (K, K) symmetric, zero on the diagonal.
     lower_bounds
-        (K, K) what each pair's distortion is at least; equal to `values` where it is proven.
+        (K, K) lower bounds; equal to `values` where these are proven.
     samplings
-        (K, K) the sampling in which a pair is least distorted, an index into `SAMPLINGS`.
+        (K, K) index into `SAMPLINGS` of the sampling in which a pair is least distorted.
     """
 
     values: FloatArray
@@ -100,7 +100,7 @@ def pairs_between(count: int, first: int, last: int) -> IntArray:
     count
         Number K of shapes.
     first, last
-        From which pair on, up to and without which.
+        Range of the pairs' positions in that order, the last one excluded.
 
     Returns
     -------
@@ -115,30 +115,41 @@ def pairs_between(count: int, first: int, last: int) -> IntArray:
 
 def dissimilarities(
     collection: SignatureCollection, pairs: IntArray, options: SimilarityOptions
-) -> Bijections:
+) -> QapSolutions:
     """Compare some pairs of shapes.
 
-    The dissimilarity of two shapes is the distortion of the bijection of their N samples that
-    distorts least, proven by exhaustive search, in that of their samplings where this is least. It
-    is symmetric, zero for equal shapes, and does not change when a shape is moved or scaled. With
-    the objective "l2" it is the energy (5) divided by N: the mean squared distortion of distances
-    relative to their mean square, and the weighted mean deviation of descriptors. With "linf" it is
-    dis∞ of section 2, twice the Gromov-Hausdorff distance of the matched points, in the metric's
-    own unit.
+    The dissimilarity of two shapes is the least distortion of a bijection of their N samples, over
+    all samplings, proven by exhaustive search. It is symmetric, zero for equal shapes, and
+    invariant to rigid motions and scale. With the objective "l2" it is the energy (5) divided by N:
+    the mean squared distortion of distances relative to their mean square, and the weighted mean
+    deviation of descriptors. With "linf" it is dis∞ of section 2, twice the Gromov-Hausdorff
+    distance of the matched points, in the metric's own unit.
 
     Parameters
     ----------
     collection
         Of K shapes, with signatures made with these options.
     pairs
-        (P, 2) which are compared.
+        (P, 2) indices of the shapes to be compared.
     options
-        Of the comparison.
+        Options of the comparison.
 
     Returns
     -------
-    Bijections
-        With partners of the first shape's points for each pair.
+    QapSolutions
+        Costs, samplings, and partners of the first shape's points for each pair.
+
+    Examples
+    --------
+    A triangle and the same one scaled by 2: the l2 dissimilarity is relative to the distances'
+    mean square, hence not zero.
+
+    >>> triangle = np.array([[0.0, 3.0, 4.0], [3.0, 0.0, 5.0], [4.0, 5.0, 0.0]])
+    >>> distances = np.stack([triangle, 2.0 * triangle])[:, None]
+    >>> collection = SignatureCollection(distances, np.zeros((2, 1, 3, 0)))
+    >>> found = dissimilarities(collection, np.array([[0, 1]]), SimilarityOptions(points=3))
+    >>> found.costs.tolist(), found.partners.tolist()
+    ([0.4], [[0, 1, 2]])
     """
     return least_distortions(
         collection.distances,
@@ -176,9 +187,9 @@ def dissimilarity_matrix(
     count = len(signatures)
     values, samplings = np.zeros((count, count)), np.zeros((count, count), dtype=np.int64)
     collection, total = SignatureCollection.of(signatures, options.points), number_of_pairs(count)
-    for first in range(0, total, _PAIRS_PER_CALL):
+    for first in range(0, total, _PAIRS_PER_REPORT):
         control.report("pairs", first / total)
-        some = pairs_between(count, first, min(first + _PAIRS_PER_CALL, total))
+        some = pairs_between(count, first, min(first + _PAIRS_PER_REPORT, total))
         found = dissimilarities(collection, some, options)
         i, j = some.T
         values[i, j] = values[j, i] = found.costs

@@ -1,4 +1,4 @@
-"""How well dissimilarities retrieve the shapes of a query's class, section 6.2."""
+"""Section 6.2: retrieval of the shapes of a query's class by dissimilarity, and its scores."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -53,8 +53,8 @@ def rankings(dissimilarities: FloatArray) -> IntArray:
 def retrieval_scores(dissimilarities: FloatArray, labels: Sequence[object]) -> RetrievalScores:
     """Score a dissimilarity matrix against the classes of its shapes.
 
-    Equal dissimilarities of a relevant and of another shape are ranked to the query's disadvantage:
-    a matrix that tells nothing apart has no merit by the order of its shapes.
+    Of equal dissimilarities, those of relevant shapes are ranked last, so that a constant matrix
+    does not score by the order of the shapes.
 
     Parameters
     ----------

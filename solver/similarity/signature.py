@@ -1,9 +1,9 @@
-"""What of a shape is compared with other shapes: a few samples, and its structures there.
+"""Signature of a shape for comparisons: a few samples, and metric and descriptor at them.
 
-Which points farthest point sampling takes is the unstable part of a comparison: a pose moves the
-balance between two extremities, and the sixth point is on another limb. No metric to sample in is
-stable on all shapes, but in one or another of several two similar shapes nearly always have samples
-that correspond. A signature therefore holds several samplings, and the best of them counts.
+Farthest point sampling is the unstable part of a comparison: a change of pose may change the order
+of two extremities, so that the sixth point is on another limb. No metric samples all shapes stably,
+but in one or another of several metrics the samples of two similar shapes nearly always correspond.
+A signature therefore has several samplings, and a comparison uses the best of them.
 """
 
 import io
@@ -26,10 +26,10 @@ from solver.shape.choices import (
 from solver.similarity.qap import MAX_POINTS
 
 SAMPLINGS = ("geodesic", "commute_time", "biharmonic")
-"""Metrics in which points are sampled, each time farthest first."""
+"""Metrics of farthest point sampling."""
 
 _LEAST_DIAMETER = 1e-150
-"""Squares of smaller distances vanish."""
+"""Diameter below which squared distances underflow, in the metric's unit."""
 
 
 @dataclass(frozen=True)

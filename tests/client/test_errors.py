@@ -28,7 +28,7 @@ def test_an_unusable_mesh(client: isomatch.Client, data: bytes) -> None:
     assert "\n" not in str(refusal.value)
 
 
-def test_a_format_that_is_not_read(client: isomatch.Client, tmp_path: Path) -> None:
+def test_an_unsupported_format(client: isomatch.Client, tmp_path: Path) -> None:
     path = tmp_path / "shape.docx"
     path.write_bytes(b"PK")
     with pytest.raises(isomatch.UnsupportedFormat, match="off"):
@@ -57,7 +57,7 @@ def test_a_bad_parameter(client: isomatch.Client) -> None:
     assert "points: " in str(refusal.value)
 
 
-def test_what_is_wrong_is_said_once(
+def test_field_errors_are_not_repeated(
     client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
 ) -> None:
     with pytest.raises(isomatch.JobFailed, match="not part of the target's surface") as failure:
@@ -65,7 +65,7 @@ def test_what_is_wrong_is_said_once(
     assert str(failure.value).count("landmarks.0.1") == 1
 
 
-def test_a_result_that_is_not_there_yet(
+def test_the_result_of_an_unfinished_job(
     client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
 ) -> None:
     job = client.match(*pair, **LASTING).cancel()

@@ -34,7 +34,7 @@ def signature(body: bytes = BODY, secret: str = SECRET, age: float = 0.0) -> str
     return f"t={when},v1={digest}"
 
 
-def test_what_is_signed_is_believed() -> None:
+def test_valid_signatures() -> None:
     event = verify_webhook(BODY, signature(), SECRET)
     assert (event.type, event.job.id, event.job.state) == ("job.ended", "1", "succeeded")
     assert verify_webhook(BODY, signature(age=200), SECRET) == event
@@ -64,6 +64,6 @@ def test_what_is_signed_is_believed() -> None:
         pytest.param(b"{}", lambda: signature(b"{}"), "no job", id="not an event"),
     ],
 )
-def test_what_is_not_is_not(body: bytes, stated: Callable[[], str | None], message: str) -> None:
+def test_invalid_signatures(body: bytes, stated: Callable[[], str | None], message: str) -> None:
     with pytest.raises(isomatch.InvalidSignature, match=message):
         verify_webhook(body, stated(), SECRET)

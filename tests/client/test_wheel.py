@@ -189,7 +189,7 @@ def test_the_wheel_is_what_the_source_distribution_makes(built: Built, tmp_path:
     assert {name.removeprefix("isomatch/") for name in ours if name.endswith(".py")} == modules
 
 
-def test_nothing_else_is_needed(
+def test_the_wheel_works_with_its_dependencies_alone(
     url: str, clean: Path, blobs: tuple[Path, Path], tmp_path: Path
 ) -> None:
     script = tmp_path / "script.py"

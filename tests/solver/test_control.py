@@ -1,4 +1,4 @@
-"""The driver of iterative methods: when it ends, and what it says of that."""
+"""The driver of iterative methods: end, status, and continuation."""
 
 from dataclasses import dataclass
 
@@ -41,6 +41,35 @@ def test_limit_of_iterations() -> None:
 def test_deadline_in_the_past() -> None:
     ended = iterate(Bisection(0.0), 100, Control().within(-1.0))
     assert (ended.status, ended.iterations, ended.state) == (Status.DEADLINE, 0, (1.0, 2.0))
+
+
+def test_continuation_from_a_state() -> None:
+    first = iterate(Bisection(2.0**-20), 7, Control())
+    second = iterate(Bisection(2.0**-20), 100, Control(), first.state)
+    assert (second.status, second.iterations) == (Status.CONVERGED, 13)
+
+
+@dataclass
+class Interrupted:
+    """A method whose step passes the deadline."""
+
+    control: Control
+
+    def init(self) -> int:
+        return 0
+
+    def step(self, state: int) -> int:
+        while not self.control.expired:
+            state += 1
+        return state
+
+    def done(self, state: int) -> bool:
+        return False
+
+
+def test_deadline_within_the_last_step() -> None:
+    control = Control().within(0.01)
+    assert iterate(Interrupted(control), 1, control).status is Status.DEADLINE
 
 
 def test_cancellation_between_steps() -> None:

@@ -11,7 +11,7 @@ from broker import contracts
 from broker.contracts import MatchParameters, MatchPayload, MatchResult, is_prototype
 from solver.control import Control
 from solver.functional_maps import DenseCorrespondence
-from solver.gmds import Refinement
+from solver.gmds import GmdsRefinement
 from solver.matching import Correspondence, LevelReport, Match, MatchOptions, match
 from solver.mesh import TriangleMesh
 from solver.prototype import Prototype, SurfaceSpectra
@@ -207,7 +207,7 @@ def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
 
 
 def _refinement(
-    found: Refinement, source: TriangleMesh, target: TriangleMesh
+    found: GmdsRefinement, source: TriangleMesh, target: TriangleMesh
 ) -> contracts.Refinement:
     corners = target.vertex_ids[target.faces[found.points.faces]]
     # A weight may be off by what rounding leaves.

@@ -14,7 +14,7 @@ from broker.contracts import (
     MatchPayload,
 )
 from broker.telemetry import logger
-from solver.control import Control
+from solver.control import Control, iterate
 from solver.labelling import LabellingProblem
 from solver.matching import MatchOptions
 from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
@@ -127,8 +127,7 @@ def _decompose() -> None:
     pairs = np.ascontiguousarray(np.argwhere(np.ones((12, 12), dtype=np.bool_)))
     for gamma in (np.inf, 1.0):
         problem = LabellingProblem(pairs, np.zeros(len(pairs)), source, target, 1.0, gamma)
-        decomposition = DualDecomposition(problem)
-        decomposition.run(_ITERATIONS)
-        IteratedLocalSearch(problem, decomposition.partners).run(1)
-        costs = decomposition.bounding_costs()
-        m_best_solutions(problem, known=decomposition.partners, bounding=costs, node_limit=1)
+        state = iterate(DualDecomposition(problem), _ITERATIONS, Control()).state
+        known, costs = state.incumbent.partners, state.reparametrised_costs()
+        iterate(IteratedLocalSearch(problem, known), 1, Control())
+        m_best_solutions(problem, known=known, reparametrised=costs, node_limit=1)

@@ -1,16 +1,14 @@
 """Lower bounds of the labelling problem by dual decomposition (section 4).
 
 The energy is split into subproblems that are easy one by one: a **linear** one, the assignment
-without pairwise costs; **local** ones, each on two source points or on two target points with all
-their candidates, and on three where pairs disagree; and a **maxflow** one, all pairwise costs
-without constraints. Every cost is divided among the subproblems that have it. Whatever the
-division, the subproblems' minima sum up to a lower bound; a projected subgradient method looks for
-the division whose bound is greatest.
+without pairwise costs; **pairs** of source points, or of target points, with all their candidates,
+and **triples** where pairs disagree; and a **maxflow** one, all pairwise costs without constraints.
+Every cost is divided among the subproblems that have it. For any division, the minima of the
+subproblems add up to a lower bound; a projected subgradient method maximises it.
 
 After Torresani, Kolmogorov and Rother, "Feature correspondence via graph matching: models and
-global optimization", ECCV 2008. Local subproblems on both sides, linked by the shares of each
-pairwise cost, go beyond that: on dense non-negative distortions they are what makes the bound
-tight.
+global optimization", ECCV 2008. Pairs of both shapes, which exchange shares of each pairwise cost,
+go beyond that: they make the bound tight on dense non-negative distortions.
 """
 
 from solver.optimisation.dual_decomposition.groups import (
@@ -24,7 +22,7 @@ from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.relaxation import Subproblems
 from solver.optimisation.dual_decomposition.subgradient import (
     DualDecomposition,
-    DualSolution,
+    DualState,
     dual_decomposition,
 )
 from solver.optimisation.dual_decomposition.triple_choice import choose_triples
@@ -32,7 +30,7 @@ from solver.optimisation.dual_decomposition.triples import TripleSubproblems
 
 __all__ = [
     "DualDecomposition",
-    "DualSolution",
+    "DualState",
     "MaxflowSubproblem",
     "PairSubproblems",
     "Subproblems",

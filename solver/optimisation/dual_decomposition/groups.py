@@ -1,4 +1,4 @@
-"""Pairs of points that have a local subproblem, and where its costs are kept."""
+"""Layout of the pair subproblems: their points, and the positions of their costs."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ NOTHING = -1
 
 
 class Side(NamedTuple):
-    """The candidates as one of the two shapes sees them.
+    """The candidates, grouped by the points of one shape.
 
     Attributes
     ----------
@@ -41,10 +41,10 @@ class Groups(NamedTuple):
     pairwise
         (G+1,) offsets of the subproblems' pairwise costs.
     listed
-        Whether only some pairs of candidates have a cost; otherwise the costs are full blocks,
-        one row for each candidate of p.
+        Whether costs are listed for some pairs of candidates; otherwise they are full blocks, with
+        a row for each candidate of p.
     rows, columns
-        (E,) which candidate of p and of q a listed cost belongs to; empty for full blocks.
+        (E,) candidate of p and of q, by its rank, of each listed cost; empty for full blocks.
     """
 
     points: IntArray
@@ -56,7 +56,7 @@ class Groups(NamedTuple):
 
 
 def sides_of(problem: LabellingProblem) -> tuple[Side, Side]:
-    """Return how the source and the target see the candidates."""
+    """Return the candidates grouped by source points, and by target points."""
     x, y = (np.ascontiguousarray(column) for column in problem.candidates.T)
     return _side(x, y, problem.n_sources), _side(y, x, problem.n_targets)
 
@@ -108,7 +108,7 @@ def sparse_groups(side: Side, first: IntArray, second: IntArray) -> tuple[Groups
 
 
 def offsets(sizes: IntArray) -> IntArray:
-    """Where each of several runs begins, and where the last one ends."""
+    """Return where each of several runs begins, and where the last one ends."""
     return np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
 
 
@@ -145,7 +145,7 @@ def full_costs(side: Side, groups: Groups, costs: PairwiseCosts, share: float) -
 
 
 def block_positions(side: Side, groups: Groups, first: IntArray, second: IntArray) -> IntArray:
-    """Where full blocks have the cost of given candidates.
+    """Positions in full blocks of the costs of given candidates.
 
     Parameters
     ----------

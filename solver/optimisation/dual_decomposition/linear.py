@@ -1,17 +1,17 @@
-"""The linear subproblem: candidates without pairwise costs, each point at most once."""
+"""Linear subproblem: the assignment problem without pairwise costs."""
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.optimisation.primal import assign
+from solver.optimisation.primal import solve_lap
 
 
 class LinearSubproblem:
-    """An assignment problem, solved exactly.
+    """Linear assignment problem, solved exactly.
 
-    It has all unary costs at first, and what the other subproblems leave of them later. It alone
-    knows that a target point serves at most one source point, and what an unmatched one costs.
+    It has all unary costs at first; the other subproblems take shares of them. It alone contains
+    the constraints of target points and the occlusion cost.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class LinearSubproblem:
     def minimise(self) -> float:
         """Solve it; return the minimum, occlusion costs included."""
         problem = self._problem
-        self.partners = assign(problem, self.unary)
+        self.partners = solve_lap(problem, self.unary)
         chosen = problem.chosen_candidates(self.partners)
         self.used = chosen[chosen >= 0]
         unmatched = problem.n_sources - len(self.used)

@@ -1,4 +1,4 @@
-"""The maxflow subproblem: candidates with their pairwise costs, but without constraints.
+"""Maxflow subproblem: candidates with their pairwise costs, without constraints.
 
 Minimising a quadratic function of binary variables is hard in general; its roof dual, the optimum
 of the linear relaxation, is a minimum cut in a graph with two nodes for each variable, one for it
@@ -7,13 +7,18 @@ variables are 0, 1/2 or 1.
 """
 
 import numpy as np
-from ortools.graph.python.max_flow import SimpleMaxFlow
+import numpy.typing as npt
+from scipy import sparse
+from scipy.sparse.csgraph import maximum_flow
 
-from solver.arrays import FloatArray, IntArray
-from solver.optimisation.dual_decomposition.shares import Used
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.kernel import kernel
+from solver.optimisation.dual_decomposition.exchange import Used
 
-_CAPACITY = float(2**53)
-"""What the capacities add up to as integers, about: no flow overflows 64 bits."""
+_UNITS = 2**30
+"""Integer units that bound a flow: SciPy's are 32 bits wide, a residual capacity is twice that."""
+_MOST_ROUNDS, _NEGLIGIBLE = 3, 1e-12
+"""Rounds of integer flow, and the share of the first one's capacity below which no more is sent."""
 
 
 class MaxflowSubproblem:
@@ -33,7 +38,7 @@ class MaxflowSubproblem:
     labels
         (V,) the minimiser: 0, 1/2 or 1 for each candidate.
     products
-        (E,) what stands for x_a x_b in it.
+        (E,) value of x_a x_b in the minimiser: 0, 1/2 or 1.
     """
 
     def __init__(
@@ -50,30 +55,20 @@ class MaxflowSubproblem:
         Returns
         -------
         A lower bound of the minimum over binary variables; with non-positive pairwise costs the
-        minimum itself. Capacities are rounded down to integers, so rounding never raises it.
+        minimum itself. It is the value of a flow, so it is valid even where that is not maximal.
         """
         count = len(self.unary)
         negative = self.pairwise < 0.0
         linear = 0.5 * self.unary
         np.add.at(linear, self._first[negative], 0.5 * self.pairwise[negative])
-        tails, heads, capacities = self._arcs(linear, negative)
-        scale = _CAPACITY / max(float(capacities.sum()), 1e-300)
-        rounded = np.floor(capacities * min(scale, 1e300)).astype(np.int64)
-        graph = SimpleMaxFlow()
-        graph.add_arcs_with_capacity(tails, heads, rounded)
-        source, sink = 2 * count, 2 * count + 1
-        if graph.solve(source, sink) != graph.OPTIMAL:
-            raise ArithmeticError("the maximum flow could not be computed")
-        side = np.zeros(2 * count + 2, dtype=np.bool_)
-        side[graph.get_source_side_min_cut()] = True
+        flow, side = minimum_cut(*self._arcs(linear, negative), 2 * count, 2 * count + 1)
         self._label(side[:count], ~side[count : 2 * count], negative)
-        constant = 2.0 * float(np.minimum(linear, 0.0).sum())
-        return constant + float(graph.optimal_flow()) / scale
+        return 2.0 * float(np.minimum(linear, 0.0).sum()) + flow
 
     def _arcs(
-        self, linear: FloatArray, negative: np.ndarray[tuple[int], np.dtype[np.bool_]]
+        self, linear: FloatArray, negative: BoolArray
     ) -> tuple[IntArray, IntArray, FloatArray]:
-        """Arcs of the doubled graph: node a is x_a, node V + a is y_a, which stands for 1 − x_a.
+        """Arcs of the doubled graph: node a is x_a, node V + a is y_a, in place of 1 − x_a.
 
         A node is on the source's side when x_a = 1, or when y_a = 0 as a complement.
         """
@@ -96,14 +91,9 @@ class MaxflowSubproblem:
             (d, count + c, strength[~negative]),
         ]
         tails, heads, capacities = (np.concatenate(column) for column in zip(*pieces, strict=True))
-        return tails.astype(np.int64), heads.astype(np.int64), capacities
+        return tails, heads, capacities
 
-    def _label(
-        self,
-        taken: np.ndarray[tuple[int], np.dtype[np.bool_]],
-        complement: np.ndarray[tuple[int], np.dtype[np.bool_]],
-        negative: np.ndarray[tuple[int], np.dtype[np.bool_]],
-    ) -> None:
+    def _label(self, taken: BoolArray, complement: BoolArray, negative: BoolArray) -> None:
         x, z = taken.astype(np.float64), complement.astype(np.float64)
         a, b = self._first, self._second
         self.labels = 0.5 * (x + z)
@@ -122,3 +112,67 @@ class MaxflowSubproblem:
         """Pairwise costs that the minimiser uses."""
         chosen = np.flatnonzero(self.products)
         return Used(chosen, self.products[chosen])
+
+
+def minimum_cut(
+    tails: IntArray, heads: IntArray, capacities: FloatArray, source: int, sink: int
+) -> tuple[float, BoolArray]:
+    """Maximum flow and minimum cut of a graph with real capacities.
+
+    SciPy's flows are 32-bit integers. Capacities are therefore rounded down to integer units; what
+    rounding leaves is sent in further rounds, each time in units that are smaller by the factor
+    |E| / 2³⁰. Every round sends a flow within the residual capacities, so that the value never
+    exceeds the maximum but by errors of double precision.
+
+    Parameters
+    ----------
+    tails, heads, capacities
+        (E,) arcs; capacities are not negative.
+    source, sink
+        The last two nodes.
+
+    Returns
+    -------
+    flow, side
+        Value of the flow; (n,) whether each node is on the source's side of the cut.
+    """
+    n = sink + 1
+    # With every arc in both directions a flow has the same sparsity as its graph.
+    both = np.concatenate([capacities, np.zeros(len(capacities))])
+    arcs = np.concatenate([tails, heads]), np.concatenate([heads, tails])
+    residual = sparse.csr_array((both, arcs), shape=(n, n))
+    rows = np.repeat(np.arange(n), np.diff(residual.indptr))
+    side = np.arange(n) == source
+    value, first = 0.0, 0.0
+    for _ in range(_MOST_ROUNDS):
+        largest = float(residual.data[side[rows] & ~side[residual.indices]].sum())
+        first, unit = max(first, largest), largest / _UNITS
+        if not unit > 0.0 or largest <= _NEGLIGIBLE * first:
+            break
+        rounded = np.floor(np.minimum(residual.data, largest) / unit).astype(np.int32)
+        graph = sparse.csr_array((rounded, residual.indices, residual.indptr), shape=(n, n))
+        found = maximum_flow(graph, source, sink)
+        value += found.flow_value * unit
+        residual.data = np.maximum(residual.data - unit * found.flow.data, 0.0)
+        left = rounded > found.flow.data
+        side = _reachable(residual.indptr, residual.indices, left, source)
+    return value, side
+
+
+@kernel
+def _reachable(
+    first: npt.NDArray[np.int32], heads: npt.NDArray[np.int32], left: BoolArray, source: int
+) -> BoolArray:
+    """Nodes that are reached from the source by arcs with capacity left."""
+    found = np.zeros(len(first) - 1, dtype=np.bool_)
+    stack, count = np.full(len(found), source), 1
+    found[source] = True
+    while count:
+        count -= 1
+        node = stack[count]
+        for arc in range(first[node], first[node + 1]):
+            if left[arc] and not found[heads[arc]]:
+                found[heads[arc]] = True
+                stack[count] = heads[arc]
+                count += 1
+    return found

@@ -1,8 +1,8 @@
-"""Local subproblems: two source points, or two target points, with all their candidates.
+"""Pair subproblems: two source points, or two target points, with all their candidates.
 
-A source point of a local subproblem takes one of its candidates (or none, where source points may
-stay unmatched); a target point is taken by one of its candidates or by none (unless every target
-point must be taken). Two candidates that exclude one another are never taken together.
+A source point of a subproblem takes one of its candidates (or none, where source points may stay
+unmatched); a target point is taken by one of its candidates or by none (unless every target point
+must be taken). Two candidates that exclude one another are never taken together.
 """
 
 from dataclasses import dataclass
@@ -11,27 +11,30 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
+from solver.optimisation.dual_decomposition.exchange import Exchange, Used, used_once
 from solver.optimisation.dual_decomposition.groups import (
     NOTHING,
     Groups,
     Side,
     candidates_at,
     gather,
+    match_full,
+    match_sparse,
     rows_of,
 )
-from solver.optimisation.dual_decomposition.shares import Used, used_once
+from solver.optimisation.dual_decomposition.linear import LinearSubproblem
 
 
 @dataclass(eq=False)
 class PairSubproblems:
-    """All local subproblems of one side.
+    """Pair subproblems of one shape.
 
     Parameters
     ----------
     side
         The candidates.
     groups
-        Which pairs of points have a subproblem.
+        Pairs of points that have a subproblem.
     pairwise
         (E,) pairwise costs, at the groups' offsets; ``inf`` where candidates exclude one another.
     optional
@@ -85,8 +88,35 @@ class PairSubproblems:
         """Positions of all unary costs of some candidates."""
         return used_once(gather(*self._places, candidates))
 
+    def exchanges(self, linear: LinearSubproblem) -> list[Exchange]:
+        """Exchange of unary costs with the linear subproblem."""
+        return [
+            Exchange(
+                self.unary,
+                linear.unary,
+                self.candidate_at,
+                gains=lambda: self.used_unary,
+                losses=lambda: self.places_of(linear.used),
+            )
+        ]
+
+    def exchange_with(self, target: "PairSubproblems") -> Exchange:
+        """Exchange of pairwise costs with the pairs of the other shape."""
+        match = match_sparse if self.groups.listed else match_full
+        there, back = match(self.side, self.groups, target.side, target.groups)
+        return Exchange(
+            self.pairwise,
+            target.pairwise,
+            there,
+            gains=lambda: used_once(self.used_pairwise),
+            losses=lambda: used_once(back[target.used_pairwise]),
+        )
+
     def add_slack(self, pairwise: FloatArray) -> None:
-        """Add to a (V, V) matrix what each two candidates cost above their group's minimum."""
+        """Add to a (V, V) matrix the cost of every two candidates above their group's minimum.
+
+        Time is O(V²).
+        """
         _add_slack(self.side, self.groups, self.unary, self.pairwise, self.minima, pairwise)
 
 
@@ -123,8 +153,8 @@ def _best_alone(
     return best, i, j
 
 
-# In the loops below no array is taken out of a tuple, nor a part of one made: either counts
-# references, which takes longer than many a subproblem.
+# The loops below take no array out of a tuple and make no view: both count references, which takes
+# longer than a small subproblem.
 
 
 @kernel

@@ -1,11 +1,12 @@
-"""Which subproblems the energy is split into, and how their costs move between them."""
+"""Relaxation of a labelling problem: its subproblems, and the exchanges of costs between them."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from solver.arrays import IntArray
 from solver.labelling import LabellingProblem
+from solver.optimisation.dual_decomposition.exchange import Exchange, used_once
 from solver.optimisation.dual_decomposition.groups import (
     NOTHING,
     Side,
@@ -13,41 +14,36 @@ from solver.optimisation.dual_decomposition.groups import (
     candidates_of,
     full_costs,
     full_groups,
-    match_full,
-    match_sparse,
     sides_of,
     sparse_groups,
 )
 from solver.optimisation.dual_decomposition.linear import LinearSubproblem
 from solver.optimisation.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
-from solver.optimisation.dual_decomposition.reduction import reduced_costs
-from solver.optimisation.dual_decomposition.shares import Exchange, used_once
+from solver.optimisation.dual_decomposition.reduced_costs import reduced_costs
 from solver.optimisation.dual_decomposition.triple_choice import choose_triples
 from solver.optimisation.dual_decomposition.triples import TripleSubproblems
-from solver.optimisation.reparametrisation import BoundingCosts
-
-_MOMENTUM = 0.9
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 
 @dataclass(frozen=True)
 class Subproblems:
-    """Which subproblems take part beside the linear one.
+    """Choice of the subproblems beside the linear one.
 
     Parameters
     ----------
     source_pairs, target_pairs
-        Local subproblems on pairs of source points, of target points.
+        Pairs of source points, of target points.
     maxflow
         All candidates and pairwise costs without constraints, by roof duality.
     triples
-        So many local subproblems on triples of points are added, at most, on each side that has
-        pairs whenever the bound stagnates. Only for problems with metrics.
+        Number of triples of points that are added, at most, on each shape that has pairs whenever
+        the bound stalls. Only for problems with metrics or a table.
 
     Raises
     ------
     ValueError
-        None of the subproblems that know of pairwise costs takes part.
+        No subproblem with pairwise costs takes part.
     """
 
     source_pairs: bool = True
@@ -60,74 +56,74 @@ class Subproblems:
             raise ValueError("pairwise costs need a subproblem beside the linear one")
 
 
+class Subproblem(Protocol):
+    """A part of the energy that is minimised on its own."""
+
+    def minimise(self) -> float:
+        """Solve the subproblem for its present costs; return the minimum."""
+        ...
+
+
 class Relaxation:
-    """The subproblems of one labelling problem, and the present division of its costs.
+    """Subproblems of a labelling problem, and the present division of its costs among them.
+
+    A kind of subproblem takes part by its ``minimise`` and by the exchanges of costs with those
+    that have shares of the same costs; the relaxation knows nothing else of it.
 
     Parameters
     ----------
     problem
         The labelling problem.
     subproblems
-        Which subproblems take part.
+        Choice of the subproblems.
+
+    Attributes
+    ----------
+    linear
+        The linear subproblem.
     """
 
     def __init__(self, problem: LabellingProblem, subproblems: Subproblems) -> None:
         self._problem, self._subproblems = problem, subproblems
         self.linear = LinearSubproblem(problem)
-        wanted = subproblems.source_pairs, subproblems.target_pairs, subproblems.maxflow
-        share = 1.0 / sum(wanted)
-        # A target point may go without partner unless there are as many as source points, all of
-        # which must be matched.
-        optional = not problem.must_match_all
-        spare = optional or problem.n_targets > problem.n_sources
-        sides = [
-            _pair_subproblems(problem, side, share, may_be_free)
-            for side, may_be_free, present in zip(
-                sides_of(problem), (optional, spare), wanted[:2], strict=True
-            )
-            if present
-        ]
-        self._pairs = sides
-        self._unary = [Exchange(s.unary, self.linear.unary, s.candidate_at) for s in sides]
-        self._across = _Across(*sides) if len(sides) == 2 else None
-        self._maxflow = _Unconstrained(problem, sides, self.linear) if wanted[2] else None
-        self._triples = [_TripleBatches(s, self.linear) for s in sides]
+        self._pairs = _pairs_of_sides(problem, subproblems)
+        self._parts: list[Subproblem] = list(self._pairs)
+        self._exchanges = [each for pairs in self._pairs for each in pairs.exchanges(self.linear)]
+        if len(self._pairs) == 2:
+            self._exchanges.append(self._pairs[0].exchange_with(self._pairs[1]))
+        if subproblems.maxflow:
+            part, exchanges = _maxflow(problem, self._pairs, self.linear)
+            self._parts.append(part)
+            self._exchanges += exchanges
+        self._in_triples = [np.zeros(len(p.groups.points), dtype=np.bool_) for p in self._pairs]
         self._minimum = -np.inf
 
     def minimise(self) -> float:
-        """Solve all subproblems; return the lower bound that their minima add up to."""
-        bound = self.linear.minimise()
-        self._minimum = sum(pairs.minimise() for pairs in self._pairs)
-        self._minimum += sum(batch.minimise() for batch in self._triples)
-        if self._maxflow is not None:
-            self._minimum += self._maxflow.part.minimise()
-        return bound + self._minimum
+        """Solve all subproblems; return the lower bound of the energy: the sum of the minima."""
+        linear = self.linear.minimise()
+        self._minimum = sum(part.minimise() for part in self._parts)
+        return linear + self._minimum
 
-    def ascend(self, gain: float) -> None:
-        """Move costs where the bound rises, so far that a linear bound would rise by `gain`."""
-        used = self.linear.used
-        norm = 0.0
-        for pairs, exchange in zip(self._pairs, self._unary, strict=True):
-            norm += exchange.turn(pairs.used_unary, pairs.places_of(used), _MOMENTUM)
-        if self._across is not None:
-            norm += self._across.turn()
-        if self._maxflow is not None:
-            norm += self._maxflow.turn(used)
-        for batch in self._triples:
-            norm += batch.turn(used)
+    def ascend(self, rise: float) -> None:
+        """Move costs along the direction, as far as a linear bound would need to rise by `rise`."""
+        norm = sum(exchange.update_direction() for exchange in self._exchanges)
         if norm > 0.0:
-            for exchange in self._exchanges():
-                exchange.step(gain / norm)
+            for exchange in self._exchanges:
+                exchange.step(rise / norm)
 
-    def add_triples(self) -> int:
-        """Add triples that gain most at the present costs; return how many."""
-        most = self._subproblems.triples
-        if most == 0 or not self._problem.all_pairs_cost:
-            return 0
-        return sum(batch.add(most) for batch in self._triples)
+    def add_triples(self) -> None:
+        """Add the triples that raise the bound most at the present costs."""
+        if self._subproblems.triples == 0 or not self._problem.all_pairs_cost:
+            return
+        for pairs, taken in zip(self._pairs, self._in_triples, strict=True):
+            chosen = choose_triples(pairs, self._subproblems.triples, taken)
+            if len(chosen.points):
+                triples = TripleSubproblems(pairs, chosen)
+                self._parts.append(triples)
+                self._exchanges += triples.exchanges(self.linear)
 
-    def bounding_costs(self) -> BoundingCosts:
-        """Costs to prune an exact search with; their constant is the present bound.
+    def reparametrised_costs(self) -> ReparametrisedCosts:
+        """Costs of the same correspondences, whose constant is the present bound.
 
         Memory is 8 bytes times the square of the number of candidates.
         """
@@ -138,21 +134,23 @@ class Relaxation:
         linear = self.linear
         return reduced_costs(self._problem, linear.unary, linear.partners, slack, self._minimum)
 
-    def _exchanges(self) -> list[Exchange]:
-        exchanges = list(self._unary)
-        if self._across is not None:
-            exchanges.append(self._across.exchange)
-        if self._maxflow is not None:
-            exchanges += self._maxflow.exchanges
-        for batch in self._triples:
-            exchanges += batch.exchanges
-        return exchanges
+
+def _pairs_of_sides(problem: LabellingProblem, subproblems: Subproblems) -> list[PairSubproblems]:
+    """Pair subproblems of the shapes that are to have them, with equal shares of the costs."""
+    wanted = subproblems.source_pairs, subproblems.target_pairs
+    share = 1.0 / (sum(wanted) + subproblems.maxflow)
+    # A target point may stay free unless there are as many as source points, all of which must be
+    # matched.
+    optional = not problem.must_match_all
+    free = optional or problem.n_targets > problem.n_sources
+    sides = zip(sides_of(problem), (optional, free), wanted, strict=True)
+    return [_pair_subproblems(problem, side, share, may) for side, may, present in sides if present]
 
 
 def _pair_subproblems(
     problem: LabellingProblem, side: Side, share: float, optional: bool
 ) -> PairSubproblems:
-    """All pairs of points of a side that have pairwise costs, with a share of these."""
+    """All pairs of points of a shape that have pairwise costs, with a share of these."""
     terms = problem.terms
     x, y = problem.candidates.T
     one, two = terms.first, terms.second
@@ -167,83 +165,34 @@ def _pair_subproblems(
     return PairSubproblems(side, groups, pairwise, optional)
 
 
-class _Across:
-    """Pairwise costs go from the target pairs to the source pairs."""
-
-    def __init__(self, source: PairSubproblems, target: PairSubproblems) -> None:
-        self._source, self._target = source, target
-        match = match_sparse if source.groups.listed else match_full
-        there, self._back = match(source.side, source.groups, target.side, target.groups)
-        self.exchange = Exchange(source.pairwise, target.pairwise, there)
-
-    def turn(self) -> float:
-        losses = self._back[self._target.used_pairwise]
-        return self.exchange.turn(
-            used_once(self._source.used_pairwise), used_once(losses), _MOMENTUM
+def _maxflow(
+    problem: LabellingProblem, sides: list[PairSubproblems], linear: LinearSubproblem
+) -> tuple[MaxflowSubproblem, list[Exchange]]:
+    """Maxflow subproblem with the same share of the pairwise costs as the pairs."""
+    base = sides[0] if sides else _pair_subproblems(problem, sides_of(problem)[0], 1.0, True)
+    positions = np.flatnonzero(np.isfinite(base.pairwise)).astype(np.int64)
+    first, second = (ends[positions] for ends in candidates_of(base.side, base.groups))
+    unary = np.zeros(problem.n_candidates)
+    part = MaxflowSubproblem(first, second, unary, base.pairwise[positions].copy())
+    exchanges = [
+        Exchange(
+            unary,
+            linear.unary,
+            np.arange(len(unary)),
+            gains=lambda: part.used_unary,
+            losses=lambda: used_once(linear.used),
         )
-
-
-class _Unconstrained:
-    """The maxflow subproblem gets unary costs from the linear one, pairwise ones from the pairs."""
-
-    def __init__(
-        self,
-        problem: LabellingProblem,
-        sides: list[PairSubproblems],
-        linear: LinearSubproblem,
-    ) -> None:
-        base = sides[0] if sides else _pair_subproblems(problem, sides_of(problem)[0], 1.0, True)
-        self._base = base if sides else None
-        places = np.flatnonzero(np.isfinite(base.pairwise)).astype(np.int64)
-        first, second = (ends[places] for ends in candidates_of(base.side, base.groups))
-        unary = np.zeros(problem.n_candidates)
-        # Every subproblem began with the same share.
-        self.part = MaxflowSubproblem(first, second, unary, base.pairwise[places].copy())
-        self.exchanges = [Exchange(unary, linear.unary, np.arange(len(unary)))]
-        self._inverse = np.full(len(base.pairwise), NOTHING, dtype=np.int64)
-        self._inverse[places] = np.arange(len(places))
-        if sides:
-            self.exchanges.append(Exchange(self.part.pairwise, base.pairwise, places))
-
-    def turn(self, used: IntArray) -> float:
-        norm = self.exchanges[0].turn(self.part.used_unary, used_once(used), _MOMENTUM)
-        if self._base is not None:
-            losses = used_once(self._inverse[self._base.used_pairwise])
-            norm += self.exchanges[1].turn(self.part.used_pairwise, losses, _MOMENTUM)
-        return norm
-
-
-class _TripleBatches:
-    """Triples of one side, as they were added: costs from the linear subproblem and the pairs."""
-
-    def __init__(self, pairs: PairSubproblems, linear: LinearSubproblem) -> None:
-        self._pairs, self._linear = pairs, linear
-        self._taken = np.zeros(len(pairs.groups.points), dtype=np.bool_)
-        self._batches: list[TripleSubproblems] = []
-        self.exchanges: list[Exchange] = []
-
-    def add(self, most: int) -> int:
-        chosen = choose_triples(self._pairs, most, self._taken)
-        if not len(chosen.points):
-            return 0
-        batch = TripleSubproblems(self._pairs, chosen)
-        possible = np.where(np.isfinite(batch.pairwise), batch.place_at, NOTHING)
-        self._batches.append(batch)
-        self.exchanges += [
-            Exchange(batch.unary, self._linear.unary, batch.candidate_at),
-            Exchange(batch.pairwise, self._pairs.pairwise, possible),
-        ]
-        return len(chosen.points)
-
-    def minimise(self) -> float:
-        return sum(batch.minimise() for batch in self._batches)
-
-    def turn(self, used: IntArray) -> float:
-        norm = 0.0
-        lost = self._pairs.used_pairwise
-        for k, batch in enumerate(self._batches):
-            unary, pairwise = batch.used
-            of_unary, of_pairwise = self.exchanges[2 * k : 2 * k + 2]
-            norm += of_unary.turn(unary, batch.unary_places_of(used), _MOMENTUM)
-            norm += of_pairwise.turn(pairwise, batch.pairwise_places_of(lost), _MOMENTUM)
-        return norm
+    ]
+    if sides:
+        inverse = np.full(len(base.pairwise), NOTHING, dtype=np.int64)
+        inverse[positions] = np.arange(len(positions))
+        exchanges.append(
+            Exchange(
+                part.pairwise,
+                base.pairwise,
+                positions,
+                gains=lambda: part.used_pairwise,
+                losses=lambda: used_once(inverse[base.used_pairwise]),
+            )
+        )
+    return part, exchanges

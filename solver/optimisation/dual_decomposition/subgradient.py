@@ -1,88 +1,121 @@
-"""The projected subgradient method that joins the subproblems."""
+"""Projected subgradient method for the lower bound of a relaxation."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
-from solver.control import Control
+from solver.arrays import IntArray
+from solver.control import Control, Status, iterate
 from solver.labelling import CERTIFIED_GAP, LabellingProblem, Method, Solution, relative_gap
 from solver.optimisation.dual_decomposition.relaxation import Relaxation, Subproblems
-from solver.optimisation.primal import assign, fuse, local_search
-from solver.optimisation.reparametrisation import BoundingCosts
+from solver.optimisation.primal import Incumbent, improved, local_search, solve_lap
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-_PATIENCE = 15
-_SHORTER = 0.7
-_LONGER = 1.02
-_SHORTEST = 0.005
-_TRIPLES_BELOW = 0.1
+_STALL_LIMIT = 15
+"""Iterations without a rise after which steps are shortened."""
+_SHORTEN, _LENGTHEN = 0.7, 1.02
+"""Factors on the step after a stall, and after an iteration that raises the bound."""
+_LEAST_FACTOR = 0.005
+"""Steps are shortened no further."""
+_TRIPLES_FACTOR = 0.1
 """Triples are added once steps are so short: before, the pairs still have much to gain."""
-_PROPOSAL_EVERY = 20
+_PROPOSAL_PERIOD, _RISING_PROPOSAL_PERIOD = 20, 5
+"""Iterations between two proposals for the correspondence; the second while the bound rises."""
 _ROUNDING = 1e-9
+"""Allowance for rounding errors of the bound, relative to the energy."""
 
 
-@dataclass(frozen=True, eq=False)
-class DualSolution(Solution):
-    """A solution with the history of its lower bound.
+@dataclass
+class PolyakStep:
+    """Polyak's step length with an adaptive factor.
 
-    Parameters
-    ----------
-    bounds
-        (iterations,) best lower bound after each iteration; it never falls.
-    """
-
-    bounds: FloatArray
-
-
-def dual_decomposition(
-    problem: LabellingProblem,
-    start: IntArray | None = None,
-    *,
-    subproblems: Subproblems | None = None,
-    iterations: int = 1000,
-    gap: float = CERTIFIED_GAP,
-    control: Control | None = None,
-) -> DualSolution:
-    """Solve problem (5) approximately, with a lower bound of its optimum.
+    The bound is compared with the best one since the steps were last shortened, not with the best
+    of all: after a step that went too far, it matters whether the bound recovers.
 
     Parameters
     ----------
-    problem, start, subproblems
-        See :class:`DualDecomposition`.
-    iterations
-        Limit on the iterations.
-    gap
-        Relative gap at which to stop.
-    control
-        Cancels, or ends the iterations at a deadline.
-
-    Returns
-    -------
-    DualSolution
-        ``lower_bound <= optimum <= energy``, up to rounding errors, for which the bound is
-        lowered by 1e-9 of the energy. Without an iteration the bound is 0 where no cost is
-        negative, else minus infinity.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    InfeasibleError
-        Every source point must be matched, and the candidates do not allow it.
+    factor
+        Factor on Polyak's length, in (0, 1].
+    stalled
+        Iterations since the bound last rose.
+    best
+        Best bound since the steps were last shortened.
     """
-    decomposition = DualDecomposition(problem, start, subproblems)
-    decomposition.run(iterations, gap, control)
-    return decomposition.solution()
+
+    factor: float = 1.0
+    stalled: int = 0
+    best: float = -np.inf
+
+    def update(self, bound: float, rises: bool) -> bool:
+        """Adapt the factor to the bound of an iteration; return whether it has been reduced."""
+        if rises:
+            self.stalled, self.best = 0, bound
+            self.factor = min(self.factor * _LENGTHEN, 1.0)
+            return False
+        self.stalled += 1
+        if self.stalled < _STALL_LIMIT:
+            return False
+        self.stalled, self.best = 0, bound
+        self.factor = max(self.factor * _SHORTEN, _LEAST_FACTOR)
+        return True
+
+
+@dataclass(eq=False)
+class DualState:
+    """State of a dual decomposition; steps change it in place.
+
+    Parameters
+    ----------
+    relaxation
+        The subproblems, with the present division of the costs.
+    incumbent
+        The best correspondence so far.
+    lower_bound
+        The best bound so far.
+    step
+        Step length.
+    history
+        Best bound after each iteration; it never falls.
+    """
+
+    relaxation: Relaxation
+    incumbent: Incumbent
+    lower_bound: float
+    step: PolyakStep = field(default_factory=PolyakStep)
+    history: list[float] = field(default_factory=list)
+
+    @property
+    def gap(self) -> float:
+        """Relative gap so far."""
+        return relative_gap(self.incumbent.energy, self.lower_bound)
+
+    def solution(self, status: Status) -> Solution[IntArray]:
+        """Return the best correspondence and bound so far."""
+        return Solution(
+            self.incumbent.partners,
+            self.incumbent.energy,
+            self.lower_bound,
+            len(self.history),
+            Method.DUAL_DECOMPOSITION,
+            status,
+            tuple(self.history),
+        )
+
+    def reparametrised_costs(self) -> ReparametrisedCosts:
+        """Return the costs as they are divided at present, for lower bounds of an exact search.
+
+        Memory is 8 bytes times the square of the number of candidates.
+        """
+        self.relaxation.minimise()
+        return self.relaxation.reparametrised_costs()
 
 
 class DualDecomposition:
-    """A dual decomposition under way.
+    """Dual decomposition as an iterative method: problem, subproblems, and step rule.
 
-    Steps have Polyak's length, towards the energy of the best correspondence known, along a
-    direction that remembers the earlier ones (heavy ball). They grow while the bound rises above
-    its recent best, and are cut when it has not for some time. The assignments of the linear
-    subproblem, improved by local search and fused with the best one, are proposals for the
-    correspondence.
+    Steps have Polyak's length (Polyak 1969), towards the energy of the incumbent, along a
+    heavy-ball direction. The assignments of the linear subproblem, improved by local search and
+    fused with the incumbent, are proposals for the correspondence.
 
     Parameters
     ----------
@@ -92,15 +125,12 @@ class DualDecomposition:
     start
         (N,) correspondence to start from; by default the assignment of least unary cost.
     subproblems
-        What the energy is split into; by default the linear subproblem and the local ones of
-        both sides, which give the best bound for their time.
-
-    Attributes
-    ----------
-    partners, energy
-        The best correspondence so far.
+        Split of the energy; by default the linear subproblem and the pairs of both shapes, which
+        give the best bound for their time (``python -m bench.solver``).
+    gap
+        Relative gap that suffices.
     lower_bound
-        The best bound so far.
+        A lower bound of the optimum, if one is known.
 
     Raises
     ------
@@ -113,93 +143,92 @@ class DualDecomposition:
         problem: LabellingProblem,
         start: IntArray | None = None,
         subproblems: Subproblems | None = None,
+        *,
+        gap: float = CERTIFIED_GAP,
+        lower_bound: float = -np.inf,
     ) -> None:
-        self._problem = problem
-        if start is None:
-            start = assign(problem, problem.unary)
-        self.partners: IntArray = local_search(problem, start)
-        self.energy = problem.energy(self.partners)
-        self.lower_bound = 0.0 if problem.non_negative else -np.inf
-        self._relaxation = Relaxation(problem, subproblems or Subproblems())
-        self._bounds: list[float] = []
-        self._stalled, self._scale, self._recent_best = 0, 1.0, -np.inf
+        self._problem, self._subproblems = problem, subproblems or Subproblems()
+        self._start = solve_lap(problem, problem.unary) if start is None else start
+        self._gap, self._lower_bound = gap, lower_bound
 
-    @property
-    def gap(self) -> float:
-        """Relative gap so far."""
-        return relative_gap(self.energy, self.lower_bound)
+    def init(self) -> DualState:
+        """Return the state before the first iteration, in which costs are divided evenly."""
+        problem = self._problem
+        incumbent = Incumbent.of(problem, local_search(problem, self._start))
+        bound = max(self._lower_bound, 0.0 if problem.non_negative else -np.inf)
+        relaxation = Relaxation(problem, self._subproblems)
+        return DualState(relaxation, incumbent, min(bound, incumbent.energy))
 
-    def run(
-        self, iterations: int, gap: float = CERTIFIED_GAP, control: Control | None = None
-    ) -> None:
-        """Go on for some iterations, until a gap is reached or the deadline passed.
+    def step(self, state: DualState) -> DualState:
+        """Compute the bound of the present division, and take a subgradient step."""
+        relaxation, rule, count = state.relaxation, state.step, len(state.history)
+        energy = state.incumbent.energy
+        bound = relaxation.minimise()
+        rounding = _ROUNDING * abs(energy)
+        rises = bound > rule.best + 2.0 * rounding
+        state.lower_bound = max(state.lower_bound, min(bound - rounding, energy))
+        period = _RISING_PROPOSAL_PERIOD if rises else _PROPOSAL_PERIOD
+        if count % period == 0:
+            proposal = relaxation.linear.partners
+            state.incumbent = improved(self._problem, state.incumbent, proposal)
+        state.history.append(state.lower_bound)
+        if rule.update(bound, rises) and rule.factor < _TRIPLES_FACTOR:
+            relaxation.add_triples()
+        relaxation.ascend(rule.factor * max(state.incumbent.energy - bound, 0.0))
+        return state
 
-        Raises
-        ------
-        Cancelled
-            Through `control`.
-        """
-        control = control or Control()
-        for _ in range(iterations):
-            control.check()
-            if self.gap <= gap or control.seconds_left() <= 0.0:
-                return
-            self._iterate()
+    def done(self, state: DualState) -> bool:
+        """Return whether the gap suffices."""
+        return state.gap <= self._gap
 
-    def solution(self) -> DualSolution:
-        """Return the best correspondence and bound so far."""
-        return DualSolution(
-            self.partners,
-            self.energy,
-            self.lower_bound,
-            len(self._bounds),
-            Method.DUAL_DECOMPOSITION,
-            np.array(self._bounds),
-        )
 
-    def improve(self, partners: IntArray) -> None:
-        """Fuse the best correspondence with another one and search around the result."""
-        fused = fuse(self._problem, self.partners, local_search(self._problem, partners))
-        if self._problem.energy(fused) < self.energy:
-            self.partners = local_search(self._problem, fused)
-            self.energy = self._problem.energy(self.partners)
+def dual_decomposition(
+    problem: LabellingProblem,
+    start: IntArray | None = None,
+    *,
+    subproblems: Subproblems | None = None,
+    iterations: int = 1000,
+    gap: float = CERTIFIED_GAP,
+    control: Control | None = None,
+) -> Solution[IntArray]:
+    """Solve problem (5) approximately, with a lower bound of its optimum.
 
-    def learn_bound(self, bound: float) -> None:
-        """Take note of a lower bound that is known from elsewhere."""
-        self.lower_bound = max(self.lower_bound, min(bound, self.energy))
+    Parameters
+    ----------
+    problem, start, subproblems, gap
+        See :class:`DualDecomposition`.
+    iterations
+        Limit on the iterations, each of which takes O(V²) time with metrics.
+    control
+        Cancels, or ends the iterations at a deadline.
 
-    def bounding_costs(self) -> BoundingCosts:
-        """Return the present relaxation's costs, to prune an exact search with.
+    Returns
+    -------
+    Solution
+        ``lower_bound <= optimum <= value``, up to rounding errors, for which the bound is lowered
+        by 1e-9 of the energy. Without an iteration the bound is 0 where no cost is negative, else
+        minus infinity. Its history is the best bound after each iteration.
 
-        Memory is 8 bytes times the square of the number of candidates.
-        """
-        self._relaxation.minimise()
-        return self._relaxation.bounding_costs()
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    InfeasibleError
+        Every source point must be matched, and the candidates do not allow it.
 
-    def _iterate(self) -> None:
-        bound = self._relaxation.minimise()
-        rounding = _ROUNDING * abs(self.energy)
-        rises = bound > self._recent_best + 2.0 * rounding
-        self.lower_bound = max(self.lower_bound, min(bound - rounding, self.energy))
-        if len(self._bounds) % _PROPOSAL_EVERY == 0 or (rises and len(self._bounds) % 5 == 0):
-            self.improve(self._relaxation.linear.partners)
-        self._bounds.append(self.lower_bound)
-        self._pace(bound, rises)
-        self._relaxation.ascend(self._scale * max(self.energy - bound, 0.0))
+    Examples
+    --------
+    A triangle and its mirror image, all nine pairs being candidates:
 
-    def _pace(self, bound: float, rises: bool) -> None:
-        """Lengthen or shorten the steps, and bring in triples when they have become short.
-
-        A bound is held against the best since the last cut, not against the best of all: after a
-        step that went too far, what matters is whether the bound recovers.
-        """
-        if rises:
-            self._stalled, self._recent_best = 0, bound
-            self._scale = min(self._scale * _LONGER, 1.0)
-            return
-        self._stalled += 1
-        if self._stalled >= _PATIENCE:
-            self._stalled, self._recent_best = 0, bound
-            self._scale = max(self._scale * _SHORTER, _SHORTEST)
-            if self._scale < _TRIPLES_BELOW:
-                self._relaxation.add_triples()
+    >>> import numpy as np
+    >>> from solver.labelling import LabellingProblem
+    >>> source = np.array([[0.0, 3.0, 4.0], [3.0, 0.0, 5.0], [4.0, 5.0, 0.0]])
+    >>> target = np.ascontiguousarray(source[::-1, ::-1])
+    >>> pairs = np.argwhere(np.ones((3, 3)))
+    >>> found = dual_decomposition(LabellingProblem(pairs, np.zeros(9), source, target))
+    >>> found.answer.tolist(), found.value, found.certified
+    ([2, 1, 0], 0.0, True)
+    """
+    method = DualDecomposition(problem, start, subproblems, gap=gap)
+    ended = iterate(method, iterations, control or Control())
+    return ended.state.solution(ended.status)

@@ -1,4 +1,4 @@
-"""Which triples are worth it: those that gain most over their pairs, no two sharing a pair."""
+"""Choice of triples: those that raise the bound most, no two of which share a pair."""
 
 import numpy as np
 
@@ -9,10 +9,9 @@ from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.triples import Triples, shape_of, solve
 
 _MOST_WORK = 200_000_000
-"""Combinations of candidates that a search for triples may look at: about a second."""
-
+"""Combinations of three candidates that are tried at most: about a second."""
 _LEAST_GAIN = 1e-6
-"""Relative to the sum of the pairs' minima; triples that gain less are not worth their time."""
+"""Least gain of a triple, relative to the sum of the pairs' minima."""
 
 
 def choose_triples(pairs: PairSubproblems, most: int, taken: BoolArray) -> Triples:
@@ -23,9 +22,9 @@ def choose_triples(pairs: PairSubproblems, most: int, taken: BoolArray) -> Tripl
     pairs
         The pairs of one side, minimised.
     most
-        How many triples at most.
+        Largest number of triples.
     taken
-        (G,) pairs that may be in no triple; those of the triples chosen are marked.
+        (G,) pairs that are in a triple already; those of the triples chosen are marked.
 
     Returns
     -------
@@ -85,33 +84,13 @@ def _gains(
                 continue
             for r in range(q + 1, count):
                 b, c = number[p, r], number[q, r]
-                if b < 0 or c < 0 or taken[b] or taken[c]:
+                if b < 0 or c < 0 or taken[b] or taken[c] or _agree(choices, a, b, c):
                     continue
-                if (
-                    choices[a, 0] == choices[b, 0]
-                    and choices[a, 1] == choices[c, 0]
-                    and choices[b, 1] == choices[c, 1]
-                ):
-                    continue
-                points = np.array([p, q, r])
-                k, m, n = shape_of(side, points)
-                work += k * m * n
+                shape = shape_of(side, np.array([p, q, r]))
+                work += shape[0] * shape[1] * shape[2]
                 if work > most_work:
                     break
-                ua, ub, uc = groups.unary[a], groups.unary[b], groups.unary[c]
-                ea, eb, ec = groups.pairwise[a], groups.pairwise[b], groups.pairwise[c]
-                blocks = (
-                    pairwise[ea : ea + k * m].reshape(k, m),
-                    pairwise[eb : eb + k * n].reshape(k, n),
-                    pairwise[ec : ec + m * n].reshape(m, n),
-                )
-                best, _, _, _ = solve(
-                    unary[ua : ua + k] + unary[ub : ub + k],
-                    unary[ua + k : ua + k + m] + unary[uc : uc + m],
-                    unary[ub + k : ub + k + n] + unary[uc + m : uc + m + n],
-                    blocks,
-                    optional,
-                )
+                best = _least(groups, shape, (a, b, c), unary, pairwise, optional)
                 gain = best - minima[a] - minima[b] - minima[c]
                 if gain > threshold:
                     found.append((p, q, r))
@@ -120,3 +99,38 @@ def _gains(
     for i in range(len(found)):
         points_found[i, 0], points_found[i, 1], points_found[i, 2] = found[i]
     return points_found, np.array(gains)
+
+
+@kernel
+def _agree(choices: IntArray, a: int, b: int, c: int) -> bool:
+    """Return whether the minimisers of three pairs are a common choice for their points."""
+    first: bool = choices[a, 0] == choices[b, 0]
+    return first and choices[a, 1] == choices[c, 0] and choices[b, 1] == choices[c, 1]
+
+
+@kernel
+def _least(
+    groups: Groups,
+    shape: tuple[int, int, int],
+    members: tuple[int, int, int],
+    unary: FloatArray,
+    pairwise: FloatArray,
+    optional: bool,
+) -> float:
+    """Minimum of the costs of three pairs together."""
+    (k, m, n), (a, b, c) = shape, members
+    ua, ub, uc = groups.unary[a], groups.unary[b], groups.unary[c]
+    ea, eb, ec = groups.pairwise[a], groups.pairwise[b], groups.pairwise[c]
+    blocks = (
+        pairwise[ea : ea + k * m].reshape(k, m),
+        pairwise[eb : eb + k * n].reshape(k, n),
+        pairwise[ec : ec + m * n].reshape(m, n),
+    )
+    least: float = solve(
+        unary[ua : ua + k] + unary[ub : ub + k],
+        unary[ua + k : ua + k + m] + unary[uc : uc + m],
+        unary[ub + k : ub + k + n] + unary[uc + m : uc + m + n],
+        blocks,
+        optional,
+    )[0]
+    return least

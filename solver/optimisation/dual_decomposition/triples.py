@@ -1,9 +1,9 @@
-"""Triples: three points of one side with all their candidates, where pairs of them disagree.
+"""Triple subproblems: three points of one shape with all their candidates.
 
-Three pairs of points may each have a minimum that no common choice for the three points attains. A
-triple knows better: its minimum is at least the sum of theirs. Those that are chosen
-(:mod:`.triple_choice`) take over all costs of their pairs, so that the
-bound rises by what they gain, at once.
+Three pairs of points may have minimisers that no common choice for the three points attains. The
+minimum of the triple is at least the sum of the pairs' minima. Those that are chosen
+(:mod:`.triple_choice`) take over all costs of their pairs, so that the bound rises by the
+difference at once.
 """
 
 from typing import NamedTuple
@@ -12,9 +12,10 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
+from solver.optimisation.dual_decomposition.exchange import Exchange, Used, used_once
 from solver.optimisation.dual_decomposition.groups import NOTHING, Groups, Side, gather, rows_of
+from solver.optimisation.dual_decomposition.linear import LinearSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
-from solver.optimisation.dual_decomposition.shares import Used, used_once
 
 
 class Triples(NamedTuple):
@@ -40,12 +41,12 @@ class Triples(NamedTuple):
 
 
 class TripleSubproblems:
-    """Local subproblems of triples that take over the costs of their pairs.
+    """Triple subproblems of one shape, which take over the costs of their pairs.
 
     Parameters
     ----------
     pairs
-        The pairs of the same side; full blocks. What the triples take is taken from their costs.
+        The pairs of the same shape, with full blocks; the triples' costs are taken from theirs.
     triples
         The triples; no two share a pair.
 
@@ -58,7 +59,7 @@ class TripleSubproblems:
     """
 
     def __init__(self, pairs: PairSubproblems, triples: Triples) -> None:
-        self._side, self._triples, self._optional = pairs.side, triples, pairs.optional
+        self._pairs, self._triples = pairs, triples
         self.candidate_at, self.place_at = _layout(pairs.side, pairs.groups, triples)
         self.unary, self.pairwise = _take_over(
             pairs.side, pairs.groups, triples, pairs.unary, pairs.pairwise
@@ -69,14 +70,34 @@ class TripleSubproblems:
 
     def minimise(self) -> float:
         """Solve all of them; return the sum of the minima."""
-        return _minimise(
-            self._side, self._triples, self.unary, self.pairwise, self._optional, self._choices
-        )
+        side, optional = self._pairs.side, self._pairs.optional
+        return _minimise(side, self._triples, self.unary, self.pairwise, optional, self._choices)
+
+    def exchanges(self, linear: LinearSubproblem) -> list[Exchange]:
+        """Exchanges of unary costs with the linear subproblem, of pairwise costs with the pairs."""
+        pairs = self._pairs
+        possible = np.where(np.isfinite(self.pairwise), self.place_at, NOTHING)
+        return [
+            Exchange(
+                self.unary,
+                linear.unary,
+                self.candidate_at,
+                gains=lambda: self.used[0],
+                losses=lambda: self.unary_places_of(linear.used),
+            ),
+            Exchange(
+                self.pairwise,
+                pairs.pairwise,
+                possible,
+                gains=lambda: self.used[1],
+                losses=lambda: self.pairwise_places_of(pairs.used_pairwise),
+            ),
+        ]
 
     @property
     def used(self) -> tuple[Used, Used]:
         """Positions of the unary and of the pairwise costs that the minimisers use."""
-        unary, pairwise = _positions(self._side, self._triples, self._choices)
+        unary, pairwise = _positions(self._pairs.side, self._triples, self._choices)
         return used_once(unary), used_once(pairwise)
 
     def unary_places_of(self, candidates: IntArray) -> Used:

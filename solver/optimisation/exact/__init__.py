@@ -1,7 +1,7 @@
 """Exact search: branch and bound of the energy (5), and the minimax of section 6.2."""
 
-from solver.optimisation.exact.branch_and_bound import ExactSolutions, m_best_solutions
-from solver.optimisation.exact.dual_ascent import DualAscent
+from solver.optimisation.exact.branch_and_bound import Enumeration, m_best_solutions
+from solver.optimisation.exact.dual_ascent import AscentState, DualAscent
 from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
 from solver.optimisation.exact.minimax import (
     gromov_hausdorff_distance,
@@ -10,8 +10,9 @@ from solver.optimisation.exact.minimax import (
 )
 
 __all__ = [
+    "AscentState",
     "DualAscent",
-    "ExactSolutions",
+    "Enumeration",
     "Incumbents",
     "dive",
     "energy_of",

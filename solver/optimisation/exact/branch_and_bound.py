@@ -1,59 +1,84 @@
-"""Exact optimum, and the m best solutions, of small labelling problems.
+"""Branch and bound: the m best solutions of small labelling problems, with a proof.
 
-Before the search a few rounds of dual ascent divide the costs so that points cost as much as
-possible on their own, good correspondences are looked for, and candidates are dropped that none
-better than these can use. What is left is searched depth first.
+Before the search, a few rounds of dual ascent move costs from pairs of points to the points, greedy
+completions and local changes provide incumbents, and candidates are dropped that no better
+correspondence uses. What is left is searched depth first.
 
-The costs that bound can also be given: a dual decomposition turns them into costs of the same
-solutions whose greater part is a constant, and with these the search prunes earlier still.
+Instead of the dual ascent's, the reparametrised costs of a dual decomposition can be given: their
+constant part is greater, so that the search prunes earlier.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.control import Control
-from solver.labelling import LabellingProblem
-from solver.optimisation.exact.depth_first import advance
-from solver.optimisation.exact.dual_ascent import DualAscent
+from solver.control import Control, Status, iterate
+from solver.labelling import LabellingProblem, Method, Solution
+from solver.optimisation.exact.depth_first import DepthFirstSearch
+from solver.optimisation.exact.dual_ascent import AscentState, DualAscent
 from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
 from solver.optimisation.exact.search_state import NODES, root_bound, start_search
 from solver.optimisation.primal import partners_of
-from solver.optimisation.reparametrisation import BoundingCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-_NODES_PER_CALL = 20_000
+_NODES_PER_ROUND = 20_000
+"""Nodes between two looks at the deadline: some 10 ms."""
 _FEW_POINTS = 16
-"""Up to so many source points, better answers are looked for if the first drop no candidates."""
+"""Source points up to which every candidate is completed greedily if few were dropped."""
+_MANY_KEPT = 0.5
+"""Share of the candidates above which few count as dropped."""
 
 
 @dataclass(frozen=True, eq=False)
-class ExactSolutions:
-    """The best solutions of a labelling problem.
+class Enumeration:
+    """The best solutions of a labelling problem, a sequence of :class:`Solution`, best first.
 
     Parameters
     ----------
     partners
-        (m, N) target point of each source point, `UNMATCHED` for none; best first. Fewer rows
-        than asked for when the problem has fewer solutions.
+        (m, N) target point of each source point, `UNMATCHED` for none. Fewer rows than asked for
+        when the problem has fewer solutions.
     energies
         (m,) their energies, ascending.
-    proven
-        Whether the search was exhaustive: no solution outside the list is better than its last.
+    lower_bound
+        A lower bound of the least energy.
     nodes
         Search nodes visited.
-    lower_bound
-        No correspondence costs less.
+    status
+        ``CONVERGED`` when the search was exhaustive.
     candidates
-        (V',) ascending: what any correspondence uses that is better than the last one found.
+        (V',) ascending: all candidates of correspondences that are better than the last one found.
     """
 
     partners: IntArray
     energies: FloatArray
-    proven: bool
-    nodes: int
     lower_bound: float
+    nodes: int
+    status: Status
     candidates: IntArray
+
+    @property
+    def proven(self) -> bool:
+        """Whether no solution outside the list is better than its last."""
+        return self.status is Status.CONVERGED
+
+    def __len__(self) -> int:
+        return len(self.energies)
+
+    def __getitem__(self, index: int) -> Solution[IntArray]:
+        return Solution(
+            self.partners[index],
+            float(self.energies[index]),
+            self.lower_bound,
+            self.nodes,
+            Method.BRANCH_AND_BOUND,
+            self.status,
+        )
+
+    def __iter__(self) -> Iterator[Solution[IntArray]]:
+        return (self[index] for index in range(len(self)))
 
 
 def m_best_solutions(
@@ -61,11 +86,11 @@ def m_best_solutions(
     m: int = 1,
     *,
     known: IntArray | None = None,
-    bounding: BoundingCosts | None = None,
+    reparametrised: ReparametrisedCosts | None = None,
     rounds: int = 1,
     node_limit: int = 50_000_000,
     control: Control | None = None,
-) -> ExactSolutions:
+) -> Enumeration:
     """Enumerate the m solutions of least energy.
 
     Parameters
@@ -75,22 +100,22 @@ def m_best_solutions(
         quick, sixteen usually are. Memory is some 32 bytes times the square of its number of
         candidates.
     m
-        How many solutions.
+        Number of solutions.
     known
-        (N,) a correspondence of the problem; nothing worse is looked at when m is 1.
-    bounding
-        Costs to prune with; by default those of a dual ascent.
+        (N,) a correspondence of the problem; its energy prunes the search.
+    reparametrised
+        Costs for lower bounds; by default those of a dual ascent.
     rounds
-        Of the ascent, at least 1; more are of use where there are many source points.
+        Rounds of the ascent, at least 1; more pay off where there are many source points.
     node_limit
-        Search nodes after which the search gives up; the best found are then returned with
-        ``proven`` false.
+        Search nodes, in rounds of 20,000, after which the best solutions so far are returned, not
+        proven.
     control
         Cancels the search, or ends it at a deadline as the node limit does.
 
     Returns
     -------
-    ExactSolutions
+    Enumeration
 
     Raises
     ------
@@ -98,41 +123,87 @@ def m_best_solutions(
         Through `control`.
     ValueError
         `m` is not positive.
+
+    Examples
+    --------
+    A triangle and its mirror image: the best of the six bijections distorts nothing.
+
+    >>> import numpy as np
+    >>> from solver.labelling import LabellingProblem
+    >>> source = np.array([[0.0, 3.0, 4.0], [3.0, 0.0, 5.0], [4.0, 5.0, 0.0]])
+    >>> target = np.ascontiguousarray(source[::-1, ::-1])
+    >>> pairs = np.argwhere(np.ones((3, 3)))
+    >>> found = m_best_solutions(LabellingProblem(pairs, np.zeros(9), source, target), 2)
+    >>> found.partners.tolist(), found.energies.tolist(), found.proven
+    ([[2, 1, 0], [1, 2, 0]], [0.0, 2.0], True)
     """
     if m < 1:
         raise ValueError("m must be at least 1")
     control = control or Control()
     control.check()
-    own, rows = BoundingCosts.of(problem), problem.first_candidate
+    own = ReparametrisedCosts.of(problem)
+    best = _incumbents(problem, own, m, known)
+    kept = np.arange(problem.n_candidates)
+    if reparametrised is None and not control.expired:
+        ascent = _ascend(problem, own, best, rounds, control)
+        kept, reparametrised = ascent.kept, ascent.costs()
+    reparametrised = reparametrised or own
+    promising = _promising(problem, own, reparametrised, kept, best, complete=known is None)
+    kept, reparametrised = kept[promising], reparametrised.among(promising)
+    search = start_search(own, reparametrised, problem.candidates[kept, 0], kept, best)
+    root = root_bound(search)
+    limit = -(-node_limit // _NODES_PER_ROUND)
+    ended = iterate(DepthFirstSearch(search, _NODES_PER_ROUND), limit, control)
+    found = np.isfinite(best.energies)
+    partners = np.stack([partners_of(problem, row) for row in best.chosen])[found]
+    energies = best.energies[found]
+    least = float(energies.min(initial=np.inf))
+    bound = least if ended.status is Status.CONVERGED else min(root, least)
+    nodes = int(search.counters[NODES])
+    return Enumeration(partners, energies, bound, nodes, ended.status, kept)
+
+
+def _incumbents(
+    problem: LabellingProblem, own: ReparametrisedCosts, m: int, known: IntArray | None
+) -> Incumbents:
+    """Room for m correspondences, with the known one."""
     best = Incumbents.none(m, problem.n_sources)
     if known is not None:
         chosen = problem.chosen_candidates(known)
         keep(best, energy_of(own.unary, own.pairwise, own.occlusion, chosen), chosen)
-    kept = np.arange(problem.n_candidates)
-    if bounding is None and control.seconds_left() > 0.0:
-        ascent = DualAscent(own, rows)
-        ascent.run(1)
-        dive(best, own, ascent.costs(), rows)
-        dive(best, own, own, rows)
-        ascent.run(rounds - 1, float(best.energies[-1]))
-        kept, bounding = ascent.kept, ascent.costs()
-    bounding = bounding or own
-    of_kept = np.searchsorted(problem.candidates[kept, 0], np.arange(problem.n_sources + 1))
-    promising = bounding.promising(of_kept, float(best.energies[-1]))
-    if known is None and len(promising) > 0.5 * len(kept) and problem.n_sources <= _FEW_POINTS:
-        dive(best, own, own, rows, everywhere=True)
-        promising = bounding.promising(of_kept, float(best.energies[-1]))
-    kept, bounding = kept[promising], bounding.among(promising)
-    search = start_search(own, bounding, problem.candidates[kept, 0], kept, best)
-    bound = root_bound(search)
-    done = False
-    while not done and search.counters[NODES] < node_limit and control.seconds_left() > 0.0:
-        control.check()
-        done = advance(search, _NODES_PER_CALL)
-    found = np.isfinite(best.energies)
-    partners = np.stack([partners_of(problem, row) for row in best.chosen])[found]
-    energies = best.energies[found]
-    least = float(energies[0]) if len(energies) else np.inf
-    bound = least if done else min(bound, least)
-    nodes = int(search.counters[NODES])
-    return ExactSolutions(partners, energies, done, nodes, bound, kept)
+    return best
+
+
+def _ascend(
+    problem: LabellingProblem,
+    own: ReparametrisedCosts,
+    best: Incumbents,
+    rounds: int,
+    control: Control,
+) -> AscentState:
+    """Rounds of dual ascent; after the first one, incumbents are looked for."""
+    rows = problem.first_candidate
+    state = iterate(DualAscent(own, rows), 1, control).state
+    dive(best, own, state.costs(), rows)
+    dive(best, own, own, rows)
+    limited = DualAscent(own, rows, float(best.energies[-1]))
+    return iterate(limited, rounds - 1, control, state).state
+
+
+def _promising(
+    problem: LabellingProblem,
+    own: ReparametrisedCosts,
+    reparametrised: ReparametrisedCosts,
+    kept: IntArray,
+    best: Incumbents,
+    *,
+    complete: bool,
+) -> IntArray:
+    """Places among those kept of candidates that a correspondence better than the m-th may use."""
+    rows = np.searchsorted(problem.candidates[kept, 0], np.arange(problem.n_sources + 1))
+    found = reparametrised.promising(rows, float(best.energies[-1]))
+    few = problem.n_sources <= _FEW_POINTS
+    if complete and few and len(found) > _MANY_KEPT * len(kept):
+        dive(best, own, own, problem.first_candidate, everywhere=True)
+        found = reparametrised.promising(rows, float(best.energies[-1]))
+    return found

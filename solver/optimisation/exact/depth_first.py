@@ -1,8 +1,8 @@
 """Depth-first search over the source points of a small labelling problem.
 
 At each node the open source point with the fewest choices left is decided, cheapest choice first,
-unless no correspondence that goes on from here can be among the best: see
-:mod:`solver.optimisation.exact.search_state` for the bound.
+unless no completion can be among the best: see :mod:`solver.optimisation.exact.search_state` for
+the lower bound.
 """
 
 import numpy as np
@@ -14,6 +14,7 @@ from solver.optimisation.exact.incumbents import energy_of, keep
 from solver.optimisation.exact.search_state import (
     DEPTH,
     ENTERING,
+    FINISHED,
     NODES,
     OPEN,
     ROUNDING,
@@ -23,13 +24,44 @@ from solver.optimisation.exact.search_state import (
 )
 
 
+class DepthFirstSearch:
+    """Depth-first search as an iterative method: each step visits some more nodes.
+
+    Parameters
+    ----------
+    search
+        The search, which has not begun; changed in place.
+    nodes
+        Nodes of a step.
+    """
+
+    def __init__(self, search: Search, nodes: int) -> None:
+        self._search, self._nodes = search, nodes
+
+    def init(self) -> Search:
+        """Return the search."""
+        return self._search
+
+    def step(self, state: Search) -> Search:
+        """Visit some more nodes."""
+        _advance(state, self._nodes)
+        return state
+
+    def done(self, state: Search) -> bool:
+        """Return whether the search was exhaustive."""
+        return bool(state.counters[FINISHED])
+
+
 @kernel
-def advance(s: Search, max_nodes: int) -> bool:
-    """Visit up to `max_nodes` more nodes; return whether the search is finished."""
+def _advance(s: Search, max_nodes: int) -> None:
+    """Visit up to `max_nodes` more nodes."""
     n = len(s.chosen)
     depth = s.counters[DEPTH]
-    for _ in range(max_nodes):
+    limit = s.counters[NODES] + max_nodes
+    while True:
         if s.counters[ENTERING] == 1:
+            if s.counters[NODES] == limit:
+                return
             s.counters[NODES] += 1
             s.counters[ENTERING] = 0
             if depth == n:
@@ -40,7 +72,8 @@ def advance(s: Search, max_nodes: int) -> bool:
                 _expand(s, depth)
         if s.cursor[depth, 0] >= s.cursor[depth, 1]:
             if depth == 0:
-                return True
+                s.counters[FINISHED] = 1
+                return
             depth -= 1
             s.chosen[s.row[depth]] = OPEN
             s.counters[DEPTH] = depth
@@ -51,12 +84,11 @@ def advance(s: Search, max_nodes: int) -> bool:
         depth += 1
         s.counters[DEPTH] = depth
         s.counters[ENTERING] = 1
-    return False
 
 
 @kernel
 def _keep(s: Search) -> None:
-    """Keep the correspondence that is decided, in the problem's own candidates."""
+    """Keep the complete correspondence, in the numbering of all candidates of the problem."""
     chosen = np.empty(len(s.chosen), dtype=np.int64)
     for x in range(len(chosen)):
         chosen[x] = s.kept[s.chosen[x]] if s.chosen[x] >= 0 else UNMATCHED
@@ -90,8 +122,8 @@ def _expand(s: Search, depth: int) -> None:
 def _update(s: Search, depth: int, limit: float) -> bool:
     """Write the open points' costs given the last decision, while the bound is below a limit.
 
-    No cost falls with a decision, so what the points still to be looked at cost at least is what
-    they did before it.
+    No cost falls with a decision, so the least costs before it bound those of the points whose
+    costs have not been written yet.
     """
     x = s.row[depth - 1]
     a = s.chosen[x] if s.chosen[x] >= 0 else len(s.kept) + x
@@ -125,7 +157,7 @@ def _tightest(
     occlusion: FloatArray,
     margin: float,
 ) -> int:
-    """Open point with the fewest choices left, each counted by how much of the margin it leaves."""
+    """Open point with the fewest choices left, each weighted by the margin that it leaves."""
     x, fewest = -1, np.inf
     for other in range(len(chosen)):
         if chosen[other] != OPEN:
@@ -144,16 +176,16 @@ def _tightest(
 def _order_choices(s: Search, depth: int, x: int, limit: float) -> int:
     """Write the choices of point x that cost less than a limit, cheapest first; return how many."""
     first, count = s.rows[x], s.rows[x + 1] - s.rows[x]
-    costs, offers, choices = s.levels[depth], s.offers, s.choices[depth]
-    offers[count] = s.occlusion[depth, x]
+    costs, costs_here, choices = s.levels[depth], s.costs_here, s.choices[depth]
+    costs_here[count] = s.occlusion[depth, x]
     for i in range(count):
-        offers[i] = costs[first + i]
+        costs_here[i] = costs[first + i]
     kept = 0
     for i in range(count + 1):
-        if not offers[i] < limit:
+        if not costs_here[i] < limit:
             continue
         place = kept
-        while place > 0 and offers[choices[place - 1]] > offers[i]:
+        while place > 0 and costs_here[choices[place - 1]] > costs_here[i]:
             choices[place] = choices[place - 1]
             place -= 1
         choices[place] = i

@@ -1,36 +1,41 @@
-"""Bounds by block coordinate ascent, and candidates that no good correspondence uses.
+"""Dual ascent: lower bounds by block coordinate ascent, and candidates that they exclude.
 
 Costs are moved from the pairs of source points to the points themselves, so that no correspondence
-becomes cheaper or dearer by it, and what every point costs at least adds up to a bound. Pairs take
-turns: each is given all that its two points cost, and divides it such that neither could cost more
+changes its cost; the least costs of the points then add up to a lower bound. Pairs take turns: each
+receives the costs of its two points, and divides them such that neither point could cost more
 (MPLP++ of Tourani, Shekhovtsov, Rother and Savchynskyy, "MPLP++: fast, parallel dual block-
 coordinate ascent for dense graphical models", 2018). The bound never falls.
 
-Where it is known what a correspondence must cost less than, a candidate is dropped as soon as the
-bound of all correspondences that use it is no less. With fewer candidates the bound rises more.
+Given an upper limit of the energy, a candidate is dropped once the lower bound of all
+correspondences that use it reaches the limit. With fewer candidates the bound rises more.
 
-To stay unmatched is a further candidate of a point, without pairwise costs. A bound takes
-O(|V|²) for each round, far less than one of a dual decomposition, but knows of target points only
-that no two source points share one.
+To stay unmatched is a further label of a point, without pairwise costs. A round takes O(|V|²), far
+less than an iteration of a dual decomposition, but of the constraints of target points it contains
+only that no two source points share one.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED
-from solver.optimisation.reparametrisation import BoundingCosts, costs_among
+from solver.optimisation.reparametrisation import ReparametrisedCosts, costs_among
 
 _ROUNDING = 1e-12
-"""What rounding errors may have added to a bound, relative to it."""
-_STALLED = 2e-3
-"""A round that raises the bound by less of what it is away from the limit is of no use."""
+"""Allowance for rounding errors of a bound, relative to it."""
+_STALL = 2e-3
+"""Least rise of the bound in a round, relative to its distance from the limit, to go on."""
 _COMPACT = 0.8
-"""Candidates are moved together when no more than this share of them is left."""
+"""Arrays are compacted when no more than this share of the labels is left."""
 
 
 class DualAscent:
-    """The costs of a problem, and how they are divided so far.
+    """Dual ascent as an iterative method: each step goes round all pairs, there and back.
+
+    It is done when no correspondence is left below the limit, or when a round neither drops a
+    candidate nor raises the bound by much.
 
     Parameters
     ----------
@@ -38,112 +43,141 @@ class DualAscent:
         Of the problem.
     rows
         (N+1,) candidates of source point x are ``rows[x]`` to ``rows[x+1]``.
-
-    Attributes
-    ----------
-    bound
-        What every correspondence costs at least, of those that cost less than any limit given;
-        −∞ before the first round.
+    limit
+        Correspondences of at least this energy need not be bounded.
     """
 
-    def __init__(self, costs: BoundingCosts, rows: IntArray) -> None:
-        self._costs = costs
+    def __init__(self, costs: ReparametrisedCosts, rows: IntArray, limit: float = np.inf) -> None:
+        self._costs, self._rows, self._limit = costs, rows, limit
+
+    def init(self) -> "AscentState":
+        """Return the problem's own costs."""
+        costs, rows = self._costs, self._rows
         n, count = len(rows) - 1, len(costs.unary)
-        everyone = np.arange(count)
         optional = np.flatnonzero(np.isfinite(costs.occlusion))
         points = np.concatenate([np.repeat(np.arange(n), np.diff(rows)), optional])
-        labels = np.concatenate([everyone, np.full(len(optional), UNMATCHED)])
+        labels = np.concatenate([np.arange(count), np.full(len(optional), UNMATCHED)])
         order = np.argsort(points, kind="stable") if len(optional) else np.arange(len(points))
-        self._points, self._labels = points[order], labels[order]
-        self._own = np.concatenate([costs.unary, costs.occlusion[optional]])[order]
-        self._theta = _finite_costs(costs.pairwise, self._labels, np.abs(self._own).sum())
-        self._messages = np.zeros((n, len(points)))
-        self._unary = self._own.copy()
-        # Until they have been divided, pairs may cost less than nothing.
-        self.bound = np.inf if self._starved() else -np.inf
+        points, labels = points[order], labels[order]
+        own = np.concatenate([costs.unary, costs.occlusion[optional]])[order]
+        theta = _finite_costs(costs.pairwise, labels, np.abs(own).sum())
+        messages = np.zeros((n, len(points)))
+        state = AscentState(costs, points, labels, own, theta, messages, own.copy())
+        if state.infeasible:
+            state.bound = np.inf
+        return state
+
+    def step(self, state: "AscentState") -> "AscentState":
+        """Go round all pairs of points, in order and back, and drop candidates."""
+        before, count = state.bound, len(state.labels)
+        for back in (False, True):
+            _go_round(state.theta, state.rows, state.unary, state.messages, back)
+        state.bound = state.least_sum()
+        state.drop(self._limit)
+        rise, distance = state.bound - before, self._limit - state.bound
+        state.stalled = len(state.labels) == count and rise < _STALL * distance < np.inf
+        return state
+
+    def done(self, state: "AscentState") -> bool:
+        """Return whether further rounds are of no use."""
+        return state.exhausted or state.stalled
+
+
+@dataclass(eq=False)
+class AscentState:
+    """Division of the costs so far; L labels are left, candidates and points unmatched.
+
+    Parameters
+    ----------
+    original
+        Costs of the problem.
+    points, labels
+        (L,) source point of each label; its candidate, `UNMATCHED` for none.
+    own, unary
+        (L,) cost of each label in the problem, and with the costs that were moved to it.
+    theta
+        (L, L) pairwise costs of the problem, finite.
+    messages
+        (N, L) costs that were moved to each label from its point's pair with each other point.
+    bound
+        Lower bound of all correspondences that are below the limit; −∞ before the first round, as
+        pairs may have negative costs until these are divided.
+    stalled
+        Whether the last round was of little use.
+    """
+
+    original: ReparametrisedCosts
+    points: IntArray
+    labels: IntArray
+    own: FloatArray
+    theta: FloatArray
+    messages: FloatArray
+    unary: FloatArray
+    bound: float = -np.inf
+    stalled: bool = False
 
     @property
     def exhausted(self) -> bool:
-        """Whether no correspondence is left that costs less than the limit."""
+        """Whether no correspondence is left below the limit."""
         return self.bound == np.inf
+
+    @property
+    def infeasible(self) -> bool:
+        """Whether a point has no label left."""
+        return bool((np.diff(self.rows) == 0).any())
 
     @property
     def kept(self) -> IntArray:
         """(V',) candidates that are left."""
-        kept: IntArray = self._labels[self._labels != UNMATCHED]
+        kept: IntArray = self.labels[self.labels != UNMATCHED]
         return kept
 
-    def run(self, rounds: int, limit: float = np.inf) -> None:
-        """Go round all pairs of points, there and back, several times or until that is of no use.
+    @property
+    def rows(self) -> IntArray:
+        """(N+1,) labels of source point x are ``rows[x]`` to ``rows[x+1]``."""
+        wanted = np.arange(len(self.messages) + 1)
+        return np.searchsorted(self.points, wanted).astype(np.int64)
 
-        Parameters
-        ----------
-        rounds
-            How often.
-        limit
-            Correspondences that cost as much or more need not be bounded.
-        """
-        for _ in range(rounds):
-            before, left = self.bound, len(self._labels)
-            if self.exhausted:
-                return
-            for back in (False, True):
-                _go_round(self._theta, self._rows(), self._unary, self._messages, back)
-            self.bound = self._bound()
-            self._drop(limit)
-            rise, open_gap = self.bound - before, limit - self.bound
-            if len(self._labels) == left and rise < _STALLED * open_gap < np.inf:
-                return
-
-    def costs(self) -> BoundingCosts:
+    def costs(self) -> ReparametrisedCosts:
         """Return the costs as they are divided now, of the candidates that are left."""
-        unary = self._own + self._messages.sum(axis=0)
-        matched = np.flatnonzero(self._labels != UNMATCHED)
-        alone = np.flatnonzero(self._labels == UNMATCHED)
+        unary = self.own + self.messages.sum(axis=0)
+        matched = np.flatnonzero(self.labels != UNMATCHED)
+        alone = np.flatnonzero(self.labels == UNMATCHED)
         pairwise = _divided(
-            self._costs.pairwise,
-            self._labels[matched],
-            self._points[matched],
-            np.ascontiguousarray(self._messages[:, matched]),
+            self.original.pairwise,
+            self.labels[matched],
+            self.points[matched],
+            np.ascontiguousarray(self.messages[:, matched]),
         )
-        occlusion = np.full(len(self._messages), np.inf)
-        occlusion[self._points[alone]] = unary[alone]
-        constant = self._costs.constant
-        return BoundingCosts(constant, unary[matched], pairwise, occlusion)
+        occlusion = np.full(len(self.messages), np.inf)
+        occlusion[self.points[alone]] = unary[alone]
+        return ReparametrisedCosts(self.original.constant, unary[matched], pairwise, occlusion)
 
-    def _rows(self) -> IntArray:
-        wanted = np.arange(len(self._messages) + 1)
-        return np.searchsorted(self._points, wanted).astype(np.int64)
-
-    def _starved(self) -> bool:
-        """Whether some point has no label left."""
-        return bool((np.diff(self._rows()) == 0).any())
-
-    def _bound(self) -> float:
-        if self._starved():
+    def least_sum(self) -> float:
+        """Sum of the least costs of all points, and the constant."""
+        if self.infeasible:
             return np.inf
-        rows = self._rows()
-        return float(np.minimum.reduceat(self._unary, rows[:-1]).sum()) + self._costs.constant
+        least = np.minimum.reduceat(self.unary, self.rows[:-1])
+        return float(least.sum()) + self.original.constant
 
-    def _drop(self, limit: float) -> None:
-        """Drop candidates whose bound reaches the limit."""
+    def drop(self, limit: float) -> None:
+        """Drop labels whose lower bound reaches the limit."""
         if not np.isfinite(limit):
             return
-        least = np.minimum.reduceat(self._unary, self._rows()[:-1])[self._points]
-        excess = self._unary - least
+        least = np.minimum.reduceat(self.unary, self.rows[:-1])[self.points]
+        excess = self.unary - least
         left = self.bound + excess < limit - _ROUNDING * (1.0 + abs(limit))
         if left.sum() > _COMPACT * len(left) and left.any():
             return
-        self._points, self._labels = self._points[left], self._labels[left]
-        self._own, self._unary = self._own[left], self._unary[left]
-        self._messages = np.ascontiguousarray(self._messages[:, left])
-        where = np.flatnonzero(left)
-        self._theta = costs_among(self._theta, where)
-        self.bound = self._bound()
+        self.points, self.labels = self.points[left], self.labels[left]
+        self.own, self.unary = self.own[left], self.unary[left]
+        self.messages = np.ascontiguousarray(self.messages[:, left])
+        self.theta = costs_among(self.theta, np.flatnonzero(left))
+        self.bound = self.least_sum()
 
 
 def _finite_costs(pairwise: FloatArray, labels: IntArray, unary: float) -> FloatArray:
-    """(L, L) pairwise costs of labels; those that exclude one another cost more than anything."""
+    """(L, L) pairwise costs of labels; exclusive ones cost more than any correspondence."""
     matched = labels != UNMATCHED
     theta = pairwise
     if not matched.all():
@@ -169,7 +203,7 @@ def _largest(costs: FloatArray) -> float:
 def _divided(
     pairwise: FloatArray, kept: IntArray, points: IntArray, messages: FloatArray
 ) -> FloatArray:
-    """Pairwise costs of some candidates without what was moved away from them.
+    """Pairwise costs of some candidates, less the costs that were moved to points.
 
     Parameters
     ----------
@@ -205,9 +239,9 @@ def _go_round(
     rows
         (N+1,) labels of each point.
     unary
-        (L,) costs of labels with all that was moved there; changed in place.
+        (L,) costs of labels with the costs that were moved to them; changed in place.
     messages
-        (N, L) what was moved to each label from its point's pair with each other; likewise.
+        (N, L) costs moved to each label from its point's pair with each other; changed in place.
     back
         Whether in the opposite order.
     """
@@ -245,10 +279,9 @@ def _go_round(
 def _least(
     costs: FloatArray, rows: IntArray, x: int, y: int, offsets: FloatArray, least: FloatArray
 ) -> None:
-    """Write what each label of y costs at least with one of x, an offset being added to each.
+    """Write the least cost of each label of y with the labels of x, to which offsets are added.
 
-    Four labels are looked at together, and places are unsigned, so that compilers make vector
-    instructions of it.
+    Four labels at a time and unsigned indices let the compiler use vector instructions.
 
     Parameters
     ----------

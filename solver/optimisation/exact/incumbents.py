@@ -1,4 +1,4 @@
-"""The best correspondences known, from which a search has only to look for better ones."""
+"""Incumbents: the m best correspondences known, whose energies prune a search."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
 from solver.labelling import UNMATCHED
-from solver.optimisation.reparametrisation import BoundingCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 _OPEN = -2
 
@@ -77,13 +77,13 @@ def energy_of(
 
 def dive(
     found: Incumbents,
-    own: BoundingCosts,
-    bounding: BoundingCosts,
+    own: ReparametrisedCosts,
+    reparametrised: ReparametrisedCosts,
     rows: IntArray,
     *,
     everywhere: bool = False,
 ) -> None:
-    """Look for good correspondences: greedily from each choice of one point, then around the best.
+    """Look for incumbents: complete each choice of one point greedily, then change single points.
 
     Parameters
     ----------
@@ -91,15 +91,15 @@ def dive(
         Improved in place, until no change of one point improves it.
     own
         Costs of the problem.
-    bounding
+    reparametrised
         Costs by which greedy choices are made.
     rows
         (N+1,) candidates of each source point.
     everywhere
-        Whether from each choice of every point.
+        Whether to complete each choice of every point.
     """
     energies = own.unary, own.pairwise, own.occlusion
-    costs = bounding.unary, bounding.pairwise, bounding.occlusion
+    costs = reparametrised.unary, reparametrised.pairwise, reparametrised.occlusion
     _dive(found, *energies, *costs, rows, everywhere)
     explore(found, *energies, rows)
 

@@ -1,10 +1,10 @@
 """State of a depth-first search over the source points of a labelling problem, and its bound.
 
-The bound at a node lets every open source point choose its candidate on its own: it pays its unary
+The bound at a node lets every open source point choose its candidate on its own, at its unary
 cost, its exact pairwise costs to the points decided already, and *half* of the least pairwise cost
-it can have with each point still open (the other half is paid by that point). Unmatched points
-complicate this: an open point that stays unmatched pays no pairwise cost, so the halves that others
-have counted on are given back through its own occlusion cost.
+with each point still open (the other half is counted with that point). An open point that stays
+unmatched has no pairwise cost, so that the halves which others counted with it are subtracted from
+its own occlusion cost.
 """
 
 from typing import NamedTuple
@@ -14,14 +14,14 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.optimisation.exact.incumbents import Incumbents
-from solver.optimisation.reparametrisation import BoundingCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-DEPTH, NODES, ENTERING = 0, 1, 2
-"""Places of the counters."""
+DEPTH, NODES, ENTERING, FINISHED = 0, 1, 2, 3
+"""Positions of the counters; the last two are flags: the node is new, the search is exhausted."""
 OPEN = -2
 """Marks a source point that is not decided."""
 ROUNDING = 1e-12
-"""What rounding errors may have added to a bound, relative to it."""
+"""Allowance for rounding errors of a bound, relative to it."""
 
 
 class Search(NamedTuple):
@@ -39,17 +39,21 @@ class Search(NamedTuple):
     bound: FloatArray  # (N+1,) cost of the decided points
     rest: FloatArray  # (N+1,) least costs of the open points, together
     row: IntArray  # (N+1,) source point decided at each depth
-    offers: FloatArray  # (K+1,) costs of the choices at the node being looked at
+    costs_here: FloatArray  # (K+1,) costs of the choices at the node being looked at
     choices: IntArray  # (N+1, K+1) its choices, cheapest first
     cursor: IntArray  # (N+1, 2) next choice, and number of choices
     least: FloatArray  # (N+1, N) least cost of each open point at each depth
     chosen: IntArray  # (N,) candidate of each source point, UNMATCHED, or OPEN
     best: Incumbents
-    counters: IntArray  # depth, nodes, whether the node at this depth is new
+    counters: IntArray  # (4,) see `DEPTH`
 
 
 def start_search(
-    own: BoundingCosts, bounding: BoundingCosts, points: IntArray, kept: IntArray, best: Incumbents
+    own: ReparametrisedCosts,
+    reparametrised: ReparametrisedCosts,
+    points: IntArray,
+    kept: IntArray,
+    best: Incumbents,
 ) -> Search:
     """Return a search that has not begun.
 
@@ -57,8 +61,8 @@ def start_search(
     ----------
     own
         Costs of the problem.
-    bounding
-        Costs to prune with, of the candidates kept.
+    reparametrised
+        Costs for lower bounds, of the candidates kept.
     points
         (V,) source point of each of these, ascending.
     kept
@@ -68,13 +72,13 @@ def start_search(
     """
     n, v = len(own.occlusion), len(kept)
     rows = np.searchsorted(points, np.arange(n + 1)).astype(np.int64)
-    halves, most = _halves(rows, bounding.pairwise)
-    changes, occlusion_changes = _changes(rows, bounding.pairwise, halves, most)
-    unary = bounding.unary + halves.sum(axis=0)
-    occlusion = bounding.occlusion - most.sum(axis=0)
+    halves, most = _halves(rows, reparametrised.pairwise)
+    changes, occlusion_changes = _changes(rows, reparametrised.pairwise, halves, most)
+    unary = reparametrised.unary + halves.sum(axis=0)
+    occlusion = reparametrised.occlusion - most.sum(axis=0)
     widest = int(np.diff(rows).max(initial=0))
     bound = np.zeros(n + 1)
-    bound[0] = bounding.constant
+    bound[0] = reparametrised.constant
     return Search(
         rows=rows,
         own_unary=own.unary,
@@ -88,18 +92,18 @@ def start_search(
         bound=bound,
         rest=np.zeros(n + 1),
         row=np.zeros(n + 1, dtype=np.int64),
-        offers=np.zeros(widest + 1),
+        costs_here=np.zeros(widest + 1),
         choices=np.zeros((n + 1, widest + 1), dtype=np.int64),
         cursor=np.zeros((n + 1, 2), dtype=np.int64),
         least=np.zeros((n + 1, n)),
         chosen=np.full(n, OPEN, dtype=np.int64),
         best=best,
-        counters=np.array([0, 0, 1], dtype=np.int64),
+        counters=np.array([0, 0, 1, 0], dtype=np.int64),
     )
 
 
 def root_bound(search: Search) -> float:
-    """What every correspondence costs at least that the search may find, less rounding errors."""
+    """Lower bound of every correspondence that the search may find, less rounding errors."""
     rows, costs, occlusion = search.rows, search.levels[0], search.occlusion[0]
     least = [
         min(occlusion[x], costs[rows[x] : rows[x + 1]].min(initial=np.inf))
@@ -111,13 +115,13 @@ def root_bound(search: Search) -> float:
 
 @kernel
 def _halves(rows: IntArray, pairwise: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """What points count on from one another.
+    """Halves of the least pairwise costs between points.
 
     Returns
     -------
     halves, most
         (N, V) half the least pairwise cost of each candidate with each other point; (N, N) the
-        largest of them that x counts on from x'.
+        largest of them over the candidates of x, with x'.
     """
     n = len(rows) - 1
     halves = np.zeros((n, len(pairwise)))
@@ -140,11 +144,11 @@ def _halves(rows: IntArray, pairwise: FloatArray) -> tuple[FloatArray, FloatArra
 def _changes(
     rows: IntArray, pairwise: FloatArray, halves: FloatArray, most: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """What a decision changes: the first V rows for each candidate, then for each point unmatched.
+    """Changes of the costs by a decision: V rows for candidates, then N for unmatched points.
 
-    Nothing is left to share between a decided point and an open one: what either counted on from
-    the other, and what an unmatched one gave back, is replaced by the exact cost. It is infinite
-    where candidates exclude one another.
+    Between a decided point and an open one the exact pairwise cost replaces the halves that either
+    counted, and those that were subtracted from an occlusion cost. It is infinite where candidates
+    exclude one another.
     """
     n, count = len(rows) - 1, len(pairwise)
     changes, of_occlusion = np.empty((count + n, count)), np.empty((count + n, n))
@@ -166,7 +170,7 @@ def _changes(
 
 @inlined
 def minimum(values: FloatArray, first: int, last: int) -> float:
-    """Least of some values, ``inf`` of none; four at a time, as each waits for the one before."""
+    """Least of some values, ``inf`` of none; in four chains, which processors run in parallel."""
     a, b, c, d = np.inf, np.inf, np.inf, np.inf
     i, end = np.uint64(first), np.uint64(last)
     while i + np.uint64(4) <= end:

@@ -1,21 +1,24 @@
-"""Correspondences without proof: rounding, local search and fusion."""
+"""Primal heuristics, correspondences without a bound: assignment, local search, fusion."""
 
 from solver.optimisation.primal.fusion import fuse
+from solver.optimisation.primal.incumbent import Incumbent, improved
 from solver.optimisation.primal.iterated_local_search import IteratedLocalSearch
 from solver.optimisation.primal.local_search import (
     InfeasibleError,
-    assign,
     assignment_costs,
     local_search,
     partners_of,
+    solve_lap,
 )
 
 __all__ = [
+    "Incumbent",
     "InfeasibleError",
     "IteratedLocalSearch",
-    "assign",
     "assignment_costs",
     "fuse",
+    "improved",
     "local_search",
     "partners_of",
+    "solve_lap",
 ]

@@ -1,8 +1,8 @@
 """Fusion of two correspondences into one that is no worse than either.
 
-Where two correspondences differ they form alternating paths and cycles, each of which can take
-either side without touching the others' points. Choosing sides is a quadratic problem in one binary
-variable for each of them: few, as a rule, even where many points differ. After Hutschenreiter et
+Where two correspondences differ they form alternating paths and cycles, each of which can be taken
+from either without changing the points of the others. The choice is a quadratic problem with one
+binary variable for each: few, as a rule, even where many points differ. After Hutschenreiter et
 al., "Fusion moves for graph matching", ICCV 2021.
 """
 
@@ -15,11 +15,11 @@ from solver.kernel import kernel
 from solver.labelling import UNMATCHED, LabellingProblem, PairwiseCosts, pairwise_cost
 
 _ENUMERATED = 14
-"""Up to so many parts all choices are tried, 16,384; above, sides are changed while that helps."""
+"""Parts up to which all choices are enumerated, 2¹⁴; of more, single parts are improved in turn."""
 
 
 def fuse(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntArray:
-    """Take the better of two correspondences wherever they differ independently.
+    """Fuse two correspondences: the better of both wherever they differ independently.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def fuse(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntArr
     if count == 0:
         return first
     chosen = np.stack([problem.chosen_candidates(first), problem.chosen_candidates(second)])
-    unary, pairwise = _sides(
+    unary, pairwise = _costs_of_parts(
         problem.pairwise_costs, problem.unary, float(problem.occlusion_cost), chosen, parts, count
     )
     start = int(problem.energy(second) < problem.energy(first))
@@ -62,7 +62,7 @@ def _parts(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntA
 
 
 @kernel
-def _sides(
+def _costs_of_parts(
     costs: PairwiseCosts,
     unary: FloatArray,
     occlusion_cost: float,
@@ -70,7 +70,7 @@ def _sides(
     parts: IntArray,
     count: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Cost of each part's side, (count, 2), and of two parts' sides, (count, 2, count, 2)."""
+    """Costs of both choices for a part, (count, 2), and for two, (count, 2, count, 2)."""
     n = len(parts)
     alone = np.zeros((count, 2))
     together = np.zeros((count, 2, count, 2))
@@ -101,7 +101,7 @@ def _choose(alone: FloatArray, together: FloatArray, side: IntArray) -> IntArray
     if count > _ENUMERATED:
         return _descend(alone, together, side)
     best, best_energy = side.copy(), np.inf
-    # Gray code: one side changes from each choice to the next.
+    # Gray code: one part changes from each choice to the next.
     side[:] = 0
     energy = 0.0
     for p in range(count):
@@ -123,7 +123,7 @@ def _choose(alone: FloatArray, together: FloatArray, side: IntArray) -> IntArray
 
 @kernel
 def _change(alone: FloatArray, together: FloatArray, side: IntArray, p: int) -> float:
-    """What the energy changes by when part p changes sides."""
+    """Change of the energy when part p is taken from the other correspondence."""
     old, new = side[p], 1 - side[p]
     change: float = alone[p, new] - alone[p, old]
     for q in range(len(side)):

@@ -1,22 +1,25 @@
-"""Local search again and again, from greedy starts and from kicks out of the best optimum."""
+"""Iterated local search: from randomised greedy starts and from perturbed incumbents."""
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.labelling import UNMATCHED, LabellingProblem, PairwiseCosts, replace_costs
+from solver.optimisation.primal.incumbent import Incumbent
 from solver.optimisation.primal.local_search import local_search, partners_of
 
 _SEED = 7333
 _RANDOM_POINTS = 2
+"""Points of a greedy start that take a random candidate: a few right ones fix all others."""
 
 
 class IteratedLocalSearch:
-    """Greedy starts from random points in turn with kicks of the best correspondence known.
+    """Iterated local search (Lourenço, Martin and Stützle 2003) as an iterative method.
 
-    Starts find the region of the optimum, kicks what is best within it; which of the two a problem
-    needs is not known beforehand. They are drawn from a fixed seed: the same problem is searched in
-    the same way every time.
+    Each step searches once from a randomised greedy start, which finds the region of the optimum,
+    and once from a perturbation of the incumbent, which finds the best correspondence within it;
+    a problem may need either. Draws are from a fixed seed, so that the same problem is always
+    searched in the same way.
 
     Parameters
     ----------
@@ -24,39 +27,33 @@ class IteratedLocalSearch:
         The labelling problem.
     partners
         (N,) correspondence to begin with.
-
-    Attributes
-    ----------
-    partners, energy
-        The best correspondence so far.
     """
 
     def __init__(self, problem: LabellingProblem, partners: IntArray) -> None:
-        self._problem = problem
+        self._problem, self._partners = problem, partners
         self._random = np.random.default_rng(_SEED)
-        self.partners = partners
-        self.energy = problem.energy(partners)
 
-    def run(self, rounds: int) -> bool:
-        """Start anew and kick once in each round; return whether anything better was found."""
-        before = self.energy
-        for _ in range(rounds):
-            self._try(self._start())
-            self._try(self._kick())
-        return self.energy < before
+    def init(self) -> Incumbent:
+        """Return the given correspondence."""
+        return Incumbent.of(self._problem, self._partners)
 
-    def offer(self, partners: IntArray) -> None:
-        """Go on from another correspondence if that is better."""
-        energy = self._problem.energy(partners)
-        if energy < self.energy:
-            self.partners, self.energy = partners, energy
+    def step(self, state: Incumbent) -> Incumbent:
+        """Search from a greedy start, then from a perturbation of the incumbent."""
+        state = self._better(state, self._greedy_start())
+        return self._better(state, self._perturbation(state.partners))
 
-    def _try(self, start: IntArray) -> None:
+    def done(self, state: Incumbent) -> bool:
+        """Return false: it is not known when the incumbent is optimal."""
+        return False
+
+    def _better(self, incumbent: Incumbent, start: IntArray) -> Incumbent:
         found = local_search(self._problem, start)
-        if not (self._problem.must_match_all and (found == UNMATCHED).any()):
-            self.offer(found)
+        if self._problem.must_match_all and (found == UNMATCHED).any():
+            return incumbent
+        other = Incumbent.of(self._problem, found)
+        return other if other.energy < incumbent.energy else incumbent
 
-    def _start(self) -> IntArray:
+    def _greedy_start(self) -> IntArray:
         problem = self._problem
         order = self._random.permutation(problem.n_sources).astype(np.int64)
         draws = self._random.random(_RANDOM_POINTS)
@@ -65,13 +62,13 @@ class IteratedLocalSearch:
         )
         return partners_of(problem, chosen)
 
-    def _kick(self) -> IntArray:
+    def _perturbation(self, partners: IntArray) -> IntArray:
         problem = self._problem
         strength = int(self._random.integers(2, max(3, problem.n_sources // 4) + 1))
-        return _kicked(
+        return _perturbed(
             problem.candidates,
             problem.first_candidate,
-            self.partners,
+            partners,
             problem.n_targets,
             self._random.random((strength, 2)),
         )
@@ -85,10 +82,7 @@ def _greedy_start(
     order: IntArray,
     draws: FloatArray,
 ) -> IntArray:
-    """Candidate of each point: at random for the first points, then what costs least beside them.
-
-    Of two metrics' distortions, a few points that happen to be right carry all others along.
-    """
+    """Candidate of each point: random for the first points, then the one of least marginal cost."""
     candidates, rows = costs.candidates, costs.rows
     chosen = np.full(len(order), -1, dtype=np.int64)
     taken = np.zeros(costs.target_distances.shape[0], dtype=np.bool_)
@@ -113,16 +107,17 @@ def _greedy_start(
 
 
 @kernel
-def _kicked(
+def _perturbed(
     candidates: IntArray,
     first: IntArray,
     partners: IntArray,
     n_targets: int,
     draws: FloatArray,
 ) -> IntArray:
-    """Some points take random candidates; who loses a target point takes the one left, if it may.
+    """Give random candidates to some points; a point that loses its target takes the vacated one.
 
-    Each of the (k, 2) draws is a source point and one of its candidates, as parts of one.
+    Each of the (k, 2) draws in [0, 1) selects a source point and one of its candidates. A point
+    for which the vacated target is not a candidate becomes unmatched.
     """
     partners = partners.copy()
     owner = np.full(n_targets, -1, dtype=np.int64)

@@ -1,4 +1,4 @@
-"""Good correspondences without a proof: rounding and local search for problem (5)."""
+"""Linear assignment and local search for the labelling problem (5), without a bound."""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -19,13 +19,13 @@ class InfeasibleError(ValueError):
     """Every source point must be matched, and the candidates do not allow it."""
 
 
-def assign(problem: LabellingProblem, costs: FloatArray) -> IntArray:
-    """Cheapest assignment for a cost on each candidate, without pairwise costs.
+def solve_lap(problem: LabellingProblem, costs: FloatArray) -> IntArray:
+    """Solve the linear assignment problem with a cost on each candidate, in O(N² (N + M)).
 
     Parameters
     ----------
     problem
-        Says which pairs are candidates and what an unmatched source point costs.
+        Its candidates and occlusion cost; its own costs are not used.
     costs
         (V,) finite cost of each candidate; may be negative.
 
@@ -55,7 +55,7 @@ def assignment_costs(problem: LabellingProblem, costs: FloatArray) -> FloatArray
     Parameters
     ----------
     problem
-        Says which pairs are candidates and what an unmatched source point costs.
+        Its candidates and occlusion cost; its own costs are not used.
     costs
         (V,) cost of each candidate.
 
@@ -113,7 +113,7 @@ def local_search(
 
 
 def partners_of(problem: LabellingProblem, chosen: IntArray) -> IntArray:
-    """Target point of each source point, from the candidates chosen.
+    """Target point of each source point, from its candidate.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def partners_of(problem: LabellingProblem, chosen: IntArray) -> IntArray:
 
 
 def _largest_sum(problem: LabellingProblem) -> float:
-    """More than the costs of any correspondence add up to, whatever their signs."""
+    """Upper bound of the magnitude of the energy without occlusion costs."""
     spread = max(problem.source_distances.max(), problem.target_distances.max())
     metric = problem.beta * problem.n_sources**2 * spread**2
     unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
@@ -151,11 +151,10 @@ def _switch(
     x: int,
     new: int,
 ) -> None:
-    """Give source point x the candidate `new`, keeping the marginal costs true.
+    """Give source point x the candidate `new`, and update the marginal costs.
 
-    A point whose target is taken by `new` must be switched next.
-
-    ``marginal[a]`` is what candidate a costs beside what is chosen for the *other* source points.
+    A point whose target is taken by `new` must be switched next. ``marginal[a]`` is the cost of
+    candidate a given the candidates chosen for the *other* source points.
     """
     old = chosen[x]
     replace_costs(costs, x, old, new, marginal)
@@ -177,8 +176,8 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
     x: int,
 ) -> tuple[float, int, int, int]:
     """Best change for x: its gain, x's new candidate, and the other point and its new one."""
-    # Every array is taken out of the tuple once: doing so counts references, which takes longer
-    # than a cost.
+    # Every array is taken out of the tuple once: that counts references, which takes longer than a
+    # cost.
     candidates, rows, beta = costs.candidates, costs.rows, costs.beta
     source, target = costs.source_distances[x], costs.target_distances
     listed, table = len(costs.other) > 0, costs.table

@@ -312,7 +312,7 @@ class PrototypeRun(HierarchicalRun):
         )
         if not (alike and len(prototype.left_out_energies)):
             return None
-        misfit = coarsest.solution.energy / points / prototype.usual_energy
+        misfit = coarsest.solution.value / points / prototype.usual_energy
         if misfit > prototype.greatest_misfit:
             self.warnings.append(
                 f"the target is unlike the examples of the class: it misfits them {misfit:.2g}"

@@ -1,10 +1,10 @@
-"""What every completion of some decisions costs at least.
+"""Gilmore-Lawler lower bound of all completions of a partial assignment.
 
-The bound at a node is that of Gilmore (1962) and Lawler (1963). To give an open point x the open
-point y costs at least what they cost beside the points decided, and half of what their distances to
-open points cost when both are sorted, since sorted sequences differ least. The least assignment of
-these costs is no more than any completion costs. For the greatest distortion, maxima take the place
-of sums, and nothing is halved.
+The bound at a node is that of Gilmore (1962) and Lawler (1963). Matching an open point x with an
+open point y costs at least their costs with the points decided, and half the cost of their
+distances to open points when both are sorted, since sorted sequences differ least. The linear
+assignment of these costs is a lower bound of all completions. For the greatest distortion, maxima
+take the place of sums, and nothing is halved.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from solver.kernel import kernel
 from solver.similarity.qap.problem import Search
 
 _ASSIGNED_FROM = 5
-"""Open points from which the assignment is solved: with fewer its bound is not worth its time."""
+"""Open points from which the assignment is solved; with fewer, its reduction alone bounds."""
 
 
 @kernel
 def lower_bound(s: Search, depth: int, weight: float, minimax: bool, limit: float) -> float:
-    """What every completion costs at least; and what it rises by with each pair of open points."""
+    """Lower bound of all completions; writes its rise with each pair of open points."""
     _collect_open(s.source, s.source_order, s.closed[0], s.source_open)
     _collect_open(s.target, s.target_order, s.closed[1], s.target_open)
     _completions(s, depth, weight, minimax)
@@ -51,7 +51,7 @@ def _collect_open(
 
 @kernel
 def _completions(s: Search, depth: int, weight: float, minimax: bool) -> None:
-    """Write what two open points cost at least, beside decided points and beside open ones."""
+    """Write the least cost of two open points, with decided points and with open ones."""
     n = len(s.source)
     others = n - depth - 1
     costs = s.costs[depth]

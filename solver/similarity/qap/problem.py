@@ -1,4 +1,4 @@
-"""One problem, and what a search needs to solve it: arrays that serve one after the other."""
+"""Quadratic assignment problem and the arrays of its search, reused from problem to problem."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from solver.kernel import kernel
 
 
 class Search(NamedTuple):
-    """One search, all in arrays, which serve one problem after the other."""
+    """State of a search, in arrays that are reused for one problem after the other."""
 
     source: FloatArray  # (N, N) distances
     target: FloatArray  # (N, N)
@@ -33,7 +33,7 @@ class Search(NamedTuple):
 
 
 def new_search(n: int) -> Search:
-    """Return what searches of problems of so many points need."""
+    """Return the arrays for searches of n points."""
     square, line = (n, n), (n + 1, n)
     return Search(
         source=np.zeros(square),
@@ -58,7 +58,7 @@ def new_search(n: int) -> Search:
 
 
 @kernel
-def pose(
+def load_problem(
     s: Search,
     source: FloatArray,
     target: FloatArray,
@@ -67,7 +67,7 @@ def pose(
     first_order_weight: float,
     minimax: bool,
 ) -> float:
-    """Write a problem with nothing decided; the weight of a pair's squared distortion."""
+    """Write a problem without decisions; return the weight of a squared distortion."""
     n, m = len(source), first.shape[1]
     total = 0.0
     for x in range(n):

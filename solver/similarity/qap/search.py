@@ -1,4 +1,4 @@
-"""Depth first, the point with the fewest choices next, its cheapest choice first."""
+"""Depth-first search; the point with the fewest choices is decided next, cheapest choice first."""
 
 import numpy as np
 
@@ -7,12 +7,12 @@ from solver.similarity.qap.bound import lower_bound
 from solver.similarity.qap.problem import Search
 
 _COMPLETED = 3
-"""Open points that are matched in all ways there are."""
+"""Number of the last open points, which are matched in all six ways."""
 
 
 @kernel
 def solve(s: Search, weight: float, minimax: bool, limit: float) -> tuple[float, int]:
-    """Search for a bijection that costs less than a limit; the least cost, and nodes visited."""
+    """Search for an assignment below a limit; return the least cost and the nodes visited."""
     last = len(s.source) - _COMPLETED
     least, depth, nodes, entering = limit, 0, 0, True
     while True:
@@ -43,7 +43,7 @@ def solve(s: Search, weight: float, minimax: bool, limit: float) -> tuple[float,
 
 @kernel
 def _complete(s: Search, depth: int, weight: float, minimax: bool, least: float) -> float:
-    """Try all six ways to match the last three points; the least cost, of these or known before."""
+    """Try all six ways to match the last three points; return the least cost so far."""
     n, places, costs = len(s.source), s.last, s.costs[depth]
     for side in range(2):
         count = 0
@@ -51,9 +51,9 @@ def _complete(s: Search, depth: int, weight: float, minimax: bool, least: float)
             if not s.closed[side, point]:
                 places[side, count] = point
                 count += 1
-    for turn in range(6):
+    for permutation in range(6):
         # Three cyclic shifts, each also with the last two exchanged.
-        shift, step = turn % 3, 1 if turn < 3 else 2
+        shift, step = permutation % 3, 1 if permutation < 3 else 2
         cost = s.decided[depth]
         for i in range(3):
             x, y = places[0, i], places[1, (shift + step * i) % 3]
@@ -75,7 +75,7 @@ def _complete(s: Search, depth: int, weight: float, minimax: bool, least: float)
 
 
 @inlined
-def _rise(minimax: bool, bound: float, reduced: float) -> float:
+def _bound_with(minimax: bool, bound: float, reduced: float) -> float:
     return reduced if minimax else bound + reduced
 
 
@@ -91,7 +91,7 @@ def _order_choices(s: Search, depth: int, minimax: bool, bound: float, limit: fl
         for y in range(n):
             if not s.closed[1, y]:
                 total += s.reduced[x, y]
-                if _rise(minimax, bound, s.reduced[x, y]) < limit:
+                if _bound_with(minimax, bound, s.reduced[x, y]) < limit:
                     count += 1
         if count < fewest or (count == fewest and total > dearest):
             best, fewest, dearest = x, count, total
@@ -99,7 +99,7 @@ def _order_choices(s: Search, depth: int, minimax: bool, bound: float, limit: fl
     costs, choices = s.reduced[best], s.choices[depth]
     kept = 0
     for y in range(n):
-        if s.closed[1, y] or not _rise(minimax, bound, costs[y]) < limit:
+        if s.closed[1, y] or not _bound_with(minimax, bound, costs[y]) < limit:
             continue
         place = kept
         while place > 0 and costs[choices[place - 1]] > costs[y]:
@@ -112,7 +112,7 @@ def _order_choices(s: Search, depth: int, minimax: bool, bound: float, limit: fl
 
 @kernel
 def _descend(s: Search, depth: int, weight: float, minimax: bool) -> None:
-    """Match the point of this depth with its next choice, and write what that costs open points."""
+    """Match the point of this depth with its next choice; update the costs of open points."""
     n = len(s.source)
     x, y = s.row[depth], s.choices[depth, s.cursor[depth, 0]]
     s.cursor[depth, 0] += 1

@@ -64,9 +64,7 @@ def test_match_prints_a_table_and_writes_files(
     assert (tmp_path / "out.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_points_between_vertices_are_printed(
-    url: str, blobs: tuple[Path, Path], tmp_path: Path
-) -> None:
+def test_refined_points_are_printed(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     out = tmp_path / "out.json"
     done = run("match", *blobs, *QUICK, "--refine", "gmds", "-o", out, url=url)
     assert done.returncode == 0, done.stderr
@@ -78,7 +76,7 @@ def test_points_between_vertices_are_printed(
         assert ", ".join(told) in done.stdout
 
 
-def test_json_is_all_there_is_on_the_standard_output(url: str, blobs: tuple[Path, Path]) -> None:
+def test_the_standard_output_is_json_alone(url: str, blobs: tuple[Path, Path]) -> None:
     options = ["--metric", "commute_time", "--descriptor", "none", "--largest-component"]
     done = run("match", *blobs, *QUICK, *options, "--json", url=url)
     assert done.returncode == 0, done.stderr
@@ -89,7 +87,7 @@ def test_json_is_all_there_is_on_the_standard_output(url: str, blobs: tuple[Path
     assert parameters["descriptor"] in ("none", ["none"])
 
 
-def test_the_small_commands(url: str, blobs: tuple[Path, Path]) -> None:
+def test_upload_and_shapes(url: str, blobs: tuple[Path, Path]) -> None:
     uploaded = json.loads(run("upload", *blobs, "--json", url=url).stdout)
     assert [shape["name"] for shape in uploaded] == ["a.off", "b.obj"]
     table = run("shapes", url=url)
@@ -208,7 +206,7 @@ def test_the_file_that_is_refused_is_named(
     assert piped.stderr.startswith("isomatch: the standard input: not an OFF file")
 
 
-def test_refusals_are_problem_documents_for_programs(url: str, blobs: tuple[Path, Path]) -> None:
+def test_refusals_are_problem_documents_with_json(url: str, blobs: tuple[Path, Path]) -> None:
     done = run("match", *blobs, "--points", "2", "--json", url=url)
     assert (done.returncode, done.stdout) == (1, "")
     problem = json.loads(done.stderr)
@@ -242,7 +240,7 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-def test_colours_are_for_terminals_that_want_them(url: str) -> None:
+def test_colours_follow_no_color(url: str) -> None:
     def said(**environment: str) -> bytes:
         ours, theirs = pty.openpty()
         inherited = {k: v for k, v in os.environ.items() if k != "NO_COLOR"}
@@ -266,13 +264,13 @@ def test_colours_are_for_terminals_that_want_them(url: str) -> None:
     assert not colour.search(said(NO_COLOR="1"))
 
 
-def test_a_reader_that_has_enough(url: str, blobs: tuple[Path, Path]) -> None:
+def test_a_closed_output_pipe(url: str, blobs: tuple[Path, Path]) -> None:
     program = f"{shlex.join(COMMAND)} structures --json --url {url} | head -c 20"
     done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, check=False)
     assert (len(done.stdout), done.stderr) == (20, "")
 
 
-def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
+def test_serve(tmp_path: Path) -> None:
     away = subprocess.run(
         [*COMMAND, "serve"], cwd=tmp_path, capture_output=True, text=True, check=False
     )
@@ -285,7 +283,7 @@ def test_serve_starts_the_application_or_says_how(tmp_path: Path) -> None:
     assert "PORT" in here.stderr
 
 
-def test_an_upload_that_waits_says_what_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_waiting_upload_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     before = set(threading.enumerate())
     with named_upload("a.off", as_json=False, after=0.01):
         for thread in set(threading.enumerate()) - before:
@@ -314,7 +312,7 @@ def test_no_service() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
-def test_interrupting_a_follower_leaves_the_job(url: str, blobs: tuple[Path, Path]) -> None:
+def test_interrupting_jobs_follow_leaves_the_job(url: str, blobs: tuple[Path, Path]) -> None:
     with isomatch.Client(url) as client:
         job = client.match(*map(client.upload, blobs), **LASTING)
         process = subprocess.Popen(
@@ -335,7 +333,7 @@ def test_interrupting_a_follower_leaves_the_job(url: str, blobs: tuple[Path, Pat
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
-def test_interrupting_cancels_the_job(url: str, blobs: tuple[Path, Path]) -> None:
+def test_interrupting_match_cancels_the_job(url: str, blobs: tuple[Path, Path]) -> None:
     with isomatch.Client(url) as client:
         before = {job.id for job in client.jobs()}
         process = subprocess.Popen(

@@ -41,7 +41,7 @@ def test_a_match_from_end_to_end(url: str, blobs: tuple[Path, Path], tmp_path: P
     assert (tmp_path / "match.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_many_at_once(url: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_concurrent_tasks(url: str, capsys: pytest.CaptureFixture[str]) -> None:
     mesh = blob_meshes()[0]
 
     async def program() -> None:
@@ -68,9 +68,7 @@ def test_many_at_once(url: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert "100%  succeeded" in capsys.readouterr().err
 
 
-def test_a_cancelled_task_leaves_the_job_and_nothing_else(
-    url: str, blobs: tuple[Path, Path]
-) -> None:
+def test_a_cancelled_task_leaves_the_job_running(url: str, blobs: tuple[Path, Path]) -> None:
     async def program() -> None:
         async with isomatch.AsyncClient(url) as client:
             source, target = await asyncio.gather(*map(client.upload, blobs))
@@ -98,7 +96,7 @@ def test_a_cancelled_task_leaves_the_job_and_nothing_else(
     asyncio.run(program())
 
 
-def test_it_works_without_asyncio(url: str, blobs: tuple[Path, Path]) -> None:
+def test_trio(url: str, blobs: tuple[Path, Path]) -> None:
     async def program() -> int:
         async with isomatch.AsyncClient(url) as client:
             return (await client.upload(blobs[0])).vertices
@@ -122,7 +120,7 @@ class Breaking(httpx2.AsyncByteStream):
         self.closed = True
 
 
-def test_a_stream_that_breaks_is_taken_up_and_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_stream_is_resumed_and_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
     streams = [
         Breaking(event("a"), event("b", state="running")),

@@ -40,12 +40,12 @@ def test_an_upload_waits_until_it_is_validated(client: isomatch.Client) -> None:
     assert client.upload((mesh.vertices, mesh.faces[:1000])).faces == 1000
 
 
-def test_what_is_refused_later_is_refused(client: isomatch.Client) -> None:
+def test_refusals_after_the_upload(client: isomatch.Client) -> None:
     with pytest.raises(isomatch.UnprocessableShape):
         client.upload((np.zeros((3, 3)), [[0, 1, 2]]))
 
 
-def test_an_upload_is_waited_for_so_long_and_no_longer(client: isomatch.Client) -> None:
+def test_the_timeout_of_an_upload(client: isomatch.Client) -> None:
     mesh = blob_meshes()[1]
     late = ""
     # One may be read before it is answered, where the worker is quicker than the service.
@@ -60,7 +60,7 @@ def test_an_upload_is_waited_for_so_long_and_no_longer(client: isomatch.Client) 
     assert client.upload(part).name == "blob"
 
 
-def test_a_file_over_the_limit(client: isomatch.Client, tmp_path: Path) -> None:
+def test_a_file_above_the_limit(client: isomatch.Client, tmp_path: Path) -> None:
     path = tmp_path / "large.off"
     path.write_bytes(b"OFF\n" + b"#" * LIMIT)
     with pytest.raises(isomatch.TooLarge, match=str(LIMIT)) as refusal:
@@ -69,7 +69,7 @@ def test_a_file_over_the_limit(client: isomatch.Client, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("key", [None, "the-key-of-bob"])
-def test_strangers_are_told_what_they_need(client: isomatch.Client, key: str | None) -> None:
+def test_a_missing_api_key_is_named(client: isomatch.Client, key: str | None) -> None:
     with (
         isomatch.Client(client.base_url, api_key=key) as stranger,
         pytest.raises(isomatch.Unauthorized, match="API key"),
@@ -77,7 +77,7 @@ def test_strangers_are_told_what_they_need(client: isomatch.Client, key: str | N
         stranger.upload(b"OFF", file_type="off")
 
 
-def test_a_command_says_where_it_takes_the_key_from(client: isomatch.Client) -> None:
+def test_a_command_names_the_variable_of_the_key(client: isomatch.Client) -> None:
     command = [sys.executable, "-m", "isomatch.cli", "shapes", "--url", client.base_url]
     environment = {name: value for name, value in os.environ.items() if name != "ISOMATCH_API_KEY"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
@@ -85,7 +85,7 @@ def test_a_command_says_where_it_takes_the_key_from(client: isomatch.Client) -> 
     assert "ISOMATCH_API_KEY" in done.stderr
 
 
-def test_a_receiver_is_told_of_the_end(client: isomatch.Client) -> None:
+def test_a_webhook_is_sent(client: isomatch.Client) -> None:
     mesh = blob_meshes()[0]
     shape = client.upload((mesh.vertices, mesh.faces[:1000]))
     secret = "known to both of them"

@@ -70,7 +70,7 @@ def test_nothing_listens() -> None:
         client.shape("0" * 32)
 
 
-def test_a_proxy_in_the_environment_is_not_asked_for_this_machine(
+def test_a_proxy_of_the_environment_is_not_used_for_the_loopback_address(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("http_proxy", f"http://192.0.2.1:{closed_port()}")
@@ -99,7 +99,7 @@ def test_an_upload_is_repeated_from_its_beginning() -> None:
     assert all(b"OFF\n" in body for body in bodies)
 
 
-def test_it_is_not_repeated_for_ever() -> None:
+def test_retries_are_limited() -> None:
     service = Broken(100, httpx2.ReadError, SHAPE)
     with client_of(service) as client, pytest.raises(isomatch.ConnectionFailed, match="broke"):
         client.shape("0" * 32)
@@ -137,7 +137,7 @@ def busy(
     return client_of(answer), pauses
 
 
-def test_a_busy_service_is_given_the_time_it_asks_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_retry_after_of_a_busy_service_is_respected(monkeypatch: pytest.MonkeyPatch) -> None:
     later = format_datetime(datetime.now(UTC) + timedelta(seconds=20), usegmt=True)
     client, pauses = busy(monkeypatch, (503, "7"), (429, later), (503, None))
     with client:
@@ -155,7 +155,7 @@ def test_a_busy_service_is_given_the_time_it_asks_for(monkeypatch: pytest.Monkey
         ([(500, "1")], isomatch.ServiceError, []),
     ],
 )
-def test_patience_has_an_end(
+def test_a_long_retry_after_is_an_error(
     monkeypatch: pytest.MonkeyPatch,
     answers: list[tuple[int, str | None]],
     kind: type[isomatch.ProblemError],
@@ -180,7 +180,7 @@ def test_repeating_can_be_switched_off() -> None:
     assert len(service.requests) == 1
 
 
-def test_a_match_that_may_have_been_queued_is_asked_for_with_the_same_key() -> None:
+def test_a_repeated_match_has_the_same_idempotency_key() -> None:
     service = Broken(2, httpx2.ReadError, {})
     with client_of(service) as client:
         for key in (None, None, "mine"):
@@ -220,7 +220,7 @@ def test_a_misspelt_parameter_is_not_sent() -> None:
     assert not service.requests
 
 
-def test_fields_of_a_newer_service_are_left_aside() -> None:
+def test_unknown_fields_are_ignored() -> None:
     with client_of(lambda _: httpx2.Response(200, json={**SHAPE, "genus": 2})) as client:
         assert not hasattr(client.shape("0" * 32), "genus")
 
@@ -240,7 +240,7 @@ def without(field: str) -> dict[str, object]:
         (httpx2.Response(301, headers={"location": "/"}), "301 without a reason"),
     ],
 )
-def test_an_answer_that_is_not_of_the_service(response: httpx2.Response, message: str) -> None:
+def test_answers_of_other_services(response: httpx2.Response, message: str) -> None:
     with (
         client_of(lambda _: response) as client,
         pytest.raises(isomatch.UnexpectedResponse, match=message),
@@ -248,14 +248,14 @@ def test_an_answer_that_is_not_of_the_service(response: httpx2.Response, message
         client.shape("0" * 32)
 
 
-def test_an_id_cannot_lead_elsewhere() -> None:
+def test_ids_are_quoted_in_paths() -> None:
     service = Broken(0, httpx2.ReadError, SHAPE)
     with client_of(service) as client:
         client.shape("../jobs/1?x=#")
     assert service.requests[0].url.raw_path == b"/v1/shapes/..%2Fjobs%2F1%3Fx%3D%23"
 
 
-def test_the_api_key_is_an_argument_or_in_the_environment(
+def test_the_api_key_comes_from_an_argument_or_the_environment(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def sent(api_key: str | None = None) -> str | None:

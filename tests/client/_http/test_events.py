@@ -69,7 +69,7 @@ def followed(service: Service) -> list[str]:
         return [job.state for job in client.job("1").events()]
 
 
-def test_a_stream_that_ends_is_taken_up_where_it_ended() -> None:
+def test_a_broken_stream_is_resumed() -> None:
     service = Service(
         event("a"),
         Breaking(b": still there\n\n", event("b", state="running"), b"data: {"),
@@ -80,18 +80,18 @@ def test_a_stream_that_ends_is_taken_up_where_it_ended() -> None:
     assert service.seen == [None, "a", "b", "b"]
 
 
-def test_it_is_not_taken_up_for_ever() -> None:
+def test_failures_of_a_stream_are_limited() -> None:
     with pytest.raises(isomatch.ConnectionFailed, match="cannot be reached"):
         followed(Service(event("a"), None, None, None, None))
 
 
 @pytest.mark.parametrize("data", [b"{", b'{"id": "1"}', b"[]"])
-def test_events_that_are_none_of_the_service(data: bytes) -> None:
+def test_events_that_are_not_jobs(data: bytes) -> None:
     with pytest.raises(isomatch.UnexpectedResponse, match="no job"):
         followed(Service(b"data: " + data + b"\n\n"))
 
 
-def test_lines_are_put_together_as_the_standard_says() -> None:
+def test_lines_are_parsed_as_in_the_standard() -> None:
     reader = EventReader()
     lines = [
         "data: a",

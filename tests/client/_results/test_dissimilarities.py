@@ -58,7 +58,7 @@ def test_a_collection(client: isomatch.Client, meshes: list[Path], tmp_path: Pat
     assert isinstance(later, isomatch.Dissimilarities)
 
 
-def test_what_is_refused(client: isomatch.Client, meshes: list[Path]) -> None:
+def test_refusals(client: isomatch.Client, meshes: list[Path]) -> None:
     shapes = [client.upload(mesh) for mesh in meshes[:2]]
     with pytest.raises(TypeError, match="dissimilarities"):
         client.dissimilarities(shapes, point=6)  # type: ignore[call-arg]
@@ -69,7 +69,7 @@ def test_what_is_refused(client: isomatch.Client, meshes: list[Path]) -> None:
         client.dissimilarities([*shapes, "nobody"])
 
 
-def test_a_matrix_with_gaps_is_no_result() -> None:
+def test_a_matrix_with_gaps_is_refused() -> None:
     document: dict[str, object] = {
         "shapes": ["a", "b"], "labels": None, "parameters": {}, "matrix": [[0, None], [None, 0]],
         "lower_bounds": [0.0], "certified": True, "uncertified": [], "nearest": [[1], [0]],

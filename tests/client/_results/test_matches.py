@@ -48,9 +48,7 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
     assert (tmp_path / "match.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
 
 
-def test_points_between_vertices(
-    client: isomatch.Client, pair: Pair, blobs: tuple[Path, Path]
-) -> None:
+def test_refined_points(client: isomatch.Client, pair: Pair, blobs: tuple[Path, Path]) -> None:
     job = client.match(*pair, points=16, refine="gmds")
     match = job.result()
     refined = match.refinement
@@ -75,7 +73,7 @@ def test_points_between_vertices(
             refined.refined_positions(wrong)
 
 
-def test_progress_is_told(
+def test_progress_is_printed(
     client: isomatch.Client, pair: Pair, capsys: pytest.CaptureFixture[str]
 ) -> None:
     client.match(*pair, points=6, coarse_points=6, rho=1.9).result(progress=True)
@@ -84,7 +82,7 @@ def test_progress_is_told(
     assert "100%  succeeded" in said.err
 
 
-def test_parameters_arrive(client: isomatch.Client, pair: Pair) -> None:
+def test_parameters_are_sent(client: isomatch.Client, pair: Pair) -> None:
     match = client.match(
         pair[0].id,
         pair[1].id,
@@ -121,7 +119,7 @@ def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> N
         assert job.wait(timeout=240).finished
 
 
-def test_waiting_ends_in_time_and_the_job_goes_on(client: isomatch.Client, pair: Pair) -> None:
+def test_a_timeout_leaves_the_job_running(client: isomatch.Client, pair: Pair) -> None:
     job = client.match(*pair, **LASTING, rho=1.9)
     with pytest.raises(isomatch.WaitTimeout, match="it goes on"):
         job.result(timeout=0.0)
@@ -132,7 +130,7 @@ def test_waiting_ends_in_time_and_the_job_goes_on(client: isomatch.Client, pair:
     job.wait(timeout=240)
 
 
-def test_a_job_that_fails_says_why(client: isomatch.Client, pair: Pair) -> None:
+def test_a_failed_job_has_a_problem(client: isomatch.Client, pair: Pair) -> None:
     # That all distances vanish is found out when they are computed.
     job = client.match(*pair, points=6, metric=[{"name": "diffusion", "time": 1e9}])
     job.wait(timeout=240)

@@ -57,7 +57,7 @@ def bones_of(axes: Axes) -> Line3DCollection:
     return bones
 
 
-def test_what_is_known_of_the_points(
+def test_points_of_a_prototype(
     client: isomatch.Client, job: isomatch.Job[isomatch.LearnedPrototype], tmp_path: Path
 ) -> None:
     made = job.result().prototype

@@ -74,7 +74,7 @@ def test_correspondences_are_arrays_or_lists(client: isomatch.Client, meshes: li
     assert (prototype.points, prototype.examples) == (4, 3)
 
 
-def test_what_is_refused(client: isomatch.Client, meshes: list[Path]) -> None:
+def test_refusals(client: isomatch.Client, meshes: list[Path]) -> None:
     shapes = [client.upload(mesh) for mesh in meshes[:2]]
     with pytest.raises(TypeError, match="learn_prototype"):
         client.learn_prototype(shapes, point=6)  # type: ignore[call-arg]
@@ -90,7 +90,7 @@ def test_what_is_refused(client: isomatch.Client, meshes: list[Path]) -> None:
         client.upload_prototype(3)  # type: ignore[arg-type]
 
 
-def test_the_same_without_blocking(url: str, meshes: list[Path], tmp_path: Path) -> None:
+def test_prototypes_of_the_async_client(url: str, meshes: list[Path], tmp_path: Path) -> None:
     async def program() -> None:
         async with isomatch.AsyncClient(url) as client:
             shapes = await asyncio.gather(*map(client.upload, meshes[:3]))

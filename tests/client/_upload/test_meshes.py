@@ -27,7 +27,7 @@ def content(source: MeshSource, file_type: str | None = None) -> tuple[str, byte
         return file.name, data
 
 
-def test_arrays_survive_the_writer_bit_by_bit() -> None:
+def test_arrays_are_written_exactly() -> None:
     name, data = content(TETRAHEDRON)
     mesh = read_back(data)
     assert name == "mesh.ply"
@@ -100,23 +100,23 @@ NAN_Y = np.array([0.0, np.nan, 0.0])
         ((POINTS, CORNERS, np.full((4, 3), "red")), "integers or floats"),
     ],
 )
-def test_what_no_file_can_be_made_of_is_refused(source: MeshSource, message: str) -> None:
+def test_invalid_arrays_are_refused(source: MeshSource, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         content(source)
 
 
-def test_a_vertex_of_no_face_may_be_nowhere() -> None:
+def test_unused_vertices_may_be_nan() -> None:
     points = np.vstack([POINTS, [[np.nan] * 3]])
     np.testing.assert_array_equal(read_back(binary_ply(points, CORNERS)).faces, CORNERS)
 
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32, np.int64, np.uint8, np.bool_])
-def test_every_kind_of_number_is_kept(kind: type[np.generic]) -> None:
+def test_all_numeric_types_are_accepted(kind: type[np.generic]) -> None:
     points = np.eye(3).astype(kind)
     np.testing.assert_array_equal(read_back(binary_ply(points, [[0, 1, 2]])).vertices, np.eye(3))
 
 
-def test_colours_are_bytes_or_shares() -> None:
+def test_colours_are_bytes_or_floats() -> None:
     given = np.array([[0, 51, 255, 9]] * 4)
     as_bytes = binary_ply(POINTS, CORNERS, given.astype(np.uint8))
     assert as_bytes == binary_ply(POINTS, CORNERS, given[:, :3])
@@ -127,14 +127,14 @@ def test_colours_are_bytes_or_shares() -> None:
     np.testing.assert_array_equal(back.visual.vertex_colors[:, :3], given[:, :3])
 
 
-def test_trimesh_is_not_imported() -> None:
+def test_optional_packages_are_not_imported() -> None:
     program = (
         "import sys, isomatch; assert not {'trimesh', 'matplotlib', 'trio'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
-def test_other_things_are_no_shapes() -> None:
+def test_other_types_are_refused() -> None:
     with pytest.raises(TypeError, match="not int"):
         content(3)  # type: ignore[arg-type]
     with pytest.raises(TypeError, match="not a tuple of 1"):

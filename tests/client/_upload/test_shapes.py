@@ -14,7 +14,7 @@ from tests.client.shapes import blob_meshes
 ISLANDS = b"OFF\n6 2 0\n0 0 0\n1 0 0\n0 1 0\n5 0 0\n6 0 0\n5 1 0\n3 0 1 2\n3 3 4 5\n"
 
 
-def test_a_file_is_known_by_its_content(client: isomatch.Client, blobs: tuple[Path, Path]) -> None:
+def test_the_same_file_has_the_same_id(client: isomatch.Client, blobs: tuple[Path, Path]) -> None:
     data = blobs[0].read_bytes()
     shape = client.upload(blobs[0])
     assert shape.id == hashlib.sha256(data).hexdigest()[:32]
@@ -36,7 +36,7 @@ def test_arrays_and_meshes_are_uploaded(client: isomatch.Client) -> None:
     assert client.upload(mesh).id == shape.id
 
 
-def test_vertex_colours_arrive(client: isomatch.Client) -> None:
+def test_vertex_colours_are_uploaded(client: isomatch.Client) -> None:
     mesh = blob_meshes()[0]
     colors = np.tile([200, 100, 50, 255], (len(mesh.vertices), 1))
     colored = trimesh.Trimesh(mesh.vertices, mesh.faces, vertex_colors=colors, process=False)

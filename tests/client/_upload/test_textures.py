@@ -62,9 +62,7 @@ def test_the_python_of_the_page(url: str, folder: Path) -> None:
     assert "True" in run([sys.executable, "-c", program], folder)
 
 
-def test_what_a_lone_obj_lacks_and_what_an_archive_lacks(
-    client: isomatch.Client, folder: Path
-) -> None:
+def test_warnings_of_missing_textures(client: isomatch.Client, folder: Path) -> None:
     walking = client.upload(folder / "walking.zip", name="a walk")
     assert (walking.has_colors, walking.file_type, walking.warnings) == (True, "zip", ())
     with zipfile.ZipFile(folder / "walking.zip") as archive:

@@ -25,7 +25,7 @@ def test_a_shape_is_embedded_into_its_own_copy(shape: Shape) -> None:
     copy = Shape(triangle_mesh(vertices, numbering[mesh.faces]))
     found = embed(shape, copy, 8)
     assert found.distortion < 0.01
-    places = found.solution.points.positions(copy.surface.vertices, copy.surface.faces)
+    places = found.solution.answer.positions(copy.surface.vertices, copy.surface.faces)
     truth = copy.surface.vertices[numbering[found.vertices]]
     assert np.linalg.norm(places - truth, axis=1).max() < 0.05
 
@@ -35,8 +35,8 @@ def test_the_stress_is_that_of_the_points_and_no_more_than_where_they_began(shap
     found = embed(shape, other, 6)
     start = SurfacePoints.at_vertices(other.surface, found.initial)
     assert len(start) == 6
-    assert found.solution.stress <= found.solution.initial_stress
-    assert found.distortion == pytest.approx(np.sqrt(2.0 * found.solution.stress / 30))
+    assert found.solution.value <= found.solution.history[0]
+    assert found.distortion == pytest.approx(np.sqrt(2.0 * found.solution.value / 30))
 
 
 def test_more_samples_than_vertices_are_refused(shape: Shape) -> None:

@@ -60,13 +60,13 @@ def test_what_is_out_of_place_is_ranked_among_the_others(
     count = len(levels[0].source.vertices)
     places = np.random.default_rng(seed).permutation(count)
     found = run.carried(levels, near(levels[0], places), others)
-    np.testing.assert_array_equal(found.stages[0].solution.partners, places)
+    np.testing.assert_array_equal(found.stages[0].solution.answer, places)
     assert len(found.stages) == len(levels)
     for index, (level, stage) in enumerate(zip(levels, found.stages, strict=True)):
-        energies = [other.stages[index].solution.energy for other in others]
-        assert stage.rank == 1 + np.searchsorted(np.sort(energies), stage.solution.energy)
-        assert stage.solution.energy == pytest.approx(stage.problem.energy(stage.solution.partners))
-        assert len(stage.solution.partners) == len(level.source.vertices)
+        energies = [other.stages[index].solution.value for other in others]
+        assert stage.rank == 1 + np.searchsorted(np.sort(energies), stage.solution.value)
+        assert stage.solution.value == pytest.approx(stage.problem.energy(stage.solution.answer))
+        assert len(stage.solution.answer) == len(level.source.vertices)
     assert found.stages[0].rank == len(others) + 1
 
 
@@ -77,5 +77,5 @@ def test_the_coarse_bound_is_that_of_the_proven_optimum(
     places = np.arange(len(levels[0].source.vertices))[::-1].copy()
     coarse = run.carried(levels, near(levels[0], places), others).stages[0].solution
     assert coarse.lower_bound == others[0].stages[0].solution.lower_bound
-    assert coarse.lower_bound <= min(one.stages[0].solution.energy for one in others)
-    assert coarse.lower_bound < coarse.energy
+    assert coarse.lower_bound <= min(one.stages[0].solution.value for one in others)
+    assert coarse.lower_bound < coarse.value

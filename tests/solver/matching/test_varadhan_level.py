@@ -106,8 +106,8 @@ def test_points_move_to_the_best_places_near_those_they_had() -> None:
     }
     best = minimise(found.problem, found.partners)
     assert len(energies) > 100
-    assert best.energy == pytest.approx(min(energies.values()))
-    assert best.lower_bound <= best.energy <= found.energy <= energies[tuple(before.tolist())]
+    assert best.value == pytest.approx(min(energies.values()))
+    assert best.lower_bound <= best.value <= found.energy <= energies[tuple(before.tolist())]
 
 
 def test_what_has_no_partner_may_go_anywhere() -> None:

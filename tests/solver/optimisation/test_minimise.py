@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from solver.control import Control
+from solver.control import Control, iterate
 from solver.errors import Cancelled
 from solver.labelling import UNMATCHED, LabellingProblem, Method
 from solver.optimisation import minimise
@@ -19,7 +19,7 @@ def test_optimum_of_metric_problems(regime: str) -> None:
     for seed in range(4):
         problem = metric_instance(4, 5, seed, **REGIMES[regime])
         found = minimise(problem)
-        assert found.energy == pytest.approx(all_solutions(problem)[0][0], abs=1e-12)
+        assert found.value == pytest.approx(all_solutions(problem)[0][0], abs=1e-12)
         assert found.certified
 
 
@@ -27,7 +27,7 @@ def test_optimum_of_explicit_problems() -> None:
     for seed in range(20):
         problem = explicit_instance(4, 4, seed, occlusion_cost=0.1 * (seed % 4))
         found = minimise(problem)
-        assert found.energy == pytest.approx(all_solutions(problem)[0][0])
+        assert found.value == pytest.approx(all_solutions(problem)[0][0])
         assert found.certified
 
 
@@ -37,28 +37,28 @@ def test_hard_problems_of_sixteen_points_are_proven() -> None:
         found = minimise(problem)
         assert found.method is Method.BRANCH_AND_BOUND
         assert found.gap == 0.0
-        assert problem.energy(found.partners) == pytest.approx(found.energy)
+        assert problem.energy(found.answer) == pytest.approx(found.value)
 
 
 def test_optimum_does_not_depend_on_the_numbering() -> None:
     problem = metric_instance(12, 14, 1, noise=0.6)
     rng = np.random.default_rng(0)
     again = relabelled(problem, rng.permutation(12), rng.permutation(14))
-    assert minimise(problem).energy == pytest.approx(minimise(again).energy)
+    assert minimise(problem).value == pytest.approx(minimise(again).value)
 
 
 def test_the_same_question_has_the_same_answer() -> None:
     problem = metric_instance(20, 24, 1, noise=0.7)
     first, second = (minimise(problem, iterations=100) for _ in range(2))
-    assert (first.partners == second.partners).all()
+    assert (first.answer == second.answer).all()
     assert first.lower_bound == second.lower_bound
 
 
 def test_deadline_and_cancellation() -> None:
     problem = metric_instance(20, 20, 0, noise=1.0)
     late = minimise(problem, control=Control(deadline=time.monotonic()))
-    assert problem.energy(late.partners) == pytest.approx(late.energy)
-    assert 0.0 <= late.lower_bound <= late.energy
+    assert problem.energy(late.answer) == pytest.approx(late.value)
+    assert 0.0 <= late.lower_bound <= late.value
     with pytest.raises(Cancelled):
         minimise(problem, control=Control(is_cancelled=lambda: True))
 
@@ -75,8 +75,8 @@ def test_no_solution_is_said_to_be_none() -> None:
 def test_without_candidates_nothing_is_matched(n: int) -> None:
     nothing = np.zeros((0, 2), dtype=np.int64), np.zeros(0), np.eye(n), np.eye(n)
     found = minimise(LabellingProblem(*nothing, occlusion_cost=0.5))
-    assert (found.partners == UNMATCHED).all()
-    assert found.energy == found.lower_bound == pytest.approx(0.5 * n)
+    assert (found.answer == UNMATCHED).all()
+    assert found.value == found.lower_bound == pytest.approx(0.5 * n)
     with pytest.raises(InfeasibleError):
         minimise(LabellingProblem(*nothing))
 
@@ -84,16 +84,14 @@ def test_without_candidates_nothing_is_matched(n: int) -> None:
 def test_iterated_local_search_finds_optima_and_never_loses() -> None:
     for seed in range(6):
         for problem in (metric_instance(6, 6, seed, noise=1.0), explicit_instance(5, 5, seed)):
-            search = IteratedLocalSearch(problem, np.arange(problem.n_sources))
-            before = search.energy
-            search.run(20)
-            assert search.energy <= before
-            assert search.energy == pytest.approx(minimise(problem).energy)
-            assert problem.energy(search.partners) == pytest.approx(search.energy)
+            start = np.arange(problem.n_sources)
+            found = iterate(IteratedLocalSearch(problem, start), 20, Control()).state
+            assert found.energy <= problem.energy(start)
+            assert found.energy == pytest.approx(minimise(problem).value)
+            assert problem.energy(found.partners) == pytest.approx(found.energy)
 
 
 def test_iterated_local_search_leaves_no_point_unmatched_that_must_be() -> None:
     problem = metric_instance(8, 8, 3, share_of_candidates=0.4)
-    search = IteratedLocalSearch(problem, np.arange(8))
-    search.run(30)
-    assert UNMATCHED not in search.partners
+    found = iterate(IteratedLocalSearch(problem, np.arange(8)), 30, Control()).state
+    assert UNMATCHED not in found.partners

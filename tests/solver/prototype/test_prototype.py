@@ -109,7 +109,7 @@ def test_bound_optimum_and_energy_are_in_order(seed: int, gamma: float) -> None:
     optimum = min(energies.values())
     found = minimise(problem)
     assert found.lower_bound <= optimum + 1e-9
-    assert found.energy == pytest.approx(optimum)
+    assert found.value == pytest.approx(optimum)
     best = m_best_solutions(problem, 5)
     np.testing.assert_allclose(best.energies, sorted(energies.values())[:5], atol=1e-9)
     start = np.array(next(iter(energies)))
@@ -140,7 +140,7 @@ def test_dual_decomposition_bounds_tabulated_costs(n: int) -> None:
     found = minimise(problem, iterations=300)
     exact = m_best_solutions(problem)
     assert exact.proven
-    assert found.lower_bound <= exact.energies[0] + 1e-9 <= found.energy + 2e-9
+    assert found.lower_bound <= exact.energies[0] + 1e-9 <= found.value + 2e-9
 
 
 def test_energies_are_log_likelihoods_but_for_a_constant() -> None:

@@ -83,7 +83,7 @@ def test_the_greatest_distortion_is_that_of_minimax_correspondences() -> None:
     first, second = (full.first(7) for full in signatures([blob(2), torus(16, 8)], options))
     found = dissimilarity_matrix([first, second], options)
     least = [
-        minimax_correspondence(first.distances[kind], second.distances[kind]).distortion
+        minimax_correspondence(first.distances[kind], second.distances[kind]).value
         for kind in range(len(SAMPLINGS))
     ]
     assert found.values[0, 1] == min(least)

@@ -5,10 +5,10 @@ import time
 import numpy as np
 import pytest
 
-from solver.control import Control
+from solver.control import Control, iterate
 from solver.errors import Cancelled
 from solver.labelling import UNMATCHED
-from solver.optimisation import BoundingCosts
+from solver.optimisation import ReparametrisedCosts
 from solver.optimisation.dual_decomposition import DualDecomposition
 from solver.optimisation.exact import m_best_solutions
 from tests.solver.problems import all_solutions, explicit_instance, metric_instance
@@ -40,8 +40,9 @@ def test_m_best_are_those_of_enumeration(regime: str, n: int, m: int) -> None:
             found.energies, [energy for energy, _ in expected], rtol=1e-9, atol=1e-12
         )
         assert len({tuple(row) for row in found.partners}) == len(expected)
-        for partners, energy in zip(found.partners, found.energies, strict=True):
-            assert problem.energy(partners) == pytest.approx(energy, abs=1e-12)
+        for solution in found:
+            assert problem.energy(solution.answer) == pytest.approx(solution.value, abs=1e-12)
+            assert solution.lower_bound == found.energies[0]
 
 
 def test_more_target_than_source_points_in_another_order() -> None:
@@ -115,7 +116,9 @@ def test_own_costs_of_either_sign_prune_nothing_that_is_best() -> None:
     for seed in range(60):
         problem = explicit_instance(5, 5, seed, density=1.0, occlusion_cost=np.inf)
         known = np.arange(5)
-        found = m_best_solutions(problem, known=known, bounding=BoundingCosts.of(problem))
+        found = m_best_solutions(
+            problem, known=known, reparametrised=ReparametrisedCosts.of(problem)
+        )
         assert found.proven
         assert found.energies[0] == pytest.approx(all_solutions(problem)[0][0])
 
@@ -124,12 +127,11 @@ def test_own_costs_of_either_sign_prune_nothing_that_is_best() -> None:
 def test_what_is_known_beforehand_changes_no_answer(gamma: float) -> None:
     for seed in range(10):
         problem = metric_instance(5, 6, seed, noise=0.8, occlusion_cost=gamma)
-        decomposition = DualDecomposition(problem)
-        decomposition.run(30)
-        bounding = decomposition.bounding_costs()
+        state = iterate(DualDecomposition(problem), 30, Control()).state
+        costs = state.reparametrised_costs()
         plain = m_best_solutions(problem, 5)
         for known in (None, plain.partners[3], plain.partners[0]):
-            found = m_best_solutions(problem, 5, known=known, bounding=bounding)
+            found = m_best_solutions(problem, 5, known=known, reparametrised=costs)
             assert found.proven
             np.testing.assert_allclose(found.energies, plain.energies)
             assert len(np.unique(found.partners, axis=0)) == 5
@@ -137,17 +139,16 @@ def test_what_is_known_beforehand_changes_no_answer(gamma: float) -> None:
 
 def test_costs_of_a_decomposition_prune() -> None:
     problem = metric_instance(11, 11, 0, noise=1.0)
-    decomposition = DualDecomposition(problem)
-    decomposition.run(200)
+    state = iterate(DualDecomposition(problem), 200, Control()).state
     plain = m_best_solutions(problem)
-    found = m_best_solutions(problem, bounding=decomposition.bounding_costs())
+    found = m_best_solutions(problem, reparametrised=state.reparametrised_costs())
     assert found.proven
     assert found.energies[0] == pytest.approx(plain.energies[0])
     assert found.nodes < 0.1 * plain.nodes
 
 
 @pytest.mark.parametrize("regime", REGIMES)
-def test_an_unfinished_search_tells_what_is_left(regime: str) -> None:
+def test_an_unfinished_search_keeps_all_candidates_of_better_solutions(regime: str) -> None:
     for seed in range(3):
         problem = metric_instance(5, 6, seed, **REGIMES[regime])
         solutions = all_solutions(problem)

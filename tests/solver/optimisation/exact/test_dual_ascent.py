@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control, iterate
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.optimisation import BoundingCosts
-from solver.optimisation.exact import DualAscent
+from solver.optimisation import ReparametrisedCosts
+from solver.optimisation.exact import AscentState, DualAscent
 from tests.solver.optimisation.exact.test_branch_and_bound import REGIMES
 from tests.solver.problems import all_solutions, explicit_instance, metric_instance
 
@@ -19,8 +20,13 @@ PROBLEMS = [
 ]
 
 
-def cost(costs: BoundingCosts, problem: LabellingProblem, partners: tuple[int, ...]) -> float:
-    """What a correspondence costs, added up part by part."""
+def ascended(problem: LabellingProblem, rounds: int, limit: float = np.inf) -> AscentState:
+    ascent = DualAscent(ReparametrisedCosts.of(problem), problem.first_candidate, limit)
+    return iterate(ascent, rounds, Control()).state
+
+
+def cost(costs: ReparametrisedCosts, problem: LabellingProblem, partners: tuple[int, ...]) -> float:
+    """Cost of a correspondence, added up part by part."""
     chosen = problem.chosen_candidates(np.array(partners))
     used = chosen[chosen >= 0]
     total = costs.constant + costs.unary[used].sum() + costs.occlusion[chosen < 0].sum()
@@ -31,19 +37,14 @@ def cost(costs: BoundingCosts, problem: LabellingProblem, partners: tuple[int, .
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_the_bound_is_below_the_optimum_and_never_falls(problem: LabellingProblem) -> None:
     optimum = all_solutions(problem)[0][0]
-    ascent = DualAscent(BoundingCosts.of(problem), problem.first_candidate)
-    bounds = [ascent.bound]
-    for _ in range(6):
-        ascent.run(1)
-        bounds.append(ascent.bound)
+    bounds = [ascended(problem, rounds).bound for rounds in range(7)]
     assert bounds[-1] <= optimum + 1e-9
     assert (np.diff(bounds) >= -1e-9).all()
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_no_correspondence_becomes_dearer_and_all_cost_the_bound(problem: LabellingProblem) -> None:
-    ascent = DualAscent(BoundingCosts.of(problem), problem.first_candidate)
-    ascent.run(3)
+    ascent = ascended(problem, 3)
     costs = ascent.costs()
     finite = costs.pairwise[np.isfinite(costs.pairwise)]
     assert finite.min() >= -1e-9
@@ -54,7 +55,7 @@ def test_no_correspondence_becomes_dearer_and_all_cost_the_bound(problem: Labell
             assert divided == pytest.approx(energy, abs=1e-9)
 
 
-def divided_in_turn(costs: BoundingCosts, rows: IntArray) -> FloatArray:
+def divided_in_turn(costs: ReparametrisedCosts, rows: IntArray) -> FloatArray:
     """(V,) costs of candidates after a round, there and back, written as it is read."""
     n, unary = len(rows) - 1, costs.unary.copy()
     theta = np.minimum(costs.pairwise, 1e9)
@@ -75,19 +76,15 @@ def divided_in_turn(costs: BoundingCosts, rows: IntArray) -> FloatArray:
 @pytest.mark.parametrize("sizes", [(5, 6), (6, 9), (7, 13), (4, 4)])
 def test_a_round_is_what_it_says(sizes: tuple[int, int]) -> None:
     problem = metric_instance(*sizes, 4, noise=0.7)
-    costs = BoundingCosts.of(problem)
-    ascent = DualAscent(costs, problem.first_candidate)
-    ascent.run(1)
-    expected = divided_in_turn(costs, problem.first_candidate)
-    np.testing.assert_allclose(ascent.costs().unary, expected, atol=1e-12)
+    expected = divided_in_turn(ReparametrisedCosts.of(problem), problem.first_candidate)
+    np.testing.assert_allclose(ascended(problem, 1).costs().unary, expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_what_is_dropped_is_used_by_nothing_better(problem: LabellingProblem) -> None:
     solutions = all_solutions(problem)
     limit = solutions[min(3, len(solutions) - 1)][0] + 1e-6
-    ascent = DualAscent(BoundingCosts.of(problem), problem.first_candidate)
-    ascent.run(20, limit)
+    ascent = ascended(problem, 20, limit)
     costs, kept = ascent.costs(), ascent.kept
     rows = np.searchsorted(problem.candidates[kept, 0], np.arange(problem.n_sources + 1))
     left = set(kept[costs.promising(rows, limit)])
@@ -102,8 +99,7 @@ def test_what_is_dropped_is_used_by_nothing_better(problem: LabellingProblem) ->
 def test_a_limit_that_nothing_is_below_leaves_nothing() -> None:
     problem = metric_instance(5, 6, 0, noise=0.3)
     optimum = all_solutions(problem)[0][0]
-    ascent = DualAscent(BoundingCosts.of(problem), problem.first_candidate)
-    ascent.run(200, 0.5 * optimum)
+    ascent = ascended(problem, 200, 0.5 * optimum)
     assert ascent.exhausted
     assert len(ascent.kept) < problem.n_candidates
 
@@ -112,10 +108,8 @@ def test_a_point_without_candidates_is_infeasible() -> None:
     problem = metric_instance(3, 3, 0)
     kept = np.flatnonzero(problem.candidates[:, 0] != 1)
     alone = problem.among(kept)
-    ascent = DualAscent(BoundingCosts.of(alone), alone.first_candidate)
-    assert ascent.exhausted
-    ascent.run(2)
-    assert ascent.bound == np.inf
+    assert ascended(alone, 0).exhausted
+    assert ascended(alone, 2).bound == np.inf
 
 
 def test_trees_are_bounded_exactly() -> None:
@@ -133,6 +127,5 @@ def test_trees_are_bounded_exactly() -> None:
         own = unary[x * k : (x + 1) * k] + ahead
         ahead = (pairwise[(x - 1) * k : x * k, x * k : (x + 1) * k] + own).min(axis=1)
     optimum = float((unary[:k] + ahead).min())
-    ascent = DualAscent(BoundingCosts(0.0, unary, pairwise, np.full(n, np.inf)), rows)
-    ascent.run(100)
-    assert ascent.bound == pytest.approx(optimum, abs=1e-6)
+    ascent = DualAscent(ReparametrisedCosts(0.0, unary, pairwise, np.full(n, np.inf)), rows)
+    assert iterate(ascent, 100, Control()).state.bound == pytest.approx(optimum, abs=1e-6)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.optimisation import BoundingCosts
+from solver.optimisation import ReparametrisedCosts
 from solver.optimisation.exact import Incumbents, dive, energy_of, keep
 from solver.optimisation.primal import partners_of
 from tests.solver.problems import all_solutions, metric_instance
@@ -18,7 +18,7 @@ PROBLEMS = [
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_what_is_found_cannot_be_improved_at_one_point(problem: LabellingProblem) -> None:
-    own, m = BoundingCosts.of(problem), 6
+    own, m = ReparametrisedCosts.of(problem), 6
     found = Incumbents.none(m, problem.n_sources)
     dive(found, own, own, problem.first_candidate)
     assert np.isfinite(found.energies).all()
@@ -39,7 +39,7 @@ def test_what_is_found_cannot_be_improved_at_one_point(problem: LabellingProblem
 
 @pytest.mark.parametrize("problem", PROBLEMS)
 def test_beginning_everywhere_finds_no_worse(problem: LabellingProblem) -> None:
-    own = BoundingCosts.of(problem)
+    own = ReparametrisedCosts.of(problem)
     few, many = (Incumbents.none(1, problem.n_sources) for _ in range(2))
     dive(few, own, own, problem.first_candidate)
     dive(many, own, own, problem.first_candidate, everywhere=True)
@@ -56,7 +56,7 @@ def test_only_the_best_are_kept_and_none_twice() -> None:
 
 
 def test_candidates_that_exclude_one_another_cost_infinitely_much() -> None:
-    own = BoundingCosts.of(PROBLEMS[1])
+    own = ReparametrisedCosts.of(PROBLEMS[1])
     costs = own.unary, own.pairwise, own.occlusion
     nobody = np.full(5, UNMATCHED)
     assert energy_of(*costs, nobody) == pytest.approx(5 * 0.3)

@@ -5,7 +5,7 @@ import pytest
 
 from solver.arrays import IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
-from solver.optimisation.primal import InfeasibleError, assign, local_search
+from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
 from tests.solver.problems import all_solutions, metric_instance
 
 
@@ -62,7 +62,7 @@ def test_assign_is_the_optimum_without_pairwise_costs() -> None:
             problem = metric_instance(
                 4, 5, seed, beta=0.0, unary=1.0, occlusion_cost=gamma, share_of_candidates=0.6
             )
-            found = assign(problem, problem.unary)
+            found = solve_lap(problem, problem.unary)
             assert problem.energy(found) == pytest.approx(all_solutions(problem)[0][0])
 
 
@@ -71,4 +71,4 @@ def test_assign_says_when_not_all_can_be_matched() -> None:
         np.array([[0, 0], [1, 0]]), np.zeros(2), np.zeros((2, 2)), np.zeros((2, 2))
     )
     with pytest.raises(InfeasibleError):
-        assign(crowded, crowded.unary)
+        solve_lap(crowded, crowded.unary)

@@ -1,5 +1,6 @@
-"""Shares of the costs, and the exchanges by which they move from one subproblem to another."""
+"""Exchange of cost shares between two subproblems, by the subgradient method with momentum."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -7,9 +8,14 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
 
+_MOMENTUM = 0.9
+"""Share of the previous direction that is kept (heavy ball, Polyak 1964); a customary value."""
+_LEAST_FACTOR = 1e-30
+"""Common factor of a direction below which it is multiplied into the entries."""
+
 
 class Used(NamedTuple):
-    """What a minimiser uses of a subproblem's costs.
+    """Costs that the minimiser of a subproblem uses: a subgradient of its minimum.
 
     Attributes
     ----------
@@ -24,15 +30,62 @@ class Used(NamedTuple):
 
 
 def used_once(positions: IntArray) -> Used:
-    """Return positions that are used wholly."""
+    """Return positions whose costs are used with factor 1."""
     return Used(positions, np.ones(len(positions)))
 
 
-class _Direction(NamedTuple):
-    """A vector of which few entries were ever touched: `factor` times `values`.
+class Exchange:
+    """Shares of costs that two subproblems have in common, and the direction in which they move.
 
-    What fades fades with the factor, and the norm is kept up as entries change, so that turning
-    takes no longer than there are entries to change.
+    An amount that is added to one share is subtracted from the other, so that the shares of a cost
+    always add up to it: the projection of the projected subgradient, by construction. The direction
+    is that of the heavy ball: the present subgradient and, fading, the earlier ones.
+
+    Parameters
+    ----------
+    to
+        (S,) costs of the subproblem that receives shares; changed in place.
+    origin
+        Costs of the subproblem that gives them; changed in place.
+    index
+        (S,) position in `origin` of each cost of `to`; negative for costs that `origin` does not
+        have and that no minimiser uses.
+    gains, losses
+        Functions that return the costs which the present minimisers of the receiving and of the
+        giving subproblem use, both as positions in `to`; negative positions are ignored.
+    """
+
+    def __init__(
+        self,
+        to: FloatArray,
+        origin: FloatArray,
+        index: IntArray,
+        gains: Callable[[], Used],
+        losses: Callable[[], Used],
+    ) -> None:
+        self._to, self._origin, self._index = to, origin, index
+        self._gains, self._losses = gains, losses
+        self._direction = _Direction(
+            np.zeros(len(to)),
+            np.zeros(len(to), dtype=np.bool_),
+            np.zeros(len(to), dtype=np.int64),
+            np.array([0.0, 1.0, 0.0]),
+        )
+
+    def update_direction(self) -> float:
+        """Add the present subgradient; return the squared Euclidean norm of the new direction."""
+        return _update(self._direction, *self._gains(), *self._losses(), _MOMENTUM)
+
+    def step(self, length: float) -> None:
+        """Move shares by `length` times the direction."""
+        _step(self._direction, length, self._to, self._origin, self._index)
+
+
+class _Direction(NamedTuple):
+    """A sparse vector, `factor` times `values`.
+
+    Fading only changes the factor, and the norm is kept up to date entry by entry, so that an
+    update takes time in proportion to the entries that change.
     """
 
     values: FloatArray
@@ -41,61 +94,11 @@ class _Direction(NamedTuple):
     state: FloatArray  # number of active entries, factor, squared norm of the values
 
 
-class Exchange:
-    """Costs that one subproblem has of another's, and the direction in which they move.
-
-    Whatever is added to a share is taken from where it came from, so that all shares of a cost
-    always add up to it: the projection of the projected subgradient, by construction. The
-    direction is the heavy ball's: earlier subgradients, fading, and the present one.
-
-    Parameters
-    ----------
-    to
-        (S,) costs of the subproblem that gets shares; changed in place.
-    origin
-        Costs of the subproblem they are taken from; changed in place.
-    index
-        (S,) position in `origin` of each cost of `to`, negative for costs that `origin` has not
-        and that no minimiser uses.
-    """
-
-    def __init__(self, to: FloatArray, origin: FloatArray, index: IntArray) -> None:
-        self._to, self._origin, self._index = to, origin, index
-        self._direction = _Direction(
-            np.zeros(len(to)),
-            np.zeros(len(to), dtype=np.bool_),
-            np.zeros(len(to), dtype=np.int64),
-            np.array([0.0, 1.0, 0.0]),
-        )
-
-    def turn(self, gains: Used, losses: Used, momentum: float) -> float:
-        """Turn the direction towards the present subgradient.
-
-        Parameters
-        ----------
-        gains, losses
-            What the minimisers of the two subproblems use, both as positions in `to`; negative
-            ones do not count.
-        momentum
-            What is kept of the direction so far, in (0, 1).
-
-        Returns
-        -------
-        Squared Euclidean norm of the new direction.
-        """
-        return _turn(self._direction, *gains, *losses, momentum)
-
-    def step(self, length: float) -> None:
-        """Move costs by `length` times the direction."""
-        _step(self._direction, length, self._to, self._origin, self._index)
-
-
 _COUNT, _FACTOR, _NORM = 0, 1, 2
-_LEAST_FACTOR = 1e-30
 
 
 @kernel
-def _turn(
+def _update(
     direction: _Direction,
     gains: IntArray,
     gain_amounts: FloatArray,
@@ -106,7 +109,7 @@ def _turn(
     state = direction.state
     state[_FACTOR] *= momentum
     if state[_FACTOR] < _LEAST_FACTOR:
-        _renew(direction)
+        _apply_factor(direction)
     _add(direction, gains, gain_amounts, 1.0)
     _add(direction, losses, loss_amounts, -1.0)
     norm: float = state[_FACTOR] ** 2 * max(state[_NORM], 0.0)
@@ -114,8 +117,8 @@ def _turn(
 
 
 @kernel
-def _renew(direction: _Direction) -> None:
-    """Put the factor into the values, and rounding errors out of the norm."""
+def _apply_factor(direction: _Direction) -> None:
+    """Multiply the factor into the values; compute the norm anew, without rounding errors."""
     values, active, state = direction.values, direction.active, direction.state
     norm = 0.0
     for k in range(int(state[_COUNT])):

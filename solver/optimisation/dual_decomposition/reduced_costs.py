@@ -1,14 +1,14 @@
-"""The costs of a relaxation as costs to prune a search with."""
+"""Reparametrised costs of a relaxation, for lower bounds of a search."""
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.optimisation.primal import assignment_costs
-from solver.optimisation.reparametrisation import BoundingCosts
+from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 _ROUNDING = 1e-9
-"""What rounding errors may have added to a bound, relative to it; far more than they do."""
+"""Allowance for rounding errors of a bound, relative to it; sums of 10⁶ terms err by 1e-10."""
 
 
 def reduced_costs(
@@ -17,8 +17,8 @@ def reduced_costs(
     partners: IntArray,
     pairwise: FloatArray,
     constant: float,
-) -> BoundingCosts:
-    """What every correspondence costs at least, and what its parts cost above that.
+) -> ReparametrisedCosts:
+    """Split the energy into the relaxation's bound and non-negative costs above it.
 
     Parameters
     ----------
@@ -27,13 +27,13 @@ def reduced_costs(
     linear, partners
         (V,) costs of the linear subproblem and (N,) its optimal assignment.
     pairwise
-        (V, V) what two candidates cost above the minima of the other subproblems.
+        (V, V) cost of every two candidates above the minima of the other subproblems.
     constant
         The sum of those minima.
 
     Returns
     -------
-    BoundingCosts
+    ReparametrisedCosts
         Its constant is the relaxation's bound, less 1e-9 of it for rounding errors.
     """
     costs = assignment_costs(problem, linear)
@@ -49,7 +49,7 @@ def reduced_costs(
     pairwise = np.where(exclusive, np.inf, pairwise)
     np.fill_diagonal(pairwise, 0.0)
     constant += float(rows.sum() + columns.sum())
-    return BoundingCosts(constant - _ROUNDING * abs(constant), unary, pairwise, occlusion)
+    return ReparametrisedCosts(constant - _ROUNDING * abs(constant), unary, pairwise, occlusion)
 
 
 def _potentials(
