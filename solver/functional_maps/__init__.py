@@ -1,7 +1,7 @@
 """Functional maps between two spectra, their refinement by ZoomOut, and maps of all vertices."""
 
 from solver.functional_maps.dense_map import DenseMap, drop_similar_maps, rank_maps
-from solver.functional_maps.extension import QUICK, dense_map, extend_hypotheses
+from solver.functional_maps.extension import QUICK, extend_hypotheses
 from solver.functional_maps.functional_map import (
     FunctionalMap,
     fit_functional_map,
@@ -30,7 +30,6 @@ __all__ = [
     "approximate_nearest_points",
     "compose_maps",
     "dense_correspondence",
-    "dense_map",
     "drop_similar_maps",
     "extend_hypotheses",
     "find_reflection",

@@ -13,7 +13,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.functional_maps.dense_map import DenseMap, rank_maps
+from solver.functional_maps.dense_map import DenseMap
 from solver.functional_maps.functional_map import (
     FunctionalMap,
     fit_functional_map,
@@ -21,7 +21,6 @@ from solver.functional_maps.functional_map import (
 )
 from solver.functional_maps.map_quality import ComparedShape, Comparison
 from solver.functional_maps.zoomout import zoomout
-from solver.shape import Shape
 
 # The constants are chosen on generated people and animals; `bench.dense` measures them.
 
@@ -69,40 +68,6 @@ QUICK = Effort(fits=(30,), step=12)
 _CAREFUL = Effort()
 
 
-def dense_map(
-    source: Shape,
-    target: Shape,
-    hypotheses: Sequence[tuple[IntArray, IntArray]],
-    control: Control | None = None,
-) -> DenseMap:
-    """Extend sparse correspondences to all points, and choose the best.
-
-    Parameters
-    ----------
-    source, target
-        The shapes X and Y.
-    hypotheses
-        (n,) vertices of X and (n,) vertices of Y, corresponding, farthest first.
-    control
-        May cancel; past its deadline, no further starts are tried.
-
-    Returns
-    -------
-    DenseMap
-        The same for the same input, unless a deadline cuts it short.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    ValueError
-        There is no hypothesis, or one of less than three points.
-    """
-    comparison = Comparison(source, target)
-    found = extend_hypotheses(comparison, hypotheses, control or Control())
-    return complete_map(comparison, rank_maps(found)[0])
-
-
 def extend_hypotheses(
     comparison: Comparison,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
@@ -116,8 +81,10 @@ def extend_hypotheses(
     ----------
     comparison
         Of the shapes.
-    hypotheses, control
-        As for :func:`dense_map`.
+    hypotheses
+        (n,) vertices of X and (n,) vertices of Y that correspond, farthest first.
+    control
+        May cancel; past its deadline, no further starts are tried.
     first
         Number of the first hypothesis.
     effort

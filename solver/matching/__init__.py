@@ -14,7 +14,7 @@ from solver.matching.match import match
 from solver.matching.options import GMDS, MAX_COARSE_POINTS, MAX_POINTS, MIN_POINTS, MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, refine_hypotheses
-from solver.matching.report import report_correspondences, report_levels
+from solver.matching.report import report_match
 from solver.matching.result import Correspondence, LevelReport, Match
 from solver.matching.sampling import level_sizes
 from solver.matching.structures import build_level, check_colors, check_distances
@@ -56,8 +56,7 @@ __all__ = [
     "refine",
     "refine_hypotheses",
     "rematch",
-    "report_correspondences",
-    "report_levels",
+    "report_match",
     "uses_varadhan_level",
     "verify",
 ]

@@ -1,5 +1,7 @@
 """Matching of two shapes: sample, enumerate, refine, verify, orient, certify."""
 
+from dataclasses import replace
+
 from solver.control import Control
 from solver.functional_maps import DenseCorrespondence, DenseMap, dense_correspondence
 from solver.gmds import Refinement, refine_by_gmds
@@ -11,7 +13,7 @@ from solver.matching.level import Level
 from solver.matching.options import GMDS, MatchOptions
 from solver.matching.orientation import orient
 from solver.matching.refinement import refine_hypotheses
-from solver.matching.report import report_correspondences, report_levels
+from solver.matching.report import report_match
 from solver.matching.result import Match
 from solver.matching.sampling import common_size, sample
 from solver.matching.varadhan_level import uses_varadhan_level
@@ -74,29 +76,17 @@ def match(
         best, *others = oriented.hypotheses
         if options.objective != LINF:  # else enumeration has bounded the only level
             best = certify(best, oriented.levels, control)
-        finest = oriented.levels[-1]
-        dense, refinement = _extend(oriented.dense_map, best, finest, options, control)
-    correspondences = report_correspondences(
-        drop_duplicates([best, *others]),
-        finest,
-        source.mesh.vertex_ids[finest.source.vertices],
-        target.mesh.vertex_ids[finest.target.vertices],
+        dense, refinement = _extend(oriented.dense_map, best, oriented.levels[-1], options, control)
+    warnings = (
+        *(f"source: {warning}" for warning in source.mesh.warnings),
+        *(f"target: {warning}" for warning in target.mesh.warnings),
+        *few_points,
+        *unproven,
+        *oriented.warnings,
     )
-    return Match(
-        correspondences[0],
-        tuple(correspondences[1:]),
-        report_levels(best, oriented.levels),
-        (
-            *(f"source: {warning}" for warning in source.mesh.warnings),
-            *(f"target: {warning}" for warning in target.mesh.warnings),
-            *few_points,
-            *unproven,
-            *oriented.warnings,
-        ),
-        control.timings,
-        refinement,
-        dense,
-    )
+    vertex_ids = source.mesh.vertex_ids, target.mesh.vertex_ids
+    found = report_match([best, *others], oriented.levels, vertex_ids, warnings, control)
+    return replace(found, dense=dense, refinement=refinement)
 
 
 def _extend(

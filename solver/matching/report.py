@@ -1,31 +1,50 @@
 """Report of a match: hypotheses and levels in the user's vertex numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control
 from solver.labelling import UNMATCHED, Method, greatest_distortions
-from solver.matching.hypothesis import Hypothesis, SolvedLevel
+from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
 from solver.matching.level import Level
-from solver.matching.result import Correspondence, LevelReport
+from solver.matching.result import Correspondence, LevelReport, Match
 
 
-def report_correspondences(
-    hypotheses: Sequence[Hypothesis], finest: Level, source: IntArray, target: IntArray
-) -> list[Correspondence]:
-    """Report hypotheses at the finest level.
+def report_match(
+    hypotheses: Sequence[Hypothesis],
+    levels: Sequence[Level],
+    vertex_ids: tuple[IntArray, IntArray],
+    warnings: Iterable[str],
+    control: Control,
+) -> Match:
+    """Report the answer and its alternatives.
 
     Parameters
     ----------
     hypotheses
-        Refined to the finest level.
-    finest
-        That level.
-    source, target
-        (N,) and (M,) the user's own numbers of the level's samples.
+        The answer and the others; duplicates are left out.
+    levels
+        Of the answer.
+    vertex_ids
+        The user's own numbers of all source and of all target vertices.
+    warnings
+        For the user.
+    control
+        Holds the timings.
     """
-    return [_correspondence(one, finest, source, target) for one in hypotheses]
+    finest = levels[-1]
+    source = vertex_ids[0][finest.source.vertices]
+    target = vertex_ids[1][finest.target.vertices]
+    best, *alternatives = (
+        _correspondence(one, finest, source, target) for one in drop_duplicates(hypotheses)
+    )
+    reports = tuple(
+        _report_level(level, solved, finest)
+        for level, solved in zip(levels, hypotheses[0].levels, strict=True)
+    )
+    return Match(best, tuple(alternatives), reports, tuple(warnings), control.timings)
 
 
 def _correspondence(
@@ -50,14 +69,6 @@ def _costs(hypothesis: Hypothesis, finest: Level) -> FloatArray:
         target = finest.target.distances[np.ix_(partners, partners)]
         return greatest_distortions(finest.source.distances, target)
     return solved.problem.costs(partners)
-
-
-def report_levels(hypothesis: Hypothesis, levels: Sequence[Level]) -> tuple[LevelReport, ...]:
-    """Report every level of a hypothesis."""
-    return tuple(
-        _report_level(level, solved, levels[-1])
-        for level, solved in zip(levels, hypothesis.levels, strict=True)
-    )
 
 
 def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelReport:

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from solver.control import Control
 from solver.errors import OptionError
 from solver.labelling import L2
@@ -11,11 +13,9 @@ from solver.matching import (
     Match,
     MatchOptions,
     certify,
-    drop_duplicates,
     enumerate_hypotheses,
     refine_hypotheses,
-    report_correspondences,
-    report_levels,
+    report_match,
 )
 from solver.prototype.matching.orientation import orient_by_examples
 from solver.prototype.matching.sampling import sample_target
@@ -88,28 +88,17 @@ def match_prototype(
             )
         best = certify(hypotheses[0], levels, control)
     misfit, misfits = _misfit(prototype, best, options)
-    finest = levels[-1]
-    correspondences = report_correspondences(
-        drop_duplicates([best, *hypotheses[1:]]),
-        finest,
-        finest.source.vertices,
-        target.mesh.vertex_ids[finest.target.vertices],
+    warnings = (
+        *(f"prototype: {warning}" for warning in prototype.warnings),
+        *(f"target: {warning}" for warning in target.mesh.warnings),
+        *few_points,
+        *unproven,
+        *unlike,
+        *misfits,
     )
-    return Match(
-        correspondences[0],
-        tuple(correspondences[1:]),
-        report_levels(best, levels),
-        (
-            *(f"prototype: {warning}" for warning in prototype.warnings),
-            *(f"target: {warning}" for warning in target.mesh.warnings),
-            *few_points,
-            *unproven,
-            *unlike,
-            *misfits,
-        ),
-        control.timings,
-        misfit=misfit,
-    )
+    vertex_ids = np.arange(prototype.points), target.mesh.vertex_ids
+    found = report_match([best, *hypotheses[1:]], levels, vertex_ids, warnings, control)
+    return replace(found, misfit=misfit)
 
 
 def check_options(prototype: Prototype, target: Shape, options: MatchOptions) -> None:

@@ -11,7 +11,6 @@ from solver.errors import Cancelled
 from solver.functional_maps import (
     Comparison,
     approximate_nearest_points,
-    dense_map,
     drop_similar_maps,
     extend_hypotheses,
     nearest_points,
@@ -21,6 +20,7 @@ from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
+from tests.solver.functional_maps.maps import dense_map
 
 Points = tuple[IntArray, IntArray]
 
@@ -134,7 +134,7 @@ def test_an_extension_can_be_cancelled(pair: tuple[Shape, Shape], truth: IntArra
 
 def test_an_extension_needs_a_hypothesis_of_three_points(pair: tuple[Shape, Shape]) -> None:
     with pytest.raises(ValueError, match="three points"):
-        dense_map(*pair, [])
+        extend_hypotheses(Comparison(*pair), [], Control())
 
 
 def test_a_match_is_extended_to_all_vertices(pair: tuple[Shape, Shape], truth: IntArray) -> None:
