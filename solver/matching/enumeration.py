@@ -71,9 +71,7 @@ def _enumerate_minimax(
     """Correspondences of least dis∞ (section 2), by their energy (5)."""
     source, target = level.source.distances, level.target.distances
     least = minimax_correspondence(source, target, control=control)
-    warnings = (
-        () if least.proven else ("the least greatest distortion could not be proven in time",)
-    )
+    warnings = () if least.proven else ("the minimax distortion could not be proven in time",)
     found = m_best_solutions(
         within_distortion(problem, source, target, least.distortion),
         count,

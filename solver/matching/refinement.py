@@ -1,4 +1,4 @@
-"""Refinement stage: every hypothesis is carried to the finest level (4.1)."""
+"""Refinement stage: every hypothesis is refined to the finest level (4.1)."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -36,7 +36,7 @@ _MAX_MISFIT = 3.0
 _MIN_EXAMPLES = 4
 """Examples below which no preliminary prototype is learned."""
 
-_UNREACHED = "no map to it, there and back, was sure, and with so few examples nothing else tells"
+_UNREACHED = "no cycle-consistent map reaches it, and there are too few examples to check a match"
 _MISFIT = "its match with the reference misfits those of the others"
 
 

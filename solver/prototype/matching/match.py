@@ -157,6 +157,6 @@ def _misfit(
         return misfit, ()
     warning = (
         f"the target is unlike the examples of the class: it misfits them {misfit:.2g}"
-        " times as much as a usual one, so look at the answer"
+        " times as much as a usual one, so check the answer"
     )
     return misfit, (warning,)

@@ -68,7 +68,7 @@ def orient_by_examples(
         points = [one.vertices(finest) for one in drop_duplicates(hypotheses)]
         found = map_points(prototype.surfaces, target, points, control, spectra=spectra)
     if found is None:
-        unlike = "left and right could not be told apart: the target is like none of the examples"
+        unlike = "left and right could not be distinguished: the target is unlike all examples"
         return list(hypotheses), (unlike,)
     for place, one in enumerate(hypotheses):
         if _agrees(one, found.vertices, finest, target):
