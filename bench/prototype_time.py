@@ -30,7 +30,7 @@ from solver.control import Control
 from solver.matching import Level, Match, MatchOptions, SampledStructure, match
 from solver.optimisation.exact import m_best_solutions
 from solver.prototype import Prototype, match_prototype
-from solver.prototype.matching import PrototypeRun
+from solver.prototype.matching import sample_target
 from solver.shape import Shape
 
 POINTS = 8, 10, 12, 16, 24, 32
@@ -123,8 +123,7 @@ def enumeration_ratio(prototype: Prototype, source: Shape, targets: Sequence[Sha
     points, metric = prototype.vertices[:10], prototype.distances[0].metric
     seconds = np.zeros(2)
     for turn, target in enumerate((targets[0], *targets)):
-        run = PrototypeRun(options, Control(), prototype=prototype, target=target)
-        (likely,) = run.build_levels()
+        (likely,), _ = sample_target(prototype, target, options, Control())
         here = SampledStructure(
             points, source.metric(metric).between(points), source.descriptor("si_hks", points)
         )

@@ -1,43 +1,42 @@
 """Functional maps between two spectra, their refinement by ZoomOut, and maps of all vertices."""
 
-from solver.functional_maps.dense_map import DenseMap, first_of_each, oriented_first
-from solver.functional_maps.extension import QUICK, dense_map, extensions
+from solver.functional_maps.dense_map import DenseMap, drop_similar_maps, rank_maps
+from solver.functional_maps.extension import QUICK, extend_hypotheses
 from solver.functional_maps.functional_map import (
     FunctionalMap,
     fit_functional_map,
-    functional_map_of_points,
-    spectral_upsampling,
+    fit_orthonormal_map,
 )
-from solver.functional_maps.map_quality import EIGENPAIRS, Comparison, Side
-from solver.functional_maps.nearest import nearest_points, nearly_nearest_points
+from solver.functional_maps.map_quality import EIGENPAIRS, ComparedShape, Comparison
+from solver.functional_maps.nearest import approximate_nearest_points, nearest_points
 from solver.functional_maps.selection import (
-    LEAST_EXTENDED,
+    MIN_POINTS_EXTENDED,
     DenseCorrespondence,
     dense_correspondence,
-    extended_map,
+    select_map,
 )
-from solver.functional_maps.symmetry import composed, reflection
+from solver.functional_maps.symmetry import compose_maps, find_reflection
+from solver.functional_maps.zoomout import zoomout
 
 __all__ = [
     "EIGENPAIRS",
-    "LEAST_EXTENDED",
+    "MIN_POINTS_EXTENDED",
     "QUICK",
+    "ComparedShape",
     "Comparison",
     "DenseCorrespondence",
     "DenseMap",
     "FunctionalMap",
-    "Side",
-    "composed",
+    "approximate_nearest_points",
+    "compose_maps",
     "dense_correspondence",
-    "dense_map",
-    "extended_map",
-    "extensions",
-    "first_of_each",
+    "drop_similar_maps",
+    "extend_hypotheses",
+    "find_reflection",
     "fit_functional_map",
-    "functional_map_of_points",
+    "fit_orthonormal_map",
     "nearest_points",
-    "nearly_nearest_points",
-    "oriented_first",
-    "reflection",
-    "spectral_upsampling",
+    "rank_maps",
+    "select_map",
+    "zoomout",
 ]

@@ -1,7 +1,8 @@
-"""A map of all points of one shape to another, and which of several is best.
+"""Maps of all points of one shape to another, and their ranking.
 
-Those that keep orientation, which tells left from right, come first; of them the one that preserves
-signatures and the lengths of short chords best, and orientation most clearly.
+Orientation-preserving maps come first, which separates left from right. Among them, the quality
+score decides: how well signatures and lengths of short chords are preserved, and how clearly
+orientation is.
 """
 
 from collections.abc import Sequence
@@ -12,31 +13,34 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.functional_maps.functional_map import FunctionalMap
 from solver.functional_maps.map_quality import unit_spectrum
-from solver.functional_maps.nearest import nearest_points, nearly_nearest_points
+from solver.functional_maps.nearest import approximate_nearest_points, nearest_points
 from solver.shape import Shape
 
-_SAME = 0.9
-"""Maps that agree in as much of what they do to eigenfunctions end alike."""
+# The ratios and scores are chosen on generated people and animals; `bench.dense` measures them.
 
-_BLUR = 1e-3
-"""Time, on unit area, after which heat kernels are compared: the highest eigenfunctions, of which a
-map is least certain, count less."""
+_SIMILARITY = 0.9
+"""Normalised inner product of functional maps above which they are refined to the same map."""
 
-_EXHAUSTIVE = 1_000_000_000
-"""Pairs of vertices that are compared when a map is made one of vertices: some ten seconds."""
+_BLUR_TIME = 1e-3
+"""Diffusion time, on unit area, after which delta functions are compared: the highest
+eigenfunctions, in which a map is least certain, count less."""
 
-_ORIENTED = 0.2
-"""Orientation of maps of which it can be said at all: of right ones it is 0.5 to 0.9."""
+_MAX_EXHAUSTIVE = 1_000_000_000
+"""Pairs of vertices that an exhaustive nearest neighbour search compares: some ten seconds."""
 
-_UNORIENTED = 0.05
-"""Of maps that have less, orientation says nothing."""
+_MIN_ORIENTATION = 0.2
+"""Absolute orientation score from which on a map preserves or reverses orientation; correct maps
+have 0.5 to 0.9."""
 
-_MUCH = 2.0
-"""Maps that preserve so much less than another are not taken, however they turn the surface."""
+_MIN_CLARITY = 0.05
+"""Least absolute orientation score in the quality score: less says nothing."""
 
-_NEARLY = 0.7
-"""Share of the clearest orientation that a map must have: a mixture of one map and its mirror image
-can preserve as much."""
+_MAX_CHANGE_RATIO = 2.0
+"""Ratio to the least change of any map beyond which a map is not taken for its orientation."""
+
+_CLARITY_RATIO = 0.7
+"""Share of the greatest absolute orientation score that a map must have: a mixture of a map and its
+mirror image may change as little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +54,11 @@ class DenseMap:
     source, target
         The shapes.
     hypothesis
-        Index of the sparse correspondence that it came from.
+        Index of the sparse correspondence that was extended.
     signature_change, chord_change
-        How it changes signatures on average, and lengths of short chords (root mean square).
-    orientation
-        From -1 to 1, near 1 if it keeps orientation; see :meth:`Comparison.orientation`.
+        Mean change of signatures, and root mean square change of the lengths of short chords.
+    orientation_score
+        From -1 to 1, near 1 if orientation is preserved: :meth:`.Comparison.orientation_score`.
     """
 
     functional_map: FunctionalMap
@@ -63,84 +67,99 @@ class DenseMap:
     hypothesis: int
     signature_change: float
     chord_change: float
-    orientation: float
+    orientation_score: float
 
     def images(self, vertices: IntArray) -> IntArray:
-        """(S,) target vertices that (S,) source vertices go to.
+        """Images of vertices under the map.
 
-        Where a search among all would take long, only those around are searched.
+        Parameters
+        ----------
+        vertices
+            (S,) source vertices.
+
+        Returns
+        -------
+        (S,) int64 target vertices, by exhaustive search or, on large meshes, approximately nearest.
         """
         spectrum, size = unit_spectrum(self.target), self.functional_map.size
-        decay = np.exp(-_BLUR * spectrum.eigenvalues[:size])
+        decay = np.exp(-_BLUR_TIME * spectrum.eigenvalues[:size])
         y = spectrum.eigenfunctions[:, :size] * decay
         x = unit_spectrum(self.source).eigenfunctions[vertices]
         images = self.functional_map.images(x) * decay
-        if len(images) * len(y) <= _EXHAUSTIVE:
+        if len(images) * len(y) <= _MAX_EXHAUSTIVE:
             return nearest_points(images, y)
-        return nearly_nearest_points(images, y, 2 * int(np.sqrt(len(y))))
+        return approximate_nearest_points(images, y, 2 * int(np.sqrt(len(y))))
 
     @property
     def change(self) -> float:
-        """How little of the shape is preserved."""
+        """Change of the shape's structures: 0 for an isometry."""
         return self.signature_change * self.chord_change
 
     @property
-    def doubt(self) -> float:
-        """How little is preserved, and how little clear it is whether orientation is.
+    def quality_score(self) -> float:
+        """Clarity of the orientation over the change; the greater, the better.
 
-        Parts of a map that are mirrored where others are not preserve nearly as much as the whole,
-        but orientation only in part.
+        A map that is mirrored in parts preserves those nearly as well as the whole, but its
+        orientation score is near 0.
         """
-        return self.change / max(abs(self.orientation), _UNORIENTED)
+        clarity = max(abs(self.orientation_score), _MIN_CLARITY)
+        return clarity / self.change if self.change > 0.0 else np.inf
 
     @property
-    def keeps(self) -> bool:
-        """Whether it clearly keeps orientation."""
-        return self.orientation > _ORIENTED
+    def preserves_orientation(self) -> bool:
+        """Return whether the map clearly preserves orientation."""
+        return self.orientation_score > _MIN_ORIENTATION
 
     @property
-    def reverses(self) -> bool:
-        """Whether it clearly reverses orientation."""
-        return self.orientation < -_ORIENTED
+    def reverses_orientation(self) -> bool:
+        """Return whether the map clearly reverses orientation."""
+        return self.orientation_score < -_MIN_ORIENTATION
 
 
-def oriented_first(found: Sequence[DenseMap], turn: int = 1) -> list[DenseMap]:
-    """Put maps in order by what they preserve, and those that keep orientation alone, if they can.
+def rank_by_quality(found: Sequence[DenseMap]) -> list[DenseMap]:
+    """Return maps by their quality score, the best first."""
+    return sorted(found, key=lambda one: one.quality_score, reverse=True)
+
+
+def rank_maps(found: Sequence[DenseMap], reversing: bool = False) -> list[DenseMap]:
+    """Return the orientation-preserving maps by their quality score, the best first.
 
     Parameters
     ----------
     found
-        Maps between the same shapes.
-    turn
-        -1 for those that reverse orientation instead.
+        Maps between the same shapes, at least one.
+    reversing
+        Whether orientation-reversing maps are wanted instead.
 
     Returns
     -------
-    Those that keep orientation as clearly as any map keeps or reverses it, by `doubt`, without
-    those that preserve far less than some other; if there are none, all, by `doubt` alone.
+    Of the maps that do not change the shape far more than another, those that preserve orientation
+    nearly as clearly as any preserves or reverses it. If there are none, all maps.
     """
-    ranked = sorted(found, key=lambda one: one.doubt)
-    most = _MUCH * min(one.change for one in found)
+    ranked, sign = rank_by_quality(found), -1 if reversing else 1
+    most = _MAX_CHANGE_RATIO * min(one.change for one in found)
     sound = [one for one in ranked if one.change <= most]
-    least = max(_ORIENTED, _NEARLY * max(abs(one.orientation) for one in sound))
-    return [one for one in sound if turn * one.orientation >= least] or ranked
+    clearest = max(abs(one.orientation_score) for one in sound)
+    least = max(_MIN_ORIENTATION, _CLARITY_RATIO * clearest)
+    return [one for one in sound if sign * one.orientation_score >= least] or ranked
 
 
-def first_of_each(ranked: Sequence[DenseMap], most: int) -> list[DenseMap]:
-    """Leave out maps that agree with one before.
+def drop_similar_maps(ranked: Sequence[DenseMap], most: int) -> list[DenseMap]:
+    """Leave out maps that are similar to an earlier one.
 
     Parameters
     ----------
     ranked
         Maps between the same shapes.
     most
-        How many are wanted.
+        Greatest number of maps returned.
     """
     chosen: list[DenseMap] = []
     for one in ranked:
         matrix = one.functional_map.matrix
         if all(
-            (matrix * other.functional_map.matrix).sum() < _SAME * len(matrix) for other in chosen
+            (matrix * other.functional_map.matrix).sum() < _SIMILARITY * len(matrix)
+            for other in chosen
         ):
             chosen.append(one)
         if len(chosen) == most:

@@ -1,12 +1,11 @@
 """Functional maps: correspondences as linear maps between the functions on two shapes.
 
-A correspondence T from X to Y carries a function g on Y to g ∘ T on X. In the eigenfunctions of the
-Laplace-Beltrami operators that is a matrix, small because smooth functions need few of them
-(Ovsjanikov et al., ACM TOG 31(4), 2012). Of isometric shapes the eigenspaces correspond, so the
+A correspondence T from X to Y pulls a function g on Y back to g ∘ T on X. In the eigenfunctions of
+the Laplace-Beltrami operators that is a matrix, small because smooth functions need few of them
+(Ovsjanikov et al., ACM TOG 31(4), 2012). Eigenspaces of isometric shapes correspond, so that their
 matrix is orthonormal and nearly diagonal.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +14,7 @@ from solver.arrays import FloatArray, IntArray, RealArray
 from solver.functional_maps.nearest import nearest_points
 
 _RIDGE = 1e-9
-"""Keeps the least squares regular where functions span too little."""
+"""Added to the normal equations, which are singular where the functions span too little."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +36,9 @@ class FunctionalMap:
         return len(self.matrix)
 
     def images(self, source: FloatArray) -> FloatArray:
-        """Where points of X come to lie among the spectral embeddings of Y's points.
+        """Images of points of X in the spectral embedding of Y.
 
-        The heat kernel's delta at x has coefficients φ(x), so the image of x is C φ(x).
+        The delta function at x has the coefficients φ(x), so that the image of x is C φ(x).
 
         Parameters
         ----------
@@ -54,7 +53,7 @@ class FunctionalMap:
         return images
 
     def nearest(self, source: RealArray, target: RealArray) -> IntArray:
-        """Point of Y whose spectral embedding is nearest to the image of each point of X.
+        """Points of Y nearest to the images of points of X in the spectral embedding.
 
         Parameters
         ----------
@@ -76,9 +75,9 @@ def fit_functional_map(
     eigenvalues: tuple[FloatArray, FloatArray],
     commutativity: float,
 ) -> FunctionalMap:
-    """Functional map that carries given functions over, and commutes with the Laplacians.
+    """Fit a functional map to corresponding functions, commuting with the Laplacians.
 
-    Minimises ‖C A − B‖² + w Σ_ij (C_ij (λ_j − μ_i) / s)², the second term being zero of isometric
+    Minimises ‖C A − B‖² + w Σ_ij (C_ij (λ_j − μ_i) / s)², the second term being zero for isometric
     shapes (Ovsjanikov et al. 2012, section 5.3); s is the greatest eigenvalue.
 
     Parameters
@@ -99,8 +98,8 @@ def fit_functional_map(
     return FunctionalMap(matrix)
 
 
-def functional_map_of_points(source: FloatArray, target: FloatArray) -> FunctionalMap:
-    """Orthonormal functional map that carries points to points best: a Procrustes problem.
+def fit_orthonormal_map(source: FloatArray, target: FloatArray) -> FunctionalMap:
+    """Fit an orthonormal functional map to corresponding points: a Procrustes problem.
 
     Parameters
     ----------
@@ -109,28 +108,3 @@ def functional_map_of_points(source: FloatArray, target: FloatArray) -> Function
     """
     left, _, right = np.linalg.svd(target.T @ source)
     return FunctionalMap(np.ascontiguousarray(left @ right))
-
-
-def spectral_upsampling(
-    start: FunctionalMap, source: FloatArray, target: FloatArray, sizes: Iterable[int]
-) -> FunctionalMap:
-    """Refine a functional map with more and more eigenfunctions.
-
-    In turn, points of X go to their nearest in Y under the map so far, and the orthonormal map of
-    the next size is fitted to them (ZoomOut: Melzi et al., ACM TOG 38(6), 2019).
-
-    Parameters
-    ----------
-    start
-        A map between few eigenfunctions.
-    source, target
-        (S, K) and (M, K) values of eigenfunctions at points spread over X and Y.
-    sizes
-        Numbers of eigenfunctions to go through, each at most K.
-    """
-    current = start
-    x, y = source.astype(np.float32), target.astype(np.float32)
-    for size in sizes:
-        partners = current.nearest(x, y)
-        current = functional_map_of_points(source[:, :size], target[partners, :size])
-    return current

@@ -1,4 +1,4 @@
-"""What a map between two shapes does to signatures, to short chords, and to orientation."""
+"""Quality of a map between two shapes: change of signatures and of short chords, orientation."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,23 +13,27 @@ from solver.shape.descriptors import wave_kernel_signature
 from solver.shape.laplacian import Spectrum
 
 EIGENPAIRS = 100
-_COMPARED = 500, 2000
-"""Points of X and of Y by which maps are compared, and refined until one is chosen."""
+"""Eigenpairs of the finest functional maps."""
 
-_FITTED = 1500
-"""Points of X to which the one chosen is fitted at last."""
+_SOURCE_SAMPLES, _TARGET_SAMPLES = 500, 2000
+"""Samples of X and of Y by which maps are refined and compared. These and the next two are chosen
+on generated shapes; `bench.dense` measures them."""
+
+_FITTED_SAMPLES = 1500
+"""Samples of X to which the chosen map is fitted."""
 
 _NEIGHBOURS = 8
+"""Neighbours of a sample by commute times, with which it forms chords and triangles."""
 
 
 def unit_spectrum(shape: Shape) -> Spectrum:
-    """Spectrum of a shape as if its area were 1."""
+    """Spectrum of a shape scaled to unit area."""
     return shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size)
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
-    """A shape of unit area: its eigenfunctions, and what is compared at points spread over it.
+class ComparedShape:
+    """A shape of unit area, with its structures at samples spread over it.
 
     Parameters
     ----------
@@ -38,9 +42,9 @@ class Side:
     signatures
         (V, m) wave kernel signatures.
     embedded, sampled_signatures
-        (S, k) eigenfunctions and (S, m) signatures at points spread over the shape.
+        (S, k) eigenfunctions and (S, m) signatures at the samples.
     positions, normals
-        (S, 3) where these are, and which way is out there.
+        (S, 3) positions of the samples, and outward normals there.
     """
 
     shape: Shape
@@ -52,10 +56,10 @@ class Side:
     normals: FloatArray
 
     @classmethod
-    def of(cls, shape: Shape, count: int) -> "Side":
-        """Look at a shape at some of its points."""
+    def of(cls, shape: Shape, count: int) -> "ComparedShape":
+        """Sample a shape."""
         spectrum = unit_spectrum(shape)
-        # In space, which is quick, and as even on the surface of a body as along it.
+        # In space: this is quick, and even on the surface of a body.
         samples = spread_in_space(shape.surface.vertices, min(count, shape.n_vertices))
         signatures = wave_kernel_signature(spectrum)
         return cls(
@@ -69,12 +73,12 @@ class Side:
         )
 
     @classmethod
-    def of_target(cls, shape: Shape) -> "Side":
-        """Look at a target, with which several shapes can be compared."""
-        return cls.of(shape, _COMPARED[1])
+    def of_target(cls, shape: Shape) -> "ComparedShape":
+        """Sample a target, with which several shapes can be compared."""
+        return cls.of(shape, _TARGET_SAMPLES)
 
-    def first(self, count: int) -> "Side":
-        """Look at the first of its points only, which are those of a sampling of so many."""
+    def first(self, count: int) -> "ComparedShape":
+        """Return the shape with its first samples only, which are those of a shorter sampling."""
         return replace(
             self,
             embedded=self.embedded[:count],
@@ -85,52 +89,57 @@ class Side:
 
     @cached_property
     def coefficients(self) -> FloatArray:
-        """(k, m) of the signatures, in the eigenfunctions."""
+        """(k, m) coefficients of the signatures in the eigenfunctions."""
         return self.spectrum.eigenfunctions.T @ (self.spectrum.mass[:, None] * self.signatures)
 
     def heat_coefficients(self, vertices: IntArray, time: float, size: int) -> FloatArray:
-        """(size, n) of the heat kernels h_t(x, ·) of (2), from some vertices x."""
+        """(size, n) coefficients of the heat kernels h_t(x, ·) of (2) at n vertices x."""
         decay = np.exp(-self.spectrum.eigenvalues[:size] * time)
         coefficients: FloatArray = (self.spectrum.eigenfunctions[vertices, :size] * decay).T
         return coefficients
 
 
 class Comparison:
-    """What a map does to signatures, to short chords, and to the orientation of two shapes.
+    """Two shapes at their samples, between which maps are measured.
 
     Parameters
     ----------
     source, target
-        The shapes X and Y, of which 500 and 2000 points are looked at. What is known of Y from
-        another comparison may be given instead.
+        The shapes X and Y. Y may be given with its samples, to share them between comparisons.
 
     Attributes
     ----------
     source, target
-        What is known of them there.
+        X with 500 samples and Y with 2000.
     """
 
-    def __init__(self, source: Shape, target: "Shape | Side") -> None:
-        self.target = target if isinstance(target, Side) else Side.of_target(target)
+    def __init__(self, source: Shape, target: "Shape | ComparedShape") -> None:
+        self.target = (
+            target if isinstance(target, ComparedShape) else ComparedShape.of_target(target)
+        )
         itself = source is self.target.shape
-        self.source = self.target.first(_COMPARED[0]) if itself else Side.of(source, _COMPARED[0])
+        self.source = (
+            self.target.first(_SOURCE_SAMPLES)
+            if itself
+            else ComparedShape.of(source, _SOURCE_SAMPLES)
+        )
         count = min(_NEIGHBOURS + 1, len(self.source.positions))
-        # Near by commute times: a hand on a hip is near it in space alone.
+        # Neighbours by commute times: a hand on a hip is near it in space only.
         spectral = self.source.embedded[:, 1:] / np.sqrt(self.source.spectrum.eigenvalues[1:])
         near = np.asarray(KDTree(spectral).query(spectral, k=count)[1])[:, 1:]
         self._ends = np.repeat(np.arange(len(near)), near.shape[1]), near.ravel()
         one, two = np.triu_indices(near.shape[1], 1)
         middle = np.repeat(np.arange(len(near)), len(one))
         self._triples = middle, near[:, one].ravel(), near[:, two].ravel()
-        # The same for every map that is compared.
+        # These are the same for all maps.
         self._chords = self._lengths(self.source.positions)
         self._areas = signed_areas(self.source.positions, self.source.normals, *self._triples)
 
     @cached_property
     def fitted(self) -> FloatArray:
-        """(S, k) eigenfunctions at more points of X, those looked at first."""
+        """(S, k) eigenfunctions at more samples of X, which begin with the compared ones."""
         shape = self.source.shape
-        samples = spread_in_space(shape.surface.vertices, min(_FITTED, shape.n_vertices))
+        samples = spread_in_space(shape.surface.vertices, min(_FITTED_SAMPLES, shape.n_vertices))
         return self.source.spectrum.eigenfunctions[samples]
 
     def differences(self, partners: IntArray) -> tuple[float, float]:
@@ -139,7 +148,7 @@ class Comparison:
         Parameters
         ----------
         partners
-            (S,) the point of Y, of those looked at, to which each one of X goes.
+            (S,) index of the sample of Y that is the image of each sample of X.
 
         Returns
         -------
@@ -153,13 +162,12 @@ class Comparison:
             float(np.sqrt((chord**2).mean())),
         )
 
-    def orientation(self, partners: IntArray) -> float:
-        """Whether the surface is turned over, as by a reflection: 1 if it is nowhere, -1 if it is.
+    def orientation_score(self, partners: IntArray) -> float:
+        """Correlation of signed areas on X and Y: 1 if orientation is preserved, -1 if reversed.
 
-        Correlation, over small triangles between neighbouring points, of their areas on X and on
-        Y, each negative where its corners go round clockwise as seen from outside. A map that is
-        right keeps orientation, its mirror image reverses it, and intrinsically there is no
-        difference. A mixture of both is near 0.
+        The areas are those of small triangles between neighbouring samples, negative where their
+        corners are in clockwise order as seen from outside. A map and its mirror image differ in
+        sign, intrinsically in nothing else; a mixture of both is near 0.
 
         Parameters
         ----------

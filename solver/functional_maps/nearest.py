@@ -1,23 +1,26 @@
-"""Nearest points in a space of many dimensions, where trees are of no use."""
+"""Nearest neighbours in many dimensions, where space-partitioning trees do not help."""
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray, RealArray
 
 _CELLS_SEARCHED = 24
-_BLOCK = 200_000
-"""Distances at a time, so that they stay in the processor's cache."""
-_ROWS = 64
-"""Images at a time, at least: of fewer, products take up to twelve times as long."""
+"""Cells nearest to that of a query whose points are compared, chosen on generated shapes."""
+
+_BLOCK_SIZE = 200_000
+"""Distances computed at a time: they stay in the processor's cache."""
+
+_MIN_BLOCK_ROWS = 64
+"""Least number of queries at a time: fewer make matrix products up to twelve times as slow."""
 
 
-def nearest_points(images: RealArray, points: RealArray) -> IntArray:
-    """Nearest of some points to each of others, among all.
+def nearest_points(queries: RealArray, points: RealArray) -> IntArray:
+    """Find the nearest point to each query, by exhaustive search.
 
     Parameters
     ----------
-    images, points
-        (S, k) and (M, k), both of double or both of single precision, in which is computed.
+    queries, points
+        (S, k) and (M, k), both in double or both in single precision, which the search uses.
 
     Returns
     -------
@@ -25,49 +28,49 @@ def nearest_points(images: RealArray, points: RealArray) -> IntArray:
     """
     halves = np.einsum("ij,ij->i", points, points)
     halves *= 0.5
-    found = np.empty(len(images), dtype=np.int64)
-    rows = max(_BLOCK // max(len(points), 1), _ROWS)
-    for start in range(0, len(images), rows):
-        products = images[start : start + rows] @ points.T
+    found = np.empty(len(queries), dtype=np.int64)
+    rows = max(_BLOCK_SIZE // max(len(points), 1), _MIN_BLOCK_ROWS)
+    for start in range(0, len(queries), rows):
+        products = queries[start : start + rows] @ points.T
         np.subtract(halves, products, out=products)
         np.argmin(products, axis=1, out=found[start : start + rows])
     return found
 
 
-def nearly_nearest_points(images: FloatArray, points: FloatArray, cells: int) -> IntArray:
-    """Nearest of some points to each of others, among those in the cells around.
+def approximate_nearest_points(queries: FloatArray, points: FloatArray, cells: int) -> IntArray:
+    """Find a nearly nearest point to each query, among the points of the cells around it.
 
-    Points and images are gathered around some of the points; each image is compared with the
-    points of the cells nearest to its own. The point found is the nearest, or not much farther.
+    Points and queries are assigned to the Voronoi cells of some of the points. Each query is
+    compared with the points of the cells whose centres are nearest to that of its own.
 
     Parameters
     ----------
-    images, points
+    queries, points
         (S, k) and (M, k).
     cells
-        How many there are to be, at least.
+        Least number C of cells.
 
     Returns
     -------
-    (S,) int64 rows of `points`. O((S + M) C k) time for C cells.
+    (S,) int64 rows of `points`. O((S + M) C k) time.
     """
     centres = points[:: max(len(points) // cells, 1)]
-    cell, home = nearest_points(points, centres), nearest_points(images, centres)
+    cell, home = nearest_points(points, centres), nearest_points(queries, centres)
     members = _rows_of(cell, len(centres))
     visitors = _rows_of(home, len(centres))
     count = min(_CELLS_SEARCHED, len(centres))
-    found = np.empty(len(images), dtype=np.int64)
+    found = np.empty(len(queries), dtype=np.int64)
     for number, here in enumerate(visitors):
         if len(here):
             apart = np.linalg.norm(centres - centres[number], axis=1)
             around = np.argpartition(apart, count - 1)[:count]
             there = np.concatenate([members[place] for place in around])
-            found[here] = there[nearest_points(images[here], points[there])]
+            found[here] = there[nearest_points(queries[here], points[there])]
     return found
 
 
 def _rows_of(number: IntArray, count: int) -> list[IntArray]:
-    """Rows that have each number."""
+    """Rows that have each number below `count`."""
     order = np.argsort(number, kind="stable")
     ends = np.searchsorted(number[order], np.arange(1, count))
     return [rows.astype(np.int64) for rows in np.split(order, ends)]

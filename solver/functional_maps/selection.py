@@ -1,10 +1,10 @@
-"""A match extended to all vertices, by the hypothesis that preserves most and keeps orientation.
+"""Selection of the map of all vertices that extends a match.
 
-Intrinsically a correspondence and its mirror image cannot be told apart, and the energy takes
-either. Extended to all vertices they can: one keeps the surface's orientation, the other turns it
-inside out. Where all hypotheses do that, or where it is not clear what they do, further maps are
-made: by the eigenfunctions' signs, by refining the best ones again from fewer eigenfunctions, and
-by composing these with the reflection of the source.
+Intrinsically a correspondence and its mirror image cannot be distinguished, and the energy accepts
+either. Their extensions to all vertices can: one preserves the orientation of the surface, the
+other reverses it. Where all hypotheses reverse it, or it is not clear, further maps are made: from
+the signs of eigenfunctions, by restarting the best maps from fewer eigenfunctions, and by composing
+these with a reflection of the source.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,32 +14,39 @@ import numpy as np
 
 from solver.arrays import IntArray
 from solver.control import Control
-from solver.functional_maps.dense_map import DenseMap, first_of_each, oriented_first
-from solver.functional_maps.extension import completed, extension, extensions
+from solver.functional_maps.dense_map import (
+    DenseMap,
+    drop_similar_maps,
+    rank_by_quality,
+    rank_maps,
+)
+from solver.functional_maps.extension import complete_map, extend_hypotheses, extend_map
 from solver.functional_maps.functional_map import FunctionalMap
 from solver.functional_maps.map_quality import Comparison
-from solver.functional_maps.symmetry import composed, maps_by_signs, reflection
+from solver.functional_maps.symmetry import compose_maps, find_reflection, maps_from_signs
 from solver.shape import Shape
 
-LEAST_EXTENDED = 3
-"""Matched points that a map of all vertices takes at least."""
+MIN_POINTS_EXTENDED = 3
+"""Least number of matched points from which a map of all vertices is made."""
+
+# The other constants are chosen on generated people and animals; `bench.dense` measures them.
 
 _HYPOTHESES = 4
-"""Looked at first; as many again if none of them keeps orientation."""
+"""Hypotheses that are extended, and again if none of the first preserves orientation."""
 
-_CLEAR = 0.65
-"""Orientation that maps of nearly isometric shapes have; others may be right in part, and mirrored
-in part."""
+_CLEAR_ORIENTATION = 0.65
+"""Orientation score of correct maps between nearly isometric shapes; maps of less may be mirrored
+in parts."""
 
-_RESTARTED = 3
-"""Maps that are refined again, and composed."""
+_CHANGE_RATIO = 1.1
+"""Ratio to the least change of any map from which on a map is not clearly the best: the mirror
+image of the latter may be better."""
 
-_RESTARTS = 10, 16, 24, 36
-"""Eigenfunctions from which a map is refined again. The more there are, the less changes."""
+_RESTARTED_MAPS = 3
+"""Best maps that are restarted, and composed with a reflection."""
 
-_LITTLE = 1.1
-"""Where a map keeps orientation and changes that much more than another, the latter's mirror image
-may be better."""
+_RESTART_SIZES = 10, 16, 24, 36
+"""Eigenfunctions from which a map is restarted. The more there are, the less changes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,9 +58,10 @@ class DenseCorrespondence:
     source
         (K,) the user's numbers of all vertices of the source's surface, ascending.
     target
-        (K,) the user's number of the target vertex that each goes to; several may go to one.
+        (K,) the user's number of each one's image; several may have the same.
     hypothesis
-        What was extended: 0 for the match's best, or one more than a place among its alternatives.
+        Hypothesis that was extended: 0 for the match's best, or one more than a place among its
+        alternatives.
     """
 
     source: IntArray
@@ -61,14 +69,14 @@ class DenseCorrespondence:
     hypothesis: int
 
 
-def extended_map(
+def select_map(
     source: Shape,
     target: Shape,
     hypotheses: Sequence[tuple[IntArray, IntArray]],
     control: Control,
     further: bool = True,
 ) -> DenseMap | None:
-    """Extend the best of a match's hypotheses to all vertices.
+    """Extend a match's hypotheses to all vertices, and select the best orientation-preserving map.
 
     Parameters
     ----------
@@ -76,17 +84,17 @@ def extended_map(
         The shapes X and Y.
     hypotheses
         (n,) vertices of X and (n,) vertices of Y that correspond, the likeliest first. Those
-        of less than three points are passed over.
+        of less than three points are skipped.
     control
         May cancel; past its deadline, less is tried.
     further
-        Whether maps may be made that extend none of those given, where it is not clear that one
-        of them keeps orientation. Where
-        landmarks say which of two symmetric solutions is meant, they should not.
+        Whether maps may be made that extend none of the hypotheses, if it is not clear that one of
+        these preserves orientation. Where landmarks choose between symmetric solutions, they
+        should not.
 
     Returns
     -------
-    Its `hypothesis` is a place among those given, or their number for one that is none of them;
+    Its `hypothesis` is a place among those given, or their number if it extends none of them;
     ``None`` if the first has too few points.
 
     Raises
@@ -94,59 +102,58 @@ def extended_map(
     Cancelled
         Through `control`.
     """
-    if len(hypotheses[0][0]) < LEAST_EXTENDED:
+    if len(hypotheses[0][0]) < MIN_POINTS_EXTENDED:
         return None
     comparison = Comparison(source, target)
-    places = [i for i, (x, _) in enumerate(hypotheses) if len(x) >= LEAST_EXTENDED]
+    places = [i for i, (x, _) in enumerate(hypotheses) if len(x) >= MIN_POINTS_EXTENDED]
     found: list[DenseMap] = []
     for some in places[:_HYPOTHESES], places[_HYPOTHESES : 2 * _HYPOTHESES]:
         for place in some:
-            found += extensions(comparison, [hypotheses[place]], control, first=place)
-        if oriented_first(found)[0].keeps:
+            found += extend_hypotheses(comparison, [hypotheses[place]], control, first=place)
+        if rank_maps(found)[0].preserves_orientation:
             break
     if further and not _is_clear(found):
-        found += maps_by_signs(comparison, control, len(hypotheses))
-        found += list(_restarted(comparison, found, control, len(hypotheses)))
-        found += list(_reflected(comparison, found, control, len(hypotheses)))
-    return completed(comparison, oriented_first(found)[0])
+        none_of_them = len(hypotheses)
+        found += maps_from_signs(comparison, control, none_of_them)
+        found += _restart(comparison, found, control, none_of_them)
+        found += list(_reflect(comparison, found, control, none_of_them))
+    return complete_map(comparison, rank_maps(found)[0])
 
 
 def _is_clear(found: Sequence[DenseMap]) -> bool:
-    """Whether a map clearly keeps orientation, and none that does not preserves much more."""
-    best = oriented_first(found)[0]
+    """Return whether the best map clearly preserves orientation, and none changes much less."""
+    best = rank_maps(found)[0]
     least = min(one.change for one in found)
-    return best.orientation >= _CLEAR and best.change <= _LITTLE * least
+    return best.orientation_score >= _CLEAR_ORIENTATION and best.change <= _CHANGE_RATIO * least
 
 
-def _restarted(
+def _restart(
     comparison: Comparison, found: Sequence[DenseMap], control: Control, hypothesis: int
-) -> Iterator[DenseMap]:
-    """Refine the best maps again from fewer of their eigenfunctions; they may end elsewhere."""
-    ranked = sorted(found, key=lambda one: one.doubt)
-    for one in first_of_each(ranked, _RESTARTED):
-        for size in _RESTARTS:
-            control.check()
-            if control.seconds_left() <= 0.0:
-                return
-            matrix = one.functional_map.matrix[:size, :size]
-            yield extension(comparison, FunctionalMap(matrix), hypothesis)
+) -> list[DenseMap]:
+    """Refine the best maps again from fewer of their eigenfunctions, to other maps perhaps."""
+    best = drop_similar_maps(rank_by_quality(found), _RESTARTED_MAPS)
+    starts = [one.functional_map.matrix[:size, :size] for one in best for size in _RESTART_SIZES]
+    return [
+        extend_map(comparison, FunctionalMap(matrix), hypothesis)
+        for matrix in control.in_time(starts)
+    ]
 
 
-def _reflected(
+def _reflect(
     comparison: Comparison, found: Sequence[DenseMap], control: Control, hypothesis: int
 ) -> Iterator[DenseMap]:
     """Compose the best maps with the reflection of X."""
-    if control.seconds_left() <= 0.0:
+    if control.expired:
         return
-    reflected = reflection(comparison.source.shape, control)
+    reflected = find_reflection(comparison.source.shape, control)
     if reflected is None:
         return
-    for one in first_of_each(sorted(found, key=lambda one: one.doubt), _RESTARTED):
-        yield from composed(comparison, reflected, one, control, hypothesis)
+    for one in drop_similar_maps(rank_by_quality(found), _RESTARTED_MAPS):
+        yield from compose_maps(comparison, reflected, one, control, hypothesis)
 
 
 def dense_correspondence(found: DenseMap) -> DenseCorrespondence:
-    """Name the image of every vertex of the source by the users' own numbers."""
+    """Return a map of all vertices in the users' own numbers."""
     source, target = found.source.mesh, found.target.mesh
     ids, vertices = source.numbering
     images = found.images(np.arange(source.n_vertices, dtype=np.int64))

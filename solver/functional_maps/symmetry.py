@@ -1,4 +1,4 @@
-"""Maps of shapes with a symmetry, by the signs of eigenfunctions, and compositions with them."""
+"""Intrinsic symmetries: maps from the signs of eigenfunctions, reflections, and compositions."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -6,28 +6,36 @@ from itertools import product
 import numpy as np
 
 from solver.control import Control
-from solver.functional_maps.dense_map import DenseMap, oriented_first
-from solver.functional_maps.extension import Effort, extension
+from solver.functional_maps.dense_map import DenseMap, rank_maps
+from solver.functional_maps.extension import Effort, extend_map
 from solver.functional_maps.functional_map import FunctionalMap
 from solver.functional_maps.map_quality import Comparison
 from solver.shape import Shape
 
-_EIGENFUNCTIONS = 6
-_FINALISTS = 4
-_STEPS = 4, 6, 10
-"""How fast the number of eigenfunctions grows: each leads to maps that others miss."""
+# The constants are chosen on generated people and animals; `bench.dense` measures them.
 
-_COMPOSED = 20, 30, 54
+_SIGNED_EIGENFUNCTIONS = 6
+"""First eigenfunctions all of whose signs are tried."""
+
+_REFINED_STARTS = 4
+"""Best choices of signs, which are refined."""
+
+_ZOOMOUT_STEPS = 4, 6, 10
+"""Eigenfunctions added at a time: each step leads to maps that the others miss."""
+
+_COMPOSITION_SIZES = 20, 30, 54
 """Eigenfunctions in which two maps are composed."""
 
 
-def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0) -> list[DenseMap]:
-    """Find maps between shapes from nothing but the order of their eigenfunctions.
+def maps_from_signs(
+    comparison: Comparison, control: Control, hypothesis: int = 0
+) -> list[DenseMap]:
+    """Find maps between shapes from the order of their eigenfunctions alone.
 
-    Isometric shapes have the same eigenfunctions but for signs, as long as eigenvalues are simple;
-    an intrinsic symmetry is a change of signs (Ovsjanikov, Sun, Guibas: Global intrinsic symmetries
-    of shapes, CGF 27(5), 2008). All signs of the first few are tried; the maps that preserve most
-    are refined by spectral upsampling.
+    Eigenfunctions of isometric shapes agree up to signs if eigenvalues are simple, and an intrinsic
+    symmetry is a change of signs (Ovsjanikov, Sun, Guibas: Global intrinsic symmetries of shapes,
+    CGF 27(5), 2008). All signs of the first few are tried; the maps that change the shape least
+    are refined by ZoomOut.
 
     Parameters
     ----------
@@ -36,7 +44,7 @@ def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0)
     control
         May cancel.
     hypothesis
-        What the maps shall say they come from.
+        Number that the maps bear.
 
     Returns
     -------
@@ -51,21 +59,23 @@ def maps_by_signs(comparison: Comparison, control: Control, hypothesis: int = 0)
     k = min(x.spectrum.n_eigenpairs, y.spectrum.n_eigenpairs)
     found = []
     # The first eigenfunction is constant.
-    for signs in product((1.0, -1.0), repeat=min(_EIGENFUNCTIONS, k - 1)):
+    for signs in product((1.0, -1.0), repeat=min(_SIGNED_EIGENFUNCTIONS, k - 1)):
         control.check()
         start = FunctionalMap(np.diag((1.0, *signs)))
         signature, chord = comparison.differences(start.nearest(x.embedded, y.embedded))
         found.append((signature * chord, start))
     found.sort(key=lambda entry: entry[0])
     refined = []
-    for _, start in found[:_FINALISTS]:
+    for _, start in found[:_REFINED_STARTS]:
         control.check()
-        refined += [extension(comparison, start, hypothesis, Effort(step=step)) for step in _STEPS]
+        refined += [
+            extend_map(comparison, start, hypothesis, Effort(step=step)) for step in _ZOOMOUT_STEPS
+        ]
     return refined
 
 
-def reflection(shape: Shape, control: Control) -> DenseMap | None:
-    """Find the map of a shape to itself that reverses orientation and preserves most.
+def find_reflection(shape: Shape, control: Control) -> DenseMap | None:
+    """Find the orientation-reversing map of a shape to itself that changes it least.
 
     Parameters
     ----------
@@ -76,36 +86,36 @@ def reflection(shape: Shape, control: Control) -> DenseMap | None:
 
     Returns
     -------
-    ``None`` if no map was found that reverses orientation.
+    ``None`` if no map reverses orientation.
 
     Raises
     ------
     Cancelled
         Through `control`.
     """
-    found = maps_by_signs(Comparison(shape, shape), control)
-    # Without the identity, than which nothing preserves more.
-    reversing = [one for one in found if one.reverses]
-    return oriented_first(reversing, turn=-1)[0] if reversing else None
+    found = maps_from_signs(Comparison(shape, shape), control)
+    # The identity, which changes nothing, must not count in the comparison.
+    reversing = [one for one in found if one.reverses_orientation]
+    return rank_maps(reversing, reversing=True)[0] if reversing else None
 
 
-def composed(
+def compose_maps(
     comparison: Comparison, first: DenseMap, then: DenseMap, control: Control, hypothesis: int = 0
 ) -> Iterator[DenseMap]:
-    """Compose two maps, such as a reflection and one that reverses orientation, and refine that.
+    """Compose two maps, such as a reflection and an orientation-reversing map, and refine that.
 
-    A reflection that was found may be none, so what comes of it is to be looked at again.
+    The compositions are measured, as a map found by :func:`find_reflection` may not be a symmetry.
 
     Parameters
     ----------
     comparison
-        Of the shapes that the composition is between.
+        Of the source of the first map and the target of the second.
     first, then
-        The maps, of which the second begins where the first ends.
+        The maps: the target of the first is the source of the second.
     control
         May cancel; past its deadline, less is tried.
     hypothesis
-        What the maps shall say they come from.
+        Number that the maps bear.
 
     Yields
     ------
@@ -117,10 +127,7 @@ def composed(
     Cancelled
         Through `control`.
     """
-    for size in _COMPOSED:
-        control.check()
-        if control.seconds_left() <= 0.0:
-            return
+    for size in control.in_time(_COMPOSITION_SIZES):
         few = min(size, first.functional_map.size, then.functional_map.size)
         one, other = (each.functional_map.matrix[:few, :few] for each in (first, then))
-        yield extension(comparison, FunctionalMap(other @ one), hypothesis)
+        yield extend_map(comparison, FunctionalMap(other @ one), hypothesis)

@@ -1,21 +1,29 @@
-"""Matching of two shapes, section 4.1: from an exact coarse level to the finest, certified."""
+"""Matching of two shapes (4.1): sample, enumerate, refine, verify, orient, certify."""
 
+from solver.matching.certification import certify
+from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.hierarchy import refine, rematch
-from solver.matching.hypotheses import HierarchicalRun, Hypothesis, Stage, distinct, level_reports
-from solver.matching.level import (
-    Level,
-    SampledStructure,
-    build_level,
-    check_distances,
-    level_sizes,
-    sizes_between,
+from solver.matching.hypothesis import (
+    Hypothesis,
+    SolvedLevel,
+    drop_duplicates,
+    move_to_front,
 )
+from solver.matching.level import Level, SampledStructure
 from solver.matching.match import match
 from solver.matching.options import GMDS, MAX_COARSE_POINTS, MAX_POINTS, MIN_POINTS, MatchOptions
-from solver.matching.placement import at_images, with_images
+from solver.matching.placement import add_target_samples, match_near_images
+from solver.matching.refinement import hypothesis_from_map, refine_hypotheses
+from solver.matching.report import report_match
 from solver.matching.result import Correspondence, LevelReport, Match
-from solver.matching.varadhan_level import deciding_level, is_decided, with_deciding_size
-from solver.matching.verification import Witnesses, verified
+from solver.matching.sampling import level_sizes
+from solver.matching.structures import build_level, check_colors, check_distances
+from solver.matching.varadhan_level import (
+    add_varadhan_size,
+    build_varadhan_level,
+    uses_varadhan_level,
+)
+from solver.matching.verification import VerificationSamples, verify
 
 __all__ = [
     "GMDS",
@@ -23,28 +31,32 @@ __all__ = [
     "MAX_POINTS",
     "MIN_POINTS",
     "Correspondence",
-    "HierarchicalRun",
     "Hypothesis",
     "Level",
     "LevelReport",
     "Match",
     "MatchOptions",
     "SampledStructure",
-    "Stage",
-    "Witnesses",
-    "at_images",
+    "SolvedLevel",
+    "VerificationSamples",
+    "add_target_samples",
+    "add_varadhan_size",
     "build_level",
+    "build_varadhan_level",
+    "certify",
+    "check_colors",
     "check_distances",
-    "deciding_level",
-    "distinct",
-    "is_decided",
-    "level_reports",
+    "drop_duplicates",
+    "enumerate_hypotheses",
+    "hypothesis_from_map",
     "level_sizes",
     "match",
+    "match_near_images",
+    "move_to_front",
     "refine",
+    "refine_hypotheses",
     "rematch",
-    "sizes_between",
-    "verified",
-    "with_deciding_size",
-    "with_images",
+    "report_match",
+    "uses_varadhan_level",
+    "verify",
 ]

@@ -1,4 +1,4 @@
-"""Hierarchical matching, section 4.1: exact where points are few, then closer and closer."""
+"""Hierarchical matching (4.1): a correspondence of one level refined to the next finer level."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,13 +12,15 @@ from solver.matching.level import Level
 from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
 
 _CANDIDATES_PER_POINT = 12
-_MOST_CANDIDATES = 2048
+"""Candidates of a source point above the coarsest level, chosen on generated shapes."""
+
+_MAX_CANDIDATES = 2048
 """Bound on |V| above the coarsest level: a dual decomposition takes some 45 |V|² bytes, 190 MB."""
 
 
 @dataclass(frozen=True, eq=False)
-class Refinement:
-    """A correspondence at some level, with the problem it solves there.
+class RefinedCorrespondence:
+    """A correspondence at a level, with the problem that it solves there.
 
     Parameters
     ----------
@@ -35,8 +37,8 @@ class Refinement:
     energy: float
 
 
-def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
-    """Carry a correspondence from one level to the next finer one.
+def refine(partners: IntArray, fine: Level, rho: float) -> RefinedCorrespondence:
+    """Refine a correspondence from one level to the next finer one (4.1).
 
     Parameters
     ----------
@@ -49,8 +51,13 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
 
     Returns
     -------
-    Refinement
-        The best correspondence that local search finds among the candidates.
+    RefinedCorrespondence
+        The best correspondence that local search finds among the candidates V_{k+1}.
+
+    Raises
+    ------
+    InfeasibleError
+        There are fewer target samples than source samples.
     """
     matched = np.flatnonzero(partners != UNMATCHED)
     source = fine.source.distances[:, matched]
@@ -58,7 +65,7 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
     disagreement = _disagreement(source, target)
     allowed = fine.allowed()
     near = _neighbourhoods(source, target, rho) & allowed
-    # However far the coarser levels have taken it, a landmark's partner is near.
+    # The partner of a landmark is a candidate however far the coarser levels have moved it.
     near[: fine.landmarks] = allowed[: fine.landmarks]
     for candidates in _candidates(disagreement, near, allowed):
         problem = fine.problem(candidates)
@@ -67,12 +74,12 @@ def refine(partners: IntArray, fine: Level, rho: float) -> Refinement:
         except InfeasibleError:
             continue
         found = local_search(problem, start)
-        return Refinement(problem, found, problem.energy(found))
+        return RefinedCorrespondence(problem, found, problem.energy(found))
     raise InfeasibleError("there are fewer target points than source points")
 
 
-def rematch(partners: IntArray, level: Level, rho: float) -> Refinement:
-    """Match the same points again, among more samples of the target.
+def rematch(partners: IntArray, level: Level, rho: float) -> RefinedCorrespondence:
+    """Match the same source samples again among more target samples.
 
     Parameters
     ----------
@@ -81,37 +88,37 @@ def rematch(partners: IntArray, level: Level, rho: float) -> Refinement:
     level
         The level, with as many source samples.
     rho
-        Points stay within so many covering radii of their partners: a hypothesis remains what it
-        is. Those that have none may go anywhere.
+        Partners move by at most ρ covering radii of the old partners, so that a hypothesis keeps
+        its identity. All target samples are candidates of unmatched points.
 
     Returns
     -------
-    Refinement
-        What local search finds among all these pairs.
+    RefinedCorrespondence
+        The best correspondence that local search finds among these candidates.
     """
     matched = np.flatnonzero(partners != UNMATCHED)
     moved = level.target.distances[partners[matched]]
     near = level.allowed()
     near[matched] &= moved <= rho * moved.min(axis=0, initial=np.inf).max(initial=0.0)
-    # However far, a landmark's partner is its own, and every point may stay where it is.
+    # The old partner remains a candidate, as do the partners of landmarks.
     near[matched, partners[matched]] = True
     problem = level.problem(np.argwhere(near).astype(np.int64))
     found = local_search(problem, partners)
-    return Refinement(problem, found, problem.energy(found))
+    return RefinedCorrespondence(problem, found, problem.energy(found))
 
 
 def _candidates(
     disagreement: FloatArray, near: BoolArray, allowed: BoolArray
 ) -> Iterator[IntArray]:
-    """(V, 2) candidates, and more where points compete for too few: the last always suffice."""
+    """(V, 2) candidates, ever more where they admit no assignment; the last ones always do."""
     per_point = candidates_per_point(len(near))
-    yield closest(disagreement, near, per_point)
-    yield closest(disagreement, near, 2 * per_point)
-    if allowed.size <= 2 * _MOST_CANDIDATES:
+    yield best_candidates(disagreement, near, per_point)
+    yield best_candidates(disagreement, near, 2 * per_point)
+    if allowed.size <= 2 * _MAX_CANDIDATES:
         yield np.argwhere(allowed).astype(np.int64)
         return
-    # The pairwise costs of all pairs would take tens of gigabytes.
-    x, y = closest(disagreement, allowed, 2 * per_point).T
+    # Pairwise costs of all pairs would take tens of gigabytes: add an optimal assignment instead.
+    x, y = best_candidates(disagreement, allowed, 2 * per_point).T
     chosen = np.zeros_like(allowed)
     chosen[x, y] = True
     chosen[linear_sum_assignment(np.where(allowed, disagreement, np.inf))] = True
@@ -119,7 +126,7 @@ def _candidates(
 
 
 def _disagreement(source: FloatArray, target: FloatArray) -> FloatArray:
-    """(N, M) mean squared difference of the distances to the points matched already.
+    """(N, M) mean squared difference of the distances to the K points matched already.
 
     `source` (N, K) and `target` (M, K) hold these distances.
     """
@@ -133,7 +140,7 @@ def _disagreement(source: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def _neighbourhoods(source: FloatArray, target: FloatArray, rho: float) -> BoolArray:
-    """(N, M) whether a pair is near some matched pair on both shapes: V_{k+1} of 4.1.
+    """(N, M) mask of the pairs near some matched pair on both shapes: V_{k+1} of 4.1.
 
     The radii r_k and r'_k are those with which the matched points cover this level's samples.
     """
@@ -144,19 +151,19 @@ def _neighbourhoods(source: FloatArray, target: FloatArray, rho: float) -> BoolA
 
 
 def candidates_per_point(points: int) -> int:
-    """How many candidates each of some points may have above the coarsest level."""
-    return max(min(_CANDIDATES_PER_POINT, _MOST_CANDIDATES // points), 1)
+    """Greatest number of candidates of each of N points above the coarsest level."""
+    return max(min(_CANDIDATES_PER_POINT, _MAX_CANDIDATES // points), 1)
 
 
-def closest(disagreement: FloatArray, near: BoolArray, per_point: int) -> IntArray:
-    """Candidates of each source sample that agree best with what is known of it.
+def best_candidates(disagreement: FloatArray, near: BoolArray, per_point: int) -> IntArray:
+    """Choose the candidates of least disagreement for each source sample.
 
     Parameters
     ----------
     disagreement, near
-        (N, M) how little each pair agrees, and whether it may be a candidate.
+        (N, M) disagreement of each pair, and mask of the pairs that may be candidates.
     per_point
-        Of each source sample at most so many.
+        Greatest number of candidates of a source sample.
 
     Returns
     -------

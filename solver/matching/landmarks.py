@@ -1,4 +1,4 @@
-"""Points known to correspond: of the symmetric solutions they leave one."""
+"""Landmarks: vertices known to correspond, which choose between symmetric solutions."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from solver.mesh import TriangleMesh
 def landmark_vertices(
     landmarks: tuple[tuple[int, int], ...], source: TriangleMesh, target: TriangleMesh
 ) -> IntArray:
-    """Find landmarks on two meshes.
+    """Return the vertices of landmarks on two meshes.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ def landmark_vertices(
     Raises
     ------
     OptionError
-        A number is not part of its mesh, or two of them are of vertices that repair or
-        simplification has merged; it names the pair and the side.
+        A vertex is not on its mesh, or repair or simplification has merged two of them. The field
+        names the pair and the shape.
     """
     ids = np.array(landmarks, dtype=np.int64).reshape(-1, 2)
     found = np.empty_like(ids)

@@ -1,25 +1,12 @@
-"""One level of hierarchical matching: two samplings, their structures, and problem (5) on them."""
+"""One level of hierarchical matching (4.1): two samplings, their structures, and problem (5)."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.errors import OptionError
-from solver.labelling import LINF, UNMATCHED, Distortion, LabellingProblem, measure_distortion
-from solver.matching.options import MatchOptions
-from solver.shape import WITHOUT_COLORS, Shape
-from solver.shape.choices import DescriptorChoice, Eigenfunctions, MetricChoice, NoDescriptor
-from solver.shape.descriptors import aligned_eigenfunctions
-
-_LEAST, _MOST = 1e-150, 1e150
-"""Squares of smaller values vanish, and those of greater ones are infinite."""
-
-NO_LANDMARKS = np.empty((0, 2), dtype=np.int64)
-"""No points are known to correspond."""
-
-_COARSE_OVERSAMPLING = 1.5
-"""Target samples per source sample at the coarsest level: one in three may be nobody's image."""
+from solver.labelling import UNMATCHED, Distortion, LabellingProblem, measure_distortion
+from solver.shape.choices import DescriptorChoice, MetricChoice
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +30,7 @@ class SampledStructure:
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One level of the hierarchy: what is matched, and how it is weighed.
+    """One level of the hierarchy: the sampled structures and the weights of problem (5).
 
     Parameters
     ----------
@@ -54,9 +41,10 @@ class Level:
     source, target
         Sampled structures of X and Y.
     beta, first_order_weight, occlusion_cost
-        The options of the match; see ``MatchOptions``.
+        β, the weight of the first-order term and γ (∞: all points are matched), of
+        :class:`.MatchOptions`.
     landmarks
-        How many of the first samples are known to correspond, in their order.
+        Number L of landmarks: the first L samples of both shapes correspond, in order.
     """
 
     index: int
@@ -95,14 +83,14 @@ class Level:
         )
 
     def allowed(self) -> BoolArray:
-        """(N, M) which pairs the landmarks leave: a landmark has its own partner and no other."""
+        """(N, M) pairs that agree with the landmarks, each of which has one partner."""
         allowed = np.ones((len(self.source.vertices), len(self.target.vertices)), dtype=np.bool_)
         allowed[: self.landmarks] = allowed[:, : self.landmarks] = False
         np.fill_diagonal(allowed[: self.landmarks, : self.landmarks], True)
         return allowed
 
     def all_candidates(self) -> IntArray:
-        """(V, 2) all pairs, N·M without landmarks: the full graph of the coarsest level."""
+        """(V, 2) all allowed pairs, the candidates of the coarsest level: N·M without landmarks."""
         return np.argwhere(self.allowed()).astype(np.int64)
 
     def distortion(self, partners: IntArray) -> Distortion:
@@ -140,157 +128,3 @@ class Level:
         x, y = candidates.T
         distance: FloatArray = np.linalg.norm(source[x] - target[y], axis=1)
         return self.first_order_weight * distance / unit
-
-
-def level_sizes(source: Shape, target: Shape, options: MatchOptions) -> list[tuple[int, int]]:
-    """Numbers of source and target samples of each level, the coarsest first.
-
-    Parameters
-    ----------
-    source, target
-        The shapes; none can have more samples than vertices.
-    options
-        Of the match.
-
-    Returns
-    -------
-    List of (N, M) with N <= M, N growing by at most the level factor up to the points asked for.
-    """
-    return sizes_between(source.n_vertices, target.n_vertices, options)
-
-
-def sizes_between(
-    most_sources: int, most_targets: int, options: MatchOptions
-) -> list[tuple[int, int]]:
-    """Numbers of source and target samples of each level, given how many there can be.
-
-    Parameters
-    ----------
-    most_sources, most_targets
-        Bounds on them.
-    options
-        Of the match.
-    """
-    most = min(most_sources, most_targets)
-    only = options.objective == LINF
-    coarse = options.points if only else max(options.coarse_points, len(options.landmarks))
-    points = min(coarse, options.points, most)
-    wide = int(np.ceil(_COARSE_OVERSAMPLING * points))
-    sizes = [(points, min(wide, most_targets))]
-    while points < min(options.points, most):
-        points = min(points * options.level_factor, options.points, most)
-        sizes.append((points, min(points * options.oversampling, most_targets)))
-    return sizes
-
-
-def build_level(
-    source: Shape,
-    target: Shape,
-    index: int,
-    size: tuple[int, int],
-    options: MatchOptions,
-    landmarks: IntArray = NO_LANDMARKS,
-) -> Level:
-    """Sample both shapes and compute their structures at one level.
-
-    Parameters
-    ----------
-    source, target
-        The shapes X and Y.
-    index
-        0 for the coarsest level.
-    size
-        Numbers (N, M) of source and target samples.
-    options
-        Of the match.
-    landmarks
-        (L, 2) vertices of X and of Y that are known to correspond.
-
-    Raises
-    ------
-    OptionError
-        A shape has too few vertices.
-    """
-    gamma = np.inf if options.occlusion_cost is None else options.occlusion_cost
-    descriptor = options.descriptor_at(index)
-    ours, theirs = (
-        _sample(source, size[0], index, options, landmarks[:, 0]),
-        _sample(target, size[1], index, options, landmarks[:, 1]),
-    )
-    if not (isinstance(descriptor, NoDescriptor) or options.first_order_weight == 0.0):
-        field = f"descriptor.{options.place('descriptor', index)}"
-        f, g = described((source, target), descriptor, (ours.vertices, theirs.vertices), field)
-        ours, theirs = replace(ours, descriptors=f), replace(theirs, descriptors=g)
-    return Level(
-        index,
-        options.metric_at(index),
-        descriptor,
-        ours,
-        theirs,
-        options.beta,
-        options.first_order_weight,
-        gamma,
-        landmarks=len(landmarks),
-    )
-
-
-def _sample(
-    shape: Shape, count: int, index: int, options: MatchOptions, landmarks: IntArray
-) -> SampledStructure:
-    first, metric = options.metric_at(0), options.metric_at(index)
-    sampling = shape.sampling(first, count, tuple(landmarks.tolist()))
-    vertices = sampling.indices
-    same = metric == first
-    distances = sampling.distances if same else shape.metric(metric).between(vertices)
-    check_distances(metric, distances, f"metric.{options.place('metric', index)}")
-    return SampledStructure(vertices, distances, None)
-
-
-def check_distances(metric: MetricChoice, distances: FloatArray, field: str) -> None:
-    """Refuse distances without meaning: a time so long that no heat is left where it was.
-
-    Parameters
-    ----------
-    metric
-        What they are.
-    distances
-        (M, M) among samples.
-    field
-        Name of the option that chose the metric.
-
-    Raises
-    ------
-    OptionError
-        They all vanish or exceed all bounds.
-    """
-    if _LEAST < float(distances.max()) < _MOST:
-        return
-    names = list(metric.parameters())
-    what = "all vanish" if distances.max() <= _LEAST else "exceed all bounds"
-    raise OptionError(
-        ".".join([field, *names[:1]]),
-        f"the {metric.name} distances of a shape {what}; choose another "
-        + ("value" if names else "metric, or normalise the shapes"),
-    )
-
-
-def described(
-    shapes: tuple[Shape, Shape],
-    descriptor: DescriptorChoice,
-    vertices: tuple[IntArray, IntArray],
-    field: str,
-) -> tuple[FloatArray, FloatArray]:
-    """Descriptors of two shapes at some vertices of each, comparable with one another."""
-    for name, shape in zip(("source", "target"), shapes, strict=True):
-        if descriptor.colored and shape.mesh.colors is None:
-            raise OptionError(field, WITHOUT_COLORS.replace("shape", name, 1))
-    if isinstance(descriptor, Eigenfunctions):
-        count = descriptor.count
-        spectra = [shape.spectrum(max(shape.eigenpairs, count + 1)) for shape in shapes]
-        found = aligned_eigenfunctions(spectra[0], spectra[1], count, *vertices)
-    else:
-        f, g = (shape.descriptor(descriptor, v) for shape, v in zip(shapes, vertices, strict=True))
-        found = f, g
-    if not max(np.abs(values).max(initial=0.0) for values in found) < _MOST:
-        raise OptionError(field, f"{descriptor.name} exceeds all bounds; normalise the shapes")
-    return found

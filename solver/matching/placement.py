@@ -1,21 +1,27 @@
-"""Points where the map that decided has them, once it has told left from right."""
+"""Placement of matched points at their images under the chosen map of all vertices."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.matching.hierarchy import Refinement, candidates_per_point, closest
-from solver.matching.level import Level, SampledStructure, described
+from solver.matching.hierarchy import (
+    RefinedCorrespondence,
+    best_candidates,
+    candidates_per_point,
+)
+from solver.matching.level import Level, SampledStructure
+from solver.matching.structures import descriptors_at
 from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
 from solver.shape import Shape, varadhan_distances
 from solver.shape.choices import Geodesic, Varadhan
 
 _REACH = 0.05
-"""Geodesic distance over √area from an image within which a point may go: twice what a map errs."""
+"""Geodesic distance over √area within which a point may lie from its image: twice the mean error of
+the maps of generated shapes (`python -m bench.dense`)."""
 
 
-def with_images(source: Shape, target: Shape, level: Level, images: IntArray) -> Level:
+def add_target_samples(source: Shape, target: Shape, level: Level, images: IntArray) -> Level:
     """Add the images of a level's source samples to its target samples.
 
     Parameters
@@ -29,7 +35,7 @@ def with_images(source: Shape, target: Shape, level: Level, images: IntArray) ->
 
     Returns
     -------
-    The same level, whose target samples are followed by those images that are not among them.
+    The level with its target samples followed by the images that are not among them.
     """
     known = level.target.vertices
     vertices = np.concatenate([known, np.setdiff1d(images, known)])
@@ -40,50 +46,52 @@ def with_images(source: Shape, target: Shape, level: Level, images: IntArray) ->
         distances = target.metric(level.metric).between(vertices)
     ours, theirs = level.source, SampledStructure(vertices, distances, None)
     if ours.descriptors is not None:
-        places = ours.vertices, vertices
-        f, g = described((source, target), level.descriptor, places, "descriptor")
+        both = ours.vertices, vertices
+        f, g = descriptors_at((source, target), level.descriptor, both, "descriptor")
         ours, theirs = replace(ours, descriptors=f), replace(theirs, descriptors=g)
     return replace(level, source=ours, target=theirs)
 
 
-def at_images(target: Shape, level: Level, images: IntArray) -> Refinement | None:
-    """Match points near where a map has them.
+def match_near_images(
+    target: Shape, level: Level, images: IntArray
+) -> RefinedCorrespondence | None:
+    """Match points near their images under a map.
 
     Parameters
     ----------
     target
         The shape Y.
     level
-        Of :func:`with_images`.
+        Of :func:`add_target_samples`.
     images
         (N,) vertices of the target.
 
     Returns
     -------
-    Refinement
-        The best correspondence that local search finds among an image and what is within reach of
-        it; ``None`` where images coincide and there are too few places.
+    RefinedCorrespondence
+        The best correspondence that local search finds among target samples within reach of the
+        images; ``None`` where these coincide, so that there are too few.
     """
-    apart = _lengths(target, level, images)
+    distances = _distances_from_images(target, level, images)
     allowed = level.allowed()
-    near = allowed & (apart <= _REACH * target.size)
+    near = allowed & (distances <= _REACH * target.size)
     near[: level.landmarks] = allowed[: level.landmarks]
-    problem = level.problem(closest(apart, near, candidates_per_point(len(images))))
+    problem = level.problem(best_candidates(distances, near, candidates_per_point(len(images))))
     x, y = problem.candidates.T
     try:
-        start = solve_lap(problem, apart[x, y])
+        start = solve_lap(problem, distances[x, y])
     except InfeasibleError:
         return None
     found = local_search(problem, start)
-    return Refinement(problem, found, problem.energy(found))
+    return RefinedCorrespondence(problem, found, problem.energy(found))
 
 
-def _lengths(target: Shape, level: Level, images: IntArray) -> FloatArray:
-    """(N, M) geodesic distances from images to samples, whatever the metric of the level."""
+def _distances_from_images(target: Shape, level: Level, images: IntArray) -> FloatArray:
+    """(N, M) geodesic or Varadhan distances from images to samples, in any metric of the level."""
     vertices = level.target.vertices
     if not isinstance(level.metric, Geodesic | Varadhan):
         return target.metric(Geodesic()).distances(images)[:, vertices]
-    places = np.argsort(vertices)
-    own = places[np.searchsorted(vertices, images, sorter=places)]
-    apart: FloatArray = level.target.distances[own]
-    return apart
+    order = np.argsort(vertices)
+    rows = order[np.searchsorted(vertices, images, sorter=order)]
+    distances: FloatArray = level.target.distances[rows]
+    return distances

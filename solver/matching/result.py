@@ -1,4 +1,4 @@
-"""The answer to "which point of X corresponds to which point of Y, and how well?"."""
+"""Result of a match: correspondences, level reports and the certificate."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from solver.labelling import CERTIFIED_GAP, Distortion, Method, relative_gap
 
 @dataclass(frozen=True, eq=False)
 class Correspondence:
-    """Pairs of points, with what they cost.
+    """A correspondence with its costs.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Correspondence:
 
 @dataclass(frozen=True)
 class LevelReport:
-    """What was solved at one level, and what is known of its optimum.
+    """Problem of one level, its energy and its lower bound.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class LevelReport:
     metric, descriptor
         Structures of the level.
     energy
-        At the coarsest of several levels, of its best solution; else of the answer's hypothesis.
+        Least energy at the coarsest of several levels; at others, that of the answer's hypothesis.
     lower_bound
         No correspondence among the level's candidates has less energy.
     iterations
@@ -61,7 +61,7 @@ class LevelReport:
         Time spent on the level.
     rank
         Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
-        level. More than 1 means that a finer level overruled it, or the rest of the surface.
+        level. More than 1: a finer level, verification or orientation preferred it.
     """
 
     points: int
@@ -83,7 +83,7 @@ class LevelReport:
 
     @property
     def certified(self) -> bool:
-        """Whether the energy is proven optimal among the level's candidates."""
+        """Return whether the energy is proven optimal among the level's candidates."""
         return self.gap <= CERTIFIED_GAP
 
 
@@ -96,26 +96,25 @@ class Match:
     best
         The answer.
     alternatives
-        Other hypotheses, as refined to the finest level; most often intrinsic symmetries. By what
-        the rest of the surface says of them; some may have less energy than `best`. With metrics
-        other than commute times and then geodesic distances, and of a prototype, they come by
-        energy, and none is better than `best` unless orientation chose it.
+        Other hypotheses at the finest level, mostly intrinsic symmetries. In the order of their
+        verification, so that some may have less energy than `best`. Without a Varadhan level, and
+        with a prototype, in the order of their energy; then none has less than `best`, unless
+        orientation chose that.
     levels
         From the coarsest; the last one's bound is the certificate of `best`.
     warnings
-        What the user should know of the shapes and of the answer.
+        For the user, about the shapes and the answer.
     timings
         Seconds by stage.
     refinement
-        Where the points of `best` lie between the target's vertices, if that was asked for. Its
-        hypothesis is 0 for `best`, or one more than a place among `alternatives`; its vertices and
-        faces are those of the shapes' meshes, not of the user's files.
+        Points of `best` refined between the target's vertices, if asked for. Its hypothesis is 0
+        for `best`, or one more than a place among `alternatives`; its vertices and faces are those
+        of the shapes' meshes, not of the user's files.
     dense
-        Where all vertices go, if that was asked for; of the same hypothesis.
+        Map of all vertices, if asked for; of the same hypothesis.
     misfit
-        Of a prototype, how much the target misfits the class: the energy per point at the coarsest
-        level over what is usual of examples left out, 1 for a usual one. ``None`` of two shapes, of
-        prototypes that do not know what is usual, and of terms weighed otherwise.
+        Of a prototype: energy per point at the coarsest level over its median for left-out
+        examples. ``None`` for two shapes, if that median is not known, and for other weights.
     """
 
     best: Correspondence
@@ -139,5 +138,5 @@ class Match:
 
     @property
     def certified(self) -> bool:
-        """Whether the answer is proven optimal among the finest level's candidates."""
+        """Return whether the answer is proven optimal among the finest level's candidates."""
         return self.levels[-1].certified

@@ -1,9 +1,9 @@
-"""The level that decides between coarse hypotheses, before any geodesic distance is computed.
+"""The Varadhan level: coarse hypotheses compared by near-geodesic distances from the spectrum.
 
-Commute times level off: between far points they hardly differ, so that of the best coarse solutions
-by commute times many are twisted, the left hand with the right foot. Geodesic distances tell these
-from the right ones, at the price of a search from every sample. Varadhan's formula gives nearly the
-same from the spectrum that commute times are made of, at next to none.
+Commute times hardly differ between far points. Many of the best coarse solutions by commute times
+are therefore twisted, with a left hand on a right foot. Geodesic distances distinguish these, but
+need a front from every sample. Varadhan's formula (:func:`.varadhan_distances`) approximates them
+from the eigenpairs that commute times are made of, at next to no cost.
 """
 
 from dataclasses import replace
@@ -12,20 +12,22 @@ import numpy as np
 
 from solver.arrays import IntArray
 from solver.labelling import LINF
-from solver.matching.level import NO_LANDMARKS, Level, SampledStructure, build_level
+from solver.matching.level import Level, SampledStructure
 from solver.matching.options import MatchOptions
+from solver.matching.structures import NO_LANDMARKS, build_level
 from solver.shape import Shape, varadhan_distances
 from solver.shape.choices import CommuteTime, Geodesic, Varadhan
 
 _OVERSAMPLING = 6
-"""Target samples per source sample: they cost little, and the more there are, the nearer is one."""
+"""Target samples per source sample. Chosen on generated shapes: they cost no fronts, and the denser
+they are, the nearer is one to the image of a source sample."""
 
 
-def is_decided(options: MatchOptions) -> bool:
-    """Whether the coarse points are matched a second time: between commute times and geodesics.
+def uses_varadhan_level(options: MatchOptions) -> bool:
+    """Return whether a match has a Varadhan level, and verifies its hypotheses.
 
-    Who names one metric for all levels gets that one alone. Where they are, hypotheses are verified
-    by the rest of the surface as well.
+    It does where the coarsest level has commute times and the next has geodesic distances.
+    One metric given for all levels is used alone.
 
     Parameters
     ----------
@@ -38,26 +40,26 @@ def is_decided(options: MatchOptions) -> bool:
     return isinstance(coarse, CommuteTime) and isinstance(finer, Geodesic)
 
 
-def with_deciding_size(sizes: list[tuple[int, int]], target: Shape) -> list[tuple[int, int]]:
-    """Numbers of samples of all levels, with the deciding one after the coarsest.
+def add_varadhan_size(sizes: list[tuple[int, int]], n_vertices: int) -> list[tuple[int, int]]:
+    """Add the size of the Varadhan level after that of the coarsest level.
 
     Parameters
     ----------
     sizes
-        Numbers (N, M) of source and target samples of the others, the coarsest first.
-    target
-        The shape Y.
+        Numbers (N, M) of source and target samples of the other levels, the coarsest first.
+    n_vertices
+        Vertices of the target Y.
 
     Returns
     -------
-    The target samples of a level begin those of the next.
+    Sizes of all levels, M not decreasing: the target samples of a level begin those of the next.
     """
     points = sizes[0][0]
-    most = min(_OVERSAMPLING * points, target.n_vertices)
+    most = min(_OVERSAMPLING * points, n_vertices)
     return [sizes[0], (points, most), *((n, max(m, most)) for n, m in sizes[1:])]
 
 
-def deciding_level(
+def build_varadhan_level(
     source: Shape,
     target: Shape,
     index: int,
@@ -65,14 +67,14 @@ def deciding_level(
     options: MatchOptions,
     landmarks: IntArray = NO_LANDMARKS,
 ) -> Level:
-    """Sample the target more closely than the coarsest level does, and measure by heat.
+    """Sample the target more densely than the coarsest level, and measure by Varadhan's formula.
 
     Parameters
     ----------
     source, target
         The shapes X and Y.
     index, size, options, landmarks
-        As for :func:`solver.matching.level.build_level`.
+        As of :func:`.build_level`.
 
     Raises
     ------
@@ -84,13 +86,13 @@ def deciding_level(
     return replace(
         level,
         metric=metric,
-        source=_measured(source, level.source, metric),
-        target=_measured(target, level.target, metric),
+        source=_measure(source, level.source, metric),
+        target=_measure(target, level.target, metric),
     )
 
 
-def _measured(shape: Shape, sampled: SampledStructure, metric: Varadhan) -> SampledStructure:
-    """Return the same samples with distances in another metric."""
+def _measure(shape: Shape, sampled: SampledStructure, metric: Varadhan) -> SampledStructure:
+    """Replace the distances of samples by those of Varadhan's formula."""
     assert metric.time is not None
     distances = varadhan_distances(shape.spectrum(), sampled.vertices, metric.time)
     return replace(sampled, distances=distances)

@@ -1,44 +1,50 @@
-"""Verification of hypotheses by points that were not matched.
+"""Verification stage: hypotheses ranked by samples that were not matched.
 
 Where a body is nearly symmetric, crossing its front legs but not its hind legs changes distances
-between the few matched points by less than bending does, and by less than samples that are not
-images of one another. But it tears the flanks: what lies there was near to two legs of its own
-side. So each hypothesis carries further points along, and how these are distorted says more of it
-than its own points do.
+between the few matched points by less than bending does, and by less than the error of sampling.
+But it tears the flanks, whose points were near two legs of one side. So each hypothesis maps
+further samples of the source, and their distortion replaces that of the matched points.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control
 from solver.labelling import UNMATCHED
-from solver.matching.hypotheses import Hypothesis
+from solver.matching.hypothesis import Hypothesis
 from solver.matching.level import Level
 from solver.shape import Shape, heat_images, lengths_by_heat, spread_in_space
 
-_WITNESSES, _PLACES = 32, 256
-"""Points of the source that are carried along, and points of the target that they may go to."""
+_SOURCE_SAMPLES, _TARGET_SAMPLES = 32, 256
+"""Verification samples of X, and samples of Y that they may be mapped to. These and the next two
+are chosen on generated shapes and measured by `python -m bench.points`."""
+
 _TIME = 0.015
-"""Of diffusion, over the area: short enough that the two sides of a body are apart."""
+"""Diffusion time of Varadhan's formula, over the area: short enough to separate the two sides of a
+body."""
+
 _WEIGHT = 8.0
-"""Of their distortion: placed where it is least, they are distorted an order less than points."""
+"""Weight of the samples' distortion. Their images are chosen to have the least, so that it is an
+order of magnitude less than that of matched points."""
 
 
 @dataclass(frozen=True, eq=False)
-class Witnesses:
-    """Points of two shapes that are not matched, as heat sees them.
+class VerificationSamples:
+    """Samples of two shapes that are not matched, and Varadhan distances between them.
 
     Parameters
     ----------
     time
         t of Varadhan's formula, in the shapes' unit of area.
     source, target
-        (W, k) and (P, k) images of the points of X, and of where they may go on Y:
-        :func:`solver.shape.metrics.heat_images`.
-    among, places
-        (W, W) and (P, P) lengths between them.
+        (S, k) and (T, k) heat embeddings of the samples of X and of Y, whose inner products give
+        Varadhan distances: :func:`solver.shape.heat_images`.
+    source_distances, target_distances
+        (S, S) and (T, T) Varadhan distances among them.
     unit
         Mean square of the former.
     """
@@ -46,13 +52,13 @@ class Witnesses:
     time: float
     source: FloatArray
     target: FloatArray
-    among: FloatArray
-    places: FloatArray
+    source_distances: FloatArray
+    target_distances: FloatArray
     unit: float
 
     @classmethod
     def of(cls, source: Shape, target: Shape) -> Self:
-        """Spread points over two shapes.
+        """Spread samples over two shapes.
 
         Parameters
         ----------
@@ -62,79 +68,88 @@ class Witnesses:
         time = _TIME * source.size * target.size
         ours, theirs = (
             heat_images(shape.spectrum(), _spread(shape, count), time)
-            for shape, count in ((source, _WITNESSES), (target, _PLACES))
+            for shape, count in ((source, _SOURCE_SAMPLES), (target, _TARGET_SAMPLES))
         )
-        among, places = (lengths_by_heat(images, images, time) for images in (ours, theirs))
-        return cls(time, ours, theirs, among, places, float((among**2).mean()) or 1.0)
+        within_source, within_target = (
+            lengths_by_heat(embedded, embedded, time) for embedded in (ours, theirs)
+        )
+        unit = float((within_source**2).mean()) or 1.0
+        return cls(time, ours, theirs, within_source, within_target, unit)
 
     def distortion(self, source: FloatArray, target: FloatArray) -> float:
-        """Mean squared distortion of lengths of the witnesses where matched points put them.
+        """Mean squared distortion of the samples' distances under a correspondence.
 
-        Each goes where its lengths to the matched points are preserved best, and then where those
-        to all other witnesses are as well.
+        Each sample of X is mapped to the sample of Y that preserves its distances to the matched
+        points best, and once more, with its distances to all other samples of X as well.
 
         Parameters
         ----------
         source, target
-            (K, k) images of matched points of X and of their partners on Y.
+            (K, k) heat embeddings of matched points of X and of their partners on Y.
 
         Returns
         -------
-        Of lengths to the matched points and of lengths among the witnesses, each relative to the
-        latter's mean square, together.
+        Sum of the mean squared distortions of distances to the matched points and of distances
+        among the samples, relative to the mean square of the latter on X.
         """
         known = lengths_by_heat(self.source, source, self.time)
         there = lengths_by_heat(self.target, target, self.time)
-        chosen = _most_alike(known, there)
-        chosen = _most_alike(
-            np.hstack([known, self.among]), np.hstack([there, self.places[:, chosen]])
+        chosen = _nearest_rows(known, there)
+        chosen = _nearest_rows(
+            np.hstack([known, self.source_distances]),
+            np.hstack([there, self.target_distances[:, chosen]]),
         )
         to_matched = known - there[chosen]
-        to_others = self.among - self.places[np.ix_(chosen, chosen)]
+        to_others = self.source_distances - self.target_distances[np.ix_(chosen, chosen)]
         return float(((to_matched**2).mean() + (to_others**2).mean()) / self.unit)
 
 
-def verified(
-    hypotheses: list[Hypothesis], finest: Level, source: Shape, target: Shape
+def verify(
+    hypotheses: Sequence[Hypothesis], finest: Level, source: Shape, target: Shape, control: Control
 ) -> list[Hypothesis]:
-    """Put hypotheses in the order in which the rest of the surface agrees with them.
+    """Order hypotheses by their energy with the distortion of verification samples.
+
+    In the energy (5), the weighted distortion of the verification samples replaces that of the
+    matched points; first-order terms, as of colours that differ between left and right, remain.
 
     Parameters
     ----------
     hypotheses
-        Carried to the finest level.
+        Refined to the finest level.
     finest
         That level.
     source, target
         The shapes X and Y.
+    control
+        Times the stage.
 
     Returns
     -------
-    By their energy (5) with the distortion of the witnesses, some times, in place of that of the
-    matched points: what single points cost still counts, as of colours that tell left from right.
+    The same hypotheses, the best first.
     """
     if len(hypotheses) < 2:
-        return hypotheses
-    witnesses = Witnesses.of(source, target)
-    images = (
-        heat_images(source.spectrum(), finest.source.vertices, witnesses.time),
-        heat_images(target.spectrum(), finest.target.vertices, witnesses.time),
-    )
-    return sorted(hypotheses, key=lambda one: _energy(one, witnesses, images))
+        return list(hypotheses)
+    with control.stage("refinement"):
+        samples = VerificationSamples.of(source, target)
+        embedded = (
+            heat_images(source.spectrum(), finest.source.vertices, samples.time),
+            heat_images(target.spectrum(), finest.target.vertices, samples.time),
+        )
+        return sorted(hypotheses, key=lambda one: _verified_energy(one, samples, embedded))
 
 
-def _energy(
-    hypothesis: Hypothesis, witnesses: Witnesses, images: tuple[FloatArray, FloatArray]
+def _verified_energy(
+    hypothesis: Hypothesis, samples: VerificationSamples, embedded: tuple[FloatArray, FloatArray]
 ) -> float:
-    """Energy with the witnesses' distortion in place of that of the matched points."""
-    problem, partners = hypothesis.stages[-1].problem, hypothesis.partners
+    """Energy with the samples' distortion in place of that of the matched points."""
+    problem, partners = hypothesis.levels[-1].problem, hypothesis.partners
     matched = np.flatnonzero(partners != UNMATCHED)
-    left = len(partners) - len(matched)
-    energy = left * problem.occlusion_cost if left else 0.0
+    unmatched = len(partners) - len(matched)
+    energy = unmatched * problem.occlusion_cost if unmatched else 0.0
     if len(matched):
         energy += float(problem.unary_matrix[matched, partners[matched]].sum())
         pairs = len(matched) * (len(matched) - 1) / 2
-        mean = witnesses.distortion(images[0][matched], images[1][partners[matched]])
+        mean = samples.distortion(embedded[0][matched], embedded[1][partners[matched]])
         energy += _WEIGHT * problem.beta * pairs * mean
     return energy
 
@@ -143,8 +158,8 @@ def _spread(shape: Shape, count: int) -> IntArray:
     return spread_in_space(shape.surface.vertices, min(count, shape.n_vertices))
 
 
-def _most_alike(rows: FloatArray, others: FloatArray) -> IntArray:
-    """Of each of the rows, which of others is nearest."""
+def _nearest_rows(rows: FloatArray, others: FloatArray) -> IntArray:
+    """(R,) index of the nearest of the other rows to each row."""
     squares = (others**2).sum(axis=1) - 2.0 * rows @ others.T
     nearest: IntArray = squares.argmin(axis=1)
     return nearest

@@ -31,12 +31,15 @@ from solver.shape.geodesics import GEODESIC_METHODS
 
 FORMAT = "isomatch-prototype"
 VERSION = 1
-"""Of the format; archives of another version are refused."""
+"""Version of the format; archives of other versions are refused."""
 
-_MOST_BYTES = 256 * 1024**2
-_MOST_LEVELS = 8
-_MOST_DIMENSIONS = 1024
-_MOST_ENERGIES = 1024
+_MAX_BYTES = 256 * 1024**2
+"""Greatest size of the unpacked arrays. This and the following bound what an archive can make a
+worker allocate; they are far above what learning makes."""
+
+_MAX_LEVELS = 8
+_MAX_DIMENSIONS = 1024
+_MAX_ENERGIES = 1024
 
 
 def prototype_to_bytes(prototype: Prototype) -> bytes:
@@ -67,7 +70,7 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
             0.0 if one is None else one.log_background for one in prototype.descriptors
         ],
     }
-    if prototype.surfaces:  # which archives of old have not
+    if prototype.surfaces:  # older archives lack this key
         about["surfaces"] = len(prototype.surfaces)
     arrays: dict[str, NDArray[Any]] = {
         "about": np.frombuffer(json.dumps(about, sort_keys=True).encode(), dtype=np.uint8),
@@ -81,7 +84,7 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
             name = f"descriptors{level}"
             arrays |= _mixture_arrays(name, descriptors.mixtures)
             arrays |= {f"{name}_centre": descriptors.centre, f"{name}_axes": descriptors.axes}
-    if len(prototype.left_out_energies):  # likewise
+    if len(prototype.left_out_energies):  # older archives lack this array
         arrays["left_out_energies"] = prototype.left_out_energies
     for place, surface in enumerate(prototype.surfaces):
         arrays |= _surface_arrays(f"surface{place}", surface)
@@ -91,26 +94,26 @@ def prototype_to_bytes(prototype: Prototype) -> bytes:
 
 
 def prototype_from_bytes(data: bytes) -> Prototype:
-    """Read what :func:`prototype_to_bytes` wrote. Nothing in it is ever executed.
+    """Read the bytes of :func:`prototype_to_bytes`. Nothing in them is executed.
 
     Raises
     ------
     PrototypeError
-        The bytes are something else, or not a sound prototype.
+        The bytes are not an archive of a sound prototype.
     """
-    if not data.startswith(b"PK"):  # of which NumPy would say that it may be a pickle
+    if not data.startswith(b"PK"):  # NumPy would suspect a pickle
         raise PrototypeError("not a prototype: this is no archive of arrays (.npz)")
     try:
         with np.load(io.BytesIO(data), allow_pickle=False) as archive:
             size = sum(entry.file_size for entry in archive.zip.infolist())
-            if size > _MOST_BYTES:
+            if size > _MAX_BYTES:
                 raise PrototypeError("not a prototype: the archive is too large")
             arrays = {name: archive[name] for name in archive.files}
         about = json.loads(arrays["about"].tobytes().decode())
         return _prototype(about, arrays)
     except PrototypeError:
         raise
-    except Exception as error:  # whatever a damaged archive makes its readers raise
+    except Exception as error:  # readers of damaged archives raise anything
         raise PrototypeError(f"not a prototype: {error or type(error).__name__}") from error
 
 
@@ -155,7 +158,7 @@ def _prototype(about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Protot
     warnings = about["warnings"]
     _require(all(isinstance(one, str) for one in warnings), "warnings")
     for kind in ("metrics", "descriptors", "sampling"):
-        _require(1 <= len(about[kind]) <= _MOST_LEVELS, kind)
+        _require(1 <= len(about[kind]) <= _MAX_LEVELS, kind)
     return Prototype(
         distances=tuple(
             _distances(about, arrays, level, points) for level in range(len(about["metrics"]))
@@ -181,7 +184,7 @@ def _energies(arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
     if "left_out_energies" not in arrays:
         return np.zeros(0)
     energies = _numbers(arrays, "left_out_energies", 1)
-    _require(1 <= len(energies) <= _MOST_ENERGIES, "left_out_energies")
+    _require(1 <= len(energies) <= _MAX_ENERGIES, "left_out_energies")
     _require(energies[0] >= 0.0 and bool((np.diff(energies) >= 0.0).all()), "left_out_energies")
     return energies
 
@@ -189,7 +192,7 @@ def _energies(arrays: dict[str, NDArray[Any]]) -> NDArray[np.float64]:
 def _surfaces(
     about: dict[str, Any], arrays: dict[str, NDArray[Any]], points: int
 ) -> tuple[ExampleSurface, ...]:
-    """Surfaces; whether each is a sound mesh is only known when one is made of it."""
+    """Read surfaces; their soundness is checked when meshes are made of them."""
     if "surfaces" not in about:
         return ()
     count = _whole(about, "surfaces", 1, MOST_SURFACES)
@@ -237,7 +240,7 @@ def _descriptors(
     name = f"descriptors{level}"
     centre, axes = _numbers(arrays, f"{name}_centre", 1), _numbers(arrays, f"{name}_axes", 2)
     mixtures = _mixtures(arrays, name, points)
-    _require(len(centre) <= _MOST_DIMENSIONS, "dimension of descriptors")
+    _require(len(centre) <= _MAX_DIMENSIONS, "dimension of descriptors")
     _require(axes.shape == (len(centre), mixtures.dimension), "axes of descriptors")
     background = _finite(about["descriptor_backgrounds"][level])
     return LearnedDescriptors(descriptor, centre, axes, mixtures, background)
@@ -271,7 +274,7 @@ def _mixtures(arrays: dict[str, NDArray[Any]], name: str, count: int) -> Gaussia
     means = _numbers(arrays, f"{name}_means", 3)
     covariances = _numbers(arrays, f"{name}_covariances", 4)
     _require(len(weights) == count and 1 <= weights.shape[1] <= MAX_COMPONENTS, f"{name}_weights")
-    _require(1 <= means.shape[2] <= _MOST_DIMENSIONS, f"{name}_means")
+    _require(1 <= means.shape[2] <= _MAX_DIMENSIONS, f"{name}_means")
     try:
         return GaussianMixtures(weights, means, covariances)
     except ValueError as error:

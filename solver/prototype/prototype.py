@@ -9,11 +9,13 @@ from solver.prototype.mixtures import GaussianMixtures
 from solver.prototype.surfaces import ExampleSurface
 from solver.shape.choices import DescriptorChoice, MetricChoice
 
-_LEAST_USUAL = 0.1
-"""Of examples that are nearly equal, energies are due to samples alone."""
+_MIN_USUAL_ENERGY = 0.1
+"""Least usual energy per point: that of nearly equal examples is due to sampling alone. Chosen on
+generated shapes."""
+
 _MARGIN = 4.0
-"""Over the number of examples left out, by how much of their greatest energy a target may exceed
-it. The greatest of many is hardly exceeded within the class, that of four often is."""
+"""Tolerance of the greatest misfit, divided by the number of left-out examples: the greatest of
+many is rarely exceeded within the class, that of four often. Chosen on generated shapes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +30,7 @@ class LearnedDistances:
         N(N − 1)/2 mixtures in one dimension: of the pairs (0, 1), (0, 2), (1, 2), (0, 3), ..., so
         that those of the first n points come first.
     log_background
-        Logarithm of the density, everywhere, of a distance that is nobody's: it bounds what a
-        single distance can cost.
+        Logarithm of the uniform density of outliers: it bounds the cost of a single distance.
     """
 
     metric: MetricChoice
@@ -50,7 +51,7 @@ class LearnedDescriptors:
     mixtures
         N mixtures in r dimensions.
     log_background
-        As of distances.
+        As for distances.
     """
 
     descriptor: DescriptorChoice
@@ -74,26 +75,26 @@ class Prototype:
     distances
         Of each level's metric, the coarsest first; the last serves all finer levels.
     descriptors
-        Of each level's descriptor, likewise; none of those levels where it is "none".
+        Of each level's descriptor, likewise; ``None`` at levels without descriptors.
     sampling
-        Metrics in which targets are sampled by turns, with a value for every parameter.
+        Metrics in which targets are sampled in turn, with a value for every parameter.
     positions
-        (N, 3) where the points are on the reference shape, farthest first, for pictures.
+        (N, 3) positions of the points on the reference shape, farthest first, for pictures.
     vertices
-        (N,) their vertices there, as the user numbers them.
+        (N,) their vertices there, in the user's numbers.
     components
-        Number K of components that were asked for.
+        Greatest number K of components.
     examples
         Number M of examples.
     normalise, eigenpairs, geodesic_method
-        How the examples' structures were computed; a target's must be alike.
+        Settings of the examples' structures, which a target must share.
     warnings
-        What the user should know.
+        For the user.
     surfaces
-        Of examples that differ from one another; none in prototypes of old.
+        Of examples that differ from one another; none in older archives.
     left_out_energies
-        (E,) energies per point, ascending, of examples matched with what the others teach, at the
-        coarsest level; none of few examples, and in prototypes of old.
+        (E,) energies per point, ascending, of left-out examples at the coarsest level; empty for
+        few examples and in older archives.
     """
 
     distances: tuple[LearnedDistances, ...]
@@ -117,14 +118,14 @@ class Prototype:
 
     @property
     def usual_energy(self) -> float:
-        """Energy per point that is usual of the class, NaN if that is not known."""
+        """Median energy per point of the left-out examples, NaN if there are none."""
         if not len(self.left_out_energies):
             return np.nan
-        return max(float(np.median(self.left_out_energies)), _LEAST_USUAL)
+        return max(float(np.median(self.left_out_energies)), _MIN_USUAL_ENERGY)
 
     @property
     def greatest_misfit(self) -> float:
-        """Of energies over the usual one, the greatest that is no reason to doubt, or NaN."""
+        """Greatest misfit, in usual energies, without a warning; NaN without left-out examples."""
         if not len(self.left_out_energies):
             return np.nan
         margin = 1.0 + _MARGIN / len(self.left_out_energies)
@@ -132,7 +133,7 @@ class Prototype:
 
 
 def pair_places(first: IntArray, second: IntArray) -> IntArray:
-    """Places among all pairs of points of some of them.
+    """Return the places of some pairs among all pairs of points.
 
     Parameters
     ----------

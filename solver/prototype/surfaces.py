@@ -1,8 +1,8 @@
-"""Surfaces of a prototype's examples: which way its points lie around one another.
+"""Surfaces of a prototype's examples, from which orientation-preserving maps are made.
 
-The distributions of section 5 know every distance by itself. That the left fore leg is on the side
-of the left hind leg, and that left is not right, is said by a surface alone. So a prototype keeps
-those of some examples, with few vertices, and as different from one another as it can.
+The distributions of section 5 hold each distance separately. Only a surface shows that the left
+fore leg is on the side of the left hind leg, and that left differs from right. So a prototype keeps
+surfaces of some examples, simplified, and as different from one another as possible.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,35 +20,37 @@ from solver.shape import Shape
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 
 MOST_SURFACES = 24
+"""Greatest number of surfaces of a prototype, chosen on generated shapes."""
+
 KEPT_VERTICES = 1000
-"""Of a surface that is kept, at most: what a map takes of it is hardly more exact with more."""
+"""Greatest number of vertices of a surface; maps from it hardly gain from more."""
 
 MOST_VERTICES = 1500
-"""Of a surface in an archive: so many were kept of old."""
+"""Greatest number of vertices of a surface in an archive: that of older versions."""
 
 MOST_FACES = 3 * MOST_VERTICES
-"""Likewise: closed manifolds without hundreds of handles have some two to a vertex."""
+"""Greatest number of faces in an archive; closed manifolds of low genus have two per vertex."""
 
 EIGENVALUES = 19
-"""By which shapes are compared as wholes."""
+"""Number of eigenvalues that describe a shape as a whole, ShapeDNA (Reuter et al. 2006)."""
 
-_LEAST_VERTICES = 100
-"""Of fewer, no map between surfaces can be made."""
+_MIN_VERTICES = 100
+"""Least number of vertices of a surface from which maps are made."""
 
 
 @dataclass(frozen=True, eq=False)
 class ExampleSurface:
-    """The surface of an example, simplified, and where the prototype's points are on it.
+    """The simplified surface of an example, with the prototype's points on it.
 
     Parameters
     ----------
     vertices, faces
-        (V, 3) and (F, 3) of a sound connected mesh, in the example's own unit, as exact as single
-        precision, which is why the prototype's points on the example have the mean 0.
+        (V, 3) and (F, 3) of a sound connected mesh, in the example's own unit and in single
+        precision, for which the mean of the prototype's points is moved to the origin.
     points
-        (N,) the vertices that are, or are nearest to, the prototype's points.
+        (N,) vertices at, or nearest to, the prototype's points.
     eigenvalues
-        (19,) the first of the Laplace-Beltrami operator of the example on unit area, without 0.
+        (19,) first nonzero Laplace-Beltrami eigenvalues of the example on unit area.
     """
 
     vertices: FloatArray
@@ -68,42 +70,42 @@ class ExampleSurface:
         same = mesh.n_vertices == len(self.vertices) and np.array_equal(mesh.faces, self.faces)
         if not same or mesh.components != 1:
             raise MeshError("the surface is not sound")
-        if mesh.n_vertices < _LEAST_VERTICES:
-            raise MeshError(f"the surface has fewer than {_LEAST_VERTICES} vertices")
+        if mesh.n_vertices < _MIN_VERTICES:
+            raise MeshError(f"the surface has fewer than {_MIN_VERTICES} vertices")
         return mesh
 
-    def shape(self, like: Shape, spectrum: "SurfaceSpectra") -> Shape:
-        """Return the surface as a shape, whose structures are computed as those of another are.
+    def shape(self, like: Shape, spectra: "SurfaceSpectra") -> Shape:
+        """Return the surface as a shape with the settings of another.
 
-        It is the same for all that are alike in this, so that what is computed of it is so once.
+        It is cached by these settings, so that its structures are computed once.
 
         Parameters
         ----------
         like
-            The other.
-        spectrum
-            Takes the spectrum from where it is kept, or computes it.
+            The other shape.
+        spectra
+            Computes the spectrum, or takes it from a cache.
 
         Raises
         ------
         MeshError
             The surface is not sound, not connected, or too small.
         """
-        alike = like.normalise, like.eigenpairs, like.geodesic_method
-        if alike not in self._shapes:
+        settings = like.normalise, like.eigenpairs, like.geodesic_method
+        if settings not in self._shapes:
             mesh, most = self.mesh(), max(like.eigenpairs, EIGENPAIRS)
 
             def compute() -> Spectrum:
                 return laplace_beltrami_spectrum(mesh.scaled(1.0 / np.sqrt(mesh.area)), most)
 
-            self._shapes[alike] = Shape(
+            self._shapes[settings] = Shape(
                 mesh,
-                spectrum(self, compute),
+                spectra(self, compute),
                 normalise=like.normalise,
                 eigenpairs=like.eigenpairs,
                 geodesic_method=like.geodesic_method,
             )
-        return self._shapes[alike]
+        return self._shapes[settings]
 
     @cached_property
     def _shapes(self) -> dict[tuple[bool, int, str], Shape]:
@@ -111,32 +113,31 @@ class ExampleSurface:
 
 
 SurfaceSpectra = Callable[[ExampleSurface, Callable[[], Spectrum]], Spectrum]
-"""Returns what the second computes of the first, on unit area, or has it from an earlier match."""
+"""Returns the spectrum of a surface on unit area: the result of a function, or a cached one."""
 
 
-def computed(_surface: ExampleSurface, compute: Callable[[], Spectrum]) -> Spectrum:
-    """Spectra of surfaces that nobody keeps."""
+def compute_spectrum(_surface: ExampleSurface, compute: Callable[[], Spectrum]) -> Spectrum:
+    """Compute the spectrum of a surface, without a cache."""
     return compute()
 
 
 def example_surfaces(
     shapes: Sequence[Shape], points: Sequence[IntArray], control: Control | None = None
 ) -> tuple[ExampleSurface, ...]:
-    """Keep the surfaces of some examples.
+    """Select surfaces of examples farthest first by their eigenvalues, the reference first.
 
     Parameters
     ----------
     shapes
         M examples, the reference first.
     points
-        Of each, the (N,) vertices that correspond to the prototype's points.
+        (N,) vertices of each example that correspond to the prototype's points.
     control
         May cancel.
 
     Returns
     -------
-    At most 24: the reference's, and then always that which is most different, by its eigenvalues,
-    from those kept; without those of which no sound surface of few vertices can be made.
+    At most 24 surfaces; examples that cannot be simplified to a sound surface are skipped.
 
     Raises
     ------
@@ -174,14 +175,14 @@ def nearest_surfaces(
 
 
 def first_eigenvalues(shape: Shape) -> FloatArray:
-    """(19,) eigenvalues of a shape on unit area, without 0; fewer of a shape that is too small."""
+    """(19,) nonzero eigenvalues of a shape on unit area; fewer if it has too few vertices."""
     spectrum = shape.spectrum(EIGENVALUES + 1).scaled(1.0 / shape.size)
     values = spectrum.eigenvalues[1:]
     return values[values > 0.0]
 
 
 def surface_of(shape: Shape, points: IntArray) -> ExampleSurface | None:
-    """Simplify a shape's surface, or return ``None`` if no sound one of few vertices comes of it.
+    """Simplify a shape's surface; ``None`` if the result is unsound or still too large.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ DEFAULT_EIGENPAIRS = 100
 to them, is known to within a percent from t = area / 2⁸ on."""
 
 WITHOUT_COLORS = (
-    "the shape has no vertex colours; choose another descriptor, or upload the shape in a format "
+    "the {name} has no vertex colours; choose another descriptor, or upload the shape in a format "
     "that has them, such as PLY, GLB, or OBJ zipped with its materials"
 )
 
@@ -276,7 +276,7 @@ class Shape:
                 return np.zeros((len(vertices), 0))
             case Photometric(radius=float(radius)):
                 if self.surface.colors is None:
-                    raise OptionError("descriptor", WITHOUT_COLORS)
+                    raise OptionError("descriptor", WITHOUT_COLORS.format(name="shape"))
                 return photometric(self.surface, self.metric("geodesic"), radius, vertices)
             case GeodesicHistogram(radius=float(radius), bins=bins):
                 metric = self.metric("geodesic")

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from solver.control import Control
-from solver.prototype.learning.distributions import Example, learn_distributions, observed
-from solver.prototype.learning.misfit import left_out_energies
+from solver.prototype.learning.cross_validation import left_out_energies
+from solver.prototype.learning.distributions import learn_distributions
+from solver.prototype.learning.observations import Example, observe
 from solver.prototype.options import PrototypeOptions
 from solver.prototype.prototype import Prototype
 from solver.prototype.surfaces import example_surfaces
@@ -19,20 +20,19 @@ def learn_prototype(
     Parameters
     ----------
     examples
-        M >= 1 shapes in correspondence, their points farthest first. The first one is the
-        reference that pictures show. All of them normalised, or none, and with structures computed
-        in the same way.
+        M >= 1 shapes in correspondence, the reference first, their points farthest first. All of
+        them are normalised or none, and their structures are computed with the same settings.
     options
-        Of the prototype. More than N points cannot be learned from examples with N points; of more,
-        the first ones are taken.
+        Of the prototype. If the examples have more points, the first ones are used; if they have
+        fewer, the prototype has as many as they.
     control
         Reports progress and cancels.
 
     Returns
     -------
     Prototype
-        The same for any order of the examples but the first, up to rounding, save which of them
-        say what is usual.
+        The same for any order of the examples after the first, up to rounding and to the choice of
+        those that are left out for cross-validation.
 
     Raises
     ------
@@ -42,9 +42,16 @@ def learn_prototype(
         A structure cannot be computed on these shapes.
     PrototypeError
         There are no examples, or they do not correspond.
+
+    Examples
+    --------
+    >>> options = PrototypeOptions(points=32, components=5)
+    >>> examples = matched_examples(shapes, options).examples
+    >>> prototype = learn_prototype(examples, options)
+    >>> found = match_prototype(prototype, target)
     """
     control = control or Control()
-    seen = observed(examples, options, control)
+    seen = observe(examples, options, control)
     learned = learn_distributions(seen, options, control)
     control.report("examples left out by turns", 0.95)
     energies = left_out_energies(seen, options, control)

@@ -1,22 +1,23 @@
-"""Matching with a prototype by likelihood, section 5."""
+"""Matching with a prototype by likelihood (section 5)."""
 
-from solver.prototype.matching.likelihood import (
+from solver.prototype.matching.level import (
     PrototypeLevel,
     mean_distances,
     negative_log_likelihoods,
 )
-from solver.prototype.matching.matching import PrototypeRun, match_prototype, samples_by_turns
-from solver.prototype.matching.orientation import CERTAIN, CLEAR, OrientedImages, oriented_images
+from solver.prototype.matching.match import match_prototype
+from solver.prototype.matching.sampling import sample_in_turn, sample_target
+from solver.prototype.matching.surface_maps import CERTAIN, CLEAR, MappedPoints, map_points
 
 __all__ = [
     "CERTAIN",
     "CLEAR",
-    "OrientedImages",
+    "MappedPoints",
     "PrototypeLevel",
-    "PrototypeRun",
+    "map_points",
     "match_prototype",
     "mean_distances",
     "negative_log_likelihoods",
-    "oriented_images",
-    "samples_by_turns",
+    "sample_in_turn",
+    "sample_target",
 ]

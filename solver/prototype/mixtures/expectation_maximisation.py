@@ -1,25 +1,37 @@
-"""Gaussian mixtures fitted to samples by expectation maximisation, many data sets at once.
+"""Gaussian mixtures fitted to many data sets at once by expectation maximisation (section 5).
 
-Each data set is fitted from several starts, and the fit of greatest likelihood is kept. Few samples
-or equal ones would make the likelihood infinite; a floor under the covariances, which stands for a
-spread that is known beforehand, keeps it finite: no variance in any direction is less. Components
-that end with less than one sample's worth of weight are dropped.
+Each data set is fitted from several starts, and the fit of greatest likelihood is kept. With few or
+equal samples the likelihood is unbounded; a floor under the covariances, a spread known beforehand,
+bounds it: no variance in any direction is less. Components of less weight than one sample are
+dropped.
+
+scikit-learn's `GaussianMixture` fits one data set at a time, while a prototype has N(N − 1)/2, and
+adds a constant to variances instead of a floor.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import logsumexp
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control, iterate
 from solver.prototype.mixtures.fit import Fit
 from solver.prototype.mixtures.mixture import GaussianMixtures
 
 _STARTS = 3
-_ITERATIONS = 100
+"""Starts of each fit: one of quantiles, the others of k-means++."""
+
+_MAX_ITERATIONS = 100
+
 _TOLERANCE = 1e-4
-"""Of the mean log-likelihood of a sample, per iteration."""
-_LEAST_SHARE = 1.0
-"""Samples' worth of weight below which a component is dropped."""
-_NOTHING = 1e-100
+"""Rise of the mean log-likelihood of a sample in an iteration below which a fit has converged."""
+
+_MIN_SAMPLES = 1.0
+"""Expected number of samples of a component below which it is dropped."""
+
+_MIN_RESPONSIBILITY = 1e-100
+"""Sum of responsibilities below which a component is unused: division by it would overflow."""
 
 
 def fit_mixtures(
@@ -38,21 +50,22 @@ def fit_mixtures(
     samples
         (B, M, m) M samples of each data set.
     components
-        Number K of components, or the most if they are selected; no more than half the samples
-        are used, and the rest has weight 0.
+        Number K of components, or the greatest number if it is selected. At most M/2 are used; the
+        others have weight 0.
     floor
         (m,) least variance along each axis.
     diagonal
         Whether covariances are diagonal.
     select
-        Whether each data set has the number of components of least information criterion.
+        Whether to select each data set's number of components by the Bayesian information criterion
+        (BIC).
     seed
         Of the random starts.
 
     Returns
     -------
     Fit
-        Independent of the order of samples but for rounding.
+        Independent of the order of samples up to rounding.
     """
     most = max(min(components, samples.shape[1] // 2), 1)
     tried = range(1, most + 1) if select else [most]
@@ -64,7 +77,7 @@ def fit_mixtures(
             continue
         before = best.information_criterion(samples.shape[1], diagonal)
         after = fit.information_criterion(samples.shape[1], diagonal)
-        best = best.exchanged(fit.padded(components), after < before)
+        best = best.best_of(fit.padded(components), after < before)
     assert best is not None
     return best
 
@@ -81,17 +94,14 @@ def _fit_from_starts(
             else _spread_centres(ordered, components, np.random.default_rng([seed, start]))
         )
         started = initial_mixtures(ordered, centres, floor, diagonal)
-        fit = _pruned(ordered, maximise(ordered, started, floor, diagonal), floor, diagonal)
-        if best is None:
-            best = fit
-        else:
-            best = best.exchanged(fit, fit.log_likelihood > best.log_likelihood)
+        fit = _pruned(ordered, fit_from(ordered, started, floor, diagonal), floor, diagonal)
+        best = best.best_of(fit, fit.log_likelihood > best.log_likelihood) if best else fit
     assert best is not None
     return best
 
 
 def _in_order(samples: FloatArray) -> FloatArray:
-    """Sort the samples of each data set along its principal axis: any order gives this one."""
+    """Sort the samples of each data set along its principal axis, to be independent of order."""
     centred = samples - samples.mean(axis=1, keepdims=True)
     if samples.shape[2] == 1:
         along = samples[:, :, 0]
@@ -106,7 +116,7 @@ def _in_order(samples: FloatArray) -> FloatArray:
 
 
 def _quantile_centres(ordered: FloatArray, components: int) -> IntArray:
-    """(B, K) samples in the middles of K equal parts of each ordered data set."""
+    """(B, K) samples at the middles of K quantile intervals of each ordered data set."""
     places = ((np.arange(components) + 0.5) / components * ordered.shape[1]).astype(np.int64)
     return np.broadcast_to(places, (len(ordered), components))
 
@@ -130,27 +140,27 @@ def _spread_centres(ordered: FloatArray, components: int, rng: np.random.Generat
 def initial_mixtures(
     samples: FloatArray, centres: IntArray, floor: FloatArray, diagonal: bool
 ) -> GaussianMixtures:
-    """Mixtures of the samples nearest to each of some of them.
+    """Return mixtures of the samples nearest to each centre: one step of k-means.
 
     Parameters
     ----------
     samples
         (B, M, m).
     centres
-        (B, K) samples.
+        (B, K) indices of samples.
     floor, diagonal
         Of the covariances.
     """
     chosen = np.take_along_axis(samples, centres[:, :, None], axis=1)
     apart = ((samples[:, :, None, :] - chosen[:, None, :, :]) ** 2).sum(axis=3)
-    shares = np.eye(centres.shape[1])[apart.argmin(axis=2)]
-    return maximisation(samples, shares, floor, diagonal)
+    responsibilities = np.eye(centres.shape[1])[apart.argmin(axis=2)]
+    return maximisation(samples, responsibilities, floor, diagonal)
 
 
-def maximise(
+def fit_from(
     samples: FloatArray, start: GaussianMixtures, floor: FloatArray, diagonal: bool
 ) -> Fit:
-    """Alternate expectation and maximisation until the likelihoods stand still.
+    """Fit mixtures by expectation maximisation until their likelihoods converge.
 
     Parameters
     ----------
@@ -161,43 +171,98 @@ def maximise(
     floor, diagonal
         Of the covariances.
     """
-    weights, means = start.weights.copy(), start.means.copy()
-    covariances = start.covariances.copy()
-    reached = np.full(len(samples), -np.inf)
-    history: list[FloatArray] = []
-    going = np.arange(len(samples))
-    mixtures = start
-    for _ in range(_ITERATIONS):
-        joint = mixtures.log_joint(samples[going])
+    method = _ExpectationMaximisation(samples, start, floor, diagonal)
+    state = iterate(method, _MAX_ITERATIONS, Control()).state
+    found = GaussianMixtures(state.weights, state.means, state.covariances)
+    reached = found.log_density(samples).sum(axis=1)
+    return Fit(found, reached, np.array([*state.history, reached]))
+
+
+@dataclass(eq=False)
+class _State:
+    """State of an expectation maximisation, which its steps change.
+
+    Parameters
+    ----------
+    weights, means, covariances
+        Of all B mixtures.
+    log_likelihood
+        (B,) of all mixtures.
+    active, current
+        (A,) mixtures that have not converged, and their parameters.
+    responsibilities
+        (A, M, K) posterior probabilities of the components for each of their samples.
+    history
+        (B,) log-likelihoods before each step.
+    """
+
+    weights: FloatArray
+    means: FloatArray
+    covariances: FloatArray
+    log_likelihood: FloatArray
+    active: IntArray
+    current: GaussianMixtures
+    responsibilities: FloatArray
+    history: list[FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class _ExpectationMaximisation:
+    """Expectation maximisation of many data sets at once (Dempster, Laird, Rubin 1977)."""
+
+    samples: FloatArray
+    start: GaussianMixtures
+    floor: FloatArray
+    diagonal: bool
+
+    def init(self) -> _State:
+        """Return the start with its responsibilities."""
+        start, count = self.start, len(self.samples)
+        parameters = start.weights.copy(), start.means.copy(), start.covariances.copy()
+        unknown = np.full(count, -np.inf)
+        state = _State(*parameters, unknown, np.arange(count), start, np.zeros(0), [])
+        self._expect(state)
+        return state
+
+    def step(self, state: _State) -> _State:
+        """Maximise the parameters of the active mixtures, and their responsibilities."""
+        active = state.active
+        state.current = maximisation(
+            self.samples[active], state.responsibilities, self.floor, self.diagonal
+        )
+        state.weights[active], state.means[active] = state.current.weights, state.current.means
+        state.covariances[active] = state.current.covariances
+        self._expect(state)
+        return state
+
+    def done(self, state: _State) -> bool:
+        """Return whether all mixtures have converged."""
+        return not len(state.active)
+
+    def _expect(self, state: _State) -> None:
+        """Compute responsibilities; mixtures whose likelihood hardly rises are no longer active."""
+        joint = state.current.log_joint(self.samples[state.active])
         densities = logsumexp(joint, axis=2)
         likelihood = densities.sum(axis=1)
-        gains = (likelihood - reached[going]) / samples.shape[1]
-        reached[going] = likelihood
-        history.append(reached.copy())
-        still = gains < _TOLERANCE
-        if still.all():
-            break
-        going, joint, densities = going[~still], joint[~still], densities[~still]
-        shares = np.exp(joint - densities[..., None])
-        mixtures = maximisation(samples[going], shares, floor, diagonal)
-        weights[going], means[going] = mixtures.weights, mixtures.means
-        covariances[going] = mixtures.covariances
-    found = GaussianMixtures(weights, means, covariances)
-    reached = found.log_density(samples).sum(axis=1)
-    return Fit(found, reached, np.array([*history, reached]))
+        gains = (likelihood - state.log_likelihood[state.active]) / self.samples.shape[1]
+        state.log_likelihood[state.active] = likelihood
+        state.history.append(state.log_likelihood.copy())
+        rising = ~(gains < _TOLERANCE)
+        state.active = state.active[rising]
+        state.responsibilities = np.exp(joint[rising] - densities[rising][..., None])
 
 
 def maximisation(
-    samples: FloatArray, shares: FloatArray, floor: FloatArray, diagonal: bool
+    samples: FloatArray, responsibilities: FloatArray, floor: FloatArray, diagonal: bool
 ) -> GaussianMixtures:
-    """Mixtures of greatest expected likelihood, with covariances no less than the floor.
+    """Return the mixtures of greatest expected likelihood, with covariances above the floor.
 
     Parameters
     ----------
     samples
         (B, M, m).
-    shares
-        (B, M, K) of each component in each sample.
+    responsibilities
+        (B, M, K) responsibilities of the components for each sample.
     floor
         (m,) least variance along each axis.
     diagonal
@@ -206,24 +271,26 @@ def maximisation(
     Returns
     -------
     GaussianMixtures
-        Components without any share have weight 0.
+        Components without responsibility have weight 0.
     """
-    totals = shares.sum(axis=1)
-    kept = totals > _NOTHING
+    totals = responsibilities.sum(axis=1)
+    kept = totals > _MIN_RESPONSIBILITY
     totals = np.where(kept, totals, 0.0)
     weights = totals / totals.sum(axis=1, keepdims=True)
     everything = samples.mean(axis=1)
     divisors = np.where(kept, totals, 1.0)
-    means = np.einsum("bsk,bsi->bki", shares, samples, optimize=True) / divisors[..., None]
+    means = (
+        np.einsum("bsk,bsi->bki", responsibilities, samples, optimize=True) / divisors[..., None]
+    )
     means = np.where(kept[..., None], means, everything[:, None, :])
     apart = samples[:, :, None, :] - means[:, None, :, :]
-    covariances = np.einsum("bsk,bski,bskj->bkij", shares, apart, apart, optimize=True)
+    covariances = np.einsum("bsk,bski,bskj->bkij", responsibilities, apart, apart, optimize=True)
     covariances /= divisors[..., None, None]
     return GaussianMixtures(weights, means, _floored(covariances, floor, diagonal))
 
 
 def _floored(covariances: FloatArray, floor: FloatArray, diagonal: bool) -> FloatArray:
-    """Raise eigenvalues, in units of the floor, to 1: the most likely matrix that is no less."""
+    """Raise eigenvalues relative to the floor to 1: the most likely matrices not below it."""
     unit = np.sqrt(floor)
     if diagonal or covariances.shape[-1] == 1:
         variances = np.maximum(np.diagonal(covariances, axis1=-2, axis2=-1), floor)
@@ -237,16 +304,16 @@ def _floored(covariances: FloatArray, floor: FloatArray, diagonal: bool) -> Floa
 
 
 def _pruned(samples: FloatArray, fit: Fit, floor: FloatArray, diagonal: bool) -> Fit:
-    """Drop components of less than one sample, the smallest of each data set first, and go on."""
+    """Drop components of less than one sample, the smallest of each data set first, and refit."""
     while True:
         weights = fit.mixtures.weights.copy()
         smallest = np.where(weights > 0.0, weights, np.inf).argmin(axis=1)
         share = np.take_along_axis(weights, smallest[:, None], axis=1)[:, 0]
-        rows = np.flatnonzero((share * samples.shape[1] < _LEAST_SHARE) & (share < 1.0))
+        rows = np.flatnonzero((share * samples.shape[1] < _MIN_SAMPLES) & (share < 1.0))
         if not len(rows):
             return fit
         weights[rows, smallest[rows]] = 0.0
         left = weights[rows] / weights[rows].sum(axis=1, keepdims=True)
         old = fit.mixtures.chosen(rows)
         start = GaussianMixtures(left, old.means, old.covariances)
-        fit = fit.replaced(rows, maximise(samples[rows], start, floor, diagonal))
+        fit = fit.replaced(rows, fit_from(samples[rows], start, floor, diagonal))

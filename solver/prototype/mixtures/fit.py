@@ -1,4 +1,4 @@
-"""Gaussian mixtures fitted to many data sets, some of them better by one fit than by another."""
+"""Fits of Gaussian mixtures to many data sets, and choices between fits."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,16 @@ from solver.prototype.mixtures.mixture import GaussianMixtures
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Mixtures with their likelihoods.
+    """Fitted mixtures with their likelihoods.
 
     Parameters
     ----------
     mixtures
         B of K components.
     log_likelihood
-        (B,) sum over the samples of each data set.
+        (B,) log-likelihood of each data set.
     history
-        (iterations, B) log-likelihood before each iteration.
+        (iterations, B) log-likelihoods before each iteration and at the end.
     """
 
     mixtures: GaussianMixtures
@@ -27,14 +27,14 @@ class Fit:
     history: FloatArray
 
     def information_criterion(self, samples: int, diagonal: bool = False) -> FloatArray:
-        """(B,) Bayesian information criterion; less is better (Schwarz 1978).
+        """(B,) Bayesian information criterion (Schwarz 1978); less is better.
 
         Parameters
         ----------
         samples
             Number M of samples of each data set.
         diagonal
-            Whether only the diagonals of the covariances were fitted.
+            Whether covariances are diagonal.
         """
         m = self.mixtures.dimension
         used = (self.mixtures.weights > 0.0).sum(axis=1)
@@ -44,14 +44,14 @@ class Fit:
         return criterion
 
     def replaced(self, rows: IntArray, other: "Fit") -> "Fit":
-        """Return the fits with others in the place of some.
+        """Return the fits with those of some data sets replaced.
 
         Parameters
         ----------
         rows
-            (R,) the data sets that are fitted otherwise.
+            (R,) data sets.
         other
-            R fits, of as many components.
+            Their R fits, with as many components.
         """
         old, new = self.mixtures, other.mixtures
         arrays = []
@@ -67,7 +67,7 @@ class Fit:
         return Fit(GaussianMixtures(*arrays[:3]), arrays[3], self.history)
 
     def padded(self, components: int) -> "Fit":
-        """Return the fits with components of weight 0 added, up to so many."""
+        """Return the fits with components of weight 0 added, up to a number of components."""
         extra = components - self.mixtures.weights.shape[1]
         if extra <= 0:
             return self
@@ -79,15 +79,15 @@ class Fit:
         )
         return Fit(mixtures, self.log_likelihood, self.history)
 
-    def exchanged(self, other: "Fit", where: BoolArray) -> "Fit":
-        """Return for each data set the other fit where that is better, else this one.
+    def best_of(self, other: "Fit", where: BoolArray) -> "Fit":
+        """Return the other fit of each data set where it is better, else this one.
 
         Parameters
         ----------
         other
-            Fits of the same data sets, of as many components.
+            Fits of the same data sets, with as many components.
         where
-            (B,) whether the other one is better.
+            (B,) mask of the data sets whose other fit is better.
         """
         rows = np.flatnonzero(where)
         chosen = Fit(other.mixtures.chosen(rows), other.log_likelihood[rows], other.history)

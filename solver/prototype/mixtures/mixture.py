@@ -1,4 +1,4 @@
-"""Gaussian mixtures, many of one kind at once: the densities of section 5."""
+"""Gaussian mixtures, many at once: the densities of section 5."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,8 +8,9 @@ from scipy.special import logsumexp
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 
-_SHIFTS = 100
-"""Steps of mean shift to a mode; each of them only rises."""
+_MAX_SHIFTS = 100
+"""Greatest number of mean shift steps to a mode; the density rises at each
+(Carreira-Perpiñán, Mode-finding for mixtures of Gaussian distributions, PAMI 22(11), 2000)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,16 +20,16 @@ class GaussianMixtures:
     Parameters
     ----------
     weights
-        (B, K) π_k >= 0, summing to 1 in each mixture; 0 for components that are not used.
+        (B, K) π_k >= 0, summing to 1 in each mixture; 0 for unused components.
     means
         (B, K, m) μ_k.
     covariances
-        (B, K, m, m) Σ_k, symmetric and positive definite, also of components not used.
+        (B, K, m, m) Σ_k, symmetric and positive definite, also of unused components.
 
     Raises
     ------
     ValueError
-        The arrays are no such mixtures.
+        The arrays do not describe such mixtures.
     """
 
     weights: FloatArray
@@ -62,7 +63,7 @@ class GaussianMixtures:
 
     @cached_property
     def log_weights(self) -> FloatArray:
-        """(B, K) log π_k, −∞ of components that are not used."""
+        """(B, K) log π_k, −∞ for unused components."""
         with np.errstate(divide="ignore"):
             result: FloatArray = np.log(self.weights)
         return result
@@ -87,16 +88,16 @@ class GaussianMixtures:
         return scales
 
     def log_joint(self, points: FloatArray) -> FloatArray:
-        """Log of each component's share of the density.
+        """Log of each component's weighted density.
 
         Parameters
         ----------
         points
-            (B, S, m) where each mixture is evaluated; if B is less, each of the first.
+            (B, S, m) points at which each mixture is evaluated; if B is less, the first B mixtures.
 
         Returns
         -------
-        (B, S, K) float64, −∞ of components that are not used.
+        (B, S, K) float64, −∞ for unused components.
         """
         first = slice(len(points))
         apart = points[:, :, None, :] - self.means[first, None, :, :]
@@ -111,7 +112,7 @@ class GaussianMixtures:
         Parameters
         ----------
         points
-            (B, S, m) where each mixture is evaluated; if B is less, each of the first.
+            (B, S, m) points at which each mixture is evaluated; if B is less, the first B mixtures.
 
         Returns
         -------
@@ -122,10 +123,10 @@ class GaussianMixtures:
 
     @cached_property
     def log_peaks(self) -> FloatArray:
-        """(B,) log density at the highest mode that mean shift from the means finds."""
+        """(B,) log density at the highest mode found by mean shift from the means."""
         precisions = np.swapaxes(self.roots, -1, -2) @ self.roots
         places = self.means.copy()
-        for _ in range(_SHIFTS):
+        for _ in range(_MAX_SHIFTS):
             joint = self.log_joint(places)
             shares = np.exp(joint - logsumexp(joint, axis=2, keepdims=True))
             weighed = np.einsum("bsk,bkij->bsij", shares, precisions, optimize=True)
@@ -145,5 +146,5 @@ class GaussianMixtures:
         return result
 
     def chosen(self, places: IntArray | BoolArray) -> "GaussianMixtures":
-        """Return some of the mixtures."""
+        """Return some of the mixtures, by their indices or a mask."""
         return GaussianMixtures(self.weights[places], self.means[places], self.covariances[places])

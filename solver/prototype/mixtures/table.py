@@ -1,8 +1,8 @@
 """Pairwise costs of (6), tabulated for all pairs of candidates.
 
-A mixture is evaluated at all the distances it is asked for at once, in loops that compilers make
-vector instructions of: a table of some 35,000 likelihoods takes less than a millisecond. Problems
-of one level have most candidates in common: what an earlier table has is taken from there.
+Each mixture is evaluated at all its distances in one vectorised loop: a table of some 35,000
+likelihoods takes less than a millisecond. Problems of one level share most candidates; their costs
+are copied from an earlier table.
 """
 
 import numpy as np
@@ -37,7 +37,7 @@ def likelihood_table(
     means, roots
         (P, K) means, and inverses of standard deviations.
     least
-        (P,) what is subtracted: the greatest log density, background included.
+        (P,) greatest log density, with the background, which is subtracted.
     log_background
         Log density of the background.
     weight
@@ -66,14 +66,16 @@ def likelihood_table(
     for a in range(count):
         place[candidates[a, 0], candidates[a, 1]] = a
     most = np.diff(rows).max() ** 2
-    asked, pairs = np.empty(most), np.empty((most, 2), dtype=np.int64)
+    listed, pairs = np.empty(most), np.empty((most, 2), dtype=np.int64)
     costs, greatest = np.empty(most), np.empty(most)
     for other in range(1, points):
         for x in range(other):
             p = other * (other - 1) // 2 + x
-            number = _ask(candidates, distances, rows, place, within, (x, other), asked, pairs)
+            number = _list_distances(
+                candidates, distances, rows, place, within, (x, other), listed, pairs
+            )
             _log_densities(
-                asked[:number],
+                listed[:number],
                 log_scales[p],
                 means[p],
                 roots[p],
@@ -92,20 +94,20 @@ def likelihood_table(
 
 
 @kernel
-def _ask(
+def _list_distances(
     candidates: IntArray,
     distances: FloatArray,
     rows: IntArray,
     place: IntArray,
     within: IntArray,
     points: tuple[int, int],
-    asked: FloatArray,
+    listed: FloatArray,
     pairs: IntArray,
 ) -> int:
-    """Write the distances between two points' samples, and whose they are; return how many.
+    """List the distances between the samples of two points, with their candidates; return how many.
 
-    Those of two candidates whose cost is known are not written. Exchanging two samples leaves their
-    distance: of two such pairs of candidates one is written.
+    Pairs whose cost is known are left out. Exchanging two samples keeps their distance, so that one
+    of two such pairs is listed.
     """
     x, other = points
     number = 0
@@ -119,7 +121,7 @@ def _ask(
             one, two = place[x, z], place[other, y]
             if z < y and one >= 0 and two >= 0 and (within[one] < 0 or within[two] < 0):
                 continue
-            asked[number] = distances[y, z]
+            listed[number] = distances[y, z]
             pairs[number, 0], pairs[number, 1] = a, b
             number += 1
     return number
@@ -127,9 +129,9 @@ def _ask(
 
 @inlined
 def _exponential(x: float) -> float:
-    """Return exp(x) of x <= 0, to the last digits of 1, without a call or a branch.
+    """Return exp(x) for x <= 0, to a few units in the last place of 1, without calls or branches.
 
-    The Taylor polynomial of exp(x / 64), squared six times; of x < -40, exp(-40).
+    The Taylor polynomial of exp(x / 64), squared six times; exp(-40) for x < -40.
     """
     t = max(x, -40.0) / 64.0
     p = 1.0 / 5040.0 + t * (1.0 / 40320.0 + t * (1.0 / 362880.0))
@@ -153,7 +155,7 @@ def _log_densities(
     greatest: FloatArray,
     found: FloatArray,
 ) -> None:
-    """Log densities of one mixture with its background; `greatest` is room to work in."""
+    """Log densities of one mixture with its background; `greatest` is workspace."""
     count = len(distances)
     greatest[:] = log_background
     for k in range(len(means)):

@@ -10,17 +10,17 @@ from solver.control import Control
 from solver.errors import Cancelled
 from solver.functional_maps import (
     Comparison,
-    dense_map,
-    extensions,
-    first_of_each,
+    approximate_nearest_points,
+    drop_similar_maps,
+    extend_hypotheses,
     nearest_points,
-    nearly_nearest_points,
 )
 from solver.matching import MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
+from tests.solver.functional_maps.maps import dense_map
 
 Points = tuple[IntArray, IntArray]
 
@@ -68,9 +68,7 @@ def test_the_right_hypothesis_is_chosen(pair: tuple[Shape, Shape], truth: IntArr
     assert dense_map(*pair, hypotheses).hypothesis == 2
 
 
-def test_points_that_are_wrong_in_part_are_overruled(
-    pair: tuple[Shape, Shape], truth: IntArray
-) -> None:
+def test_points_wrong_in_part_are_corrected(pair: tuple[Shape, Shape], truth: IntArray) -> None:
     """All but the first ones lead astray: the first ones and the signatures decide."""
     few = pair[0].sampling("geodesic", 32).indices
     partners = truth[few].copy()
@@ -80,26 +78,31 @@ def test_points_that_are_wrong_in_part_are_overruled(
     assert mean_error(pair, partners, truth[few]) > 0.3
 
 
-def test_maps_that_agree_count_once(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+def test_similar_maps_are_dropped(pair: tuple[Shape, Shape], truth: IntArray) -> None:
     few = pair[0].sampling("geodesic", 24).indices
     nonsense = np.random.default_rng(0).permutation(truth[few])
     comparison = Comparison(*pair)
     right, other = (
-        extensions(comparison, [(few, partners)], Control()) for partners in (truth[few], nonsense)
+        extend_hypotheses(comparison, [(few, partners)], Control())
+        for partners in (truth[few], nonsense)
     )
     assert len(right) == 3
-    assert len(first_of_each([*right, *right], 9)) == 1
-    assert len(first_of_each([*right, *other], 9)) > 1
-    assert first_of_each([*right, *other], 1) == right[:1]
+    assert len(drop_similar_maps([*right, *right], 9)) == 1
+    assert len(drop_similar_maps([*right, *other], 9)) > 1
+    assert drop_similar_maps([*right, *other], 1) == right[:1]
 
 
-def test_what_is_turned_over_in_part_is_doubted(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+def test_quality_score_falls_with_the_clarity_of_orientation(
+    pair: tuple[Shape, Shape], truth: IntArray
+) -> None:
     few = pair[0].sampling("geodesic", 24).indices
     found = dense_map(*pair, [(few, truth[few])])
-    mixed = replace(found, orientation=found.orientation / 4.0)
-    assert mixed.doubt == pytest.approx(4.0 * found.doubt)
-    assert replace(found, orientation=-found.orientation).doubt == found.doubt
-    assert replace(found, orientation=0.0).doubt < np.inf
+    mixed = replace(found, orientation_score=found.orientation_score / 4.0)
+    assert mixed.quality_score == pytest.approx(found.quality_score / 4.0)
+    mirrored = replace(found, orientation_score=-found.orientation_score)
+    assert mirrored.quality_score == found.quality_score
+    assert replace(found, orientation_score=0.0).quality_score > 0.0
+    assert replace(found, chord_change=0.0).quality_score == np.inf
 
 
 def test_scale_changes_nothing(figures: tuple[SyntheticShape, SyntheticShape]) -> None:
@@ -124,14 +127,14 @@ def test_small_meshes_are_mapped_too() -> None:
     np.testing.assert_array_equal(found.images(points), points)
 
 
-def test_it_can_be_cancelled(pair: tuple[Shape, Shape], truth: IntArray) -> None:
+def test_an_extension_can_be_cancelled(pair: tuple[Shape, Shape], truth: IntArray) -> None:
     with pytest.raises(Cancelled):
         dense_map(*pair, [(np.arange(9), truth[:9])], Control(is_cancelled=lambda: True))
 
 
-def test_nothing_to_extend_is_refused(pair: tuple[Shape, Shape]) -> None:
+def test_an_extension_needs_a_hypothesis_of_three_points(pair: tuple[Shape, Shape]) -> None:
     with pytest.raises(ValueError, match="three points"):
-        dense_map(*pair, [])
+        extend_hypotheses(Comparison(*pair), [], Control())
 
 
 def test_a_match_is_extended_to_all_vertices(pair: tuple[Shape, Shape], truth: IntArray) -> None:
@@ -184,13 +187,15 @@ def test_in_single_precision_nearest_points_are_as_near() -> None:
     np.testing.assert_allclose(found[1], found[0], atol=1e-4)
 
 
-def test_the_search_among_near_cells_finds_nearly_the_nearest() -> None:
+def test_approximate_nearest_points_are_nearly_the_nearest() -> None:
     """Of a surface embedded in many dimensions, by its first eigenfunctions."""
     functions = Shape(shapes.blob(4)).spectrum(40).eigenfunctions
     images, points = functions[::2], functions[1::2]
-    exact, quick = nearest_points(images, points), nearly_nearest_points(images, points, 60)
+    exact, quick = nearest_points(images, points), approximate_nearest_points(images, points, 60)
     off = [np.linalg.norm(images - points[found], axis=1) for found in (exact, quick)]
     assert (off[0] <= off[1]).all()
     assert np.mean(exact == quick) > 0.9
     assert off[1].mean() < 1.05 * off[0].mean()
-    np.testing.assert_array_equal(nearly_nearest_points(points, points, 60), np.arange(len(points)))
+    np.testing.assert_array_equal(
+        approximate_nearest_points(points, points, 60), np.arange(len(points))
+    )

@@ -7,8 +7,8 @@ from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import (
     FunctionalMap,
     fit_functional_map,
-    functional_map_of_points,
-    spectral_upsampling,
+    fit_orthonormal_map,
+    zoomout,
 )
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
@@ -45,7 +45,7 @@ def _rotation() -> FloatArray:
 def test_points_in_correspondence_give_the_isometry(
     spectrum: Spectrum, copy: Spectrum, numbering: IntArray
 ) -> None:
-    found = functional_map_of_points(spectrum.eigenfunctions, copy.eigenfunctions[numbering])
+    found = fit_orthonormal_map(spectrum.eigenfunctions, copy.eigenfunctions[numbering])
     np.testing.assert_allclose(found.matrix @ found.matrix.T, np.eye(K), atol=1e-10)
     np.testing.assert_allclose(
         found.images(spectrum.eigenfunctions), copy.eigenfunctions[numbering], atol=1e-5
@@ -55,10 +55,10 @@ def test_points_in_correspondence_give_the_isometry(
     )
 
 
-def test_no_orthonormal_map_carries_points_better() -> None:
+def test_no_orthonormal_map_fits_points_better() -> None:
     random = np.random.default_rng(0)
     source, target = random.standard_normal((2, 30, 5))
-    best = functional_map_of_points(source, target)
+    best = fit_orthonormal_map(source, target)
 
     def misfit(one: FunctionalMap) -> float:
         return float(((one.images(source) - target) ** 2).sum())
@@ -103,16 +103,14 @@ def test_the_fit_is_the_least_of_its_objective() -> None:
         assert objective(found) <= objective(found + step) + 1e-10
 
 
-def test_upsampling_recovers_the_isometry_from_few_eigenfunctions(
+def test_zoomout_recovers_the_isometry_from_few_eigenfunctions(
     spectrum: Spectrum, copy: Spectrum, numbering: IntArray
 ) -> None:
     some = np.arange(0, len(numbering), 40)
-    start = functional_map_of_points(
+    start = fit_orthonormal_map(
         spectrum.eigenfunctions[some, :6], copy.eigenfunctions[numbering[some], :6]
     )
-    found = spectral_upsampling(
-        start, spectrum.eigenfunctions, copy.eigenfunctions, [*range(8, K, 4), K]
-    )
+    found = zoomout(start, spectrum.eigenfunctions, copy.eigenfunctions, [*range(8, K, 4), K])
     assert found.size == K
     np.testing.assert_array_equal(
         found.nearest(spectrum.eigenfunctions, copy.eigenfunctions), numbering

@@ -1,4 +1,4 @@
-"""Which hypothesis a match is extended from, or its mirror image."""
+"""Selection of the map that extends a match: of a hypothesis, or of its mirror image."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,10 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.functional_maps import (
     Comparison,
-    composed,
+    compose_maps,
     dense_correspondence,
-    extended_map,
-    reflection,
+    find_reflection,
+    select_map,
 )
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
@@ -45,24 +45,24 @@ def wrong(figures: tuple[SyntheticShape, SyntheticShape], right: Hypothesis) -> 
     return right[0], mirrored(figures[1])[right[1]]
 
 
-def test_of_a_correspondence_and_its_mirror_image_one_keeps_orientation(
+def test_the_orientation_preserving_hypothesis_is_selected(
     pair: tuple[Shape, Shape], right: Hypothesis, wrong: Hypothesis
 ) -> None:
     for hypotheses, expected in (([right, wrong], 0), ([wrong, right], 1)):
-        found = extended_map(*pair, hypotheses, Control())
+        found = select_map(*pair, hypotheses, Control())
         assert found is not None
         assert found.hypothesis == expected
-        assert found.keeps
+        assert found.preserves_orientation
 
 
-def test_hypotheses_of_too_few_points_are_passed_over_and_keep_their_numbers(
+def test_hypotheses_of_too_few_points_are_skipped_and_keep_their_numbers(
     pair: tuple[Shape, Shape], right: Hypothesis, wrong: Hypothesis
 ) -> None:
     little = right[0][:2], right[1][:2]
-    found = extended_map(*pair, [wrong, little, right], Control())
+    found = select_map(*pair, [wrong, little, right], Control())
     assert found is not None
     assert found.hypothesis == 2
-    assert extended_map(*pair, [little, right], Control()) is None
+    assert select_map(*pair, [little, right], Control()) is None
 
 
 def test_a_mirror_image_alone_is_reflected(
@@ -71,25 +71,25 @@ def test_a_mirror_image_alone_is_reflected(
     right: Hypothesis,
     wrong: Hypothesis,
 ) -> None:
-    found = extended_map(*pair, [wrong], Control())
+    found = select_map(*pair, [wrong], Control())
     assert found is not None
     assert found.hypothesis == 1
     images = found.images(right[0])
     assert errors(pair[1], images, right[1])[0] < 0.1 < errors(pair[1], images, wrong[1])[0]
 
 
-def test_where_landmarks_say_what_is_meant_nothing_is_reflected(
+def test_without_further_maps_nothing_is_reflected(
     pair: tuple[Shape, Shape], right: Hypothesis, wrong: Hypothesis
 ) -> None:
-    found = extended_map(*pair, [wrong], Control(), further=False)
+    found = select_map(*pair, [wrong], Control(), further=False)
     assert found is not None
     assert found.hypothesis == 0
-    assert found.reverses
+    assert found.reverses_orientation
     assert errors(pair[1], found.images(wrong[0]), wrong[1])[0] < 0.1
 
 
 def test_all_vertices_have_an_image(pair: tuple[Shape, Shape], right: Hypothesis) -> None:
-    found = extended_map(*pair, [right], Control())
+    found = select_map(*pair, [right], Control())
     assert found is not None
     everywhere = np.arange(pair[0].n_vertices)
     dense = dense_correspondence(found)
@@ -98,7 +98,7 @@ def test_all_vertices_have_an_image(pair: tuple[Shape, Shape], right: Hypothesis
 
 
 def test_reflecting_twice_changes_little(pair: tuple[Shape, Shape]) -> None:
-    found = reflection(pair[0], Control())
+    found = find_reflection(pair[0], Control())
     assert found is not None
     everywhere = np.arange(pair[0].n_vertices)
     twice = found.images(found.images(everywhere))
@@ -106,9 +106,9 @@ def test_reflecting_twice_changes_little(pair: tuple[Shape, Shape]) -> None:
 
 
 @pytest.mark.parametrize("mesh", [shapes.tetrahedron(), shapes.icosphere(1)], ids=["4", "42"])
-def test_the_reflection_of_what_is_symmetric_is_one_in_space(mesh: TriangleMesh) -> None:
+def test_the_reflection_of_a_symmetric_mesh_is_one_in_space(mesh: TriangleMesh) -> None:
     """An orthogonal matrix of determinant -1; with four vertices, one of few eigenfunctions."""
-    found = reflection(Shape(mesh), Control())
+    found = find_reflection(Shape(mesh), Control())
     assert found is not None
     images = found.images(np.arange(mesh.n_vertices))
     places = mesh.vertices - mesh.vertices.mean(axis=0)
@@ -118,11 +118,11 @@ def test_the_reflection_of_what_is_symmetric_is_one_in_space(mesh: TriangleMesh)
     assert np.linalg.det(matrix) < 0.0
 
 
-def test_a_target_of_a_dozen_vertices_is_mapped_to() -> None:
+def test_a_target_of_a_dozen_vertices_has_a_map() -> None:
     """It has fewer eigenfunctions than other maps begin with."""
     source, target = Shape(shapes.blob(3)), Shape(shapes.icosphere(0))
     points = source.sampling("geodesic", 8).indices, target.sampling("geodesic", 8).indices
-    found = extended_map(source, target, [points], Control())
+    found = select_map(source, target, [points], Control())
     assert found is not None
     assert found.functional_map.size <= target.n_vertices
     images = found.images(np.arange(source.n_vertices))
@@ -134,12 +134,12 @@ def test_a_reflection_composed_with_itself_leaves_everything_in_place(
 ) -> None:
     """Whatever number of eigenfunctions they are composed in."""
     comparison = Comparison(pair[0], pair[0])
-    mirror = reflection(pair[0], Control())
+    mirror = find_reflection(pair[0], Control())
     assert mirror is not None
     everywhere = np.arange(pair[0].n_vertices)
-    several = list(composed(comparison, mirror, mirror, Control(), hypothesis=5))
+    several = list(compose_maps(comparison, mirror, mirror, Control(), hypothesis=5))
     assert {one.hypothesis for one in several} == {5}
     for one in several:
-        assert one.keeps
+        assert one.preserves_orientation
         assert errors(pair[0], one.images(everywhere), everywhere)[0] < 0.05
-    assert not list(composed(comparison, mirror, mirror, Control(deadline=0.0)))
+    assert not list(compose_maps(comparison, mirror, mirror, Control(deadline=0.0)))

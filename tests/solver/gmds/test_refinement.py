@@ -5,13 +5,13 @@ import pytest
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
-from solver.functional_maps import dense_map
 from solver.gmds import refine_by_gmds
 from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
+from tests.solver.functional_maps.maps import dense_map
 
 Pair = tuple[SyntheticShape, SyntheticShape]
 

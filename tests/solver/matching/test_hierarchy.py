@@ -1,4 +1,4 @@
-"""Levels and the way a correspondence is carried from one to the next (4.1)."""
+"""Levels and the way a correspondence is refined from one to the next (4.1)."""
 
 import numpy as np
 import pytest
@@ -19,19 +19,19 @@ def blob() -> Shape:
 @pytest.fixture(scope="module")
 def levels(blob: Shape) -> list[Level]:
     """A shape against itself, so that the truth is equality of vertices."""
-    sizes = level_sizes(blob, blob, OPTIONS)
+    sizes = level_sizes(blob.n_vertices, blob.n_vertices, OPTIONS)
     return [build_level(blob, blob, i, size, OPTIONS) for i, size in enumerate(sizes)]
 
 
 def test_levels_grow_by_the_factor_up_to_the_points_asked_for(blob: Shape) -> None:
-    sizes = level_sizes(blob, blob, MatchOptions(points=50, coarse_points=6, level_factor=3))
+    count = blob.n_vertices, blob.n_vertices
+    sizes = level_sizes(*count, MatchOptions(points=50, coarse_points=6, level_factor=3))
     assert sizes == [(6, 9), (18, 72), (50, 200)]
-    assert level_sizes(blob, blob, MatchOptions(points=5)) == [(5, 8)]
+    assert level_sizes(*count, MatchOptions(points=5)) == [(5, 8)]
 
 
 def test_levels_have_no_more_points_than_the_shapes() -> None:
-    small = Shape(shapes.icosphere(1))  # 42 vertices
-    assert level_sizes(small, small, MatchOptions(points=64)) == [
+    assert level_sizes(42, 42, MatchOptions(points=64)) == [
         (8, 12),
         (16, 42),
         (32, 42),
@@ -69,7 +69,7 @@ def test_truth_at_a_coarse_level_becomes_truth_at_the_finer_one(levels: list[Lev
 
 
 def test_candidates_lie_near_a_matched_pair_on_both_shapes(levels: list[Level]) -> None:
-    """The definition of V_{k+1} in 4.1, with the radii that cover this level's samples."""
+    """V_{k+1} of 4.1, with the radii that cover this level's samples."""
     rho, level, coarse = 1.3, levels[2], np.arange(16)
     found = refine(coarse, level, rho)
     to_source = level.source.distances[:, coarse]
@@ -82,7 +82,7 @@ def test_candidates_lie_near_a_matched_pair_on_both_shapes(levels: list[Level]) 
     assert set(range(32)) == set(x.tolist())
 
 
-def test_points_left_out_at_the_coarse_level_get_another_chance(levels: list[Level]) -> None:
+def test_points_unmatched_at_the_coarse_level_are_matched_again(levels: list[Level]) -> None:
     coarse = np.array([0, 1, 2, UNMATCHED, 4, 5, UNMATCHED, 7])
     found = refine(coarse, levels[1], rho=1.5)
     assert UNMATCHED not in found.partners

@@ -1,4 +1,4 @@
-"""Points known to correspond, in a match."""
+"""Landmarks of a match."""
 
 import numpy as np
 import pytest
@@ -34,7 +34,7 @@ def mirrored(figure: SyntheticShape) -> IntArray:
 
 
 @pytest.mark.parametrize("crossed", [False, True])
-def test_landmarks_tell_left_from_right(
+def test_landmarks_choose_between_symmetric_matches(
     figures: Pair, pair: tuple[Shape, Shape], crossed: bool
 ) -> None:
     """One hand, and what is in front, decide which of the two symmetric solutions it is."""
@@ -109,7 +109,7 @@ def test_landmarks_are_given_in_the_users_numbers() -> None:
         (((-1, 0),), "landmarks.0.0", {}),
     ],
 )
-def test_landmarks_that_cannot_be(
+def test_invalid_landmarks_are_refused(
     landmarks: tuple[tuple[int, int], ...], field: str, options: dict[str, object]
 ) -> None:
     shape = Shape(shapes.blob(2))
@@ -118,7 +118,7 @@ def test_landmarks_that_cannot_be(
     assert refusal.value.field == field
 
 
-def test_two_landmarks_in_one_place() -> None:
+def test_merged_landmarks_are_refused() -> None:
     """A seam's two vertices are one after repair."""
     mesh = shapes.blob(2)
     vertices = np.concatenate([mesh.vertices, mesh.vertices[:1]])

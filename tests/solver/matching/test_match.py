@@ -1,4 +1,4 @@
-"""The front door, on shapes whose correspondence is known."""
+"""Matches of shapes whose correspondence is known."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def answer(standing: SyntheticShape, sitting: SyntheticShape) -> Match:
     return match(shape_of(standing), shape_of(sitting), MatchOptions(points=32))
 
 
-def test_a_bent_figure_is_matched_to_itself(
+def test_poses_of_a_figure_are_matched(
     standing: SyntheticShape, sitting: SyntheticShape, answer: Match
 ) -> None:
     """Another pose, another triangulation, 32 points: the mean error is that of sampling."""
@@ -143,7 +143,7 @@ def test_a_metric_that_vanishes_is_refused() -> None:
         assert caught.value.field == f"metric.{len(metric) - 1}.time"
 
 
-def test_the_same_question_has_the_same_answer(
+def test_a_match_is_deterministic(
     standing: SyntheticShape, sitting: SyntheticShape, answer: Match
 ) -> None:
     again = match(shape_of(standing), shape_of(sitting), MatchOptions(points=32))
@@ -170,7 +170,9 @@ def test_progress_rises_and_cancellation_leaves() -> None:
         match(shape, shape, control=Control(is_cancelled=lambda: True))
 
 
-def test_no_time_still_gives_an_answer(standing: SyntheticShape, sitting: SyntheticShape) -> None:
+def test_a_match_without_time_has_an_answer(
+    standing: SyntheticShape, sitting: SyntheticShape
+) -> None:
     found = match(shape_of(standing), shape_of(sitting), MatchOptions(points=16, time_limit=1e-9))
     assert len(found.best.source) == 16
     assert found.lower_bound <= found.best.energy

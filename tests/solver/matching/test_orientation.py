@@ -1,11 +1,11 @@
-"""Left is told from right: intrinsically it cannot be, by orientation it can."""
+"""Orientation-preserving matches: left and right differ by orientation, not intrinsically."""
 
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.functional_maps import Comparison, reflection
+from solver.functional_maps import Comparison, find_reflection
 from solver.matching import MatchOptions, match
 from solver.mesh import signed_areas, triangle_mesh
 from solver.shape import Shape
@@ -47,7 +47,7 @@ def test_a_person_is_not_matched_with_her_mirror_image(
     assert found.levels[-1].lower_bound <= found.best.energy
 
 
-def test_the_way_faces_are_wound_does_not_matter(standing: SyntheticShape) -> None:
+def test_the_winding_of_faces_does_not_matter(standing: SyntheticShape) -> None:
     figure = human("walking", resolution=1000, seed=2)
     source = Shape(triangle_mesh(standing.vertices, standing.faces))
     target, inside_out = (
@@ -71,14 +71,14 @@ def test_a_left_hand_is_matched_with_a_right_one() -> None:
 def test_the_reflection_of_a_person_who_walks(standing: SyntheticShape) -> None:
     figure = human("walking", resolution=1000, seed=2)
     shape = Shape(triangle_mesh(figure.vertices, figure.faces))
-    found = reflection(shape, Control())
+    found = find_reflection(shape, Control())
     assert found is not None
-    assert found.reverses
+    assert found.reverses_orientation
     images = found.images(np.arange(shape.n_vertices))
     assert errors(shape, images, mirrored(figure))[0] < 0.05
 
 
-def test_orientation_of_known_maps() -> None:
+def test_orientation_scores_of_known_maps() -> None:
     shape = Shape(shapes.icosphere(3))
     comparison = Comparison(shape, shape)
     places, targets = comparison.source.positions, comparison.target.positions
@@ -89,13 +89,13 @@ def test_orientation_of_known_maps() -> None:
         return found
 
     turned = places[:, [1, 2, 0]]
-    assert comparison.orientation(nearest(places)) > 0.95
-    assert comparison.orientation(nearest(turned)) > 0.8
-    assert comparison.orientation(nearest(places * [1.0, 1.0, -1.0])) < -0.8
-    assert comparison.orientation(nearest(-places)) < -0.8
+    assert comparison.orientation_score(nearest(places)) > 0.95
+    assert comparison.orientation_score(nearest(turned)) > 0.8
+    assert comparison.orientation_score(nearest(places * [1.0, 1.0, -1.0])) < -0.8
+    assert comparison.orientation_score(nearest(-places)) < -0.8
     anywhere = np.random.default_rng(0).permutation(len(places))
-    assert abs(comparison.orientation(anywhere)) < 0.2
-    assert comparison.orientation(np.zeros(len(places), dtype=np.int64)) == 0.0
+    assert abs(comparison.orientation_score(anywhere)) < 0.2
+    assert comparison.orientation_score(np.zeros(len(places), dtype=np.int64)) == 0.0
 
 
 def test_signed_areas_are_those_of_the_cross_product() -> None:
@@ -107,7 +107,7 @@ def test_signed_areas_are_those_of_the_cross_product() -> None:
     np.testing.assert_allclose(signed_areas(positions, normals, a, b, c), expected, atol=1e-12)
 
 
-def test_compared_with_itself_a_shape_is_looked_at_as_with_another() -> None:
+def test_a_shape_has_the_same_samples_compared_with_itself_or_another() -> None:
     shape, other = (Shape(shapes.blob(3)) for _ in range(2))
     itself, apart = Comparison(shape, shape).source, Comparison(shape, other).source
     for here, there in (

@@ -1,4 +1,4 @@
-"""Points where a map of all vertices has them."""
+"""Placement of points at their images under a map of all vertices."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,11 @@ import pytest
 from solver.matching import (
     Level,
     MatchOptions,
-    at_images,
+    add_target_samples,
     build_level,
-    deciding_level,
+    build_varadhan_level,
     match,
-    with_images,
+    match_near_images,
 )
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
@@ -28,14 +28,14 @@ def blob() -> Shape:
 @pytest.fixture(scope="module", params=["varadhan", "geodesic"])
 def level(blob: Shape, request: pytest.FixtureRequest) -> Level:
     """A shape against itself."""
-    build, index = (deciding_level, 0) if request.param == "varadhan" else (build_level, 1)
+    build, index = (build_varadhan_level, 0) if request.param == "varadhan" else (build_level, 1)
     return build(blob, blob, index, (12, 24), OPTIONS)
 
 
-def test_samples_stay_and_images_follow(blob: Shape, level: Level) -> None:
+def test_images_are_added_after_the_samples(blob: Shape, level: Level) -> None:
     """What is known of other hypotheses, by number and by energy, stays true."""
     images = np.concatenate([level.target.vertices[:6], np.arange(200, 206)])
-    wider = with_images(blob, blob, level, images)
+    wider = add_target_samples(blob, blob, level, images)
     known = len(level.target.vertices)
     np.testing.assert_array_equal(wider.target.vertices[:known], level.target.vertices)
     assert set(images) <= set(wider.target.vertices.tolist())
@@ -55,17 +55,17 @@ def test_the_identity_is_found_between_the_samples(blob: Shape) -> None:
         1, sources.metric, sources.descriptor, sources.source, others.target, 1.0, 0.05, np.inf
     )
     images = sources.source.vertices
-    found = at_images(blob, with_images(blob, blob, mixed, images), images)
+    found = match_near_images(blob, add_target_samples(blob, blob, mixed, images), images)
     assert found is not None
-    wider = with_images(blob, blob, mixed, images)
+    wider = add_target_samples(blob, blob, mixed, images)
     np.testing.assert_array_equal(wider.target.vertices[found.partners], images)
     assert found.energy == pytest.approx(0.0, abs=1e-12)
 
 
-def test_points_go_no_farther_than_the_map_errs(blob: Shape, level: Level) -> None:
+def test_points_stay_within_reach_of_their_images(blob: Shape, level: Level) -> None:
     images = np.random.default_rng(1).permutation(blob.n_vertices)[:12]
-    wider = with_images(blob, blob, level, images)
-    found = at_images(blob, wider, images)
+    wider = add_target_samples(blob, blob, level, images)
+    found = match_near_images(blob, wider, images)
     assert found is not None
     places = {vertex: place for place, vertex in enumerate(wider.target.vertices.tolist())}
     own = [places[image] for image in images.tolist()]
@@ -73,13 +73,13 @@ def test_points_go_no_farther_than_the_map_errs(blob: Shape, level: Level) -> No
     assert found.energy <= found.problem.energy(np.array(own)) + 1e-12
 
 
-def test_where_all_images_coincide_there_is_no_room(blob: Shape, level: Level) -> None:
+def test_coinciding_images_are_not_placed(blob: Shape, level: Level) -> None:
     images = np.full(12, 5)
-    assert at_images(blob, with_images(blob, blob, level, images), images) is None
+    assert match_near_images(blob, add_target_samples(blob, blob, level, images), images) is None
 
 
 @pytest.mark.parametrize("metric", ["geodesic", "commute_time", "biharmonic"])
-def test_what_is_near_does_not_depend_on_metric_and_scale(metric: str) -> None:
+def test_reach_does_not_depend_on_metric_and_scale(metric: str) -> None:
     """Commute times are no lengths, and the same however large a shape is."""
     images = np.random.default_rng(1).permutation(shapes.blob().n_vertices)[:12]
     options = MatchOptions(points=12, metric=(metric,))
@@ -88,8 +88,8 @@ def test_what_is_near_does_not_depend_on_metric_and_scale(metric: str) -> None:
         mesh = shapes.blob()
         large = Shape(triangle_mesh(scale * mesh.vertices, mesh.faces), normalise=False)
         level = build_level(large, large, 0, (12, 24), options.settled(large.size))
-        wider = with_images(large, large, level, images)
-        placed = at_images(large, wider, images)
+        wider = add_target_samples(large, large, level, images)
+        placed = match_near_images(large, wider, images)
         assert placed is not None
         pairs = placed.problem.candidates
         apart = large.metric("geodesic").between(np.concatenate([images, wider.target.vertices]))
@@ -107,7 +107,7 @@ def test_the_answer_of_a_single_level_is_bounded() -> None:
 
 
 @pytest.mark.parametrize("points", [8, 20])
-def test_an_answer_is_where_its_map_has_it(points: int) -> None:
+def test_an_answer_is_near_its_images(points: int) -> None:
     one, other = (
         human("standing", resolution=900, seed=1),
         human("walking", resolution=1000, seed=2),

@@ -1,4 +1,4 @@
-"""The level between commute times and geodesic distances: heat decides between hypotheses."""
+"""The Varadhan level, between commute times and geodesic distances."""
 
 from itertools import permutations
 
@@ -8,11 +8,11 @@ import pytest
 from solver.labelling import UNMATCHED
 from solver.matching import (
     MatchOptions,
-    deciding_level,
-    is_decided,
+    add_varadhan_size,
+    build_varadhan_level,
     match,
     rematch,
-    with_deciding_size,
+    uses_varadhan_level,
 )
 from solver.mesh import triangle_mesh
 from solver.optimisation import minimise
@@ -23,7 +23,7 @@ from synthetic import correspondence, human
 from tests.solver import shapes
 
 
-def test_heat_tells_geodesic_distances_on_a_sphere() -> None:
+def test_varadhan_distances_are_geodesic_on_a_sphere() -> None:
     """Varadhan's formula, which at t = 0.2 r² neglects 2t log (θ / sin θ) of θ²."""
     mesh = shapes.icosphere(3)
     spectrum = laplace_beltrami_spectrum(mesh, 144)  # all of degree 11 and less
@@ -37,14 +37,14 @@ def test_heat_tells_geodesic_distances_on_a_sphere() -> None:
     np.testing.assert_array_equal(np.diag(found), 0.0)
 
 
-def test_where_no_heat_is_known_distances_end() -> None:
+def test_distances_are_bounded_where_the_heat_kernel_vanishes() -> None:
     mesh = shapes.tube(8, 200, 0.01)
     ends = np.array([0, mesh.n_vertices - 1])
     found = varadhan_distances(laplace_beltrami_spectrum(mesh, 100), ends, 1e-3)
     assert found[0, 1] == pytest.approx(2.0 * np.sqrt(1e-3 * np.log(1e9)))
 
 
-def test_heat_is_that_of_the_heat_kernel_and_lengths_scale() -> None:
+def test_distances_follow_from_the_heat_kernel_and_scale() -> None:
     spectrum = Shape(shapes.blob()).spectrum()
     points = np.arange(12) * 20
     kernel = spectrum.heat_kernel(0.2)[np.ix_(points, points)]
@@ -56,20 +56,19 @@ def test_heat_is_that_of_the_heat_kernel_and_lengths_scale() -> None:
     np.testing.assert_allclose(larger, 3.0 * found, atol=1e-7)
 
 
-def test_who_names_one_metric_gets_that_alone() -> None:
-    assert is_decided(MatchOptions())
-    assert not is_decided(MatchOptions(metric=("commute_time",)))
-    assert not is_decided(MatchOptions(metric=("geodesic",)))
-    assert not is_decided(MatchOptions(metric=("commute_time", "biharmonic")))
-    assert not is_decided(MatchOptions(beta=0.0))
-    assert not is_decided(MatchOptions(points=8, objective="linf"))
+def test_only_commute_times_and_geodesics_use_a_varadhan_level() -> None:
+    assert uses_varadhan_level(MatchOptions())
+    assert not uses_varadhan_level(MatchOptions(metric=("commute_time",)))
+    assert not uses_varadhan_level(MatchOptions(metric=("geodesic",)))
+    assert not uses_varadhan_level(MatchOptions(metric=("commute_time", "biharmonic")))
+    assert not uses_varadhan_level(MatchOptions(beta=0.0))
+    assert not uses_varadhan_level(MatchOptions(points=8, objective="linf"))
 
 
 def test_samples_of_a_level_begin_those_of_the_next() -> None:
-    blob, small = Shape(shapes.blob()), Shape(shapes.icosphere(1))
-    assert with_deciding_size([(8, 12), (10, 40)], blob) == [(8, 12), (8, 48), (10, 48)]
-    assert with_deciding_size([(8, 12), (16, 64)], blob) == [(8, 12), (8, 48), (16, 64)]
-    assert with_deciding_size([(8, 12)], small) == [(8, 12), (8, 42)]
+    assert add_varadhan_size([(8, 12), (10, 40)], 642) == [(8, 12), (8, 48), (10, 48)]
+    assert add_varadhan_size([(8, 12), (16, 64)], 642) == [(8, 12), (8, 48), (16, 64)]
+    assert add_varadhan_size([(8, 12)], 42) == [(8, 12), (8, 42)]
 
 
 def test_few_points_are_matched_twice_and_the_answer_is_of_the_second_level() -> None:
@@ -87,12 +86,12 @@ def test_few_points_are_matched_twice_and_the_answer_is_of_the_second_level() ->
     assert len(less) < decided.rank
 
 
-def test_points_move_to_the_best_places_near_those_they_had() -> None:
+def test_rematching_finds_the_best_partners_near_the_old_ones() -> None:
     """All assignments of three points within ρ covering radii: none is better."""
     source = Shape(shapes.blob(3))
     target = Shape(shapes.moved(shapes.blob(4), seed=3))
     options = MatchOptions(points=3, first_order_weight=0.0).settled(1.0)
-    level = deciding_level(source, target, 0, (3, 18), options)
+    level = build_varadhan_level(source, target, 0, (3, 18), options)
     before = np.array([2, 0, 4])
     found = rematch(before, level, 1.2)
     moved = level.target.distances[before]
@@ -110,10 +109,10 @@ def test_points_move_to_the_best_places_near_those_they_had() -> None:
     assert best.lower_bound <= best.value <= found.energy <= energies[tuple(before.tolist())]
 
 
-def test_what_has_no_partner_may_go_anywhere() -> None:
+def test_unmatched_points_have_all_candidates() -> None:
     blob = Shape(shapes.blob())
     options = MatchOptions(points=6).settled(1.0)
-    level = deciding_level(blob, blob, 0, (6, 36), options)
+    level = build_varadhan_level(blob, blob, 0, (6, 36), options)
     found = rematch(np.array([0, 1, UNMATCHED, 3, 4, 5]), level, 1.0)
     assert (found.problem.candidates[:, 0] == 2).sum() == 36
     np.testing.assert_array_equal(found.partners, np.arange(6))
@@ -140,7 +139,7 @@ def test_few_points_do_not_depend_on_motion_scale_and_numbering() -> None:
     assert moved.best.energy == pytest.approx(found.best.energy, rel=1e-4)
 
 
-def test_a_twisted_body_is_told_by_heat() -> None:
+def test_twisted_hypotheses_lose_at_the_varadhan_level() -> None:
     """By commute times a hand may as well be a foot of the other side."""
     walking = human("walking", resolution=900, seed=1)
     reaching = human("reaching", resolution=900, seed=2)

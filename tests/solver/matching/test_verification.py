@@ -1,4 +1,4 @@
-"""Hypotheses judged by points that were not matched."""
+"""Verification of hypotheses by samples that were not matched."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control
 from solver.labelling import UNMATCHED, Method, Solution
 from solver.matching import (
     Hypothesis,
     Level,
     MatchOptions,
-    Stage,
-    Witnesses,
+    SolvedLevel,
+    VerificationSamples,
     build_level,
     match,
-    verified,
+    verify,
 )
 from solver.mesh import triangle_mesh
 from solver.shape import Shape, heat_images, lengths_by_heat, varadhan_distances
@@ -40,19 +41,19 @@ def level_of(shape: Shape, weight: float = 0.0, occlusion_cost: float | None = N
 
 
 def hypotheses(level: Level, several: Sequence[IntArray]) -> list[Hypothesis]:
-    """Correspondences, put as if a search had found them."""
+    """Correspondences as hypotheses of a search."""
     problem = level.problem(level.all_candidates())
     found = []
     for rank, partners in enumerate(several, start=1):
         solution = Solution(partners, problem.energy(partners), 0.0, 0, Method.LOCAL_SEARCH)
-        found.append(Hypothesis((Stage(problem, solution, rank, 0.0),)))
+        found.append(Hypothesis((SolvedLevel(problem, solution, rank, 0.0),)))
     return found
 
 
-def sampled(shape: Shape, witnesses: Witnesses) -> FloatArray:
-    """Images of the first samples of a shape."""
+def embedded(shape: Shape, samples: VerificationSamples) -> FloatArray:
+    """Heat embedding of the first samples of a shape."""
     vertices = shape.sampling(CommuteTime(), N).indices
-    return heat_images(shape.spectrum(), vertices, witnesses.time)
+    return heat_images(shape.spectrum(), vertices, samples.time)
 
 
 def test_lengths_between_two_sets_are_those_of_the_formula(blob: Shape) -> None:
@@ -64,39 +65,39 @@ def test_lengths_between_two_sets_are_those_of_the_formula(blob: Shape) -> None:
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
 
-def test_only_what_is_right_leaves_the_witnesses_where_they_are(blob: Shape) -> None:
-    witnesses = Witnesses.of(blob, blob)
-    points = sampled(blob, witnesses)
-    assert witnesses.distortion(points, points) == pytest.approx(0.0, abs=1e-9)
+def test_only_the_identity_has_no_distortion(blob: Shape) -> None:
+    samples = VerificationSamples.of(blob, blob)
+    points = embedded(blob, samples)
+    assert samples.distortion(points, points) == pytest.approx(0.0, abs=1e-9)
     for first in range(N - 1):
         crossed = np.arange(N)
         crossed[[first, first + 1]] = first + 1, first
-        assert witnesses.distortion(points, points[crossed]) > 0.01
+        assert samples.distortion(points, points[crossed]) > 0.01
 
 
-def test_the_distortion_is_that_of_the_best_places(blob: Shape) -> None:
-    """The definition, place by place."""
+def test_the_distortion_is_that_of_the_best_images(blob: Shape) -> None:
+    """The definition, sample by sample."""
     other = Shape(shapes.moved(shapes.blob(2), seed=1))
-    witnesses = Witnesses.of(blob, other)
-    source, target = sampled(blob, witnesses), sampled(other, witnesses)
-    to_source = lengths_by_heat(witnesses.source, source, witnesses.time)
-    to_target = lengths_by_heat(witnesses.target, target, witnesses.time)
-    places = range(len(witnesses.target))
+    samples = VerificationSamples.of(blob, other)
+    source, target = embedded(blob, samples), embedded(other, samples)
+    to_source = lengths_by_heat(samples.source, source, samples.time)
+    to_target = lengths_by_heat(samples.target, target, samples.time)
+    places = range(len(samples.target))
 
     def best(ours: FloatArray, theirs: FloatArray) -> list[int]:
         return [min(places, key=lambda y: ((row - theirs[y]) ** 2).sum()) for row in ours]
 
     first = best(to_source, to_target)
     second = best(
-        np.hstack([to_source, witnesses.among]),
-        np.hstack([to_target, witnesses.places[:, first]]),
+        np.hstack([to_source, samples.source_distances]),
+        np.hstack([to_target, samples.target_distances[:, first]]),
     )
     changes = (
         to_source - to_target[second],
-        witnesses.among - witnesses.places[np.ix_(second, second)],
+        samples.source_distances - samples.target_distances[np.ix_(second, second)],
     )
-    expected = sum((change**2).mean() for change in changes) / (witnesses.among**2).mean()
-    assert witnesses.distortion(source, target) == pytest.approx(expected)
+    expected = sum((change**2).mean() for change in changes) / (samples.source_distances**2).mean()
+    assert samples.distortion(source, target) == pytest.approx(expected)
 
 
 def test_the_unit_of_length_does_not_matter() -> None:
@@ -104,22 +105,22 @@ def test_the_unit_of_length_does_not_matter() -> None:
     found = []
     for factor in (1.0, 30.0):
         one, other = (Shape(shapes.moved(m, seed=3, scale=factor), normalise=False) for m in meshes)
-        witnesses = Witnesses.of(one, other)
-        found.append(witnesses.distortion(sampled(one, witnesses), sampled(other, witnesses)))
+        samples = VerificationSamples.of(one, other)
+        found.append(samples.distortion(embedded(one, samples), embedded(other, samples)))
     assert found[1] == pytest.approx(found[0], rel=1e-3)
 
 
-def test_hypotheses_come_in_the_order_of_what_their_witnesses_say(blob: Shape) -> None:
+def test_hypotheses_are_ordered_by_the_distortion_of_their_samples(blob: Shape) -> None:
     level = level_of(blob)
     several = hypotheses(level, [CROSSED, np.roll(np.arange(N), 1), np.arange(N), CROSSED[::-1]])
-    witnesses = Witnesses.of(blob, blob)
-    points = sampled(blob, witnesses)
-    found = verified(several, level, blob, blob)
-    said = [witnesses.distortion(points, points[one.partners]) for one in found]
+    samples = VerificationSamples.of(blob, blob)
+    points = embedded(blob, samples)
+    found = verify(several, level, blob, blob, Control())
+    said = [samples.distortion(points, points[one.partners]) for one in found]
     assert (np.diff(said) >= -1e-12).all()
     np.testing.assert_array_equal(found[0].partners, np.arange(N))
-    assert sorted(one.stages[0].rank for one in found) == [1, 2, 3, 4]
-    assert verified(several[:1], level, blob, blob) == several[:1]
+    assert sorted(one.levels[0].rank for one in found) == [1, 2, 3, 4]
+    assert verify(several[:1], level, blob, blob, Control()) == several[:1]
 
 
 def test_first_order_terms_count(blob: Shape) -> None:
@@ -132,18 +133,18 @@ def test_first_order_terms_count(blob: Shape) -> None:
         target=replace(level.target, descriptors=marks[CROSSED]),
     )
     several = hypotheses(colored, [np.arange(N), CROSSED])
-    assert verified(several, colored, blob, blob) == several[::-1]
+    assert verify(several, colored, blob, blob, Control()) == several[::-1]
 
 
-def test_points_left_out_cost_what_they_cost(blob: Shape) -> None:
+def test_unmatched_points_pay_the_occlusion_cost(blob: Shape) -> None:
     partial = np.array([UNMATCHED, UNMATCHED, *range(2, N)])
     for cost, first in ((1e-6, partial), (1e6, CROSSED)):
         level = level_of(blob, occlusion_cost=cost)
-        found = verified(hypotheses(level, [CROSSED, partial]), level, blob, blob)
+        found = verify(hypotheses(level, [CROSSED, partial]), level, blob, blob, Control())
         np.testing.assert_array_equal(found[0].partners, first)
 
 
-def test_legs_are_not_crossed() -> None:
+def test_crossed_legs_are_rejected() -> None:
     """The left legs with the right ones, in front only, have less energy than what is right."""
     standing = articulated("dog", "standing", 1000, 0)
     sitting = articulated("dog", "sitting", 1000, 2)

@@ -143,7 +143,7 @@ def test_dual_decomposition_bounds_tabulated_costs(n: int) -> None:
     assert found.lower_bound <= exact.energies[0] + 1e-9 <= found.value + 2e-9
 
 
-def test_energies_are_log_likelihoods_but_for_a_constant() -> None:
+def test_energies_are_log_likelihoods_up_to_a_constant() -> None:
     level = tiny_level(0, 4, 6, np.inf)
     problem = level.problem(level.all_candidates())
     one, two = np.array([0, 1, 2, 3]), np.array([5, 3, 0, 1])
@@ -180,14 +180,14 @@ def test_a_table_is_the_same_as_terms_of_all_pairs() -> None:
         replace(problem, table=np.full_like(problem.table, np.nan))
 
 
-def test_pairs_have_places_such_that_those_of_the_first_points_come_first() -> None:
+def test_pairs_of_the_first_points_come_first() -> None:
     first, second = all_pairs(6)
     assert pair_places(first, second).tolist() == list(range(15))
     assert pair_places(second, first).tolist() == list(range(15))
     assert second[:10].max() == 4
 
 
-def test_axes_tell_points_apart_that_class_variation_would_hide() -> None:
+def test_discriminant_axes_separate_points_despite_class_variation() -> None:
     rng = np.random.default_rng(0)
     samples = rng.normal(size=(5, 200, 3)) * np.array([10.0, 0.1, 1.0])
     samples[:, :, 1] += np.arange(5)[:, None]
@@ -205,7 +205,7 @@ def test_a_prototype_finds_its_own_points_on_an_example() -> None:
     assert energies == sorted(energies)
 
 
-def test_levels_carry_a_prototype_of_more_points() -> None:
+def test_a_prototype_of_more_points_is_matched_by_levels() -> None:
     options = PrototypeOptions(points=14, components=1)
     learned = learn_prototype(connected_examples(humans(), options).examples, options)
     answer = match_prototype(learned, humans()[2], MatchOptions(points=14))
@@ -219,14 +219,14 @@ def test_with_little_occlusion_cost_unlikely_points_stay_unmatched() -> None:
     assert len(answer.best.unmatched) == 8
 
 
-def test_points_that_all_stay_unmatched_do_so_at_finer_levels() -> None:
+def test_points_all_unmatched_stay_so_at_finer_levels() -> None:
     coarse = np.full(4, UNMATCHED)
     found = refine(coarse, tiny_level(0, 6, 8, 1e-6), rho=1.5)
     assert (found.partners == UNMATCHED).all()
     assert found.energy == pytest.approx(6e-6)
 
 
-def test_a_single_example_and_any_order_of_examples_will_do() -> None:
+def test_prototypes_of_one_example_and_of_any_order() -> None:
     alone = learn_prototype(connected_examples(humans()[:1], _SMALL).examples, _SMALL)
     answer = match_prototype(alone, humans()[0], MatchOptions(points=8))
     assert answer.best.energy < 1.0
@@ -252,7 +252,7 @@ def test_given_correspondences_are_those_of_shared_connectivity() -> None:
         given_examples(humans()[:2], [every, every + 1], _SMALL)
 
 
-def test_given_vertices_may_be_some_that_repair_has_merged() -> None:
+def test_given_vertices_may_have_been_merged_by_repair() -> None:
     """A seam: two vertices of the file are one of the surface, and either names it."""
     mesh = shapes.blob(1)
     seam = mesh.n_vertices
@@ -333,9 +333,7 @@ def test_damaged_archives_are_refused(data: st.DataObject) -> None:
         (MatchOptions(descriptor=("wks",)), "descriptor"),
     ],
 )
-def test_options_that_mean_nothing_for_a_prototype_are_refused(
-    options: MatchOptions, field: str
-) -> None:
+def test_options_unsuited_to_a_prototype_are_refused(options: MatchOptions, field: str) -> None:
     with pytest.raises(OptionError) as caught:
         match_prototype(prototype(), humans()[0], options)
     assert caught.value.field == field

@@ -1,4 +1,4 @@
-"""How much a target misfits a class, against examples that were left out."""
+"""Misfit of a target, relative to left-out examples."""
 
 from dataclasses import replace
 from functools import cache
@@ -52,7 +52,7 @@ def unlike(answer: Match) -> bool:
     return any("unlike" in warning for warning in answer.warnings)
 
 
-def test_another_of_the_class_is_usual_and_an_animal_is_not() -> None:
+def test_misfit_separates_another_human_from_an_animal() -> None:
     usual, animal = matched(figure("human", "walking", 9)), matched(figure("cat", "standing", 0))
     assert usual.misfit is not None
     assert animal.misfit is not None
@@ -79,7 +79,7 @@ def test_the_order_of_the_examples_does_not_matter() -> None:
     np.testing.assert_allclose(turned.left_out_energies, expected, rtol=1e-6)
 
 
-def test_nothing_is_said_where_nothing_is_known() -> None:
+def test_misfit_is_unknown_without_a_comparable_usual_energy() -> None:
     target = figure("human", "walking", 9)
     few = learn_prototype(examples()[:3], _OPTIONS)
     assert not len(few.left_out_energies)
@@ -91,7 +91,7 @@ def test_nothing_is_said_where_nothing_is_known() -> None:
     assert matched(target, points=6).misfit is None
 
 
-def test_of_two_points_nothing_is_usual() -> None:
+def test_two_points_have_no_usual_energy() -> None:
     """A match takes three."""
     two = [Example(one.shape, one.vertices[:2]) for one in examples()]
     learned = learn_prototype(two, _OPTIONS)

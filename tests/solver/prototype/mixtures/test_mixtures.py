@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal, norm
 from sklearn.mixture import GaussianMixture
 
 from solver.arrays import FloatArray
-from solver.prototype.mixtures import GaussianMixtures, fit_mixtures, initial_mixtures, maximise
+from solver.prototype.mixtures import GaussianMixtures, fit_from, fit_mixtures, initial_mixtures
 
 _NO_FLOOR = 1e-12
 
@@ -74,7 +74,7 @@ def test_each_step_is_that_of_scikit_learn(m: int, diagonal: bool) -> None:
     )
     with pytest.warns(Warning, match="converge"):
         theirs.fit(samples[0])
-    ours = maximise(samples, start, floor, diagonal)
+    ours = fit_from(samples, start, floor, diagonal)
     assert ours.history[0, 0] == pytest.approx(
         start.log_density(samples).sum(), rel=1e-12
     )  # before any step
@@ -89,7 +89,7 @@ def test_known_mixtures_are_recovered() -> None:
     np.testing.assert_allclose(mixtures.covariances[0, order, 0, 0], [0.25, 1.0], atol=0.07)
 
 
-def test_it_is_as_likely_as_the_best_of_many_starts_of_scikit_learn() -> None:
+def test_the_fit_is_as_likely_as_the_best_of_many_starts_of_scikit_learn() -> None:
     samples = two_bumps(200, seed=5)
     theirs = GaussianMixture(3, n_init=20, reg_covar=0.01, random_state=0).fit(samples[0])
     ours = fit_mixtures(samples, 3, np.array([0.01]))
@@ -104,14 +104,14 @@ def test_it_is_as_likely_as_the_best_of_many_starts_of_scikit_learn() -> None:
     components=st.integers(1, 5),
     diagonal=st.booleans(),
 )
-def test_the_likelihood_never_falls_and_covariances_keep_above_the_floor(
+def test_the_likelihood_never_falls_and_covariances_stay_above_the_floor(
     seed: int, count: int, m: int, components: int, diagonal: bool
 ) -> None:
     rng = np.random.default_rng(seed)
     samples = np.round(rng.normal(size=(4, count, m)), 1)  # with ties
     floor = rng.uniform(0.01, 0.5, m)
     centres = rng.integers(count, size=(4, components))
-    fit = maximise(samples, initial_mixtures(samples, centres, floor, diagonal), floor, diagonal)
+    fit = fit_from(samples, initial_mixtures(samples, centres, floor, diagonal), floor, diagonal)
     assert (np.diff(fit.history, axis=0) >= -1e-8 * np.abs(fit.history[1:])).all()
     scaled = fit.mixtures.covariances / np.sqrt(np.outer(floor, floor))
     assert np.linalg.eigvalsh(scaled).min() >= 1.0 - 1e-9
@@ -160,7 +160,7 @@ def test_the_information_criterion_chooses_as_many_components_as_there_are() -> 
     assert [int((fit.mixtures.weights > 0.0).sum()) for fit in fits] == [1, 2]
 
 
-def test_mixtures_that_are_none_are_refused() -> None:
+def test_invalid_mixtures_are_refused() -> None:
     sound = random_mixtures(2)
     for weights, covariances in (
         (2.0 * sound.weights, sound.covariances),

@@ -1,4 +1,4 @@
-"""Matches with a prototype that tell left from right, and which legs go together."""
+"""Orientation-preserving matches with a prototype."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -29,8 +29,8 @@ from solver.prototype import (
     prototype_from_bytes,
     prototype_to_bytes,
 )
-from solver.prototype.learning import comes_back
-from solver.prototype.matching import CLEAR, oriented_images
+from solver.prototype.learning import is_cycle_consistent
+from solver.prototype.matching import CLEAR, map_points
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
 from synthetic import CLASSES, SyntheticShape, articulated, correspondence
@@ -82,16 +82,16 @@ def farthest(category: str, pose: str, answer: Match) -> tuple[float, float]:
     ("category", "pose"),
     [("human", "walking"), ("horse", "galloping")],
 )
-def test_left_is_left_and_every_leg_in_its_place(category: str, pose: str) -> None:
+def test_matches_preserve_orientation_and_do_not_cross_legs(category: str, pose: str) -> None:
     answer = match_prototype(prototype(category), target(category, pose))
     direct, reflected = farthest(category, pose, answer)
     assert direct < 0.5 < reflected
     assert answer.levels[0].lower_bound <= answer.best.energy + 1e-9
     assert sorted(answer.best.source.tolist()) == list(range(10))
-    assert not any("told apart" in warning for warning in answer.warnings)
+    assert not any("distinguished" in warning for warning in answer.warnings)
 
 
-def test_examples_are_matched_with_every_leg_in_its_place() -> None:
+def test_matched_examples_do_not_cross_legs() -> None:
     """And points are sampled as the options say."""
     horses = examples("horse")
     options = PrototypeOptions(points=10, components=1, sampling=("geodesic",))
@@ -104,7 +104,7 @@ def test_examples_are_matched_with_every_leg_in_its_place() -> None:
         assert distances[np.arange(10), own].max() < 0.5
 
 
-def test_two_examples_correspond_and_left_is_known_on_both() -> None:
+def test_two_matched_examples_are_oriented() -> None:
     """Nothing overrules a match of two that is wrong."""
     first, other = examples("horse")[0], target("horse", "galloping")
     found = matched_examples([first, other], _OPTIONS)
@@ -117,7 +117,7 @@ def test_two_examples_correspond_and_left_is_known_on_both() -> None:
     assert distances[np.arange(10), truth[own]].max() < 0.5 * other.size
 
 
-def test_of_few_examples_one_that_no_map_reaches_is_left_out() -> None:
+def test_an_unreached_one_of_few_examples_is_left_out() -> None:
     stranger, horse = Shape(shapes.blob(3)), examples("horse")[0]
     found = matched_examples([stranger, horse], _OPTIONS, reference=1)
     assert found.kept == (1,)
@@ -128,7 +128,7 @@ def test_of_few_examples_one_that_no_map_reaches_is_left_out() -> None:
     assert tiny.kept == (0,)
 
 
-def test_where_no_surface_can_be_kept_examples_are_matched() -> None:
+def test_examples_without_surfaces_are_matched() -> None:
     """Of so few vertices no map is made, so none says that they do not correspond."""
     one, other = Shape(shapes.blob(1)), Shape(shapes.blob(1))
     found = matched_examples([one, other], _OPTIONS)
@@ -136,18 +136,20 @@ def test_where_no_surface_can_be_kept_examples_are_matched() -> None:
     assert [example.oriented for example in found.examples] == [True, False]
 
 
-def test_points_come_back_from_where_they_are_and_not_from_their_mirror_images() -> None:
+def test_correct_points_are_cycle_consistent_and_mirrored_ones_are_not() -> None:
     start, end = examples("horse")[0], target("horse", "galloping")
     goal = figure("horse", "galloping", seed=3)
     own = prototype("horse").vertices
     truth = correspondence(figure("horse", "standing"), goal)
     right, wrong = truth[own], mirrored(goal)[truth][own]
-    assert comes_back((start, own), (end, right), Control())
-    assert comes_back((start, own), (end, wrong), Control()) is False
-    assert comes_back((start, own), (Shape(shapes.icosphere(1)), own % 42), Control()) is None
+    assert is_cycle_consistent((start, own), (end, right), Control())
+    assert is_cycle_consistent((start, own), (end, wrong), Control()) is False
+    assert (
+        is_cycle_consistent((start, own), (Shape(shapes.icosphere(1)), own % 42), Control()) is None
+    )
 
 
-def test_only_of_examples_on_which_left_is_known_surfaces_are_kept() -> None:
+def test_only_oriented_examples_keep_surfaces() -> None:
     known = connected_examples(examples("cat")[:3], _OPTIONS).examples
     one, two, three = known
     learned = learn_prototype([one, replace(two, oriented=False), three], _OPTIONS)
@@ -156,7 +158,7 @@ def test_only_of_examples_on_which_left_is_known_surfaces_are_kept() -> None:
     assert not np.array_equal(learned.surfaces[0].eigenvalues, learned.surfaces[1].eigenvalues)
 
 
-def test_what_is_taken_is_most_likely_of_what_agrees_with_the_surface() -> None:
+def test_the_answer_is_the_most_likely_hypothesis_that_agrees_with_the_surface() -> None:
     """Unless the most likely hypotheses are wrong, the answer is one of them."""
     options = MatchOptions(points=10)
     usual = match_prototype(prototype("human"), target("human", "walking"), options)
@@ -168,7 +170,7 @@ def test_what_is_taken_is_most_likely_of_what_agrees_with_the_surface() -> None:
     assert min(abs(oriented.best.energy - one) for one in offered) < 1e-9
 
 
-def test_a_shape_like_none_of_the_examples_is_matched_as_without_surfaces() -> None:
+def test_a_shape_unlike_all_examples_is_matched_as_without_surfaces() -> None:
     stranger = Shape(shapes.blob(3))
     learned = replace(prototype("human"), surfaces=prototype("human").surfaces[:1])
     few = MatchOptions(points=8, coarse_points=7, alternatives=2)
@@ -176,25 +178,25 @@ def test_a_shape_like_none_of_the_examples_is_matched_as_without_surfaces() -> N
     without = match_prototype(learned, stranger, few)
     assert answer.best.energy == pytest.approx(without.best.energy)
     np.testing.assert_array_equal(answer.best.target, without.best.target)
-    assert any("told apart" in warning for warning in answer.warnings)
+    assert any("distinguished" in warning for warning in answer.warnings)
 
 
-def test_where_only_mirror_images_are_found_they_are_reflected() -> None:
+def test_mirror_images_are_reflected() -> None:
     """From a surface all of whose points are on the wrong side, they come to the right one."""
     known = figure("horse", "standing")
     surface = prototype("horse").surfaces[0]
     goal = target("horse", "galloping")
-    found = oriented_images([surface], goal, [], Control())
+    found = map_points([surface], goal, [], Control())
     assert found is not None
     truth = correspondence(known, figure("horse", "galloping", seed=3))
     expected = truth[prototype("horse").vertices]
     distances = goal.metric("geodesic").distances(found.vertices)
     assert distances[np.arange(len(expected)), expected].max() < 0.5
-    assert found.orientation >= CLEAR
+    assert found.orientation_score >= CLEAR
     assert found.surface is surface
 
 
-def test_spectra_of_surfaces_that_are_kept_change_no_answer() -> None:
+def test_cached_spectra_of_surfaces_change_no_answer() -> None:
     """They are asked for once, of the surfaces that are tried."""
     archive, goal = prototype_to_bytes(prototype("cat")), target("cat", "turning")
     usual = match_prototype(prototype_from_bytes(archive), goal)
@@ -211,7 +213,7 @@ def test_spectra_of_surfaces_that_are_kept_change_no_answer() -> None:
     for learned in prototype_from_bytes(archive), prototype_from_bytes(archive):
         asked.clear()
         for _ in range(2):
-            answer = match_prototype(learned, goal, surface_spectrum=spectrum)
+            answer = match_prototype(learned, goal, surface_spectra=spectrum)
             assert answer.best.energy == pytest.approx(usual.best.energy)
             np.testing.assert_array_equal(answer.best.target, usual.best.target)
         assert asked == nearest_surfaces(learned.surfaces, goal, len(asked))
@@ -238,7 +240,7 @@ def test_an_archive_holds_the_surfaces() -> None:
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_surfaces_are_simplified_and_keep_the_places_of_the_points() -> None:
+def test_surfaces_are_simplified_around_the_points() -> None:
     known = articulated("dog", "standing", resolution=1700)
     shape = shape_of(known)
     points = shape.sampling("geodesic", 12).indices
@@ -251,7 +253,7 @@ def test_surfaces_are_simplified_and_keep_the_places_of_the_points() -> None:
     assert mesh.area == pytest.approx(shape.mesh.area, rel=0.05)
 
 
-def test_a_surface_that_no_archive_takes_is_not_kept() -> None:
+def test_a_surface_too_large_for_an_archive_is_not_kept() -> None:
     """One of 1331 vertices in a lattice, whose squares are all there."""
     numbers = np.arange(11**3).reshape(11, 11, 11)
     squares = [
@@ -296,7 +298,7 @@ def _described(surfaces: tuple[ExampleSurface, ...]) -> FloatArray:
     return np.array([one.eigenvalues for one in surfaces])
 
 
-def test_surfaces_that_are_not_sound_are_no_meshes() -> None:
+def test_unsound_surfaces_are_refused() -> None:
     surface = prototype("cat").surfaces[0]
     for faces in (surface.faces[:3], np.repeat(surface.faces, 2, axis=0)):
         with pytest.raises(MeshError, match="not sound"):
@@ -306,7 +308,7 @@ def test_surfaces_that_are_not_sound_are_no_meshes() -> None:
         ExampleSurface(small.vertices, small.faces, np.arange(3), np.ones(19)).mesh()
 
 
-def test_what_orientation_chose_is_certified_only_if_it_is_the_optimum() -> None:
+def test_an_oriented_answer_is_certified_only_if_it_is_the_optimum() -> None:
     """Of a single level the certificate is of the answer, not of what is more likely."""
     for pose in "standing", "galloping":
         found = match_prototype(prototype("horse"), target("horse", pose))

@@ -1,9 +1,9 @@
-"""Samples of a target by turns of several metrics."""
+"""Samples of a target in several metrics in turn."""
 
 import numpy as np
 import pytest
 
-from solver.prototype.matching import samples_by_turns
+from solver.prototype.matching import sample_in_turn
 from solver.shape import Shape
 from solver.shape.choices import CommuteTime, Geodesic
 from tests.solver import shapes
@@ -12,7 +12,7 @@ METRICS = CommuteTime(), Geodesic()
 
 
 @pytest.mark.parametrize("count", [1, 2, 7, 40])
-def test_each_metric_in_turn_gives_its_farthest_point_that_is_new(count: int) -> None:
+def test_each_metric_in_turn_gives_its_next_farthest_point(count: int) -> None:
     mesh = shapes.torus(20, 12)
     whole = Shape(mesh)
     expected: list[int] = []
@@ -20,11 +20,11 @@ def test_each_metric_in_turn_gives_its_farthest_point_that_is_new(count: int) ->
         for sample in samples:
             if sample not in expected:  # both metrics may have the same farthest point
                 expected.append(sample)
-    found = samples_by_turns(Shape(mesh), METRICS, count)
+    found = sample_in_turn(Shape(mesh), METRICS, count)
     np.testing.assert_array_equal(found, expected[:count])
 
 
 def test_all_vertices_can_be_sampled() -> None:
     shape = Shape(shapes.icosphere(1))
-    found = samples_by_turns(shape, METRICS, shape.n_vertices)
+    found = sample_in_turn(shape, METRICS, shape.n_vertices)
     np.testing.assert_array_equal(np.sort(found), np.arange(shape.n_vertices))

@@ -28,10 +28,9 @@ class PrototypeLevel(Level):
     def problem(self, candidates: IntArray) -> LabellingProblem:
         """Problem (6) on given candidates.
 
-        A pair weighs 2/(N − 1), as in (5). Of each log-likelihood its greatest value is
-        subtracted, so that no cost is negative; if all points are matched this only adds a
-        constant to the energy, and else it says what γ is compared with: a perfectly likely
-        partner costs nothing.
+        A pair weighs 2/(N − 1), as in (5). Costs are negative log-likelihoods over their least
+        values, so that the most likely partner costs 0. If all points are matched this adds a
+        constant to the energy; otherwise γ is relative to it.
 
         Parameters
         ----------
@@ -56,11 +55,11 @@ class PrototypeLevel(Level):
 
     @cached_property
     def _problems(self) -> list[LabellingProblem]:
-        """Those asked for so far: hypotheses often have the same candidates, or nearly."""
+        """Problems so far: hypotheses often share all candidates, or nearly all."""
         return []
 
     def _known(self, candidates: IntArray) -> tuple[FloatArray, IntArray]:
-        """Table of the earlier problem with the most of these candidates, and where they are."""
+        """Table of the problem that shares the most candidates, and their places in it."""
         width = len(self.target.vertices)
         keys = candidates @ np.array([width, 1])
         table, within = NO_TABLE, np.full(len(keys), -1)
@@ -97,7 +96,7 @@ class PrototypeLevel(Level):
 
     @cached_property
     def _descriptor_costs(self) -> FloatArray:
-        """(N, M) first-order costs of (6) without their weight."""
+        """(N, M) first-order costs of (6), unweighted."""
         n, m = len(self.source.vertices), len(self.target.vertices)
         learned, described = self.learned_descriptors, self.target.descriptors
         if learned is None or described is None:
@@ -111,7 +110,7 @@ class PrototypeLevel(Level):
 def negative_log_likelihoods(
     log_density: FloatArray, log_peak: FloatArray, log_background: float
 ) -> FloatArray:
-    """−log of a density with a background, less its least value.
+    """Negative logarithm of a density plus background, over its least value.
 
     Parameters
     ----------

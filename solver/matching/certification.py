@@ -1,0 +1,63 @@
+"""Certification stage: lower bounds of the chosen hypothesis' problems (section 4)."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.control import Control
+from solver.labelling import LabellingProblem, Method, Solution
+from solver.matching.hypothesis import Hypothesis, SolvedLevel
+from solver.matching.level import Level
+from solver.optimisation import minimise
+
+_DUAL_WORK = 2e8
+"""Squared candidates times iterations of a level's dual decomposition: some 0.7 s on one core."""
+
+_DUAL_ITERATIONS = 50, 1000
+"""Least and greatest number of iterations, whatever the work."""
+
+_STAGE = "bounds"
+
+
+def certify(hypothesis: Hypothesis, levels: Sequence[Level], control: Control) -> Hypothesis:
+    """Bound a hypothesis' problem at every level where no search has, and improve it (section 4).
+
+    Parameters
+    ----------
+    hypothesis
+        The chosen hypothesis, solved at all levels.
+    levels
+        Of the match.
+    control
+        Reports progress and cancels. Past its deadline, the bounds known by then are kept.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    certified = []
+    with control.stage(_STAGE):
+        for level, solved in zip(levels, hypothesis.levels, strict=True):
+            if solved.solution.method is Method.LOCAL_SEARCH:
+                name = f"bounds for {solved.problem.n_sources} points"
+                control.report(name, 0.6 + 0.4 * level.index / len(levels))
+                solved = _bound(solved, control)
+            certified.append(solved)
+    return Hypothesis(tuple(certified))
+
+
+def _bound(solved: SolvedLevel, control: Control) -> SolvedLevel:
+    with (clock := control.timed()).stage(_STAGE):
+        solution = _minimise(solved.problem, solved.solution, clock)
+    return replace(solved, solution=solution, seconds=solved.seconds + clock.timings[_STAGE])
+
+
+def _minimise(
+    problem: LabellingProblem, known: Solution[IntArray], control: Control
+) -> Solution[IntArray]:
+    """Prove a solution optimal or improve it, within the work that a level may take."""
+    iterations = int(np.clip(_DUAL_WORK / max(problem.n_candidates, 1) ** 2, *_DUAL_ITERATIONS))
+    return minimise(problem, known.answer, iterations=iterations, control=control)

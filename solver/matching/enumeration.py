@@ -1,0 +1,88 @@
+"""Enumeration stage: the best solutions of the coarsest level, found exactly (4.1)."""
+
+from solver.arrays import IntArray
+from solver.control import Control
+from solver.labelling import LINF, LabellingProblem, Method, Solution
+from solver.matching.hypothesis import Hypothesis, SolvedLevel
+from solver.matching.level import Level
+from solver.matching.options import MatchOptions
+from solver.optimisation.exact import m_best_solutions, minimax_correspondence, within_distortion
+from solver.optimisation.primal import local_search, solve_lap
+
+
+def enumerate_hypotheses(
+    level: Level, options: MatchOptions, control: Control
+) -> tuple[list[Hypothesis], tuple[str, ...]]:
+    """Enumerate the best solutions of the coarsest level: the hypotheses of 4.1.
+
+    Parameters
+    ----------
+    level
+        The coarsest level.
+    options
+        Of the match.
+    control
+        Cancels; past its deadline, the best solutions found so far are returned.
+
+    Returns
+    -------
+    At least one hypothesis, of one level, by their energy; and warnings.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    with control.stage("coarse matching", 0.4):
+        problem = level.problem(level.all_candidates())
+        if options.objective == LINF:
+            solutions, warnings = _enumerate_minimax(problem, level, options.alternatives, control)
+        else:
+            solutions, warnings = _enumerate_by_energy(problem, options.alternatives, control)
+    seconds = control.timings["coarse matching"]
+    hypotheses = [
+        Hypothesis((SolvedLevel(problem, solution, rank, seconds),))
+        for rank, solution in enumerate(solutions, start=1)
+    ]
+    return hypotheses, warnings
+
+
+def _enumerate_by_energy(
+    problem: LabellingProblem, count: int, control: Control
+) -> tuple[list[Solution[IntArray]], tuple[str, ...]]:
+    """Correspondences of least energy (5), by branch and bound, or one local optimum."""
+    found = m_best_solutions(problem, count, control=control)
+    warnings = () if found.proven else ("the coarse level's optimum could not be proven in time",)
+    if not len(found.partners):
+        partners = local_search(problem, solve_lap(problem, problem.unary))
+        energy = problem.energy(partners)
+        return [Solution(partners, energy, 0.0, 0, Method.LOCAL_SEARCH)], warnings
+    bound = float(found.energies[0]) if found.proven else 0.0
+    rows = zip(found.partners, found.energies.tolist(), strict=True)
+    solutions = [
+        Solution(partners, energy, bound, found.nodes, Method.BRANCH_AND_BOUND)
+        for partners, energy in rows
+    ]
+    return solutions, warnings
+
+
+def _enumerate_minimax(
+    problem: LabellingProblem, level: Level, count: int, control: Control
+) -> tuple[list[Solution[IntArray]], tuple[str, ...]]:
+    """Correspondences of least dis∞ (section 2), by their energy (5)."""
+    source, target = level.source.distances, level.target.distances
+    least = minimax_correspondence(source, target, control=control)
+    warnings = () if least.certified else ("the minimax distortion could not be proven in time",)
+    found = m_best_solutions(
+        within_distortion(problem, source, target, least.value),
+        count,
+        known=least.answer[:, 1],
+        control=control,
+    )
+    distortions = [level.distortion(partners).linf for partners in found.partners]
+    solutions = [
+        Solution(partners, distortion, least.lower_bound, least.iterations, Method.MINIMAX)
+        for partners, distortion in zip(found.partners, distortions, strict=True)
+        if distortion <= least.value
+    ]
+    return solutions, warnings

@@ -1,0 +1,112 @@
+"""Refinement stage: every hypothesis is refined to the finest level (4.1)."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from solver.arrays import FloatArray
+from solver.control import Control
+from solver.labelling import Method, Solution
+from solver.matching.hierarchy import RefinedCorrespondence, refine, rematch
+from solver.matching.hypothesis import Hypothesis, SolvedLevel, rank_of
+from solver.matching.level import Level
+from solver.optimisation.primal import solve_lap
+
+_STAGE = "refinement"
+
+
+def refine_hypotheses(
+    hypotheses: Sequence[Hypothesis], levels: Sequence[Level], rho: float, control: Control
+) -> list[Hypothesis]:
+    """Refine every hypothesis from level to level, and rank all of them at each (4.1).
+
+    Parameters
+    ----------
+    hypotheses
+        Solved at the level before the first of these.
+    levels
+        The finer levels, the coarsest of them first.
+    rho
+        ρ of 4.1.
+    control
+        Reports progress and cancels.
+
+    Returns
+    -------
+    The hypotheses by their energy at the last level.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    ordered = list(hypotheses)
+    for level in levels:
+        with control.stage(_STAGE, 0.45 + 0.05 * level.index):
+            found = [(*_refine(one, level, rho, control), one) for one in ordered]
+        found.sort(key=lambda entry: entry[0].energy)
+        ordered = [
+            Hypothesis((*one.levels, solved_level(refined, rank, seconds)))
+            for rank, (refined, seconds, one) in enumerate(found, start=1)
+        ]
+    return ordered
+
+
+def _refine(
+    hypothesis: Hypothesis, level: Level, rho: float, control: Control
+) -> tuple[RefinedCorrespondence, float]:
+    """Refine a hypothesis to the next level; return the seconds it took as well."""
+    control.check()
+    same_points = len(level.source.vertices) == len(hypothesis.partners)
+    with (clock := control.timed()).stage(_STAGE):
+        found = (rematch if same_points else refine)(hypothesis.partners, level, rho)
+    return found, clock.timings[_STAGE]
+
+
+def solved_level(found: RefinedCorrespondence, rank: int, seconds: float) -> SolvedLevel:
+    """Return a refined correspondence as the level of a hypothesis, without a bound yet."""
+    solution = Solution(found.partners, found.energy, 0.0, 0, Method.LOCAL_SEARCH)
+    return SolvedLevel(found.problem, solution, rank, seconds)
+
+
+def hypothesis_from_map(
+    levels: Sequence[Level],
+    distances: FloatArray,
+    others: Sequence[Hypothesis],
+    rho: float,
+    control: Control,
+) -> Hypothesis:
+    """Begin a further hypothesis at a map of the coarse samples, and refine it (4.1).
+
+    Parameters
+    ----------
+    levels
+        Of the match.
+    distances
+        (N, M) distances from the image of each coarse source sample to each coarse target sample.
+    others
+        The hypotheses so far, among which the new one is ranked. The bound of their coarsest
+        problem is that of the new one's, which is the same problem.
+    rho
+        ρ of 4.1.
+    control
+        Reports progress and cancels.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    with (clock := control.timed()).stage("coarse matching"):
+        problem = levels[0].problem(levels[0].all_candidates())
+        x, y = problem.candidates.T
+        partners = solve_lap(problem, distances[x, y])
+        energy = problem.energy(partners)
+    known = others[0].levels[0].solution
+    solution = Solution(partners, energy, known.lower_bound, known.iterations, known.method)
+    coarse = SolvedLevel(problem, solution, 1, clock.timings["coarse matching"])
+    (found,) = refine_hypotheses([Hypothesis((coarse,))], levels[1:], rho, control)
+    ranked = (
+        replace(solved, rank=rank_of(solved.solution.value, others, index))
+        for index, solved in enumerate(found.levels)
+    )
+    return Hypothesis(tuple(ranked))

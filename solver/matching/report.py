@@ -1,0 +1,92 @@
+"""Report of a match: hypotheses and levels in the user's vertex numbers."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.labelling import UNMATCHED, Method, greatest_distortions
+from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
+from solver.matching.level import Level
+from solver.matching.result import Correspondence, LevelReport, Match
+
+
+def report_match(
+    hypotheses: Sequence[Hypothesis],
+    levels: Sequence[Level],
+    vertex_ids: tuple[IntArray, IntArray],
+    warnings: Iterable[str],
+    control: Control,
+) -> Match:
+    """Report the answer and its alternatives.
+
+    Parameters
+    ----------
+    hypotheses
+        The answer and the others; duplicates are left out.
+    levels
+        Of the answer.
+    vertex_ids
+        The user's own numbers of all source and of all target vertices.
+    warnings
+        For the user.
+    control
+        Holds the timings.
+    """
+    finest = levels[-1]
+    source = vertex_ids[0][finest.source.vertices]
+    target = vertex_ids[1][finest.target.vertices]
+    best, *alternatives = (
+        _correspondence(one, finest, source, target) for one in drop_duplicates(hypotheses)
+    )
+    reports = tuple(
+        _report_level(level, solved, finest)
+        for level, solved in zip(levels, hypotheses[0].levels, strict=True)
+    )
+    return Match(best, tuple(alternatives), reports, tuple(warnings), control.timings)
+
+
+def _correspondence(
+    hypothesis: Hypothesis, finest: Level, source: IntArray, target: IntArray
+) -> Correspondence:
+    partners = hypothesis.partners
+    matched = partners != UNMATCHED
+    return Correspondence(
+        source=source[matched],
+        target=target[partners[matched]],
+        costs=_costs(hypothesis, finest)[matched],
+        unmatched=source[~matched],
+        energy=hypothesis.energy,
+        distortion=finest.distortion(partners),
+    )
+
+
+def _costs(hypothesis: Hypothesis, finest: Level) -> FloatArray:
+    """(N,) share of each source point in the energy, or its greatest distortion (section 2)."""
+    partners, solved = hypothesis.partners, hypothesis.levels[-1]
+    if solved.solution.method is Method.MINIMAX:
+        target = finest.target.distances[np.ix_(partners, partners)]
+        return greatest_distortions(finest.source.distances, target)
+    return solved.problem.costs(partners)
+
+
+def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelReport:
+    """Report a level; the coarsest of several with its optimum, whichever hypothesis was chosen."""
+    problem, solution = solved.problem, solved.solution
+    coarse = level.index == 0 and level is not finest
+    enumerated = coarse and solution.method is Method.BRANCH_AND_BOUND
+    optimum_known = enumerated and solution.lower_bound > 0.0
+    return LevelReport(
+        points=problem.n_sources,
+        target_points=problem.n_targets,
+        candidates=problem.n_candidates,
+        metric=level.metric.name,
+        descriptor=level.descriptor.name,
+        energy=solution.lower_bound if optimum_known else solution.value,
+        lower_bound=solution.lower_bound,
+        iterations=solution.iterations,
+        method=solution.method,
+        seconds=solved.seconds,
+        rank=solved.rank,
+    )

@@ -1,0 +1,162 @@
+"""Matching of a target with a prototype (section 5), by the stages of a match of two shapes."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from solver.control import Control
+from solver.errors import OptionError
+from solver.labelling import L2
+from solver.matching import (
+    MAX_COARSE_POINTS,
+    Hypothesis,
+    Match,
+    MatchOptions,
+    certify,
+    enumerate_hypotheses,
+    refine_hypotheses,
+    report_match,
+)
+from solver.prototype.matching.orientation import orient_by_examples
+from solver.prototype.matching.sampling import sample_target
+from solver.prototype.prototype import Prototype
+from solver.prototype.surfaces import SurfaceSpectra, compute_spectrum
+from solver.shape import Shape
+
+
+def match_prototype(
+    prototype: Prototype,
+    target: Shape,
+    options: MatchOptions | None = None,
+    control: Control | None = None,
+    surface_spectra: SurfaceSpectra = compute_spectrum,
+) -> Match:
+    """Find the most likely correspondence of a prototype's points with a shape: problem (6).
+
+    The stages are those of :func:`solver.matching.match`, except that the levels hold likelihoods
+    (section 5) and that surfaces of examples choose the orientation-preserving hypothesis.
+
+    Parameters
+    ----------
+    prototype
+        The prototype 𝒳.
+    target
+        The shape Y.
+    options
+        By default ``MatchOptions()``, with orientation if the prototype has surfaces. Metric and
+        descriptor are the prototype's. By default the coarsest level has 10 points instead of 8: a
+        few more on the trunk distinguish the two ways to pair arms and legs.
+    control
+        Reports progress and cancels. Past its deadline, or the options' time limit, the best
+        answer so far is returned with the bound known by then.
+    surface_spectra
+        Computes spectra of the prototype's surfaces, or takes them from a cache.
+
+    Returns
+    -------
+    Match
+        Its source points are numbers of the prototype's points, its energies are negative
+        log-likelihoods over their least values, and its distortions are those of the mean
+        distances and descriptors.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    OptionError
+        An option does not suit the prototype or the shape.
+
+    Examples
+    --------
+    >>> found = match_prototype(prototype, Shape(read_mesh(data, "cat7.off")))
+    >>> found.best.source, found.best.target  # points of the prototype, the user's vertices
+    >>> found.misfit  # about 1 for a usual member of the class
+    """
+    options = options or MatchOptions(orientation=bool(prototype.surfaces))
+    check_options(prototype, target, options)
+    if options.coarse_points == MatchOptions().coarse_points:
+        options = replace(options, coarse_points=MAX_COARSE_POINTS)
+    control = (control or Control()).timed().within(options.time_limit)
+    unlike: tuple[str, ...] = ()
+    with control.stage("total"):
+        levels, few_points = sample_target(prototype, target, options, control)
+        hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
+        hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
+        if options.orientation:
+            hypotheses, unlike = orient_by_examples(
+                prototype, target, hypotheses, levels, options.rho, control, surface_spectra
+            )
+        best = certify(hypotheses[0], levels, control)
+    misfit, misfits = _misfit(prototype, best, options)
+    warnings = (
+        *(f"prototype: {warning}" for warning in prototype.warnings),
+        *(f"target: {warning}" for warning in target.mesh.warnings),
+        *few_points,
+        *unproven,
+        *unlike,
+        *misfits,
+    )
+    vertex_ids = np.arange(prototype.points), target.mesh.vertex_ids
+    found = report_match([best, *hypotheses[1:]], levels, vertex_ids, warnings, control)
+    return replace(found, misfit=misfit)
+
+
+def check_options(prototype: Prototype, target: Shape, options: MatchOptions) -> None:
+    """Check that options suit a match with a prototype.
+
+    Raises
+    ------
+    OptionError
+        They do not.
+    """
+    for field in ("refine", "dense"):
+        if getattr(options, field):
+            raise OptionError(field, f"{field} is not supported with a prototype; leave it out")
+    if options.orientation and not prototype.surfaces:
+        raise OptionError(
+            "orientation",
+            "the prototype keeps no surfaces; leave it out, or learn the prototype again",
+        )
+    if options.landmarks:
+        raise OptionError("landmarks", "a prototype has no vertices; leave them out")
+    if options.objective != L2:
+        raise OptionError("objective", f"a prototype is matched by likelihood; it must be {L2}")
+    usual = MatchOptions()
+    own_metrics = tuple(one.metric for one in prototype.distances)
+    if options.metrics not in (usual.metrics, own_metrics):
+        raise OptionError("metric", "a prototype has its own; leave it out")
+    own_descriptors = tuple(one.descriptor for one in prototype.descriptors if one is not None)
+    if options.descriptors not in (usual.descriptors, own_descriptors):
+        raise OptionError("descriptor", "a prototype has its own; leave it out")
+    for field in ("normalise", "eigenpairs", "geodesic_method"):
+        if getattr(target, field) != getattr(prototype, field):
+            raise OptionError(
+                field, f"it must be as the prototype was learned: {getattr(prototype, field)}"
+            )
+
+
+def _misfit(
+    prototype: Prototype, answer: Hypothesis, options: MatchOptions
+) -> tuple[float | None, tuple[str, ...]]:
+    """Ratio of the coarsest energy per point to the usual one; and a warning if it is too great.
+
+    ``None`` where the usual one is not known, or is of other points and weights.
+    """
+    coarsest, usual = answer.levels[0], MatchOptions()
+    points = coarsest.problem.n_sources
+    comparable = (
+        points == min(prototype.points, MAX_COARSE_POINTS)
+        and options.beta == usual.beta
+        and options.first_order_weight == usual.first_order_weight
+        and options.occlusion_cost is None
+    )
+    if not (comparable and len(prototype.left_out_energies)):
+        return None, ()
+    misfit = coarsest.solution.value / points / prototype.usual_energy
+    if misfit <= prototype.greatest_misfit:
+        return misfit, ()
+    warning = (
+        f"the target is unlike the examples of the class: it misfits them {misfit:.2g}"
+        " times as much as a usual one, so check the answer"
+    )
+    return misfit, (warning,)
