@@ -8,7 +8,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 TESTERS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help demo serve test browser test-containers lint format openapi bench lock clean
+.PHONY: help demo serve test browser test-containers lint format generate bench lock clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 24
@@ -72,8 +72,8 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (
 	$(BIN)/python -m bench.invariance
 	$(BIN)/python -m bench.service
 
-openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
-	$(BIN)/python -m service.http.openapi openapi/openapi.json
+generate: $(VENV)/dev  ## write what follows from the declarations: contracts, OpenAPI, client, page, documents
+	$(BIN)/python -m codegen
 
 # The lock files hold versions and hashes, and no address of where they came from.
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \

@@ -42,7 +42,7 @@ def check_colors(
             message=f"{choice.name!r} needs vertex colours; there are none in {', '.join(without)}",
         )
         for place, choice in enumerate(parameters.descriptors)
-        if choice.about.colored
+        if choice.about.needs_colors
     )
     if wrong:
         raise InvalidRequest(

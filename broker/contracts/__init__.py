@@ -3,8 +3,7 @@
 Nothing here imports numerics: the API process reads these models and computes nothing.
 """
 
-from broker.contracts.catalogue import Structures, catalogue
-from broker.contracts.descriptors import DESCRIPTORS, DescriptorName
+from broker.contracts.catalogue import catalogue
 from broker.contracts.dissimilarities import (
     MOST_SHAPES,
     NEIGHBOURS,
@@ -12,7 +11,6 @@ from broker.contracts.dissimilarities import (
     RESULT,
     STAGES,
     STRUCTURES,
-    DissimilarityParameters,
     DissimilarityResult,
 )
 from broker.contracts.jobs import (
@@ -32,24 +30,20 @@ from broker.contracts.jobs import (
     UploadPayload,
     ValidationPayload,
 )
-from broker.contracts.metrics import METRICS, MetricName
 from broker.contracts.orders import Once, Order
 from broker.contracts.parameters import (
-    DENSE_EIGENPAIRS,
-    GeodesicMethod,
+    DissimilarityParameters,
     MatchParameters,
-    ObjectiveName,
-    RefinementName,
+    PrototypeParameters,
+    PrototypeStructures,
 )
 from broker.contracts.problems import URN, FieldProblem, Problem
 from broker.contracts.prototypes import (
     ARCHIVE_TYPE,
     MOST_EXAMPLES,
     ExampleReport,
-    PrototypeParameters,
     PrototypeRecord,
     PrototypeResult,
-    PrototypeStructures,
     is_prototype,
     prototype_id,
 )
@@ -65,14 +59,15 @@ from broker.contracts.results import (
     no_alternative,
 )
 from broker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
+from broker.contracts.solver_options import GREATEST
 from broker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
-from broker.contracts.structures import GREATEST, Choice, Structure
+from broker.contracts.structure_choices import DESCRIPTORS, METRICS
+from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
 from broker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
 
 __all__ = [
     "ARCHIVE_TYPE",
-    "DENSE_EIGENPAIRS",
     "DESCRIPTORS",
     "GREATEST",
     "MESH_FORMATS",
@@ -93,14 +88,12 @@ __all__ = [
     "DeliveryPayload",
     "DeliveryState",
     "DenseCorrespondence",
-    "DescriptorName",
     "DissimilaritiesPayload",
     "DissimilarityParameters",
     "DissimilarityResult",
     "Distortion",
     "ExampleReport",
     "FieldProblem",
-    "GeodesicMethod",
     "JobKind",
     "JobRecord",
     "JobState",
@@ -108,8 +101,6 @@ __all__ = [
     "MatchParameters",
     "MatchPayload",
     "MatchResult",
-    "MetricName",
-    "ObjectiveName",
     "Once",
     "Order",
     "Payload",
@@ -124,7 +115,6 @@ __all__ = [
     "PrototypeValidationPayload",
     "RefinedPoint",
     "Refinement",
-    "RefinementName",
     "ShapeRecord",
     "SpectrumKey",
     "SpectrumPayload",

@@ -6,10 +6,13 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from broker.contracts.dissimilarities import DissimilarityParameters
-from broker.contracts.parameters import MatchParameters
+from broker.contracts.parameters import (
+    DissimilarityParameters,
+    MatchParameters,
+    PrototypeParameters,
+)
 from broker.contracts.problems import Problem
-from broker.contracts.prototypes import ARCHIVE_TYPE, PrototypeParameters, is_prototype
+from broker.contracts.prototypes import ARCHIVE_TYPE, is_prototype
 from broker.contracts.spectra import SpectrumKey
 from broker.contracts.webhooks import Delivery, Webhook
 

@@ -1,25 +1,20 @@
-"""Prototypes of classes of shapes: how they are learned, and what is known of each."""
+"""Prototypes of classes of shapes: their identity, their records, and results of learning."""
 
 import hashlib
 from datetime import datetime
-from typing import Final, Literal, TypeAlias
+from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
-from broker.contracts.descriptors import DescriptorByLevel, descriptor_choices
-from broker.contracts.metrics import MetricByLevel, metric_choices
-from broker.contracts.parameters import GeodesicMethod
-from broker.contracts.structures import Choice
+from broker.contracts.parameters import PrototypeParameters, PrototypeStructures
 
 MOST_EXAMPLES: Final = 256
-"""Shapes that a prototype is learned from at most."""
+"""Greatest number of shapes a prototype is learned from."""
 
 PROTOTYPE_PREFIX: Final = "p-"
-"""How ids of prototypes begin, which tells them from those of shapes."""
+"""Beginning of the ids of prototypes, which distinguishes them from those of shapes."""
 
 ARCHIVE_TYPE: Final = "npz"
-
-CorrespondenceSource: TypeAlias = Literal["matches", "shared_connectivity"]
 
 
 def prototype_id(archive: bytes) -> str:
@@ -30,128 +25,6 @@ def prototype_id(archive: bytes) -> str:
 def is_prototype(source: str) -> bool:
     """Whether an id is that of a prototype."""
     return source.startswith(PROTOTYPE_PREFIX)
-
-
-class PrototypeStructures(BaseModel):
-    """What is measured of shapes that are compared with a prototype."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)
-
-    metric: MetricByLevel = Field(
-        default="geodesic",
-        description="Distance of every two points, whose distribution is learned: a metric for all"
-        " levels of a match, or one for each from the coarsest on, of which the last is repeated. A"
-        " metric is its name, or an object of its name and its parameters; `GET /v1/structures`"
-        " lists them.",
-        examples=["geodesic", {"name": "diffusion", "time": 0.02}, ["commute_time", "geodesic"]],
-    )
-    descriptor: DescriptorByLevel = Field(
-        default="si_hks",
-        description='Local descriptor of every point, given like `metric`; "none" for distances'
-        " alone. Eigenfunctions have no signs that shapes have in common, and cannot be learned.",
-        examples=["none", "hks"],
-    )
-    sampling: MetricByLevel = Field(
-        default=("commute_time", "geodesic"),
-        description="Metrics, given like `metric`, in which points of a shape are sampled, farthest"
-        " first and by turns; those of the prototype are sampled on the reference in the first.",
-    )
-    eigenpairs: int = Field(
-        default=100,
-        ge=10,
-        le=300,
-        description="Eigenpairs of the Laplace-Beltrami operator.",
-    )
-    geodesic_method: GeodesicMethod = Field(
-        default="fast_marching",
-        description="How geodesic distances are computed, as for a match.",
-    )
-    normalise: bool = Field(
-        default=True,
-        description="Scale all shapes to unit area first. If false, sizes belong to the class.",
-    )
-
-    @property
-    def metrics(self) -> tuple[Choice, ...]:
-        """The metrics by level, coarsest first; the last holds for all further levels."""
-        return metric_choices(self.metric)
-
-    @property
-    def descriptors(self) -> tuple[Choice, ...]:
-        """The descriptors by level, coarsest first; the last holds for all further levels."""
-        return descriptor_choices(self.descriptor)
-
-    @property
-    def samplings(self) -> tuple[Choice, ...]:
-        """The metrics in which points are sampled."""
-        return metric_choices(self.sampling)
-
-    @property
-    def spectral(self) -> bool:
-        """Whether Laplace-Beltrami eigenpairs are looked at, be it to sample points."""
-        choices = (*self.metrics, *self.descriptors, *self.samplings)
-        return any(choice.about.spectral for choice in choices)
-
-
-class PrototypeParameters(PrototypeStructures):
-    """How a prototype is learned; everything has a default that is meant to be good.
-
-    Section and equation numbers are those of Wang, Bronstein and Paragios, INRIA RR-7333, 2010.
-    """
-
-    points: int = Field(
-        default=32,
-        ge=3,
-        le=256,
-        description="Points of the prototype. Of those in `correspondences` so many are taken, the"
-        " farthest from one another; all of them if this is left out.",
-    )
-    components: int = Field(
-        default=5,
-        ge=1,
-        le=16,
-        description="Gaussians of each mixture, K of section 6.4: no more than half the number of"
-        " examples are used.",
-    )
-    select_components: bool = Field(
-        default=False,
-        description="Choose the number of Gaussians by the Bayesian information criterion, up to"
-        " `components`.",
-    )
-    correspondence: CorrespondenceSource = Field(
-        default="matches",
-        description='Which points of the shapes correspond: "matches" has the reference matched to'
-        ' every other shape; "shared_connectivity" takes the same vertex of every file, which'
-        " must all have the same faces. It is not looked at where `correspondences` are given.",
-    )
-    simplify: int | None = Field(
-        default=None,
-        ge=100,
-        le=1_000_000,
-        description="Vertices to which a shape that has more is simplified first; null for no"
-        ' simplification. Only with `correspondence` "matches".',
-    )
-    seed: int = Field(
-        default=0,
-        ge=0,
-        le=2**31 - 1,
-        description="Of what is random in learning; the same seed, the same prototype.",
-    )
-
-    @property
-    def needs_spectrum(self) -> bool:
-        """Whether learning looks at the spectrum of the shapes, be it to match them."""
-        return self.spectral or self.correspondence == "matches"
-
-    @property
-    def spectrum_size(self) -> int:
-        """Eigenpairs that are computed of each shape."""
-        return self.eigenpairs
-
-    @property
-    def largest_component(self) -> bool:
-        """Whether the largest of several components is meant: examples must have one."""
-        return False
 
 
 class ExampleReport(BaseModel):

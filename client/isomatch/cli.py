@@ -3,7 +3,7 @@
 import sys
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any, cast
+from typing import Annotated
 
 import typer
 
@@ -25,18 +25,17 @@ from isomatch._cli import (
     connected,
     echo_models,
     jobs,
-    landmarks,
     leave,
     named_upload,
     names_prototype,
+    parameter_options,
     prototypes,
     render,
     run,
     shape_name,
-    structure_choices,
+    takes,
     uploaded,
 )
-from isomatch._cli import parameter_options as options
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
 from isomatch._models import DissimilarityParameters, MatchParameters
@@ -73,33 +72,11 @@ app.add_typer(prototypes)
 
 
 @app.command(epilog=MATCH_EXAMPLES)
+@takes(parameter_options.MATCH)
 def match(
     source: Source,
     target: Mesh,
-    points: Annotated[
-        int | None, typer.Option(help="Points matched at the finest level, 3 to 256 [32].")
-    ] = None,
-    dense: options.Dense = None,
-    orientation: options.Orientation = None,
-    landmark: options.Landmarks = None,
-    refine: options.Refine = None,
-    normalise: options.Normalise = None,
-    largest_component: options.LargestComponent = None,
-    simplify: options.Simplify = None,
-    occlusion_cost: options.OcclusionCost = None,
-    metric: options.Metrics = None,
-    descriptor: options.Descriptors = None,
-    eigenpairs: options.Eigenpairs = None,
-    geodesic_method: options.GeodesicMethod = None,
-    objective: options.Objective = None,
-    first_order_weight: options.FirstOrderWeight = None,
-    beta: options.Beta = None,
-    coarse_points: options.CoarsePoints = None,
-    level_factor: options.LevelFactor = None,
-    oversampling: options.Oversampling = None,
-    rho: options.Rho = None,
-    alternatives: options.Alternatives = None,
-    time_limit: options.TimeLimit = None,
+    parameters: MatchParameters,
     picture: Picture = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -110,37 +87,11 @@ def match(
 
     Parameters that are left out take the service's defaults.
     """
-    given: dict[str, Any] = {
-        "points": points,
-        "coarse_points": coarse_points,
-        "level_factor": level_factor,
-        "oversampling": oversampling,
-        "rho": rho,
-        "metric": structure_choices(metric),
-        "descriptor": structure_choices(descriptor),
-        "beta": beta,
-        "first_order_weight": first_order_weight,
-        "occlusion_cost": occlusion_cost,
-        "normalise": normalise,
-        "eigenpairs": eigenpairs,
-        "geodesic_method": geodesic_method,
-        "alternatives": alternatives,
-        "objective": objective,
-        "refine": refine,
-        "orientation": orientation,
-        "dense": dense,
-        "landmarks": landmarks(landmark),
-        "largest_component": largest_component,
-        "simplify": simplify,
-        "time_limit": time_limit,
-    }
-    parameters = {name: value for name, value in given.items() if value not in (None, [])}
     with connected(url, as_json) as client:
         first = source if names_prototype(source) else uploaded(client, [source], as_json)[0]
         (second,) = uploaded(client, [target], as_json)
-        wanted = cast(MatchParameters, parameters)
         run(
-            lambda: client.match(first, second, **wanted),
+            lambda: client.match(first, second, **parameters),
             as_json,
             output,
             picture,
@@ -150,9 +101,10 @@ def match(
 
 
 @app.command(epilog=COMPARE_EXAMPLES)
+@takes(parameter_options.COMPARE)
 def compare(
     meshes: Meshes,
-    points: Annotated[int | None, typer.Option(help="Points of each mesh, 3 to 10 [6].")] = None,
+    parameters: DissimilarityParameters,
     labels_from_names: Annotated[
         bool,
         typer.Option(
@@ -163,13 +115,6 @@ def compare(
         str | None,
         typer.Option(help="Class of each mesh, as in cat,cat,dog: retrieval is scored by them."),
     ] = None,
-    largest_component: options.LargestComponent = None,
-    simplify: options.Simplify = None,
-    metric: options.Metric = None,
-    descriptor: options.Descriptor = None,
-    eigenpairs: options.Eigenpairs = None,
-    objective: options.Objective = None,
-    first_order_weight: options.FirstOrderWeight = None,
     picture: Picture = None,
     output: Output = None,
     as_json: AsJson = False,
@@ -177,17 +122,6 @@ def compare(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Compare meshes, all with all, and print how dissimilar they are."""
-    given: dict[str, Any] = {
-        "points": points,
-        "metric": metric and structure_choices([metric])[0],
-        "descriptor": descriptor and structure_choices([descriptor])[0],
-        "first_order_weight": first_order_weight,
-        "objective": objective,
-        "eigenpairs": eigenpairs,
-        "largest_component": largest_component,
-        "simplify": simplify,
-    }
-    parameters = {name: value for name, value in given.items() if value is not None}
     classes = None if labels is None else labels.split(",")
     with connected(url, as_json) as client:
         shapes = uploaded(client, meshes, as_json)
@@ -195,9 +129,8 @@ def compare(
         if labels_from_names:
             classes = [class_of(name) for name in called]
         names = {shape.id: Path(name).stem for shape, name in zip(shapes, called, strict=True)}
-        wanted = cast(DissimilarityParameters, parameters)
         run(
-            lambda: client.dissimilarities(shapes, classes, **wanted),
+            lambda: client.dissimilarities(shapes, classes, **parameters),
             as_json,
             output,
             picture,

@@ -93,7 +93,7 @@ def _plural(name: str) -> str:
 def _unusable(target: ShapeRecord, parameters: MatchParameters) -> list[FieldProblem]:
     shapes = {"body.target": target}
     wrong = several_components(parameters, shapes) + simplified_too_far(parameters, shapes)
-    colored = [choice.name for choice in parameters.descriptors if choice.about.colored]
+    colored = [choice.name for choice in parameters.descriptors if choice.about.needs_colors]
     if colored and parameters.first_order_weight > 0.0 and not target.has_colors:
         message = f"the prototype knows {colored[0]!r}, and the shape has no vertex colours"
         wrong.append(FieldProblem(field="body.target", message=message))

@@ -1,27 +1,23 @@
-"""What a caller may choose when two shapes are matched."""
+"""Options of a match, each declared with its range, default, meaning and source."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Self, TypeVar
-
-import numpy as np
+from typing import Self
 
 from solver.errors import OptionError
 from solver.labelling import L2, LINF
+from solver.parameters import ParameterSet, parameter
 from solver.shape.choices import (
+    DESCRIPTORS,
+    METRICS,
     DescriptorChoice,
     MetricChoice,
-    Structure,
+    all_chosen,
     descriptor_choice,
     metric_choice,
 )
 
-ChoiceT = TypeVar("ChoiceT", bound=Structure)
-
-"""What a correspondence may minimise."""
-
 GMDS = "gmds"
-"""How it may be refined."""
+"""Generalized multidimensional scaling, the one method of refinement."""
 
 MIN_POINTS = 3
 MAX_POINTS = 256
@@ -30,149 +26,186 @@ MAX_LANDMARKS = 32
 
 
 @dataclass(frozen=True)
-class MatchOptions:
-    """Choices of a match; the paper's symbols in parentheses.
+class MatchOptions(ParameterSet):
+    """Options of a match.
 
-    Parameters
-    ----------
-    points
-        Source points matched at the finest level.
-    coarse_points
-        Source points of the coarsest level, matched exactly (N₁ of 4.1).
-    level_factor
-        How many times more points each level has than the one before (q of 4.1).
-    oversampling
-        Target samples per source sample above the coarsest level. The samples of two shapes are
-        not images of one another, so the target needs more of them than the source.
-    rho
-        Size of the neighbourhoods in which partners are looked for, in covering radii (ρ of 4.1).
-    metric
-        Metric d of each level, from the coarsest on; the last serves all finer levels. Each is
-        a choice, or a name, which is the choice with default parameters. Points are sampled
-        farthest first in the first one. Between commute times and geodesic distances the coarsest
-        level's points are matched a second time, by heat: see :mod:`.varadhan_level`.
-    descriptor
-        Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
-    beta
-        Weight of the second-order term (β). Distances are divided by their root mean square
-        and pairs weighed by 2/(N − 1), so that 1 means the same for any metric and any N.
-    first_order_weight
-        Weight of the first-order term. Descriptors are divided by their root mean square
-        deviation, so that 1 means the same for any descriptor.
-    occlusion_cost
-        What an unmatched source point costs (γ), in the units of the weighted energy, in which a
-        match without any distortion costs 0; ``None`` for enough that every one is matched.
-    alternatives
-        How many of the best coarse solutions are refined and ranked.
-    objective
-        What a correspondence minimises: ``"l2"``, the energy (5), or ``"linf"``, the greatest
-        distortion of a distance (section 2), whose half is the Gromov-Hausdorff distance of the
-        sampled points if each has one partner. The latter is solved exactly, on one level of at
-        most 10 points; among its optima, those of least energy (5) are returned.
-    refine
-        ``"gmds"`` to find, after the match, the points of the target's surface that correspond to
-        the matched points, between its vertices: see :mod:`solver.gmds`. ``None`` not to.
-    orientation
-        Whether of the hypotheses that one is returned whose extension to all vertices preserves
-        most and keeps orientation, so that left is matched with left, rather than the likeliest by
-        distances, of which the mirror image is as good; its points then lie where that extension
-        has them. `dense` and `refine` include that.
-        With objective ``"linf"`` the answer stays that of least distortion.
-    dense
-        Whether to extend the match to all vertices: see :mod:`solver.functional_maps.extension`.
-    landmarks
-        Pairs of vertices known to correspond, in the numbers of the user's own files. They are
-        sampled first, before the farthest points, at every level, and matched with one another.
-        At most 32, and no more than points; not for objective ``"linf"``.
-    time_limit
-        Seconds after which the best answer so far is returned; ``None`` for no limit.
+    ``metric`` and ``descriptor`` hold one structure for each level from the coarsest on, of which
+    the last serves all finer levels; a name stands for the structure with default parameters.
 
     Raises
     ------
     OptionError
-        A value is out of range.
+        A value is out of range, or two options exclude each other.
     """
 
-    points: int = 32
-    coarse_points: int = 8
-    level_factor: int = 2
-    oversampling: int = 4
-    rho: float = 1.5
-    metric: tuple[MetricChoice | str, ...] = ("commute_time", "geodesic")
-    descriptor: tuple[DescriptorChoice | str, ...] = ("si_hks",)
-    beta: float = 1.0
-    first_order_weight: float = 0.05
-    occlusion_cost: float | None = None
-    alternatives: int = 8
-    objective: str = L2
-    refine: str | None = None
-    orientation: bool = False
-    dense: bool = False
-    landmarks: tuple[tuple[int, int], ...] = ()
-    time_limit: float | None = None
+    points: int = parameter(
+        32, "Points of the source matched at the finest level.", least=MIN_POINTS, most=MAX_POINTS
+    )
+    coarse_points: int = parameter(
+        8,
+        "Points of the coarsest level, which is solved to proven optimality.",
+        least=MIN_POINTS,
+        most=MAX_COARSE_POINTS,
+        source="N_1 of section 4.1",
+        topic="Solver",
+    )
+    level_factor: int = parameter(
+        2,
+        "Factor by which the number of points grows from one level to the next.",
+        least=2,
+        most=4,
+        source="q of section 4.1",
+        topic="Solver",
+    )
+    oversampling: int = parameter(
+        4,
+        "Target samples for each source sample on the finer levels. Samples of two shapes do not"
+        " correspond exactly, so the target needs more of them.",
+        least=1,
+        most=8,
+        topic="Solver",
+    )
+    rho: float = parameter(
+        1.5,
+        "Radius of the neighbourhood in which a match may move from one level to the next, in"
+        " covering radii of the level.",
+        above=1.0,
+        most=4.0,
+        source="section 4.1",
+        topic="Solver",
+    )
+    metric: tuple[MetricChoice | str, ...] = parameter(
+        ("commute_time", "geodesic"),
+        "Distance to be preserved. Points are sampled farthest first in the first metric. Between"
+        " commute times and geodesic distances, the points of the coarsest level are matched a"
+        " second time, by the Varadhan approximation of geodesic distance.",
+        topic="Structures",
+    )
+    descriptor: tuple[DescriptorChoice | str, ...] = parameter(
+        ("si_hks",),
+        'Local descriptor to be preserved. "none" leaves the first-order term out.',
+        topic="Structures",
+    )
+    beta: float = parameter(
+        1.0,
+        "Weight of the second-order (metric) term. Distances are divided by their root mean square"
+        " and pairs weighted by 2/(N - 1), so that 1 means the same for every metric and every N.",
+        least=0.0,
+        most=1e6,
+        source="beta of (5)",
+        topic="Solver",
+    )
+    first_order_weight: float = parameter(
+        0.05,
+        "Weight of the first-order (descriptor) term. Descriptors are divided by their root mean"
+        " square deviation, so that 1 means the same for every descriptor.",
+        least=0.0,
+        most=1e6,
+        topic="Solver",
+    )
+    occlusion_cost: float | None = parameter(
+        None,
+        "Cost of leaving a source point unmatched. In units of the weighted energy, in which a"
+        " match without distortion costs 0; if left out, large enough that every point is matched.",
+        above=0.0,
+        most=1e9,
+        source="gamma of (5)",
+        topic="Shapes",
+    )
+    alternatives: int = parameter(
+        8,
+        "Number of best solutions of the coarsest level that are refined and ranked.",
+        least=1,
+        most=32,
+        topic="Solver",
+    )
+    objective: str = parameter(
+        L2,
+        'Quantity that is minimised. "l2" is the energy (5); "linf" the greatest distortion of a'
+        " distance (section 2), half of which is the Gromov-Hausdorff distance of the matched"
+        ' samples. "linf" is solved exactly, on one level: it takes at most 10 points, matches all'
+        " of them, and of its optima returns those of least energy (5).",
+        one_of=(L2, LINF),
+        topic="Solver",
+    )
+    refine: str | None = parameter(
+        None,
+        'Refinement of the matched points. "gmds" finds where they lie on the target\'s surface'
+        " between its vertices, by generalized multidimensional scaling: `refinement` of the"
+        " result. No refinement if left out.",
+        one_of=(GMDS,),
+        source="section 7.1",
+    )
+    orientation: bool = parameter(
+        False,
+        "Return the hypothesis that preserves orientation, so that left is matched with left. Its"
+        " extension to all vertices preserves most and keeps orientation; by distances alone the"
+        " mirror image is as good. Alternatives may then have less energy. Takes some seconds;"
+        " included in `dense` and `refine`. Surfaces must be wound consistently, as closed ones are"
+        " after repair. With a prototype that keeps surfaces of its examples the default is true,"
+        ' and front and hind legs are told apart too. With objective "linf" the answer stays that'
+        " of least distortion.",
+    )
+    dense: bool = parameter(
+        False, "Extend the match to all vertices. The extension is `dense` of the result."
+    )
+    landmarks: tuple[tuple[int, int], ...] = parameter(
+        (),
+        "Pairs of vertices that are known to correspond. One is of the source's file, the other of"
+        " the target's, counted from 0. They are sampled first and matched with one another, count"
+        " among `points`, and decide between symmetric solutions: one on a hand distinguishes left"
+        " from right. A vertex that repair or `simplify` has merged into another is replaced by"
+        ' that one. With `occlusion_cost`, they may stay unmatched too. Not with objective "linf".',
+        longest=MAX_LANDMARKS,
+    )
+    time_limit: float | None = parameter(
+        None,
+        "Seconds after which the best answer so far is returned with its gap. No limit if left"
+        " out.",
+        above=0.0,
+        most=86400.0,
+        unit="seconds",
+        topic="Solver",
+    )
 
     def __post_init__(self) -> None:
-        self._within("points", MIN_POINTS, MAX_POINTS)
-        self._within("coarse_points", MIN_POINTS, MAX_COARSE_POINTS)
-        self._within("level_factor", 2, 4)
-        self._within("oversampling", 1, 8)
-        self._within("rho", 1.0, 4.0)
-        self._within("beta", 0.0, 1e6)
-        self._within("first_order_weight", 0.0, 1e6)
-        self._within("alternatives", 1, 32)
-        self._choose("metric", metric_choice)
-        self._choose("descriptor", descriptor_choice)
-        self._suits_the_objective()
+        super().__post_init__()
+        object.__setattr__(self, "metric", all_chosen(self.metric, METRICS, "metric"))
+        object.__setattr__(
+            self, "descriptor", all_chosen(self.descriptor, DESCRIPTORS, "descriptor")
+        )
+        if self.objective == LINF:
+            self._check_linf()
         self._check_landmarks()
-        if self.refine not in (None, GMDS):
-            raise OptionError("refine", f"{self.refine!r} is not {GMDS}; or leave it out")
-        for field in ("occlusion_cost", "time_limit"):
-            value = getattr(self, field)
-            if value is not None and not 0.0 < value < np.inf:
-                raise OptionError(field, "it must be positive and finite, or left out")
 
-    def _suits_the_objective(self) -> None:
-        if self.objective not in (L2, LINF):
-            raise OptionError("objective", f"{self.objective!r} is none of {L2}, {LINF}")
-        if self.objective == LINF and self.points > MAX_COARSE_POINTS:
+    def _check_linf(self) -> None:
+        if self.points > MAX_COARSE_POINTS:
             raise OptionError("points", f"objective {LINF} takes at most {MAX_COARSE_POINTS}")
-        if self.objective == LINF and self.occlusion_cost is not None:
+        if self.occlusion_cost is not None:
             raise OptionError("occlusion_cost", f"objective {LINF} matches every point")
+        if self.landmarks:
+            raise OptionError("landmarks", f"objective {LINF} takes none")
 
     def _check_landmarks(self) -> None:
         count = len(self.landmarks)
         if count > min(MAX_LANDMARKS, self.points):
             most = f"{MAX_LANDMARKS} are possible, and no more than points"
             raise OptionError("landmarks", f"{count} are too many: {most}")
-        if count and self.objective == LINF:
-            raise OptionError("landmarks", f"objective {LINF} takes none")
-        for side in range(2):
+        for shape in range(2):
             seen: set[int] = set()
             for place, pair in enumerate(self.landmarks):
-                if pair[side] in seen:
-                    raise OptionError(f"landmarks.{place}.{side}", "it is in an earlier pair")
-                seen.add(pair[side])
-
-    def _within(self, field: str, least: float, most: float) -> None:
-        if not least <= getattr(self, field) <= most:
-            raise OptionError(field, f"it must be from {least:g} to {most:g}")
-
-    def _choose(self, field: str, choice: Callable[[ChoiceT | str, str], ChoiceT]) -> None:
-        """Replace names by the choices they mean."""
-        given = getattr(self, field)
-        if not given:
-            raise OptionError(field, "at least one is needed")
-        chosen = tuple(choice(one, f"{field}.{place}") for place, one in enumerate(given))
-        object.__setattr__(self, field, chosen)
+                if pair[shape] in seen:
+                    raise OptionError(f"landmarks.{place}.{shape}", "it is in an earlier pair")
+                seen.add(pair[shape])
 
     @property
     def metrics(self) -> tuple[MetricChoice, ...]:
-        """The metrics of the levels, the coarsest first; the last serves all finer ones."""
+        """The metrics of the levels, the coarsest first; the last holds for all finer ones."""
         return tuple(map(metric_choice, self.metric))
 
     @property
     def descriptors(self) -> tuple[DescriptorChoice, ...]:
-        """The descriptors of the levels, likewise."""
+        """The descriptors of the levels, the coarsest first; the last holds for all finer ones."""
         return tuple(map(descriptor_choice, self.descriptor))
 
     def metric_at(self, level: int) -> MetricChoice:

@@ -10,7 +10,7 @@ from solver.prototype.learning import (
     matched_examples,
 )
 from solver.prototype.matching import match_prototype
-from solver.prototype.options import PrototypeOptions
+from solver.prototype.options import PrototypeOptions, PrototypeStructures
 from solver.prototype.prototype import (
     LearnedDescriptors,
     LearnedDistances,
@@ -41,6 +41,7 @@ __all__ = [
     "LearnedDistances",
     "Prototype",
     "PrototypeOptions",
+    "PrototypeStructures",
     "SurfaceSpectra",
     "all_pairs",
     "connected_examples",

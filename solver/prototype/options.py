@@ -1,70 +1,58 @@
-"""What a caller may choose when a prototype is learned."""
+"""Options of a prototype, each declared with its range, default, meaning and source."""
 
 from dataclasses import dataclass
 
-from solver.errors import OptionError
 from solver.matching import MAX_POINTS, MIN_POINTS
-from solver.shape.choices import DescriptorChoice, MetricChoice, descriptor_choice, metric_choice
+from solver.parameters import ParameterSet, parameter
+from solver.shape.choices import (
+    DESCRIPTORS,
+    METRICS,
+    DescriptorChoice,
+    MetricChoice,
+    all_chosen,
+    descriptor_choice,
+    metric_choice,
+)
 
 MAX_COMPONENTS = 16
 
 
 @dataclass(frozen=True)
-class PrototypeOptions:
-    """Choices of a prototype; the paper's symbols in parentheses.
-
-    Parameters
-    ----------
-    points
-        Points N of the prototype.
-    components
-        Gaussians K of each mixture; no more than half the number of examples are used.
-    select_components
-        Whether each mixture has the number of components, up to K, of least Bayesian information
-        criterion.
-    metric
-        Metric d of each level of a match, from the coarsest on; the last serves all finer ones.
-        Each is a choice, or a name, which is the choice with default parameters.
-    descriptor
-        Descriptor f of each level, likewise; ``"none"`` leaves the first-order term out.
-    sampling
-        Metrics in which targets are sampled farthest first, by turns; points of the prototype are
-        sampled on the reference in the first. Where one metric spends its samples on the fingers of
-        one body, another still finds its head.
-    seed
-        Of the random starts of expectation maximisation.
+class PrototypeStructures(ParameterSet):
+    """Structures that a prototype describes, as those of a match: one for each level.
 
     Raises
     ------
     OptionError
-        A value is out of range.
+        There is no such structure.
     """
 
-    points: int = 32
-    components: int = 5
-    select_components: bool = False
-    metric: tuple[MetricChoice | str, ...] = ("geodesic",)
-    descriptor: tuple[DescriptorChoice | str, ...] = ("si_hks",)
-    sampling: tuple[MetricChoice | str, ...] = ("commute_time", "geodesic")
-    seed: int = 0
+    metric: tuple[MetricChoice | str, ...] = parameter(
+        ("geodesic",),
+        "Distance between points, whose distribution is learned.",
+        topic="Structures",
+    )
+    descriptor: tuple[DescriptorChoice | str, ...] = parameter(
+        ("si_hks",),
+        'Local descriptor of every point. "none" for distances alone. Eigenfunctions cannot be'
+        " learned: they have no signs that shapes have in common.",
+        topic="Structures",
+    )
+    sampling: tuple[MetricChoice | str, ...] = parameter(
+        ("commute_time", "geodesic"),
+        "Metrics in which points are sampled, farthest first and in turns. Points of the prototype"
+        " are sampled on the reference, in the first metric. Where one metric samples the fingers"
+        " of a body first, another still finds its head.",
+        topic="Structures",
+    )
 
     def __post_init__(self) -> None:
-        if not MIN_POINTS <= self.points <= MAX_POINTS:
-            raise OptionError("points", f"it must be from {MIN_POINTS} to {MAX_POINTS}")
-        if not 1 <= self.components <= MAX_COMPONENTS:
-            raise OptionError("components", f"it must be from 1 to {MAX_COMPONENTS}")
-        if self.seed < 0:
-            raise OptionError("seed", "it must be at least 0")
-        for field in ("metric", "descriptor", "sampling"):
-            if not getattr(self, field):
-                raise OptionError(field, "at least one is needed")
-        for field, given in (("metric", self.metric), ("sampling", self.sampling)):
-            metrics = tuple(metric_choice(one, f"{field}.{i}") for i, one in enumerate(given))
-            object.__setattr__(self, field, metrics)
-        descriptors = tuple(
-            descriptor_choice(one, f"descriptor.{i}") for i, one in enumerate(self.descriptor)
+        super().__post_init__()
+        object.__setattr__(self, "metric", all_chosen(self.metric, METRICS, "metric"))
+        object.__setattr__(self, "sampling", all_chosen(self.sampling, METRICS, "sampling"))
+        object.__setattr__(
+            self, "descriptor", all_chosen(self.descriptor, DESCRIPTORS, "descriptor")
         )
-        object.__setattr__(self, "descriptor", descriptors)
 
     @property
     def sampling_metrics(self) -> tuple[MetricChoice, ...]:
@@ -78,5 +66,46 @@ class PrototypeOptions:
 
     @property
     def descriptors(self) -> tuple[DescriptorChoice, ...]:
-        """The descriptors of the levels, likewise."""
+        """The descriptors of the levels, the coarsest first."""
         return tuple(map(descriptor_choice, self.descriptor))
+
+
+@dataclass(frozen=True)
+class PrototypeOptions(PrototypeStructures):
+    """Options of learning a prototype.
+
+    Raises
+    ------
+    OptionError
+        A value is out of range.
+    """
+
+    points: int = parameter(
+        32,
+        "Points of the prototype. Of given correspondences that many are taken, the farthest from"
+        " one another; the service takes all of them if this is left out.",
+        least=MIN_POINTS,
+        most=MAX_POINTS,
+    )
+    components: int = parameter(
+        5,
+        "Gaussians of each mixture. No more than half the number of examples are used.",
+        least=1,
+        most=MAX_COMPONENTS,
+        source="K of section 6.4",
+        topic="Mixtures",
+    )
+    select_components: bool = parameter(
+        False,
+        "Choose the number of Gaussians of each mixture, up to `components`, by the Bayesian"
+        " information criterion.",
+        topic="Mixtures",
+    )
+    seed: int = parameter(
+        0,
+        "Seed of the random starts of expectation maximisation. The same seed gives the same"
+        " prototype.",
+        least=0,
+        most=2**31 - 1,
+        topic="Mixtures",
+    )

@@ -15,6 +15,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import OptionError
 from solver.labelling import L2, LINF
 from solver.matching import MIN_POINTS
+from solver.parameters import ParameterSet, parameter
 from solver.shape import Shape
 from solver.shape.choices import (
     DescriptorChoice,
@@ -33,24 +34,8 @@ _LEAST_DIAMETER = 1e-150
 
 
 @dataclass(frozen=True)
-class SimilarityOptions:
-    """Choices of a comparison; the paper's symbols in parentheses.
-
-    Parameters
-    ----------
-    points
-        Points N of each shape that are matched, all with all.
-    metric
-        Metric d whose distortion is measured: a choice, or a name for the one with default
-        parameters.
-    descriptor
-        Descriptor f of the first-order term, likewise; ``"none"``, or a weight of 0, leaves it
-        out.
-    first_order_weight
-        Weight of the first-order term, as for a match.
-    objective
-        ``"l2"``, the energy (5), or ``"linf"``, the greatest distortion of a distance, which knows
-        no first-order term.
+class SimilarityOptions(ParameterSet):
+    """Options of a comparison; the name of a structure stands for default parameters.
 
     Raises
     ------
@@ -58,21 +43,41 @@ class SimilarityOptions:
         A value is out of range.
     """
 
-    points: int = 6
-    metric: MetricChoice | str = "commute_time"
-    descriptor: DescriptorChoice | str = "si_hks"
-    first_order_weight: float = 0.0
-    objective: str = L2
+    points: int = parameter(
+        6,
+        "Points of each shape, all of which are matched, to proven optimality.",
+        least=MIN_POINTS,
+        most=MAX_POINTS,
+    )
+    metric: MetricChoice | str = parameter(
+        "commute_time", "Distance whose distortion is measured.", topic="Structures"
+    )
+    descriptor: DescriptorChoice | str = parameter(
+        "si_hks",
+        "Local descriptor of the first-order term. Not used without a `first_order_weight`. Of"
+        " eigenfunctions, magnitudes are compared.",
+        topic="Structures",
+    )
+    first_order_weight: float = parameter(
+        0.0,
+        "Weight of the first-order (descriptor) term.",
+        least=0.0,
+        most=1e6,
+        topic="Solver",
+    )
+    objective: str = parameter(
+        L2,
+        'Dissimilarity of two shapes. "l2" is the least energy (5) of a matched point; "linf" the'
+        " least greatest distortion of a distance, twice the Gromov-Hausdorff distance of the"
+        " matched points, which has no first-order term.",
+        one_of=(L2, LINF),
+        topic="Solver",
+    )
 
     def __post_init__(self) -> None:
-        if not MIN_POINTS <= self.points <= MAX_POINTS:
-            raise OptionError("points", f"it must be from {MIN_POINTS} to {MAX_POINTS}")
+        super().__post_init__()
         object.__setattr__(self, "metric", metric_choice(self.metric))
         object.__setattr__(self, "descriptor", descriptor_choice(self.descriptor))
-        if not 0.0 <= self.first_order_weight <= 1e6:
-            raise OptionError("first_order_weight", "it must be from 0 to 1e+06")
-        if self.objective not in (L2, LINF):
-            raise OptionError("objective", f"{self.objective!r} is none of {L2}, {LINF}")
 
     @property
     def described(self) -> bool:

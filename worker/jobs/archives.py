@@ -24,7 +24,7 @@ from solver.prototype.mixtures import GaussianMixtures
 from solver.shape import Shape
 from solver.shape.choices import NoDescriptor
 from worker.jobs.failures import PrototypeGone, UploadGone
-from worker.jobs.structures import choice_of
+from worker.jobs.options import choice_of
 from worker.jobs.torus import torus_file
 
 _MOST_WARNINGS: Final = 300

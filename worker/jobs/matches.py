@@ -1,9 +1,8 @@
 """A match: two meshes and their spectra in, the result document out."""
 
 import gzip
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from solver.prototype import match_prototype as match_with_prototype
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
 from worker.jobs.failures import blaming
-from worker.jobs.structures import descriptor_of, metric_of
+from worker.jobs.options import options_of
 
 
 @dataclass(frozen=True)
@@ -54,20 +53,6 @@ class Side:
         )
 
 
-def options_of(parameters: MatchParameters) -> MatchOptions:
-    """Return the solver's options, which have the same names.
-
-    Parameters
-    ----------
-    parameters
-        What was asked; some of it is not for the solver's options but for how shapes are made.
-    """
-    values: dict[str, Any] = parameters.model_dump()
-    values["metric"] = tuple(map(metric_of, parameters.metrics))
-    values["descriptor"] = tuple(map(descriptor_of, parameters.descriptors))
-    return MatchOptions(**{one.name: values[one.name] for one in fields(MatchOptions)})
-
-
 def match_shapes(
     source: Side, target: Side, payload: MatchPayload, control: Control
 ) -> MatchResult:
@@ -85,7 +70,7 @@ def match_shapes(
         first = source.shape(parameters)
     with blaming("target"):
         second = target.shape(parameters)
-    found = match(first, second, options_of(parameters), control)
+    found = match(first, second, options_of(MatchOptions, parameters), control)
     refined = None
     if found.refinement is not None:
         refined = _refinement(found.refinement, source.mesh, target.mesh)
@@ -111,7 +96,9 @@ def match_prototype(
     parameters = payload.parameters
     # Metric and descriptor are the prototype's, which has them itself.
     usual = MatchOptions()
-    options = replace(options_of(parameters), metric=usual.metric, descriptor=usual.descriptor)
+    options = replace(
+        options_of(MatchOptions, parameters), metric=usual.metric, descriptor=usual.descriptor
+    )
     with blaming("target"):
         shape = target.shape(parameters)
     found = match_with_prototype(prototype, shape, options, control, surface_spectrum)

@@ -32,34 +32,15 @@ from solver.shape import Shape
 from worker.jobs.archives import record_of
 from worker.jobs.failures import ShapeGone, UnusableShape
 from worker.jobs.meshes import mesh_from_bytes, mesh_of
+from worker.jobs.options import options_of
 from worker.jobs.reporting import TOTAL, Reporter
 from worker.jobs.spectra import spectrum_of
-from worker.jobs.structures import descriptor_of, metric_of
 
 SPECTRA: Final = "spectra of the examples"
 
 _SPECTRA_SHARE: Final = 0.4
 _EXAMPLES_SHARE: Final = 0.4
 """Shares of the progress that are given to the spectra, and to what of the shapes corresponds."""
-
-
-def options_of(parameters: PrototypeParameters) -> PrototypeOptions:
-    """Return the solver's options, which have the same names.
-
-    Parameters
-    ----------
-    parameters
-        What was asked; some of it is not for the solver's options but for how shapes are made.
-    """
-    return PrototypeOptions(
-        points=parameters.points,
-        components=parameters.components,
-        select_components=parameters.select_components,
-        metric=tuple(map(metric_of, parameters.metrics)),
-        descriptor=tuple(map(descriptor_of, parameters.descriptors)),
-        sampling=tuple(map(metric_of, parameters.samplings)),
-        seed=parameters.seed,
-    )
 
 
 def learn(
@@ -93,7 +74,7 @@ def learn(
     shapes = _shapes(payload, store, holder, reporter.control(0.0, _SPECTRA_SHARE))
     middle = _SPECTRA_SHARE + _EXAMPLES_SHARE
     found = _examples(payload, shapes, reporter.control(_SPECTRA_SHARE, middle))
-    options = options_of(payload.parameters)
+    options = options_of(PrototypeOptions, payload.parameters)
     learned = learn_prototype(found.examples, options, reporter.control(middle, 1.0))
     prototype = replace(learned, warnings=(*learned.warnings, *found.warnings))
     archive = prototype_to_bytes(prototype)
@@ -160,7 +141,7 @@ def _shape(
 def _examples(
     payload: PrototypePayload, shapes: Sequence[Shape], control: Control
 ) -> CorrespondingExamples:
-    options, reference = options_of(payload.parameters), payload.reference
+    options, reference = options_of(PrototypeOptions, payload.parameters), payload.reference
     if payload.correspondences is not None:
         given = [np.array(vertices, dtype=np.int64) for vertices in payload.correspondences]
         return given_examples(shapes, given, options, reference)

@@ -1,8 +1,5 @@
 """Signatures of the shapes of a collection: from the cache, or computed and cached."""
 
-from dataclasses import fields
-from typing import Any
-
 from broker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
@@ -16,23 +13,8 @@ from solver.shape import Shape
 from solver.similarity import Signature, SimilarityOptions, signature
 from worker.jobs.failures import ShapeGone, UnusableShape
 from worker.jobs.meshes import mesh_from_bytes, mesh_of
+from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of
-from worker.jobs.structures import descriptor_of, metric_of
-
-
-def options_of(parameters: DissimilarityParameters) -> SimilarityOptions:
-    """Return the solver's options, which have the same names.
-
-    Parameters
-    ----------
-    parameters
-        What was asked; some of it is not for the solver's options but for how shapes are made.
-    """
-    values: dict[str, Any] = parameters.model_dump()
-    (metric,), (descriptor,) = parameters.metrics, parameters.descriptors
-    values |= {"metric": metric_of(metric), "descriptor": descriptor_of(descriptor)}
-    options = {field.name: values[field.name] for field in fields(SimilarityOptions)}
-    return SimilarityOptions(**options)
 
 
 def cached_signatures(payload: DissimilaritiesPayload, store: Store) -> dict[int, bytes]:
@@ -92,7 +74,7 @@ def compute_signature(
         mesh = mesh_of(key, whole, store.spectra)
         spectrum = spectrum_of(key, mesh, store.spectra, holder, control)
         solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)
-        found = signature(solid, options_of(parameters)).to_bytes()
+        found = signature(solid, options_of(SimilarityOptions, parameters)).to_bytes()
     except MeshError as error:
         raise UnusableShape(f"shapes.{place}", str(error)) from error
     except OptionError as error:

@@ -32,14 +32,16 @@ from solver.errors import Cancelled
 from solver.similarity import (
     Signature,
     SignatureCollection,
+    SimilarityOptions,
     dissimilarities,
     number_of_pairs,
     pairs_between,
 )
 from worker.jobs.dissimilarities import arrays_of, result_of
 from worker.jobs.failures import newer_version, problem_of
+from worker.jobs.options import options_of
 from worker.jobs.reporting import TOTAL, WAITING, Reporter
-from worker.jobs.signatures import cached_signatures, compute_signature, options_of
+from worker.jobs.signatures import cached_signatures, compute_signature
 
 SLICE: Final = 1.0
 """Seconds after which a turn ends if anything else is queued."""
@@ -213,7 +215,7 @@ class _Work:
         # Pairs of one shape are alike; these are of all.
         some = pairs_between(len(collection), 0, count)[:: max(count // SAMPLE, 1)]
         began = time.perf_counter()
-        dissimilarities(collection, some, options_of(self.payload.parameters))
+        dissimilarities(collection, some, options_of(SimilarityOptions, self.payload.parameters))
         cost = (time.perf_counter() - began) / len(some)
         return min(max(int(PART_SECONDS / cost), 1), count)
 
@@ -231,7 +233,7 @@ class _Work:
         last = min((part + 1) * size, number_of_pairs(len(collection)))
         pairs = pairs_between(len(collection), part * size, last)
         costs: FloatArray = dissimilarities(
-            collection, pairs, options_of(self.payload.parameters)
+            collection, pairs, options_of(SimilarityOptions, self.payload.parameters)
         ).costs
         return costs.astype("<f8").tobytes()
 

@@ -31,7 +31,13 @@ from solver.prototype import (
     prototype_to_bytes,
 )
 from solver.shape import Shape
-from solver.similarity import SignatureCollection, dissimilarities, pairs_between, signature
+from solver.similarity import (
+    SignatureCollection,
+    SimilarityOptions,
+    dissimilarities,
+    pairs_between,
+    signature,
+)
 from worker.jobs import (
     Side,
     match_shapes,
@@ -41,7 +47,7 @@ from worker.jobs import (
     torus_file,
 )
 from worker.jobs.dissimilarities import arrays_of
-from worker.jobs.signatures import options_of
+from worker.jobs.options import options_of
 from worker.pictures import draw_match, draw_matrix, hypothesis_of
 
 log = logger("isomatch.worker")
@@ -100,7 +106,7 @@ def _stretched(mesh: TriangleMesh) -> TriangleMesh:
 def _compare(mesh: TriangleMesh) -> None:
     parameters = DissimilarityParameters(first_order_weight=0.1)
     payload = DissimilaritiesPayload(shapes=("a", "b"), labels=("a", "a"), parameters=parameters)
-    options = options_of(parameters)
+    options = options_of(SimilarityOptions, parameters)
     found = signature(Shape(mesh, eigenpairs=20), options)
     pairs = pairs_between(2, 0, 1)
     collection = SignatureCollection.of([found, found], options.points)

@@ -13,10 +13,9 @@ from isomatch._cli.options import (
     Source,
     Url,
     Wait,
-    landmarks,
     names_prototype,
-    structure_choices,
 )
+from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
 from isomatch._cli.serve import serve
 from isomatch._cli.shell import (
@@ -49,7 +48,6 @@ __all__ = [
     "connected",
     "echo_models",
     "jobs",
-    "landmarks",
     "leave",
     "named_upload",
     "names_prototype",
@@ -57,6 +55,6 @@ __all__ = [
     "run",
     "serve",
     "shape_name",
-    "structure_choices",
+    "takes",
     "uploaded",
 ]

@@ -1,4 +1,4 @@
-"""The arguments and options that commands have in common, and what is refused of them."""
+"""Arguments and options that commands share, and their checks."""
 
 import re
 from pathlib import Path
@@ -17,12 +17,12 @@ GivenT = TypeVar("GivenT", str, list[str])
 
 
 def shapes_given(given: GivenT) -> GivenT:
-    """Return what names shapes, files or ids, if it does.
+    """Return names of shapes, which are files or ids.
 
     Raises
     ------
     typer.BadParameter
-        One is neither.
+        One is neither a file nor an id.
     """
     for one in [given] if isinstance(given, str) else given:
         if not Path(one).is_file() and not _SHAPE_ID.fullmatch(one):
@@ -35,26 +35,26 @@ def shapes_given(given: GivenT) -> GivenT:
 
 
 def source_given(given: str) -> str:
-    """Return what names the source of a match: as :func:`shapes_given`, or a prototype's id."""
+    """Return the source of a match: the id of a prototype, or see :func:`shapes_given`."""
     return given if names_prototype(given) else shapes_given(given)
 
 
 def id_given(given: str | None) -> str | None:
-    """Return the id of a shape or a prototype, if it is one; a file's name is none."""
+    """Return the id of a shape or a prototype; refuse anything else."""
     if given is None or _SHAPE_ID.fullmatch(given) or _PROTOTYPE_ID.fullmatch(given):
         return given
     raise typer.BadParameter(
-        f"{given!r} is no id; `isomatch shapes` and `isomatch prototype list` say them"
+        f"{given!r} is not an id; `isomatch shapes` and `isomatch prototype list` list them"
     )
 
 
 def names_prototype(given: str) -> bool:
-    """Whether something is the id of a prototype, and no file."""
+    """Return whether a text is the id of a prototype, not the name of a file."""
     return _PROTOTYPE_ID.fullmatch(given) is not None and not Path(given).is_file()
 
 
 def writable(given: Path | None) -> Path | None:
-    """Return the name of a file to write, if one can be there: better known before the work."""
+    """Return the name of a file to write, if its folder exists: checked before the work."""
     if given is not None and not given.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
     if given is not None and given.is_dir():
@@ -63,7 +63,7 @@ def writable(given: Path | None) -> Path | None:
 
 
 def picture_given(given: Path | None) -> Path | None:
-    """Return the name of a picture to write, as :func:`writable`, if it says what will be in it."""
+    """Return the name of a PNG file to write; see :func:`writable`."""
     if given is not None and given.suffix.lower() != ".png":
         raise typer.BadParameter(f"pictures are PNG files: {given.stem}.png")
     return writable(given)
@@ -142,7 +142,13 @@ Wait = Annotated[
 
 
 def structure_choices(given: list[str] | None) -> list[StructureChoice]:
-    """Return the structures that options name."""
+    """Return the structures that options name.
+
+    Raises
+    ------
+    typer.BadParameter
+        A parameter has no value.
+    """
     try:
         return [structure_choice(text) for text in given or ()]
     except ValueError as error:
@@ -150,6 +156,13 @@ def structure_choices(given: list[str] | None) -> list[StructureChoice]:
 
 
 def landmarks(given: list[str] | None) -> list[tuple[int, int]]:
+    """Return the landmarks that options name, as in ``17:203``.
+
+    Raises
+    ------
+    typer.BadParameter
+        One is not a pair of numbers.
+    """
     try:
         pairs = [tuple(map(int, text.split(":"))) for text in given or ()]
     except ValueError as error:

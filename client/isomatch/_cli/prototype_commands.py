@@ -1,13 +1,14 @@
 """``isomatch prototype``: what classes of shapes are like."""
 
 from pathlib import Path
-from typing import Annotated, Any, Final, cast
+from typing import Annotated
 
 import typer
 
-from isomatch._cli import parameter_options as options
 from isomatch._cli.examples import LEARN_EXAMPLES
-from isomatch._cli.options import AsJson, Meshes, Output, Quiet, Url, Wait, structure_choices
+from isomatch._cli.options import AsJson, Meshes, Output, Quiet, Url, Wait
+from isomatch._cli.parameter_options import LEARN
+from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
 from isomatch._cli.render import standard_error, standard_output
 from isomatch._cli.shell import EXIT_CODES, connected, echo_models, run, uploaded
@@ -19,8 +20,6 @@ Name = Annotated[
     str | None, typer.Option(help="What to call it; one that is taken gets a next version.")
 ]
 
-MIXTURES: Final = "Mixtures"
-
 prototypes = typer.Typer(
     name="prototype",
     help="Learn, list, show, exchange and delete prototypes of classes of shapes.",
@@ -30,12 +29,11 @@ prototypes = typer.Typer(
 
 
 @prototypes.command(epilog=LEARN_EXAMPLES)
+@takes(LEARN, without=["correspondence"])
 def learn(
     meshes: Meshes,
+    parameters: PrototypeParameters,
     name: Name = None,
-    points: Annotated[
-        int | None, typer.Option(help="Points of the prototype, 3 to 256 [32].")
-    ] = None,
     shared_connectivity: Annotated[
         bool,
         typer.Option(
@@ -43,55 +41,18 @@ def learn(
             help="The same vertex of every mesh corresponds; by default the first is matched.",
         ),
     ] = False,
-    normalise: options.Normalise = None,
-    simplify: options.Simplify = None,
-    metric: options.Metrics = None,
-    descriptor: options.Descriptors = None,
-    sampling: options.Samplings = None,
-    eigenpairs: options.Eigenpairs = None,
-    geodesic_method: options.GeodesicMethod = None,
-    components: Annotated[
-        int | None,
-        typer.Option(help="Gaussians of each mixture, 1 to 16 [5].", rich_help_panel=MIXTURES),
-    ] = None,
-    select_components: Annotated[
-        bool | None,
-        typer.Option(
-            "--select-components",
-            help="Choose their number by the BIC, up to that.",
-            rich_help_panel=MIXTURES,
-        ),
-    ] = None,
-    seed: Annotated[
-        int | None,
-        typer.Option(help="Of what is random in learning [0].", rich_help_panel=MIXTURES),
-    ] = None,
     output: Output = None,
     as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Learn a prototype from meshes of one class; the first says which points are taken."""
-    given: dict[str, Any] = {
-        "points": points,
-        "components": components,
-        "select_components": select_components,
-        "correspondence": "shared_connectivity" if shared_connectivity else None,
-        "metric": structure_choices(metric),
-        "descriptor": structure_choices(descriptor),
-        "sampling": structure_choices(sampling),
-        "eigenpairs": eigenpairs,
-        "geodesic_method": geodesic_method,
-        "normalise": normalise,
-        "simplify": simplify,
-        "seed": seed,
-    }
-    parameters = {key: value for key, value in given.items() if value not in (None, [])}
+    if shared_connectivity:
+        parameters["correspondence"] = "shared_connectivity"
     with connected(url, as_json) as client:
         shapes = uploaded(client, meshes, as_json)
-        wanted = cast(PrototypeParameters, parameters)
         run(
-            lambda: client.learn_prototype(shapes, name=name, **wanted),
+            lambda: client.learn_prototype(shapes, name=name, **parameters),
             as_json,
             output,
             None,

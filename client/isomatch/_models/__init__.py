@@ -1,5 +1,6 @@
 """What the API sends and takes, as typed values."""
 
+from isomatch._models.arguments import StructureChoice, check_names, structure_choice
 from isomatch._models.correspondences import (
     Alternative,
     Correspondence,
@@ -13,9 +14,6 @@ from isomatch._models.parameters import (
     DissimilarityParameters,
     MatchParameters,
     PrototypeParameters,
-    StructureChoice,
-    check_names,
-    structure_choice,
 )
 from isomatch._models.refinement import RefinedPoint, Refinement
 from isomatch._models.structures import Invariance, Structure, StructureParameter, Structures

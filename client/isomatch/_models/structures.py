@@ -6,7 +6,7 @@ from isomatch._models.models import Answer
 
 
 class Invariance(Answer):
-    """To what a structure is invariant, if shapes are not normalised: a row of Table 1.
+    """Invariance of a structure, if shapes are not normalised: a row of Table 1.
 
     Attributes
     ----------
@@ -26,11 +26,11 @@ class StructureParameter(Answer):
     Attributes
     ----------
     name, description
-        What it is called, and what it is.
+        Its name and its meaning.
     type
         ``"number"``, ``"integer"``, or ``"numbers"`` for a list.
     default
-        What it is when left out; of what has a unit, on a surface of unit area.
+        Value if left out; of a length or an area, on a surface of unit area.
     minimum, maximum
         Its range, ends included.
     unit
@@ -52,19 +52,19 @@ class Structure(Answer):
     Attributes
     ----------
     name
-        What it is chosen by.
+        The name by which it is chosen.
     description, formula, source
-        What it is, and where it is from.
+        Meaning, definition, and section of the paper or publication.
     unit
-        Of its values, in powers of length; ``"1"`` if they have none.
+        Unit of its values, in powers of length; ``"1"`` if they have none.
     invariance, remarks
-        What does not change it, and what else must be known of that.
+        Invariances, with conditions and exceptions.
     spectral
         Whether it is made of Laplace-Beltrami eigenpairs.
     needs_colors
         Whether the shapes must have vertex colours.
     parameters
-        What can be given beside its name.
+        Its parameters.
     """
 
     name: str
@@ -80,7 +80,7 @@ class Structure(Answer):
 
 
 class Structures(Answer):
-    """What can be compared of shapes.
+    """The structures that can be compared.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-// Fields of a form, each with its label and what must be known of it.
+// Fields of a form, each with a label and a hint.
 
 import { h } from "./dom.js";
 
@@ -10,32 +10,68 @@ function labelled(name, label, field, about) {
     h("p", { id: `error-${name}`, class: "error", hidden: true }));
 }
 
-export const numberField = (name, label, value, min, max, about) =>
-  labelled(name, label, h("input", { name, type: "number", value, min, max, step: 1 }),
-    `${about} From ${min} to ${max}.`);
+const spaced = (name) => name.replaceAll("_", " ");
+const titled = (name) => spaced(name)[0].toUpperCase() + spaced(name).slice(1);
+
+function range({ min, above, max }) {
+  return above === undefined ? `From ${min} to ${max}.` : `Over ${above}, up to ${max}.`;
+}
+
+/** @param {Object} about default, range and meaning of the parameter: see parameters.js */
+export const numberField = (name, about) =>
+  labelled(name, titled(name), h("input", {
+    name, type: "number", value: about.default, min: about.min ?? about.above, max: about.max,
+    step: about.type === "integer" ? 1 : "any",
+  }), `${about.about} ${range(about)}`);
 
 export const textField = (name, label, value, about) =>
   labelled(name, label, h("input", { name, type: "text", value, maxlength: 200 }), about);
 
-/** @param {Array<Array<string>>} options values, each with what is said of it */
+/** @param {Array<Array<string>>} options values, each with its text */
 export const choiceField = (name, label, options, chosen, about) =>
   labelled(name, label, h("select", { name }, options.map(([value, text], at) =>
     h("option", { value, selected: at === chosen }, text))), about);
 
-export function structureField(name, label, structures, recommended, shapes) {
+export function structureField(name, { about, default: usual }, structures, shapes) {
   const colored = shapes.every((shape) => shape.has_colors);
+  const hint = `${about} The recommended ones suit most shapes.`;
   const field = h("select", { name },
-    h("option", { value: "" }, recommended),
+    h("option", { value: "" }, `recommended: ${[usual].flat().map(spaced).join(", then ")}`),
     structures.map((structure) => h("option", {
       value: structure.name, disabled: structure.needs_colors && !colored,
-    }, structure.name.replaceAll("_", " "), structure.needs_colors ? " (needs vertex colours)" : "")));
-  const box = labelled(name, label, field, "What is compared. The recommended ones suit most shapes.");
+    }, spaced(structure.name), structure.needs_colors ? " (needs vertex colours)" : "")));
+  const box = labelled(name, titled(name), field, hint);
   field.addEventListener("change", () => {
     const found = structures.find((structure) => structure.name === field.value);
     box.querySelector(`#about-${name}`).textContent = found
       ? `${found.description} ${invariances(found.invariance)}`
-      : "What is compared. The recommended ones suit most shapes.";
+      : hint;
   });
+  return box;
+}
+
+/** The parameters that a form has no fields for yet, folded; what is left empty is not sent. */
+export function moreFields(parameters, shown) {
+  const names = new Set(shown.flat(2).filter(Boolean)
+    .flatMap((node) => [...node.querySelectorAll("[name]")].map((field) => field.name)));
+  const more = Object.entries(parameters).filter(([name]) => !names.has(name))
+    .map(([name, about]) => optionalField(name, about)).filter(Boolean);
+  return h("details", { class: "more" }, h("summary", {}, "More parameters"),
+    h("div", { class: "fields" }, more));
+}
+
+function optionalField(name, about) {
+  const { type, values, default: usual } = about;
+  if (type === "integer" || type === "number") {
+    const box = numberField(name, { ...about, default: "" });
+    if (usual !== null) box.querySelector("input").placeholder = usual;
+    return box;
+  }
+  const options = type === "boolean" ? ["true", "false"] : values;
+  if (options === undefined) return null;
+  const others = options.filter((value) => value !== String(usual)).map((value) => [value, value]);
+  const box = choiceField(name, titled(name), [["", usual === null ? "none" : String(usual)], ...others], 0, about.about);
+  if (type === "boolean") box.querySelector("select").dataset.json = "true";
   return box;
 }
 

@@ -4,7 +4,7 @@ import { get, post } from "./api.js";
 import { h, fill } from "./dom.js";
 import { showErrors } from "./fields.js";
 import { fieldName, problemBox } from "./problem.js";
-import { TASKS } from "./tasks.js";
+import { TASKS, fieldsOf } from "./tasks.js";
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
@@ -23,7 +23,7 @@ export function orderForm(shapes, signal) {
     task = TASKS[name];
     submit.textContent = task.title;
     fill(parts, h("p", { class: "faint" }, "Loading what can be chosen."));
-    get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes, signal)))
+    get("/v1/structures").then((structures) => fill(parts, fieldsOf(task, structures, shapes, signal)))
       .catch((error) => fill(parts, problemBox(error)));
   };
   form.addEventListener("submit", async (event) => {

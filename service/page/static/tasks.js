@@ -1,21 +1,24 @@
-// What can be done with chosen shapes, and the fields of each.
+// Tasks for chosen shapes, and the fields of their forms.
 
 import { h } from "./dom.js";
-import { checkbox, choiceField, numberField, structureField, textField } from "./fields.js";
+import { checkbox, choiceField, moreFields, numberField, structureField, textField } from "./fields.js";
 import { landmarkField } from "./landmarks.js";
+import { COMPARE, LEARN, MATCH } from "./parameters.js";
 
 const LARGE = 50000;
 const SIMPLIFIED = 20000;
+const FEW_POINTS = 16;
 
 const matching = {
   path: "/v1/matches",
   title: "Match",
   about: "Match: points of the one to points of the other",
+  parameters: MATCH,
   named: ([source, target]) => ({ source: source.id, target: target.id }),
   fields: ({ metrics, descriptors }, shapes, signal) => [
-    numberField("points", "Points", 32, 3, 256, "How many points are matched."),
-    structureField("metric", "Metric", metrics, "recommended: commute time, then geodesic", shapes),
-    structureField("descriptor", "Descriptor", descriptors, "recommended: scale-invariant heat kernel", shapes),
+    numberField("points", MATCH.points),
+    structureField("metric", MATCH.metric, metrics, shapes),
+    structureField("descriptor", MATCH.descriptor, descriptors, shapes),
     h("div", { class: "checks" },
       checkbox("dense", true, "Extend the match to all vertices (dense map)", sizeOf(shapes) <= SIMPLIFIED),
       checkbox("orientation", true, "Tell left from right (a dense map does so too)", false),
@@ -30,8 +33,10 @@ const recognising = {
   title: "Match",
   named: ([source, target]) => ({ source: source.id, target: target.id }),
   fields: (_, [prototype, target]) => [
-    numberField("points", "Points", prototype.points, 3, prototype.points,
-      "So many of the prototype's points are found on the shape."),
+    numberField("points", {
+      ...MATCH.points, default: prototype.points, max: prototype.points,
+      about: "Points of the prototype that are matched.",
+    }),
     h("div", { class: "checks" }, common([target])),
   ],
 };
@@ -40,10 +45,11 @@ const comparing = {
   path: "/v1/dissimilarities",
   title: "Compare",
   about: "Compare: how different they are",
+  parameters: COMPARE,
   named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
   fields: ({ metrics }, shapes) => [
-    numberField("points", "Points", 6, 3, 10, "So many points of each shape are matched, to proven optimality."),
-    structureField("metric", "Metric", metrics, "recommended: commute time", shapes),
+    numberField("points", COMPARE.points),
+    structureField("metric", COMPARE.metric, metrics, shapes),
     h("div", { class: "checks" }, classes(shapes), common(shapes)),
   ],
 };
@@ -52,10 +58,11 @@ const learning = {
   path: "/v1/prototypes",
   title: "Learn",
   about: "Learn a prototype: what is usual of a class, from examples of it",
+  parameters: LEARN,
   named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
   fields: (_, shapes) => [
     textField("name", "Name", beginning(shapes), "One that is taken gets a next version."),
-    numberField("points", "Points", 16, 3, 256, "How many points of the first shape are learned."),
+    numberField("points", { ...LEARN.points, default: FEW_POINTS }),
     choiceField("correspondence", "Which points correspond", [
       ["matches", "those that the first shape is matched to"],
       ["shared_connectivity", "the same vertex of every file"],
@@ -65,7 +72,13 @@ const learning = {
   ],
 };
 
-/** What can be done with chosen shapes: how it is asked for, and what can be said of it. */
+/** The fields of a task, those of rarer parameters folded. */
+export function fieldsOf({ fields, parameters }, ...given) {
+  const shown = fields(...given);
+  return parameters === undefined ? shown : [...shown, moreFields(parameters, shown)];
+}
+
+/** The tasks: address, fields and words of each. */
 export const TASKS = { match: matching, compare: comparing, recognise: recognising, learn: learning };
 
 const alike = ([first, ...others]) =>

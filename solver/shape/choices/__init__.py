@@ -4,7 +4,7 @@ A choice is a name and its parameters, a frozen value that can be compared, hash
 ``Shape`` computes what is chosen.
 """
 
-from solver.shape.choices.choice import DEGREES, Degree, Invariance, Parameter, Structure
+from solver.shape.choices.choice import DEGREES, Degree, Invariance, Structure, all_chosen
 from solver.shape.choices.descriptors import (
     DESCRIPTORS,
     HEAT_TIMES,
@@ -21,6 +21,7 @@ from solver.shape.choices.descriptors import (
     descriptor_choice,
 )
 from solver.shape.choices.metrics import (
+    GREATEST,
     METRICS,
     Biharmonic,
     CommuteTime,
@@ -34,6 +35,7 @@ from solver.shape.choices.metrics import (
 __all__ = [
     "DEGREES",
     "DESCRIPTORS",
+    "GREATEST",
     "HEAT_TIMES",
     "METRICS",
     "Biharmonic",
@@ -50,12 +52,12 @@ __all__ = [
     "Invariance",
     "MetricChoice",
     "NoDescriptor",
-    "Parameter",
     "Photometric",
     "ScaleInvariantHeatKernelSignature",
     "Structure",
     "Varadhan",
     "WaveKernelSignature",
+    "all_chosen",
     "descriptor_choice",
     "metric_choice",
 ]

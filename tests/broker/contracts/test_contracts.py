@@ -1,87 +1,78 @@
-"""The contracts say what the solver says: names, defaults and ranges are the same on both sides."""
+"""Contracts of parameters: they take what the solver takes, and mean what the solver means."""
 
-from dataclasses import fields
-from typing import Any, get_args
+import math
+from typing import Any
 
 import pytest
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from broker.contracts import (
-    DENSE_EIGENPAIRS,
     MESH_FORMATS,
-    DescriptorName,
-    GeodesicMethod,
+    DissimilarityParameters,
     MatchParameters,
-    MetricName,
-    ObjectiveName,
-    RefinementName,
+    PrototypeParameters,
     file_type_of,
 )
 from solver.errors import OptionError
-from solver.functional_maps import EIGENPAIRS
-from solver.labelling import L2, LINF
-from solver.matching import GMDS, MatchOptions
+from solver.labelling import LINF
+from solver.matching import MatchOptions
 from solver.mesh import MESH_FORMATS as READ
-from solver.shape.choices import (
-    DESCRIPTORS,
-    METRICS,
-    Diffusion,
-    Geodesic,
-    HeatKernelSignature,
-    NoDescriptor,
-)
-from solver.shape.geodesics import DEFAULT_GEODESIC_METHOD, GEODESIC_METHODS
-from worker.jobs.matches import options_of
+from solver.parameters import ParameterSet
+from solver.prototype import PrototypeOptions
+from solver.shape.choices import Diffusion, Geodesic, HeatKernelSignature, NoDescriptor
+from solver.similarity import SimilarityOptions
+from worker.jobs.options import options_of
 
-NOT_FOR_THE_SOLVER = {"eigenpairs", "geodesic_method", "largest_component", "normalise", "simplify"}
-"""Parameters that say how shapes are made."""
+JOBS: list[tuple[type[BaseModel], type[ParameterSet]]] = [
+    (MatchParameters, MatchOptions),
+    (DissimilarityParameters, SimilarityOptions),
+    (PrototypeParameters, PrototypeOptions),
+]
+RANGES = [
+    (model, options, name)
+    for model, options in JOBS
+    for name, known in options.parameters().items()
+    if known.most is not None
+]
 
 
-def test_names() -> None:
-    assert set(get_args(MetricName)) == set(METRICS)
-    assert set(get_args(DescriptorName)) == set(DESCRIPTORS)
-    assert set(get_args(ObjectiveName)) == {L2, LINF}
-    assert set(get_args(RefinementName)) == {GMDS}
-    assert set(get_args(GeodesicMethod)) == set(GEODESIC_METHODS)
-    assert MatchParameters().geodesic_method == DEFAULT_GEODESIC_METHOD
+def test_the_formats_are_those_that_are_read() -> None:
     assert set(MESH_FORMATS) == set(READ)
-    options = {field.name for field in fields(MatchOptions)}
-    assert set(MatchParameters.model_fields) == options | NOT_FOR_THE_SOLVER
 
 
-def test_defaults() -> None:
-    assert options_of(MatchParameters()) == MatchOptions()
+@pytest.mark.parametrize(("model", "options"), JOBS)
+def test_defaults(model: type[BaseModel], options: type[ParameterSet]) -> None:
+    assert options_of(options, model()) == options()
 
 
-RANGES = {
-    "points": (3, 256),
-    "coarse_points": (3, 10),
-    "level_factor": (2, 4),
-    "oversampling": (1, 8),
-    "rho": (1.001, 4.0),
-    "beta": (0.0, 1e6),
-    "first_order_weight": (0.0, 1e6),
-    "alternatives": (1, 32),
-}
-
-
-@pytest.mark.parametrize("name", RANGES)
-def test_ranges(name: str) -> None:
-    least, most = RANGES[name]
-    for value in (least, most):
-        parameters = MatchParameters.model_validate({name: value})
-        assert getattr(options_of(parameters), name) == value
-    for value in (least - 1, most + 1):
+@pytest.mark.parametrize(("model", "options", "name"), RANGES)
+def test_ranges(model: type[BaseModel], options: type[ParameterSet], name: str) -> None:
+    known = options.parameters()[name]
+    assert known.most is not None
+    whole = isinstance(known.default, int)
+    below = (
+        known.above
+        if known.least is None
+        else known.least - 1
+        if whole
+        else math.nextafter(known.least, -math.inf)
+    )
+    least = math.nextafter(known.above, math.inf) if known.above is not None else known.least
+    above = known.most + 1 if whole else math.nextafter(known.most, math.inf)
+    for value in (least, known.most):
+        assert getattr(options_of(options, model.model_validate({name: value})), name) == value
+    for value in (below, above, math.nan):
         values: dict[str, Any] = {name: value}
         with pytest.raises(ValidationError):
-            MatchParameters.model_validate(values)
-        with pytest.raises(OptionError):
-            MatchOptions(**values)
+            model.model_validate(values)
+        with pytest.raises(OptionError) as caught:
+            options(**values)
+        assert caught.value.field == name
 
 
 @pytest.mark.parametrize("values", [{"points": 11}, {"points": 8, "occlusion_cost": 1.0}])
-def test_what_the_minimax_objective_does_not_take(values: dict[str, Any]) -> None:
-    assert options_of(MatchParameters(objective="linf", points=10)).objective == LINF
+def test_the_linf_objective_excludes_other_options(values: dict[str, Any]) -> None:
+    assert options_of(MatchOptions, MatchParameters(objective="linf", points=10)).objective == LINF
     with pytest.raises(ValidationError, match="linf"):
         MatchParameters(objective="linf", **values)
     with pytest.raises(OptionError, match="linf"):
@@ -89,7 +80,7 @@ def test_what_the_minimax_objective_does_not_take(values: dict[str, Any]) -> Non
 
 
 def test_one_name_or_several() -> None:
-    one = options_of(MatchParameters(metric="geodesic", descriptor="none"))
+    one = options_of(MatchOptions, MatchParameters(metric="geodesic", descriptor="none"))
     assert (one.metric, one.descriptor) == ((Geodesic(),), (NoDescriptor(),))
     several = MatchParameters.model_validate(
         {
@@ -97,8 +88,11 @@ def test_one_name_or_several() -> None:
             "descriptor": [{"name": "hks", "times": [0.5, 1]}, "none"],
         }
     )
-    assert options_of(several).metric == (Diffusion(2.0), Diffusion())
-    assert options_of(several).descriptor == (HeatKernelSignature((0.5, 1.0)), NoDescriptor())
+    assert options_of(MatchOptions, several).metric == (Diffusion(2.0), Diffusion())
+    assert options_of(MatchOptions, several).descriptor == (
+        HeatKernelSignature((0.5, 1.0)),
+        NoDescriptor(),
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,15 +108,14 @@ def test_one_name_or_several() -> None:
 def test_when_a_spectrum_is_needed(metric: object, descriptor: object, needed: bool) -> None:
     parameters = MatchParameters.model_validate({"metric": metric, "descriptor": descriptor})
     assert parameters.needs_spectrum is needed
-    assert options_of(parameters).needs_spectrum is needed
+    assert options_of(MatchOptions, parameters).needs_spectrum is needed
     refined = parameters.model_copy(update={"refine": "gmds"})
     assert refined.needs_spectrum
-    assert options_of(refined).needs_spectrum
+    assert options_of(MatchOptions, refined).needs_spectrum
 
 
 def test_a_refinement_has_eigenpairs_enough() -> None:
-    """Those of the dense map it begins with, so that none are computed beside the cache."""
-    assert DENSE_EIGENPAIRS == EIGENPAIRS
+    """A refinement begins with a dense map, whose eigenpairs then come from the cache."""
     for given, plain, refined in ((30, 30, 100), (100, 100, 100), (150, 150, 150)):
         assert MatchParameters(eigenpairs=given).spectrum_size == plain
         assert MatchParameters(eigenpairs=given, refine="gmds").spectrum_size == refined

@@ -1,31 +1,18 @@
-"""Prototypes in contracts and stores: what the solver says, and versions that are never reused."""
+"""Prototypes in the store: versions are never reused."""
 
-from dataclasses import fields, replace
 from datetime import UTC, datetime
 
 import numpy as np
 
-from broker.contracts import PrototypeParameters, PrototypeRecord, PrototypeStructures
+from broker.contracts import PrototypeRecord, PrototypeStructures
 from broker.store import Store, keys, text
 from solver.mesh import triangle_mesh
-from solver.prototype import ExampleSurface, PrototypeOptions
+from solver.prototype import ExampleSurface
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 from tests.broker.upkeep.test_retention import TRACE, TTL
 from tests.worker.figures import blob
 from worker.jobs import surface_spectra
-from worker.jobs.prototypes import options_of
 from worker.process.settings import WorkerSettings
-
-NOT_FOR_THE_SOLVER = {"correspondence", "eigenpairs", "geodesic_method", "normalise", "simplify"}
-
-
-def test_the_contract_says_what_the_solver_says() -> None:
-    options = {field.name for field in fields(PrototypeOptions)}
-    assert set(PrototypeParameters.model_fields) == options | NOT_FOR_THE_SOLVER
-    assert options_of(PrototypeParameters()) == PrototypeOptions()
-    asked = PrototypeParameters(points=3, components=16, select_components=True, seed=7)
-    expected = replace(PrototypeOptions(), points=3, components=16, select_components=True, seed=7)
-    assert options_of(asked) == expected
 
 
 def record(name: str, label: str) -> PrototypeRecord:

@@ -60,6 +60,20 @@ def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[
     expect(page.get_by_role("alert")).to_contain_text("points")
 
 
+def test_rarer_parameters_are_folded(page: Page, upload: Callable[..., Json]) -> None:
+    shapes = [upload(blob_file(2, seed=seed))["id"] for seed in (81, 82)]
+    page.goto(f"/#/with/{'/'.join(shapes)}")
+    rho = page.get_by_label("Rho", exact=True)
+    expect(rho).not_to_be_visible()
+    page.get_by_text("More parameters").click()
+    rho.fill("1")
+    expect(page.get_by_label("Normalise", exact=True).locator("option")).to_have_text(
+        ["true", "false"]
+    )
+    page.get_by_role("button", name="Match", exact=True).click()
+    expect(page.locator("#error-rho")).to_contain_text("greater than 1")
+
+
 def test_shapes_that_cannot_be_matched_are_said_at_once(
     page: Page, upload: Callable[..., Json]
 ) -> None:

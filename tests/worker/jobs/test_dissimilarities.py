@@ -21,13 +21,13 @@ from broker.queue import JobQueue, new_job
 from broker.store import keys
 from solver.mesh import read_mesh
 from solver.shape import Shape
-from solver.similarity import dissimilarity_matrix, signature
+from solver.similarity import SimilarityOptions, dissimilarity_matrix, signature
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
 from tests.worker.figures import blob_file, off, two_blobs_file
 from tests.workers import ended
 from worker.jobs import result_of as document_of
-from worker.jobs.signatures import options_of
+from worker.jobs.options import options_of
 
 Run = Callable[[Payload], JobRecord]
 Upload = Callable[..., str]
@@ -71,7 +71,7 @@ def test_a_matrix_is_that_of_the_solver(
     labels = [name for name, _ in files]
     job = run(asked([upload(data) for _, data in files], parameters, labels))
     found = result_of(served, job)
-    options = options_of(parameters)
+    options = options_of(SimilarityOptions, parameters)
     signatures = [
         signature(Shape(read_mesh(data, "off"), eigenpairs=40), options) for _, data in files
     ]

@@ -29,13 +29,19 @@ from broker.store import Store, keys
 from broker.upkeep import Patience, give_back, recover
 from service.standalone import EmbeddedServer
 from solver.arrays import FloatArray
-from solver.similarity import Signature, SignatureCollection, dissimilarities, pairs_between
+from solver.similarity import (
+    Signature,
+    SignatureCollection,
+    SimilarityOptions,
+    dissimilarities,
+    pairs_between,
+)
 from tests.append_only import until_written
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
 from tests.workers import ended, horses, worker
-from worker.jobs.signatures import options_of
+from worker.jobs.options import options_of
 from worker.process.settings import WorkerSettings
 
 Upload = Callable[..., str]
@@ -139,7 +145,9 @@ class Watched:
         collection = SignatureCollection.of([*map(Signature.from_bytes, stored)], HARD.points)
         every = pairs_between(len(stored), 0, len(values))
         correct = values.copy()
-        correct[::15] = dissimilarities(collection, every[::15], options_of(HARD)).costs
+        correct[::15] = dissimilarities(
+            collection, every[::15], options_of(SimilarityOptions, HARD)
+        ).costs
         return correct
 
 
