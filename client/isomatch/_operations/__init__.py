@@ -1,6 +1,5 @@
-"""Operations: what is asked of the service and what an answer means, once for both clients."""
+"""Operations of the API without I/O, shared by both clients: requests and their answers.
 
-from isomatch._operations.prototype import ArchiveSource
-from isomatch._operations.resources import id_of
-
-__all__ = ["ArchiveSource", "id_of"]
+An operation is a generator that yields calls and returns a value, see
+:mod:`isomatch._http.operation`. There is a module for each kind of resource.
+"""

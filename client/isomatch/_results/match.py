@@ -1,4 +1,4 @@
-"""The result of a match."""
+"""Results of matches."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import FiniteFloat
 
+from isomatch._figures import draw_panels
 from isomatch._models import (
     Alternative,
     Correspondences,
@@ -16,14 +17,16 @@ from isomatch._models import (
     MatchParameters,
     Refinement,
 )
-from isomatch._results.result import Drawable, Result
+from isomatch._results.geometry import Geometry
+from isomatch._results.match_panels import match_panels
+from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
 
 class Match(Result, Correspondences):
-    """A minimum-distortion correspondence, with what is proven of it.
+    """A minimum-distortion correspondence with its certificate.
 
     Attributes
     ----------
@@ -32,40 +35,39 @@ class Match(Result, Correspondences):
     source, target
         Ids of the shapes, or of the prototype and the shape.
     source_kind
-        What the source is, ``"shape"`` or ``"prototype"``. Of a prototype, points are named by
-        their numbers from 0 where vertices of a shape are.
+        ``"shape"`` or ``"prototype"``. For a prototype, source indices are point numbers from 0.
     parameters
-        The parameters in force, defaults filled in.
+        Parameters of the job, with defaults filled in.
     correspondences
-        The matched pairs; :attr:`pairs` and :attr:`costs` have them as arrays.
+        Matched pairs; as arrays in :attr:`pairs` and :attr:`costs`.
     distortion
-        First- and second-order distortion and the largest one.
+        First-order, second-order and maximal distortion.
     gromov_hausdorff
-        Gromov-Hausdorff distance of the samples: half the largest distortion.
+        Gromov-Hausdorff distance of the samples: half the maximal distortion.
     energy
-        Energy of the labelling problem, (5) of the paper.
+        Energy of the labelling problem, equation (5).
     lower_bound
-        No correspondence of the problem solved has a lower energy than this.
+        Lower bound of the energy of all correspondences among the candidates.
     gap
         Relative difference of `energy` and `lower_bound`.
     certified
-        Whether the correspondence is proven to be the best of the problem solved.
+        Whether the correspondence is proven to be optimal among the candidates.
     alternatives
-        Other good correspondences, such as symmetric ones, each with its energy.
+        Other good correspondences, such as reflections, each with its energy.
     levels
-        The coarse-to-fine levels, coarsest first.
+        Levels of the hierarchy, coarsest first.
     unmatched
-        Source vertices (or points) that are cheaper to leave unmatched.
+        Source vertices (or points) left unmatched at their occlusion cost.
     refinement
-        Where the matched points lie between the target's vertices; None if that was not asked
-        for (``refine="gmds"``), or fewer than three points were matched.
+        Matched points between the target's vertices; None without ``refine="gmds"``, or if fewer
+        than three points were matched.
     dense
-        The match extended to all vertices; None likewise (``dense=True``).
+        Match extended to all vertices; None without ``dense=True``.
     misfit
-        Of a prototype, how much the target misfits its class, 1 being usual of examples that were
-        left out; None of two shapes, or where nothing is known of that.
+        For a prototype, misfit of the target to the class, relative to examples that were left out
+        (1 is typical); None for two shapes, or if it is unknown.
     warnings
-        What the service wants known about this answer.
+        Remarks of the service on this result.
     timings
         Seconds by stage, and ``"total"``.
     """
@@ -98,7 +100,7 @@ class Match(Result, Correspondences):
 
     @cached_property
     def unmatched_vertices(self) -> npt.NDArray[np.int64]:
-        """Source vertices left unmatched, shape (m,), int64."""
+        """Source vertices left unmatched, (m,) int64."""
         return np.array(self.unmatched, dtype=np.int64)
 
     def drawn_ids(self) -> tuple[str, ...]:
@@ -112,7 +114,30 @@ class Match(Result, Correspondences):
             raise ValueError(f"the match has no alternative {alternative}: {there}")
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
-        from isomatch._results.match_plotting import plot_match
-
         source, target = drawn
-        return plot_match(self, source, target, alternative)
+        assert isinstance(target, Geometry)
+        chosen = self._extended_hypothesis() if alternative is None else alternative
+        answer = (self, *self.alternatives)[chosen]
+        refinement, dense = self.refinement, self.dense
+        if refinement is not None and refinement.hypothesis != chosen:
+            refinement = None
+        if dense is not None and dense.hypothesis != chosen:
+            dense = None
+        panels = match_panels(answer, refinement, dense, source, target)
+        title = f"{len(answer.pairs)} corresponding points"
+        if alternative:
+            title = f"alternative {alternative} of {len(self.alternatives)}: {title}"
+        if refinement is not None:
+            title += ", refined between vertices"
+        if dense is not None:
+            title += ", and a map of all vertices"
+        proof = "proven optimal" if self.certified else f"gap {self.gap:.2g}"
+        if chosen:
+            proof = f"of the match {self.energy:.4g}, {proof}"
+        return draw_panels(panels, f"{title}\nenergy {answer.energy:.4g}, {proof}")
+
+    def _extended_hypothesis(self) -> int:
+        """Hypothesis that was refined or densely extended, 0 for the match's own pairs."""
+        if self.refinement is not None:
+            return self.refinement.hypothesis
+        return 0 if self.dense is None else self.dense.hypothesis

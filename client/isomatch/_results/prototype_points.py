@@ -1,95 +1,113 @@
-"""The points of a prototype: where they are on its reference, and how far from one another."""
+"""Points of a prototype: their positions on its reference, and their distances."""
 
 import io
-import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
+from isomatch._figures import Floats, Indices, Panel, draw_prototype
 from isomatch._results.geometry import Geometry
-from isomatch._results.plotting import saved
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
-Floats = npt.NDArray[np.float64]
-Places = npt.NDArray[np.int64]
-
-_NEAR: Final = 0.05
-"""How far points may be from the surface of few vertices, relative to its size."""
+_SURFACE_TOLERANCE: Final = 0.05
+"""Greatest distance of points from the simplified surface, relative to its size."""
 
 
 @dataclass(frozen=True, eq=False)
 class PrototypePoints:
-    """What a prototype knows of its N points, as arrays.
+    """The N points of a prototype as arrays.
 
     Attributes
     ----------
     positions
-        Where they are on the reference shape, (N, 3) float64.
+        Positions on the reference shape, (N, 3) float64.
     vertex_ids
-        Their vertices there, 0-based indices in its file, (N,) int64.
+        0-based vertex indices in the reference's file, (N,) int64.
     mean_distances
-        Mean of each learned distance, (N, N) float64, in the finest level's metric; lengths on
-        shapes of unit area, unless the prototype was learned with ``normalise=False``.
+        Mean of each learned distance, (N, N) float64, in the metric of the finest level; on shapes
+        of unit area, unless the prototype was learned with ``normalise=False``.
     spreads
-        Standard deviations of the same, (N, N) float64.
+        Standard deviation of each learned distance, (N, N) float64.
     surface
-        The reference's surface, with few vertices; None where the archive does not have it.
+        Simplified surface of the reference; None if the archive does not contain it.
     """
 
     positions: Floats
-    vertex_ids: Places
+    vertex_ids: Indices
     mean_distances: Floats
     spreads: Floats
     surface: Geometry | None = None
 
     @classmethod
     def from_bytes(cls, archive: bytes) -> "PrototypePoints":
-        """Read an archive, as :meth:`isomatch.Client.download_prototype` writes it.
+        """Read an archive of :meth:`isomatch.Client.download_prototype`.
 
         Raises
         ------
         ValueError
-            It is something else.
+            It is not the archive of a prototype.
         """
         try:
             with np.load(io.BytesIO(archive), allow_pickle=False) as arrays:
                 return _read(arrays)
-        except Exception as error:  # whatever a damaged archive makes its readers raise
-            raise ValueError(f"this is no archive of a prototype: {error}") from error
+        except Exception as error:  # numpy and zipfile raise various errors for damaged archives
+            raise ValueError(f"not the archive of a prototype: {error}") from error
 
     @property
-    def bones(self) -> Places:
-        """The shortest lines that join all points, (N - 1, 2) int64: a minimum spanning tree."""
+    def spanning_tree(self) -> Indices:
+        """Minimum spanning tree of the mean distances, pairs of points, (N - 1, 2) int64."""
         return _spanning_tree(self.mean_distances)
 
-    def plot(self, path: str | os.PathLike[str] | None = None, title: str = "") -> "Figure":
-        """Draw the points, and how much their distances vary.
+    @property
+    def variations(self) -> Floats:
+        """Standard deviation over mean of each distance, (N, N); NaN on the diagonal."""
+        means = self.mean_distances.copy()
+        np.fill_diagonal(means, np.nan)
+        ratios: Floats = self.spreads / np.where(means == 0.0, np.nan, means)
+        return ratios
 
-        On the left the points where they are on the reference, with their numbers, joined by the
-        shortest distances, as lines whose colour tells how much these vary within the class: the
-        standard deviation over the mean. On the right the same of all pairs of points.
+    def panel(self, numbers: Indices) -> Panel:
+        """Return some points as they are drawn, with the spanning tree and the surface.
 
         Parameters
         ----------
-        path
-            File to write the figure to; its ending tells the format.
+        numbers
+            (n,) the points that are marked.
+        """
+        surface = self.surface
+        return Panel(
+            self.positions if surface is None else surface.vertices,
+            self.positions[numbers],
+            numbers,
+            faces=None if surface is None else surface.faces,
+            lines=self.positions[self.spanning_tree],
+            caption="points of the prototype",
+        )
+
+    def plot(self, title: str = "") -> "Figure":
+        """Draw the points and the variation of their distances with plotly.
+
+        On the left, the points on the reference, joined by the minimum spanning tree of their mean
+        distances, whose lines are coloured by the variation of the distance within the class:
+        standard deviation over mean. On the right, the variation of all pairs of points.
+
+        Parameters
+        ----------
         title
-            Goes above.
+            Text above.
 
         Raises
         ------
         MissingExtra
-            matplotlib is not installed.
-        OSError
-            The file cannot be written.
+            plotly is not installed.
         """
-        from isomatch._results.prototype_plotting import plot_points
-
-        return saved(plot_points(self, title), path)
+        tree, variations = self.spanning_tree, self.variations
+        panel = self.panel(np.arange(len(self.positions)))
+        panel = replace(panel, line_values=variations[tree[:, 0], tree[:, 1]])
+        return draw_prototype(panel, variations, title)
 
 
 def _read(arrays: Any) -> PrototypePoints:
@@ -118,15 +136,15 @@ def _read(arrays: Any) -> PrototypePoints:
 
 
 def _surface(arrays: Any, positions: Floats) -> Geometry | None:
-    """The first surface that is kept, if it is that of the reference: the points lie on it."""
+    """First surface of the archive if the points lie on it, which makes it the reference's."""
     if "surface0_vertices" not in arrays.files:
         return None
     vertices = np.asarray(arrays["surface0_vertices"], dtype=np.float64).reshape(-1, 3)
     there = vertices[np.asarray(arrays["surface0_points"], dtype=np.int64)]
-    # Surfaces are kept without the place that they have in their files.
+    # Surfaces are stored up to a translation.
     shift = (positions - there).mean(axis=0)
     vertices, there = vertices + shift, there + shift
-    if np.abs(there - positions).max() > _NEAR * np.ptp(vertices, axis=0).max():
+    if np.abs(there - positions).max() > _SURFACE_TOLERANCE * np.ptp(vertices, axis=0).max():
         return None
     faces = np.asarray(arrays["surface0_faces"], dtype=np.int64).reshape(-1, 3)
     return Geometry(vertices, faces, np.arange(len(vertices)), None)
@@ -140,8 +158,8 @@ def _square(pairs: Floats, count: int) -> Floats:
     return whole
 
 
-def _spanning_tree(distances: Floats) -> Places:
-    """The tree of Prim: the nearest point outside is joined to the one inside it is nearest to."""
+def _spanning_tree(distances: Floats) -> Indices:
+    """Prim's algorithm: join the nearest point outside the tree to its nearest point inside."""
     count = len(distances)
     inside = np.zeros(count, dtype=np.int64)
     nearest = distances[0].copy()
