@@ -1,7 +1,4 @@
-"""What travels between the API and the workers, and out of the API: versioned, typed, plain.
-
-Nothing here imports numerics: the API process reads these models and computes nothing.
-"""
+"""Contracts between API and workers, and of the API: versioned, typed models without numerics."""
 
 from broker.contracts.catalogue import Structures, catalogue
 from broker.contracts.descriptors import DESCRIPTORS, DescriptorName
@@ -28,12 +25,11 @@ from broker.contracts.jobs import (
     PrototypePayload,
     PrototypeValidationPayload,
     SpectrumPayload,
-    TurnPayload,
+    TimeSlicePayload,
     UploadPayload,
     ValidationPayload,
 )
 from broker.contracts.metrics import METRICS, MetricName
-from broker.contracts.orders import Once, Order
 from broker.contracts.parameters import (
     DENSE_EIGENPAIRS,
     GeodesicMethod,
@@ -53,6 +49,7 @@ from broker.contracts.prototypes import (
     is_prototype,
     prototype_id,
 )
+from broker.contracts.requests import IdempotencyRecord, RequestContext
 from broker.contracts.results import (
     Alternative,
     Correspondence,
@@ -101,6 +98,7 @@ __all__ = [
     "ExampleReport",
     "FieldProblem",
     "GeodesicMethod",
+    "IdempotencyRecord",
     "JobKind",
     "JobRecord",
     "JobState",
@@ -110,8 +108,6 @@ __all__ = [
     "MatchResult",
     "MetricName",
     "ObjectiveName",
-    "Once",
-    "Order",
     "Payload",
     "PicturePayload",
     "Problem",
@@ -125,13 +121,14 @@ __all__ = [
     "RefinedPoint",
     "Refinement",
     "RefinementName",
+    "RequestContext",
     "ShapeRecord",
     "SpectrumKey",
     "SpectrumPayload",
     "Structure",
     "Structures",
     "Subject",
-    "TurnPayload",
+    "TimeSlicePayload",
     "UploadPayload",
     "ValidationPayload",
     "Webhook",

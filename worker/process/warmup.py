@@ -33,7 +33,7 @@ from solver.prototype import (
 from solver.shape import Shape
 from solver.similarity import SignatureCollection, dissimilarities, pairs_between, signature
 from worker.jobs import (
-    Side,
+    MatchInput,
     match_shapes,
     mesh_from_bytes,
     mesh_to_bytes,
@@ -59,9 +59,9 @@ def warm_up() -> None:
     log.info("warming up; where nothing is compiled yet, this takes minutes")
     binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
-    side = Side(simplified(mesh, mesh.n_vertices - 1), None)
+    side = MatchInput(simplified(mesh, mesh.n_vertices - 1), None)
     # What is matched with itself is proven optimal before there is anything to bound.
-    other = Side(_stretched(mesh), None)
+    other = MatchInput(_stretched(mesh), None)
     few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
     for structures in (
         {"descriptor": ("si_hks", "geodesic_histogram")},
@@ -82,7 +82,7 @@ def warm_up() -> None:
 def compile_rest() -> None:
     """Compile what few jobs need, to be kept with the rest: nothing that forks would inherit."""
     start = time.perf_counter()
-    side = Side(read_mesh(torus_file(), "off"), None)
+    side = MatchInput(read_mesh(torus_file(), "off"), None)
     few = MatchParameters(points=8, coarse_points=4, eigenpairs=20)
     match_shapes(side, side, _payload(few, {"objective": "linf"}), Control())
     log.info("compiled what is seldom needed", seconds=round(time.perf_counter() - start, 3))

@@ -17,11 +17,11 @@ from broker.contracts import (
     PicturePayload,
     PrototypeParameters,
     PrototypePayload,
-    TurnPayload,
+    TimeSlicePayload,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import BOUNDS, NewerRecord, keys
-from broker.upkeep import LOSSES_WITH_WORKER, give_back, recover
+from broker.store import BUCKET_BOUNDS, NewerRecord, keys
+from broker.upkeep import LOSSES_WITH_WORKER, handle_lost_process, recover
 from broker.webhooks import WebhookSettings, dispatch
 from worker.jobs import Runner
 
@@ -95,7 +95,7 @@ def test_a_job_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> Non
 
 def test_a_collection_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> None:
     job = of_a_newer_version(queue, COMPARED)
-    turn = queue.submit(new_job(TurnPayload(job=job))).id
+    turn = queue.submit(new_job(TimeSlicePayload(job=job))).id
     Runner(queue, "runner").run(turn)
     assert queue.store.jobs.state(job) is JobState.FAILED
     assert queue.store.jobs.state(turn) is JobState.SUCCEEDED
@@ -117,18 +117,18 @@ def test_what_a_newer_version_noted_of_a_job_hides_nothing_else(
 
 
 def test_what_a_newer_version_counts_is_left_out(queue: JobQueue) -> None:
-    tallies = queue.store.tallies
-    tallies.time(JobKind.MATCH, {"total": 2.0})
-    before = tallies.read()
-    for novel in (f"class|match|total|{len(BOUNDS) + 1}", "novel|match", "novel"):
-        queue.store.client.hset(keys.TALLIES, novel, "1")
-    assert tallies.read() == before
+    counters = queue.store.counters
+    counters.observe(JobKind.MATCH, {"total": 2.0})
+    before = counters.read()
+    for novel in (f"class|match|total|{len(BUCKET_BOUNDS) + 1}", "novel|match", "novel"):
+        queue.store.client.hset(keys.COUNTERS, novel, "1")
+    assert counters.read() == before
 
 
 def test_chores_go_on_past_what_cannot_be_read(queue: JobQueue) -> None:
     unread, other = of_a_newer_version(queue, match()), queue.submit(new_job(match())).id
     assert [record.id for record in queue.store.jobs.active()] == [other]
-    recover(queue.store, queue)
+    recover(queue)
     assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
     # It stays in the listings, for those who can read it.
     assert queue.store.client.zscore(keys.JOBS, unread) is not None
@@ -142,7 +142,7 @@ def test_a_lost_process_of_what_cannot_be_read_costs_no_worker(queue: JobQueue) 
     job = of_a_newer_version(queue, match())
     assert queue.store.jobs.claim(job, "runner")
     lost = Job.fetch(job, connection=queue.store.client, serializer=JSONSerializer)
-    give_back(queue.store, lost, "killed", LOSSES_WITH_WORKER)
+    handle_lost_process(queue.store, lost, "killed", LOSSES_WITH_WORKER)
     assert queue.store.jobs.state(job) is JobState.QUEUED
     assert lost.retries_left == 1
 

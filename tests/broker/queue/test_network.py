@@ -23,7 +23,7 @@ from broker.store import Store, connect
 from service.standalone import listening, server_binary
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 PASSWORD = "it's a secret/of:ours"
 
@@ -67,7 +67,7 @@ def secured(plain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Se
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
     found = Secured(server.sockets[0].getsockname()[1], file)
-    with connect(found.url(), patience=120, pause=0.05) as client:
+    with connect(found.url(), retry_seconds=120, pause=0.05) as client:
         client.ping()
     yield found
     loop.call_soon_threadsafe(loop.stop)
@@ -99,7 +99,7 @@ async def _relay(port: int, context: ssl.SSLContext) -> asyncio.Server:
 
 def test_a_worker_joins(secured: Secured) -> None:
     settings = WorkerSettings(redis_url=secured.url())
-    store = Store.open(settings, patience=1)
+    store = Store.open(settings, retry_seconds=1)
     queue = JobQueue(store, settings)
     with worker(queue):
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
@@ -108,5 +108,5 @@ def test_a_worker_joins(secured: Secured) -> None:
 
 def test_nobody_else_does(secured: Secured) -> None:
     for url in (secured.url(password="guessed"), secured.url(trusting=False)):
-        with pytest.raises(RedisError), connect(url, patience=0) as client:
+        with pytest.raises(RedisError), connect(url, retry_seconds=0) as client:
             client.ping()

@@ -20,12 +20,20 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue
-from broker.store import CACHE_SILENCE, Absence, OnceInAWhile, Store, absence, connect, keys
+from broker.store import (
+    CACHE_TIMEOUT,
+    CircuitBreaker,
+    Store,
+    ThrottledBackoff,
+    circuit_breaker,
+    connect,
+    keys,
+)
 from broker.store import spectra as spectra_module
 from service.standalone import EmbeddedServer
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 MIB = 1024**2
 
@@ -56,7 +64,7 @@ def apart(
     store: Store, cache: Redis, second: EmbeddedServer, settings: WorkerSettings
 ) -> Iterator[Store]:
     """An empty store whose cache is on the second server."""
-    opened = Store.open(settings.model_copy(update={"cache_url": second.url}), patience=0)
+    opened = Store.open(settings.model_copy(update={"cache_url": second.url}), retry_seconds=0)
     yield opened
     opened.close()
 
@@ -99,7 +107,7 @@ def test_a_shape_is_forgotten_though_the_list_was_evicted(apart: Store, cache: R
     for key in (mine, others):
         apart.spectra.put(key, b"spectrum")
     cache.delete(keys.CACHED_SPECTRA, keys.CACHED_SIZES)
-    apart.spectra.forget("a" * 32)
+    apart.spectra.drop("a" * 32)
     assert not apart.spectra.has(mine)
     assert apart.spectra.has(others)
     assert apart.spectra.put(mine, b"spectrum")
@@ -113,7 +121,7 @@ def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) 
     try:
         assert not apart.spectra.put(other, b"spectrum")
         assert apart.spectra.get(known) == b"spectrum"
-        apart.spectra.forget("a")
+        apart.spectra.drop("a")
     finally:
         cache.replicaof("NO", "ONE")
 
@@ -121,19 +129,19 @@ def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) 
 def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
     second: EmbeddedServer, server: EmbeddedServer
 ) -> None:
-    patient = OnceInAWhile(1.0, lull=math.inf)
+    patient = ThrottledBackoff(1.0, interval=math.inf)
     # Each connection has a copy of how it waits, and what one finds out holds for all.
     assert [one.compute(1) for one in (patient, copy.deepcopy(patient), patient)] == [1.0, 0.0, 0.0]
     patient.reset()
     assert patient.compute(1) == 0.0
-    always = OnceInAWhile(0.5, lull=0.0)
+    always = ThrottledBackoff(0.5, interval=0.0)
     assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
-    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), patience=1)
+    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), retry_seconds=1)
     backoffs = [
         client.connection_pool.connection_kwargs["retry"]._backoff
         for client in (store.client, store.spectra.cache)
     ]
-    assert [isinstance(one, OnceInAWhile) for one in backoffs] == [False, True]
+    assert [isinstance(one, ThrottledBackoff) for one in backoffs] == [False, True]
     store.close()
 
 
@@ -152,18 +160,18 @@ def connections(listener: socket.socket) -> int:
 def test_a_cache_that_says_nothing_is_waited_for_once(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(spectra_module, "CACHE_SILENT_LULL", 10_000.0)
+    monkeypatch.setattr(spectra_module, "CACHE_CIRCUIT_SECONDS", 10_000.0)
     key = SpectrumKey("a", 10)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
-        with connect(url, patience=0, silence=0.05) as cache:
+        with connect(url, retry_seconds=0, timeout=0.05) as cache:
             spectra = replace(store.spectra, cache=cache)
 
             def look() -> None:
                 assert not spectra.has(key)
                 assert spectra.get(key) is None
                 assert not spectra.put(key, b"spectrum")
-                spectra.forget("a")
+                spectra.drop("a")
                 assert spectra.cached_bytes() == 0
 
             look()
@@ -173,7 +181,7 @@ def test_a_cache_that_says_nothing_is_waited_for_once(
             spectra = replace(spectra)
             look()
             assert connections(silent) == 0
-            spectra.absence.begin(0.0)
+            spectra.circuit.open(0.0)
             assert not spectra.has(key)
             assert connections(silent) == 1
 
@@ -182,35 +190,35 @@ def test_one_asks_for_all_whether_a_cache_is_there_again(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 0.0
-    monkeypatch.setattr(absence, "time", SimpleNamespace(time=lambda: now))
-    mine, others, far = (Absence(store.client, name) for name in ("here", "here", "there"))
-    assert [mine.lasts(), others.lasts()] == [False, False]
-    mine.begin(1000.0)
-    assert [mine.lasts(), others.lasts(), far.lasts()] == [True, True, False]
+    monkeypatch.setattr(circuit_breaker, "time", SimpleNamespace(time=lambda: now))
+    mine, others, far = (CircuitBreaker(store.client, name) for name in ("here", "here", "there"))
+    assert [mine.is_open(), others.is_open()] == [False, False]
+    mine.open(1000.0)
+    assert [mine.is_open(), others.is_open(), far.is_open()] == [True, True, False]
     now = 1000.0
-    assert [mine.lasts(), others.lasts()] == [False, True]
+    assert [mine.is_open(), others.is_open()] == [False, True]
     now = 2000.0
-    assert not others.lasts()
-    others.end()
-    assert [mine.lasts(), others.lasts()] == [False, False]
-    mine.begin(0.0)
-    assert store.client.ttl(keys.cache_away("here")) != -1
+    assert not others.is_open()
+    others.close()
+    assert [mine.is_open(), others.is_open()] == [False, False]
+    mine.open(0.0)
+    assert store.client.ttl(keys.cache_circuit("here")) != -1
 
 
 def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
     spectra, key = apart.spectra, SpectrumKey("a", 10)
-    spectra.absence.begin(1000.0)
+    spectra.circuit.open(1000.0)
     assert not spectra.put(key, b"spectrum")
-    spectra.absence.begin(0.0)
+    spectra.circuit.open(0.0)
     assert spectra.put(key, b"spectrum")
     assert spectra.has(key)
 
 
 def test_a_silent_cache_is_given_up_by_workers_too(server: EmbeddedServer) -> None:
     settings = WorkerSettings(redis_url=server.url, cache_url="redis://127.0.0.1:1")
-    opened = Store.open(settings, patience=30.0)
+    opened = Store.open(settings, retry_seconds=30.0)
     options = opened.spectra.cache.connection_pool.connection_kwargs
-    assert options["socket_timeout"] == CACHE_SILENCE
+    assert options["socket_timeout"] == CACHE_TIMEOUT
     assert RedisTimeoutError not in options["retry_on_error"]
     assert RedisTimeoutError in opened.client.connection_pool.connection_kwargs["retry_on_error"]
     opened.close()
@@ -225,7 +233,7 @@ def test_matches_go_on_while_the_cache_is_away(
     payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
 
     def matched() -> JobRecord:
-        record = ended(queue, queue.submit_match(payload).id)
+        record = ended(queue, queue.submit_with_spectra(payload).id)
         assert record.state is JobState.SUCCEEDED, record
         return record
 
@@ -249,4 +257,4 @@ def test_matches_go_on_while_the_cache_is_away(
         matched()
         assert computed() == settled, "and kept once the cache is there again"
     for record in (first, again):
-        assert apart.jobs.result(record.id) is not None
+        assert apart.results.document(record.id) is not None

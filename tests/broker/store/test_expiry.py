@@ -4,7 +4,6 @@ from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from redis.client import Pipeline
 
 from broker.contracts import (
     PAIRS,
@@ -27,13 +26,13 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import Listing, Offer, Shapes, Store, keys
-from broker.upkeep import LOSSES_WITH_WORKER, Patience, recover
+from broker.store import ClaimStatus, Listing, Shapes, Store, keys
+from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from broker.webhooks import WebhookSettings, dispatch
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
 from worker.jobs import Runner
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 SHAPE = "a" * 32
 RECEIVER = Webhook(url="http://127.0.0.1:9/")
@@ -108,7 +107,7 @@ def test_what_was_found_out_of_a_deleted_prototype_does_not_stay(queue: JobQueue
     for name in (prototype, SHAPE):
         assert spectra.put(f"{name}:surface0", b"spectrum")
     Runner(queue, "runner").run(job)
-    assert spectra.signatures([f"{prototype}:surface0", f"{SHAPE}:surface0"]) == [None, b"spectrum"]
+    assert spectra.get_many([f"{prototype}:surface0", f"{SHAPE}:surface0"]) == [None, b"spectrum"]
 
 
 def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
@@ -148,19 +147,18 @@ def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue:
     assert queue.store.shapes.mesh(SHAPE) is None
 
 
-class Dying(Shapes):
-    """Shapes of a process that ends just before it stores one."""
-
-    def release(self, upload_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
-        """End instead."""
-        raise SystemExit
-
-
-def test_an_upload_is_still_there_for_who_comes_after_one_that_died(queue: JobQueue) -> None:
+def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job, shapes = queue.submit_validation(payload, b"data"), queue.store.shapes
+
+    def die(*_: object) -> None:
+        raise SystemExit
+
+    monkeypatch.setattr("broker.store.shapes.delete_candidate", die)
     with pytest.raises(SystemExit):
-        Dying(shapes.client, shapes.settings).accept(shape_record(SHAPE), b"m", b"g", job)
+        shapes.accept(shape_record(SHAPE), b"m", b"g", job)
     left = queue.store.client.ttl(keys.candidate(SHAPE, "off", job))
     assert shapes.settings.candidate_ttl - 500 <= left <= shapes.settings.candidate_ttl
 
@@ -215,55 +213,55 @@ def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueu
 def test_a_job_that_is_over_gets_no_further_turns(queue: JobQueue) -> None:
     record, store = compared(queue), queue.store
     store.jobs.claim(record.id, record.id)
-    queue.submit_turn(record)
-    assert len(store.parts.turns(record.id)) == 2
+    queue.submit_time_slice(record)
+    assert len(store.chunks.time_slices(record.id)) == 2
     store.jobs.cancel(record.id)
-    store.parts.forget(record.id)
-    queue.submit_turn(record)
-    assert store.parts.turns(record.id) == {}
+    store.chunks.delete(record.id)
+    queue.submit_time_slice(record)
+    assert store.chunks.time_slices(record.id) == {}
     for number in (1, 2):
         Runner(queue, "runner").run(f"{record.id}-{number}")
     assert lasting(store) == set()
-    assert not store.client.exists(keys.job_parts(record.id), keys.job_turns(record.id))
+    assert not store.client.exists(keys.job_chunks(record.id), keys.time_slices(record.id))
 
 
 def test_a_comparison_that_is_lost_for_good_leaves_nothing(queue: JobQueue) -> None:
     record, store = compared(queue), queue.store
-    now = Patience(unseen=timedelta(0), silence=timedelta(0))
+    now = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0))
     for _ in range(LOSSES_WITH_WORKER + 1):
         assert store.jobs.claim(record.id, record.id)
-        store.parts.open(record.id, "", STRUCTURES, 2, 0.5)
-        assert store.parts.take(record.id, "turn", "runner").offer is Offer.PART
-        for turn in store.parts.turns(record.id):
-            queue.withdraw(turn)
+        store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
+        assert store.chunks.claim(record.id, "turn", "runner").status is ClaimStatus.CLAIMED
+        for turn in store.chunks.time_slices(record.id):
+            queue.rq.withdraw(turn)
             store.client.delete(keys.job(turn))
         # It is seen to be lost, and the next time that it still is.
-        recover(store, queue, now)
-        recover(store, queue, now)
+        recover(queue, now)
+        recover(queue, now)
     assert store.jobs.state(record.id) is JobState.FAILED
     assert lasting(store) == set()
-    assert store.parts.counts(record.id).stage == ""
+    assert store.chunks.counts(record.id).stage == ""
 
 
 @pytest.fixture
 def brief(store: Store, settings: WorkerSettings) -> JobQueue:
     """A queue whose records are kept for a second after their jobs' ends."""
     changed = settings.model_copy(update={"job_ttl": 1})
-    return JobQueue(Store.over(store.client, changed, patience=1), settings)
+    return JobQueue(Store.over(store.client, changed, retry_seconds=1), settings)
 
 
 def test_a_comparison_may_take_longer_than_records_are_kept(brief: JobQueue) -> None:
     store, record = brief.store, compared(brief)
-    store.parts.set_input(record.id, PAIRS, b"collection")
-    store.parts.supply(record.id, STRUCTURES, {0: b"signature"})
+    store.chunks.set_input(record.id, PAIRS, b"collection")
+    store.chunks.supply(record.id, STRUCTURES, {0: b"signature"})
     long = 86400
-    assert store.client.ttl(keys.job_input(record.id, PAIRS)) > long
-    assert store.client.ttl(keys.job_done(record.id, STRUCTURES)) > long
-    assert store.client.ttl(keys.job_turns(record.id)) > long
+    assert store.client.ttl(keys.stage_input(record.id, PAIRS)) > long
+    assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long
+    assert store.client.ttl(keys.time_slices(record.id)) > long
     assert store.jobs.claim(record.id, record.id)
-    assert store.parts.open(record.id, "", STRUCTURES, 2, 0.5)
-    taken = store.parts.take(record.id, "turn", "runner")
-    assert (taken.offer, taken.part) == (Offer.PART, 1)
-    assert store.parts.complete(record.id, taken, b"signature", 0.1)
-    assert store.client.ttl(keys.job_parts(record.id)) > long
-    assert store.client.ttl(keys.job_done(record.id, STRUCTURES)) > long
+    assert store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
+    taken = store.chunks.claim(record.id, "turn", "runner")
+    assert (taken.status, taken.number) == (ClaimStatus.CLAIMED, 1)
+    assert store.chunks.complete(record.id, taken, b"signature", 0.1)
+    assert store.client.ttl(keys.job_chunks(record.id)) > long
+    assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long

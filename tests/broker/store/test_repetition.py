@@ -12,7 +12,7 @@ from broker.queue import JobQueue, QueueSettings
 from broker.store import Store, keys
 from service.standalone import EmbeddedServer
 from tests.worker.records import shape_record
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 SHAPE = "a" * 32
 
@@ -51,7 +51,7 @@ def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
         thread = Thread(target=serve)
         thread.start()
         url = f"redis://127.0.0.1:{listening.getsockname()[1]}?db=1"
-        opened = Store.open(WorkerSettings(redis_url=url), patience=30, pause=0.05)
+        opened = Store.open(WorkerSettings(redis_url=url), retry_seconds=30, pause=0.05)
         yield opened
         opened.close()
         thread.join()

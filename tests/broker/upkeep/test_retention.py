@@ -16,7 +16,7 @@ from broker.store import Store, keys, listings
 from broker.upkeep import Sweep
 from tests.worker.records import CREATED, shape_record
 from worker.jobs import newer_version
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 TTL, TRACE = 1000, 5000
 SHAPE = "a" * 32
@@ -29,7 +29,7 @@ PARTS = tuple(
 def kept(store: Store, settings: WorkerSettings) -> Store:
     """A store with a shape, whose times are all over soon."""
     changed = settings.model_copy(update={"shape_ttl": TTL, "job_ttl": TTL, "trace_ttl": TRACE})
-    short = Store.over(store.client, changed, patience=1)
+    short = Store.over(store.client, changed, retry_seconds=1)
     put_shape(short)
     return short
 
@@ -47,7 +47,7 @@ def left(store: Store) -> list[int]:
 
 def test_a_shape_is_kept_from_its_last_use_on(kept: Store) -> None:
     assert all(TTL - 100 <= ttl <= TTL for ttl in left(kept))
-    trace = kept.client.ttl(keys.shape_trace(SHAPE))
+    trace = kept.client.ttl(keys.shape_tombstone(SHAPE))
     assert TTL + TRACE - 100 <= trace <= TTL + TRACE
     uses = (kept.shapes.use, kept.shapes.upload, kept.shapes.mesh)
     for use in uses:
@@ -76,7 +76,7 @@ def test_jobs_leave_a_trace(kept: Store) -> None:
     kept.jobs.claim(job, "me")
     kept.jobs.succeed(job, "me")
     assert TTL - 100 <= kept.client.ttl(keys.job(job)) <= TTL
-    assert TTL + TRACE - 100 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
+    assert TTL + TRACE - 100 <= kept.client.ttl(keys.job_tombstone(job)) <= TTL + TRACE
     kept.client.delete(keys.job(job))
     assert kept.jobs.get(job) is None
     assert kept.jobs.expired(job)
@@ -88,20 +88,20 @@ def test_the_trace_of_a_job_outlives_it_however_long_it_took(kept: Store, way: s
     queue = JobQueue(kept, QueueSettings())
     job = queue.submit(new_job(PicturePayload(job="x"))).id
     kept.jobs.claim(job, "me")
-    kept.client.delete(keys.job_trace(job))
+    kept.client.delete(keys.job_tombstone(job))
     match way:
         case "done":
             assert kept.jobs.succeed(job, "me")
         case "cancelled":
             kept.jobs.cancel(job)
-            assert kept.jobs.leave(job, "me")
+            assert kept.jobs.finish_cancelled(job, "me")
         case "lost":
             assert kept.jobs.lose(job, 0, newer_version()) is JobState.FAILED
-    assert TTL + TRACE - 500 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
+    assert TTL + TRACE - 500 <= kept.client.ttl(keys.job_tombstone(job)) <= TTL + TRACE
 
 
 def test_the_listings_follow(kept: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listings, "SWEPT_AT_ONCE", 10)
+    monkeypatch.setattr(listings, "SWEEP_COUNT", 10)
     queue = JobQueue(kept, QueueSettings(max_queued_jobs=0))
     payload = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
     jobs = [queue.submit(new_job(payload)).id for _ in range(300)]

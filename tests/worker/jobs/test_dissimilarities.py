@@ -46,7 +46,7 @@ def asked(
 
 def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
     assert job.state is JobState.SUCCEEDED, job.error
-    packed = queue.store.jobs.result(job.id)
+    packed = queue.store.results.document(job.id)
     assert packed is not None
     return DissimilarityResult.model_validate_json(gzip.decompress(packed))
 
@@ -54,7 +54,7 @@ def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
 def forgotten(queue: JobQueue, job: JobRecord) -> bool:
     """Whether nothing is left of the parts of a job, which is tidied up when it has ended."""
     deadline = time.monotonic() + 240
-    while queue.store.client.keys(keys.job_parts(job.id) + "*") and time.monotonic() < deadline:
+    while queue.store.client.keys(keys.job_chunks(job.id) + "*") and time.monotonic() < deadline:
         time.sleep(0.01)
     return time.monotonic() < deadline
 
@@ -76,7 +76,7 @@ def test_a_matrix_is_that_of_the_solver(
         signature(Shape(read_mesh(data, "off"), eigenpairs=40), options) for _, data in files
     ]
     expected = dissimilarity_matrix(signatures, options).values
-    stored = served.store.jobs.arrays(job.id)
+    stored = served.store.results.arrays(job.id)
     assert stored is not None
     with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:
         assert arrays["matrix"] == pytest.approx(expected, rel=1e-6, abs=1e-9)
@@ -117,7 +117,7 @@ def test_a_heat_map(served: JobQueue, run: Run, upload: Upload) -> None:
     for given in (labels, None):
         job = run(asked(shapes, labels=given))
         assert run(PicturePayload(job=job.id)).state is JobState.SUCCEEDED
-        picture = served.store.jobs.picture(job.id)
+        picture = served.store.results.picture(job.id)
         assert picture is not None
         assert picture.startswith(b"\x89PNG")
     job = run(imagined(served.store, 60, QUICK, seed=1))
@@ -163,7 +163,7 @@ def test_the_work_is_shared(served: JobQueue) -> None:
     job = served.submit(new_job(payload))
     turns: set[str] = set()
     while not (record := served.store.jobs.get(job.id)) or not record.state.ended:
-        turns |= set(served.store.parts.turns(job.id))
+        turns |= set(served.store.chunks.time_slices(job.id))
     assert result_of(served, ended(served, job.id)).certified
     assert len(turns) >= 2
 

@@ -73,7 +73,7 @@ def test_a_match_is_stored(served: JobQueue, run: Run, upload: Upload) -> None:
     source, target = upload(blob_file()), upload(blob_file(seed=1))
     record = run(matching(source, target))
     assert record.state is JobState.SUCCEEDED, record.error
-    packed = served.store.jobs.result(record.id)
+    packed = served.store.results.document(record.id)
     assert packed is not None
     result = result_from_blob(packed)
     assert (result.source, result.target, result.parameters) == (source, target, QUICK)
@@ -97,7 +97,7 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
     assert spectra.counts().computed == first.computed + 2
     fewer, many = (QUICK.model_copy(update={"simplify": count}) for count in (200, 642))
     for parameters in (fewer, fewer, many):
-        record = ended(served, served.submit_match(matching(source, target, parameters)).id)
+        record = ended(served, served.submit_with_spectra(matching(source, target, parameters)).id)
         assert record.state is JobState.SUCCEEDED, record.error
     # A shape that has no more vertices is not simplified.
     assert spectra.counts().computed == first.computed + 4
@@ -109,7 +109,7 @@ def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, uploa
     payload = SpectrumPayload(shape=shape, eigenpairs=80, largest_component=False)
     jobs = [served.submit(new_job(payload)) for _ in range(2)]
     parameters = MatchParameters(points=8, eigenpairs=80)
-    jobs += [served.submit_match(matching(shape, shape, parameters)) for _ in range(2)]
+    jobs += [served.submit_with_spectra(matching(shape, shape, parameters)) for _ in range(2)]
     for job in jobs:
         assert ended(served, job.id).state is JobState.SUCCEEDED
     assert served.store.spectra.counts().computed == before.computed + 1
@@ -121,20 +121,20 @@ def test_a_match_of_points_that_need_no_spectrum_computes_none(
     before = served.store.spectra.counts()
     shape = upload(blob_file(2, seed=4))
     parameters = MatchParameters(points=8, metric="geodesic", descriptor="none")
-    record = ended(served, served.submit_match(matching(shape, shape, parameters)).id)
+    record = ended(served, served.submit_with_spectra(matching(shape, shape, parameters)).id)
     assert record.state is JobState.SUCCEEDED, record.error
     assert served.store.spectra.counts() == before
 
 
 def test_several_components(served: JobQueue, run: Run, upload: Upload) -> None:
     shape = upload(two_blobs_file())
-    refused = ended(served, served.submit_match(matching(shape, shape)).id)
+    refused = ended(served, served.submit_with_spectra(matching(shape, shape)).id)
     assert refused.state is JobState.FAILED
     assert refused.error is not None
     assert refused.error.status == 422
     assert "components" in refused.error.detail
     largest = QUICK.model_copy(update={"largest_component": True})
-    record = ended(served, served.submit_match(matching(shape, shape, largest)).id)
+    record = ended(served, served.submit_with_spectra(matching(shape, shape, largest)).id)
     assert record.state is JobState.SUCCEEDED, record.error
 
 
@@ -158,7 +158,7 @@ def test_a_picture(served: JobQueue, run: Run, name: str) -> None:
     ended(served, served.submit_validation(payload, data))
     match = run(matching(shape, shape))
     assert run(PicturePayload(job=match.id)).state is JobState.SUCCEEDED
-    picture = served.store.jobs.picture(match.id)
+    picture = served.store.results.picture(match.id)
     assert picture is not None
     assert picture.startswith(b"\x89PNG")
     assert served.store.client.ttl(keys.job_picture(match.id)) > 0
@@ -199,13 +199,13 @@ def horse_of(served: JobQueue, job_id: str) -> int:
 
 
 def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
-    job = served.submit_match(slow(upload(blob_file(4))))
+    job = served.submit_with_spectra(slow(upload(blob_file(4))))
     horse = horse_of(served, job.id)
     assert served.store.jobs.cancel(job.id) is JobState.RUNNING
     record = ended(served, job.id)
     assert record.state is JobState.CANCELLED
     assert record.error is None
-    assert served.store.jobs.result(job.id) is None
+    assert served.store.results.document(job.id) is None
     assert horse > 0
 
 
@@ -213,7 +213,7 @@ def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
 def test_a_killed_process_is_repeated_once_and_then_given_up(
     served: JobQueue, upload: Upload
 ) -> None:
-    job = served.submit_match(slow(upload(blob_file(4))))
+    job = served.submit_with_spectra(slow(upload(blob_file(4))))
     first = horse_of(served, job.id)
     os.kill(first, signal.SIGKILL)
     deadline = time.monotonic() + 240
@@ -230,7 +230,7 @@ def test_a_killed_process_is_repeated_once_and_then_given_up(
 @linux
 def test_a_killed_process_does_no_harm(served: JobQueue, run: Run, upload: Upload) -> None:
     shape = upload(blob_file(4))
-    job = served.submit_match(matching(shape, shape, MatchParameters(points=256)))
+    job = served.submit_with_spectra(matching(shape, shape, MatchParameters(points=256)))
     os.kill(horse_of(served, job.id), signal.SIGKILL)
     record = ended(served, job.id)
     assert record.state is JobState.SUCCEEDED, record.error

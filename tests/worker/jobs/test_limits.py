@@ -19,7 +19,7 @@ from broker.queue import JobQueue, QueueSettings
 from broker.store import Store
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -132,7 +132,7 @@ def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
         # The eigenfunctions alone are 25 MB, and are not all that is needed.
         parameters = MatchParameters(eigenpairs=300)
         payload = MatchPayload(source=shape, target=shape, parameters=parameters)
-        refused = ended(queue, queue.submit_match(payload).id)
+        refused = ended(queue, queue.submit_with_spectra(payload).id)
         failed(refused, "out-of-memory")
         assert refused.error is not None
         assert "10242 vertices" in refused.error.detail
@@ -146,14 +146,14 @@ def test_a_job_that_takes_too_long_fails_alone(store: Store) -> None:
     with worker(queue):
         ended(queue, validation(queue, data))
         payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
-        failed(ended(queue, queue.submit_match(payload).id), "timed-out")
+        failed(ended(queue, queue.submit_with_spectra(payload).id), "timed-out")
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
 
 
 def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSettings) -> None:
     assert settings.redis_url is not None
     elsewhere = settings.redis_url.replace("db=1", "db=6")
-    apart = Store.open(settings.model_copy(update={"cache_url": elsewhere}), patience=1)
+    apart = Store.open(settings.model_copy(update={"cache_url": elsewhere}), retry_seconds=1)
     key = SpectrumKey("a", 10)
     apart.spectra.put(key, b"spectrum")
     assert apart.spectra.get(key) == b"spectrum"

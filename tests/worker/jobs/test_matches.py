@@ -10,8 +10,8 @@ from broker.contracts import MatchParameters, MatchPayload, MatchResult
 from solver.control import Control
 from solver.mesh import TriangleMesh
 from tests.solver import shapes
-from worker.jobs import Side, match_shapes
-from worker.jobs.matches import arrays_of
+from worker.jobs import MatchInput, match_shapes
+from worker.jobs.match_results import arrays_of
 
 
 def answer(target: TriangleMesh | None = None, **changes: object) -> MatchResult:
@@ -19,7 +19,7 @@ def answer(target: TriangleMesh | None = None, **changes: object) -> MatchResult
     payload = MatchPayload(source="a", target="b", parameters=parameters)
     mesh = shapes.blob(2)
     other, _ = shapes.permuted(shapes.moved(target or mesh, 2), seed=1)
-    return match_shapes(Side(mesh, None), Side(other, None), payload, Control())
+    return match_shapes(MatchInput(mesh, None), MatchInput(other, None), payload, Control())
 
 
 def arrays(result: MatchResult) -> dict[str, NDArray[np.generic]]:

@@ -42,6 +42,6 @@ def test_a_simplified_mesh_is_made_once(store: Store) -> None:
     # What is asked for by the same name is not made again, not even of another mesh.
     again = mesh_of(SpectrumKey("a", 30, simplify=100), shapes.icosphere(3), store.spectra)
     np.testing.assert_array_equal(again.vertices, fewer.vertices)
-    store.spectra.forget("a")
+    store.spectra.drop("a")
     other = mesh_of(key, shapes.icosphere(3), store.spectra)
     assert not np.array_equal(other.vertices, fewer.vertices)

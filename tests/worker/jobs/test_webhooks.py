@@ -24,14 +24,14 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
-    Order,
     Problem,
+    RequestContext,
     SpectrumPayload,
     Webhook,
 )
 from broker.queue import JobQueue, new_job
 from broker.store import keys
-from broker.webhooks import LEASE, WebhookSettings, dispatch, pause
+from broker.webhooks import LEASE, WebhookSettings, dispatch, retry_delay
 from tests.receiver import Receiver, receiving
 from worker.jobs import Runner
 
@@ -53,7 +53,7 @@ def receiver() -> Iterator[Receiver]:
 def asked(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
     """Queue a match whose end is to be told."""
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
-    order = Order("the-request", "alice", webhook=Webhook(url=url, secret=secret))
+    order = RequestContext("the-request", "alice", webhook=Webhook(url=url, secret=secret))
     return queue.submit(new_job(payload, order)).id
 
 
@@ -77,7 +77,7 @@ def told(queue: JobQueue, job: str) -> JobRecord:
 
 def tries(queue: JobQueue) -> list[str]:
     """The queued tries."""
-    ids = queue.queues()[0].get_job_ids()
+    ids = queue.rq.all()[0].get_job_ids()
     return [job for job in ids if told(queue, job).kind is JobKind.WEBHOOK]
 
 
@@ -160,7 +160,7 @@ def test_every_end_is_told(queue: JobQueue, receiver: Receiver, way: str) -> Non
             queue.store.jobs.lose(job, 0, LOST)
         case _:
             queue.store.jobs.cancel(job)
-            queue.store.jobs.leave(job, "me")
+            queue.store.jobs.finish_cancelled(job, "me")
     until_settled(queue, job)
     (request,) = receiver.received
     event = json.loads(request.body)["job"]
@@ -178,7 +178,7 @@ def test_nobody_is_told_of_a_job_that_goes_on_or_of_one_nobody_asked_to_be_told_
     other = queue.submit(new_job(payload)).id
     queue.store.jobs.cancel(other)
     # What only serves the job that was asked for ends for itself.
-    order = Order(webhook=Webhook(url=here(receiver)))
+    order = RequestContext(webhook=Webhook(url=here(receiver)))
     spectrum = SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)
     queue.store.jobs.cancel(queue.submit(new_job(spectrum, order)).id)
     assert queue.store.webhooks.pending() == 0
@@ -196,7 +196,7 @@ def test_it_is_tried_again(queue: JobQueue, receiver: Receiver, answer: int | No
     assert delivery.error
     assert delivery.next_attempt is not None
     assert delivery.last_attempt is not None
-    assert delivery.next_attempt - delivery.last_attempt == pause(1, SETTINGS)
+    assert delivery.next_attempt - delivery.last_attempt == retry_delay(1, SETTINGS)
     assert until_settled(queue, job) == 1
     delivery = told(queue, job).delivery
     assert delivery is not None
@@ -217,9 +217,11 @@ def test_pauses_grow_and_have_an_end(queue: JobQueue, receiver: Receiver) -> Non
     assert "503" in (delivery.error or "")
     gaps = [b.when - a.when for a, b in zip(receiver.received, receiver.received[1:], strict=False)]
     for count, gap in enumerate(gaps, start=1):
-        assert gap >= pause(count, SETTINGS).total_seconds() * 0.99
+        assert gap >= retry_delay(count, SETTINGS).total_seconds() * 0.99
     defaults = WebhookSettings()
-    whole = sum((pause(n, defaults) for n in range(1, defaults.webhook_attempts)), timedelta())
+    whole = sum(
+        (retry_delay(n, defaults) for n in range(1, defaults.webhook_attempts)), timedelta()
+    )
     assert timedelta(hours=1) < whole < timedelta(hours=3)
 
 

@@ -13,7 +13,7 @@ from solver.prototype import PrototypeOptions, connected_examples, learn_prototy
 from solver.shape import Shape
 from tests.worker.families import member
 from tests.worker.figures import blob
-from worker.jobs import Side, match_shapes
+from worker.jobs import MatchInput, match_shapes
 from worker.process.warmup import warm_up
 
 VARIED = {"points": 24}, {"points": 24, "occlusion_cost": 0.05}, {"points": 24, "dense": True}
@@ -37,7 +37,7 @@ def work() -> None:
     for changes in VARIED:
         parameters = MatchParameters.model_validate(changes)
         payload = MatchPayload(source="a", target="b", parameters=parameters)
-        match_shapes(Side(meshes[0], None), Side(meshes[3], None), payload, Control())
+        match_shapes(MatchInput(meshes[0], None), MatchInput(meshes[3], None), payload, Control())
     options = PrototypeOptions(points=24, components=2)
     examples = connected_examples([Shape(mesh) for mesh in meshes[:3]], options).examples
     prototype = learn_prototype(examples, options)

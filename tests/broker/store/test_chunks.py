@@ -6,7 +6,7 @@ import numpy as np
 
 from broker.contracts import PAIRS, RESULT, STRUCTURES, SpectrumPayload
 from broker.queue import new_job
-from broker.store import Offer, Store
+from broker.store import ClaimStatus, Store
 
 
 def running(store: Store) -> str:
@@ -14,7 +14,7 @@ def running(store: Store) -> str:
     record = new_job(SpectrumPayload(shape="a", eigenpairs=30, largest_component=False))
     with store.client.pipeline() as pipe:
         store.jobs.create(record, pipe)
-        store.parts.create(record.id, pipe)
+        store.chunks.create(record.id, pipe)
         pipe.execute()
     assert store.jobs.claim(record.id, "runner")
     return record.id
@@ -33,10 +33,10 @@ def fractions(store: Store, job: str, shares: list[float], parts: list[int]) -> 
     for (before, stage), share, count in zip(
         itertools.pairwise(stages), shares, parts, strict=True
     ):
-        assert store.parts.open(job, before, stage, count, share)
+        assert store.chunks.open_stage(job, before, stage, count, share)
         look()
-        while (taken := store.parts.take(job, "turn", "runner")).offer is Offer.PART:
-            assert store.parts.complete(job, taken, b"done", 0.0)
+        while (taken := store.chunks.claim(job, "turn", "runner")).status is ClaimStatus.CLAIMED:
+            assert store.chunks.complete(job, taken, b"done", 0.0)
             look()
     return told
 

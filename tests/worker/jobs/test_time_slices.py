@@ -26,7 +26,7 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import Store, keys
-from broker.upkeep import Patience, give_back, recover
+from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover
 from service.standalone import EmbeddedServer
 from solver.arrays import FloatArray
 from solver.similarity import Signature, SignatureCollection, dissimilarities, pairs_between
@@ -36,13 +36,13 @@ from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
 from tests.workers import ended, horses, worker
 from worker.jobs.signatures import options_of
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
-NOW = Patience(unseen=timedelta(0), silence=timedelta(0), leaving=timedelta(0))
+NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellation=timedelta(0))
 
 HARD = DissimilarityParameters(points=10)
 """Random metrics of ten points take their time."""
@@ -76,7 +76,7 @@ class Watched:
 
     def __init__(self, queue: JobQueue, job: JobRecord, payload: DissimilaritiesPayload) -> None:
         self.queue, self.job, self.payload = queue, job, payload
-        self.counts = queue.store.parts.counts(job.id)
+        self.counts = queue.store.chunks.counts(job.id)
         self.parts: dict[int, bytes] = {}
         self.fraction = 0.0
         self.ranges = 0
@@ -84,14 +84,14 @@ class Watched:
 
     def look(self) -> bool:
         """Look at it; return whether it has ended."""
-        parts = self.queue.store.parts.results(self.job.id, PAIRS)
-        now = self.queue.store.parts.counts(self.job.id)
+        parts = self.queue.store.chunks.results(self.job.id, PAIRS)
+        now = self.queue.store.chunks.counts(self.job.id)
         record = self.queue.store.jobs.get(self.job.id)
         assert record is not None
         self.ended = record.state.ended
         if not self.ended:
             assert self.parts.items() <= parts.items()
-            assert now.taken >= self.counts.taken
+            assert now.claims >= self.counts.claims
             assert record.progress.fraction >= self.fraction
             self.parts, self.counts, self.fraction = parts, now, record.progress.fraction
             self.ranges = now.count if now.stage == PAIRS else self.ranges
@@ -112,7 +112,7 @@ class Watched:
 
     def repeated(self) -> int:
         """How many parts were taken again; the last one is the result."""
-        return self.counts.taken - self.ranges - 1
+        return self.counts.claims - self.ranges - 1
 
     def horse(self, besides: str = "") -> tuple[int, str] | None:
         """A process that is at it, and the turn that runs there, which is not `besides`.
@@ -135,7 +135,7 @@ class Watched:
     def _expected(self, values: FloatArray) -> FloatArray:
         """All values; every fifteenth is computed here."""
         names = [name_of(shape, HARD) for shape in self.payload.shapes]
-        stored = [data for data in self.queue.store.spectra.signatures(names) if data]
+        stored = [data for data in self.queue.store.spectra.get_many(names) if data]
         collection = SignatureCollection.of([*map(Signature.from_bytes, stored)], HARD.points)
         every = pairs_between(len(stored), 0, len(values))
         correct = values.copy()
@@ -149,7 +149,7 @@ def test_others_need_not_wait_for_a_large_comparison(served: JobQueue, upload: U
     matching = MatchPayload(source=shape, target=shape, parameters=quick)
     watched = begun(served, seed=10)
     while not watched.look():
-        record = ended(served, served.submit_match(matching).id)
+        record = ended(served, served.submit_with_spectra(matching).id)
         assert record.state is JobState.SUCCEEDED
         assert record.started is not None
         # A turn ends within about a second once somebody waits.
@@ -195,7 +195,7 @@ def test_a_cancelled_comparison_ends_at_once(served: JobQueue) -> None:
     assert forgotten(served, watched.job)
     record = ended(served, watched.job.id)
     assert record.state is JobState.CANCELLED
-    assert served.store.jobs.result(watched.job.id) is None
+    assert served.store.results.document(watched.job.id) is None
 
 
 @linux
@@ -206,8 +206,8 @@ def test_a_dead_worker_costs_no_part_that_is_done(queue: JobQueue) -> None:
         first.kill()
         first.wait()
         # The other one does what is left, but for the part that the dead one holds.
-        until(lambda: watched.look() or len(queue.store.parts.turns(watched.job.id)) == 1)
-        recover(queue.store, queue, NOW)
+        until(lambda: watched.look() or len(queue.store.chunks.time_slices(watched.job.id)) == 1)
+        recover(queue, NOW)
         watched.result()
     assert watched.repeated() <= 1
 
@@ -216,13 +216,13 @@ def test_a_comparison_whose_turns_are_lost_gets_another(queue: JobQueue) -> None
     job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
     client = queue.store.client
     for _ in range(2):
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
     assert queue.store.client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-1".encode()]
-    assert queue.position(job) == 0
+    assert queue.rq.position(job) == 0
     # Neither the queue nor the store knows of the turn any more.
     client.delete("rq:queue:matches", keys.job(f"{job.id}-1"))
-    recover(queue.store, queue, NOW)
-    recover(queue.store, queue, NOW)
+    recover(queue, NOW)
+    recover(queue, NOW)
     assert client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-2".encode()]
     assert queue.store.jobs.state(job.id) is JobState.QUEUED
 
@@ -233,7 +233,7 @@ def test_a_turn_that_has_ended_and_counts_as_abandoned_does_no_harm(queue: JobQu
     turn = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
     assert jobs.claim(turn.id, "runner")
     assert jobs.succeed(turn.id, "runner")
-    give_back(queue.store, turn, "its worker is gone", 0)
+    handle_lost_process(queue.store, turn, "its worker is gone", 0)
     assert jobs.state(job.id) is JobState.QUEUED
 
 
@@ -242,7 +242,7 @@ def test_a_restart_of_the_store_costs_no_part_that_is_done(tmp_path: Path) -> No
     server = EmbeddedServer(tmp_path)
     server.start()
     settings = WorkerSettings(redis_url=server.url)
-    queue = JobQueue(Store.open(settings, patience=20, pause=0.1), settings)
+    queue = JobQueue(Store.open(settings, retry_seconds=20, pause=0.1), settings)
     try:
         with worker(queue):
             watched = begun(queue, seed=15)
@@ -251,8 +251,8 @@ def test_a_restart_of_the_store_costs_no_part_that_is_done(tmp_path: Path) -> No
             os.kill(server.pid, signal.SIGKILL)
             server.stop()
             server.start()
-            watched.counts = queue.store.parts.counts(watched.job.id)
-            watched.parts = queue.store.parts.results(watched.job.id, PAIRS)
+            watched.counts = queue.store.chunks.counts(watched.job.id)
+            watched.parts = queue.store.chunks.results(watched.job.id, PAIRS)
             watched.fraction = 0.0
             assert len(watched.parts) >= 2
             watched.result()
