@@ -9,7 +9,7 @@ from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, is_prototype
 from solver.functional_maps import DenseCorrespondence
 from solver.gmds import GmdsRefinement
-from solver.matching import Correspondence, LevelReport, Match
+from solver.matching import Correspondence, Match
 from solver.mesh import TriangleMesh
 
 
@@ -36,39 +36,15 @@ def document_of(
             )
             for other in found.alternatives
         ),
-        levels=tuple(map(_level, found.levels)),
+        levels=tuple(
+            contracts.Level.model_validate(level, from_attributes=True) for level in found.levels
+        ),
         unmatched=tuple(best.unmatched.tolist()),
         dense=None if found.dense is None else _dense(found.dense),
         refinement=refinement,
         misfit=found.misfit,
         warnings=found.warnings,
         timings=dict(found.timings),
-    )
-
-
-def _level(level: LevelReport) -> contracts.Level:
-    return contracts.Level(
-        points=level.points,
-        target_points=level.target_points,
-        candidates=level.candidates,
-        metric=level.metric,
-        descriptor=level.descriptor,
-        energy=level.energy,
-        lower_bound=level.lower_bound,
-        gap=level.gap,
-        certified=level.certified,
-        iterations=level.iterations,
-        method=level.method.value,
-        seconds=level.seconds,
-        rank=level.rank,
-    )
-
-
-def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
-    return contracts.DenseCorrespondence(
-        hypothesis=found.hypothesis,
-        source=tuple(found.source.tolist()),
-        target=tuple(found.target.tolist()),
     )
 
 
@@ -94,23 +70,6 @@ def refinement_of(
             contracts.RefinedPoint(source=vertex, vertices=tuple(three), weights=tuple(shares))
             for vertex, three, shares in rows
         ),
-    )
-
-
-def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
-    rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
-    return tuple(
-        contracts.Correspondence(source=source, target=target, cost=cost)
-        for source, target, cost in rows
-    )
-
-
-def _distortion(found: Correspondence) -> contracts.Distortion:
-    measured = found.distortion
-    return contracts.Distortion(
-        first_order=measured.first_order,
-        second_order=measured.second_order,
-        linf=measured.linf,
     )
 
 
@@ -142,3 +101,23 @@ def arrays_of(result: MatchResult) -> bytes:
 def result_from_blob(packed: bytes) -> MatchResult:
     """Read a stored result."""
     return MatchResult.model_validate_json(gzip.decompress(packed))
+
+
+def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
+    return contracts.DenseCorrespondence(
+        hypothesis=found.hypothesis,
+        source=tuple(found.source.tolist()),
+        target=tuple(found.target.tolist()),
+    )
+
+
+def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
+    rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
+    return tuple(
+        contracts.Correspondence(source=source, target=target, cost=cost)
+        for source, target, cost in rows
+    )
+
+
+def _distortion(found: Correspondence) -> contracts.Distortion:
+    return contracts.Distortion.model_validate(found.distortion, from_attributes=True)
