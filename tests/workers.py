@@ -1,4 +1,4 @@
-"""A real server of its own for the session, and real forking workers for those who ask."""
+"""Fixtures: a Redis server for the session, and real forking workers."""
 
 import os
 import subprocess

@@ -30,20 +30,20 @@ PASSWORD = "it's a secret/of:ours"
 
 @dataclass(frozen=True)
 class Secured:
-    """A store that is reached through TLS, by those who know the password."""
+    """A store that requires TLS and a password."""
 
     port: int
     authority: Path
 
     def url(self, password: str = PASSWORD, trusting: bool = True) -> str:
-        """Its address."""
+        """Its URL."""
         trust = f"?ssl_ca_certs={quote(str(self.authority))}" if trusting else ""
         return f"rediss://:{quote(password, safe='')}@127.0.0.1:{self.port}/0{trust}"
 
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
-    """Port of a server that asks for the password."""
+    """Port of a server that requires the password."""
     folder = tmp_path_factory.mktemp("plain")
     with listening("127.0.0.1", 0) as free:
         port = int(free.getsockname()[1])
@@ -106,7 +106,7 @@ def test_a_worker_joins(secured: Secured) -> None:
     store.close()
 
 
-def test_nobody_else_does(secured: Secured) -> None:
+def test_others_are_refused(secured: Secured) -> None:
     for url in (secured.url(password="guessed"), secured.url(trusting=False)):
         with pytest.raises(RedisError), connect(url, retry_seconds=0) as client:
             client.ping()

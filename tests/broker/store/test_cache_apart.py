@@ -1,4 +1,4 @@
-"""The cache of spectra in a Redis of its own, which evicts, is full, or is away: a real one."""
+"""The spectrum cache in a Redis of its own, which evicts, is full, or does not answer."""
 
 import copy
 import math
@@ -40,7 +40,7 @@ MIB = 1024**2
 
 @pytest.fixture(scope="module")
 def second(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]:
-    """A second server, that evicts what is used least."""
+    """A second server, with eviction."""
     embedded = EmbeddedServer(tmp_path_factory.mktemp("cache"))
     embedded.start()
     yield embedded
@@ -49,7 +49,7 @@ def second(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]
 
 @pytest.fixture
 def cache(second: EmbeddedServer) -> Iterator[Redis]:
-    """A connection to the second server, which runs, is empty and evicts."""
+    """A connection to the second server, running, empty and with eviction."""
     if not second.alive():
         second.start()
     with Redis.from_url(second.url) as client:
@@ -70,11 +70,11 @@ def apart(
 
 
 def limit(cache: Redis, more: int) -> None:
-    """Leave the server so many bytes beyond what it has now."""
+    """Limit the server to so many bytes more than it uses now."""
     cache.config_set("maxmemory", int(cache.info("memory")["used_memory"]) + more)
 
 
-def test_only_what_can_be_computed_again_is_in_the_cache(apart: Store, cache: Redis) -> None:
+def test_the_cache_holds_only_blobs_and_their_list(apart: Store, cache: Redis) -> None:
     key = SpectrumKey("a", 10)
     apart.spectra.put(key, b"spectrum")
     assert apart.spectra.lock(key, "me", 5.0)
@@ -88,7 +88,7 @@ def test_only_what_can_be_computed_again_is_in_the_cache(apart: Store, cache: Re
     )
 
 
-def test_what_is_evicted_is_not_there_and_costs_nothing_else(apart: Store, cache: Redis) -> None:
+def test_evicted_spectra_are_missing_and_nothing_else_is(apart: Store, cache: Redis) -> None:
     apart.client.set("isomatch:kept", b"x")
     limit(cache, 8 * MIB)
     names = [SpectrumKey(f"{number:032x}", 10) for number in range(32)]
@@ -102,7 +102,7 @@ def test_what_is_evicted_is_not_there_and_costs_nothing_else(apart: Store, cache
     assert apart.client.get("isomatch:kept") == b"x"
 
 
-def test_a_shape_is_forgotten_though_the_list_was_evicted(apart: Store, cache: Redis) -> None:
+def test_a_shape_is_dropped_although_the_list_was_evicted(apart: Store, cache: Redis) -> None:
     mine, others = SpectrumKey("a" * 32, 10), SpectrumKey("b" * 32, 10)
     for key in (mine, others):
         apart.spectra.put(key, b"spectrum")
@@ -113,10 +113,10 @@ def test_a_shape_is_forgotten_though_the_list_was_evicted(apart: Store, cache: R
     assert apart.spectra.put(mine, b"spectrum")
 
 
-def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) -> None:
+def test_a_read_only_cache_is_tolerated(apart: Store, cache: Redis) -> None:
     known, other = SpectrumKey("a", 10), SpectrumKey("b", 10)
     assert apart.spectra.put(known, b"spectrum")
-    # After a failover, say: what is there can be read, and nothing can be written.
+    # As after a failover: a replica can be read but not written.
     cache.replicaof("127.0.0.1", "1")
     try:
         assert not apart.spectra.put(other, b"spectrum")
@@ -126,14 +126,18 @@ def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) 
         cache.replicaof("NO", "ONE")
 
 
-def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
+def test_backoff_of_a_cache_that_refuses_connections_is_throttled(
     second: EmbeddedServer, server: EmbeddedServer
 ) -> None:
-    patient = ThrottledBackoff(1.0, interval=math.inf)
-    # Each connection has a copy of how it waits, and what one finds out holds for all.
-    assert [one.compute(1) for one in (patient, copy.deepcopy(patient), patient)] == [1.0, 0.0, 0.0]
-    patient.reset()
-    assert patient.compute(1) == 0.0
+    throttled = ThrottledBackoff(1.0, interval=math.inf)
+    # Each connection copies the backoff; all copies share its state.
+    assert [one.compute(1) for one in (throttled, copy.deepcopy(throttled), throttled)] == [
+        1.0,
+        0.0,
+        0.0,
+    ]
+    throttled.reset()
+    assert throttled.compute(1) == 0.0
     always = ThrottledBackoff(0.5, interval=0.0)
     assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
     store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), retry_seconds=1)
@@ -146,7 +150,7 @@ def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
 
 
 def connections(listener: socket.socket) -> int:
-    """How many were made since this was asked last."""
+    """Number of connections since the last call."""
     listener.setblocking(False)
     made = 0
     while True:
@@ -157,9 +161,7 @@ def connections(listener: socket.socket) -> int:
         made += 1
 
 
-def test_a_cache_that_says_nothing_is_waited_for_once(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_circuit_opens_after_one_timeout(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(spectra_module, "CACHE_CIRCUIT_SECONDS", 10_000.0)
     key = SpectrumKey("a", 10)
     with socket.create_server(("127.0.0.1", 0)) as silent:
@@ -177,7 +179,7 @@ def test_a_cache_that_says_nothing_is_waited_for_once(
             look()
             look()
             assert connections(silent) == 1
-            # Other processes of this machine know of it.
+            # Other processes of this machine share the circuit.
             spectra = replace(spectra)
             look()
             assert connections(silent) == 0
@@ -186,7 +188,7 @@ def test_a_cache_that_says_nothing_is_waited_for_once(
             assert connections(silent) == 1
 
 
-def test_one_asks_for_all_whether_a_cache_is_there_again(
+def test_one_process_probes_the_cache_for_all(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 0.0
@@ -205,7 +207,7 @@ def test_one_asks_for_all_whether_a_cache_is_there_again(
     assert store.client.ttl(keys.cache_circuit("here")) != -1
 
 
-def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
+def test_a_cache_that_answers_again_is_used(apart: Store) -> None:
     spectra, key = apart.spectra, SpectrumKey("a", 10)
     spectra.circuit.open(1000.0)
     assert not spectra.put(key, b"spectrum")
@@ -214,7 +216,7 @@ def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
     assert spectra.has(key)
 
 
-def test_a_silent_cache_is_given_up_by_workers_too(server: EmbeddedServer) -> None:
+def test_workers_have_a_timeout_for_the_cache(server: EmbeddedServer) -> None:
     settings = WorkerSettings(redis_url=server.url, cache_url="redis://127.0.0.1:1")
     opened = Store.open(settings, retry_seconds=30.0)
     options = opened.spectra.cache.connection_pool.connection_kwargs
@@ -224,7 +226,7 @@ def test_a_silent_cache_is_given_up_by_workers_too(server: EmbeddedServer) -> No
     opened.close()
 
 
-def test_matches_go_on_while_the_cache_is_away(
+def test_matches_work_without_the_cache(
     apart: Store, second: EmbeddedServer, settings: WorkerSettings
 ) -> None:
     queue = JobQueue(apart, settings)

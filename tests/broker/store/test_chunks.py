@@ -1,4 +1,4 @@
-"""The progress of jobs that are done in turns, part by part, in a real Redis."""
+"""Progress of jobs that are done in time slices, chunk by chunk, in a real Redis."""
 
 import itertools
 
@@ -10,7 +10,7 @@ from broker.store import ClaimStatus, Store
 
 
 def running(store: Store) -> str:
-    """A running job that has parts; what else it is does not matter here."""
+    """A running job with chunks, of any kind."""
     record = new_job(SpectrumPayload(shape="a", eigenpairs=30, largest_component=False))
     with store.client.pipeline() as pipe:
         store.jobs.create(record, pipe)
@@ -20,35 +20,35 @@ def running(store: Store) -> str:
     return record.id
 
 
-def fractions(store: Store, job: str, shares: list[float], parts: list[int]) -> list[float]:
-    """The job's progress after each stage that is opened, and each part that is done."""
-    told: list[float] = []
+def fractions(store: Store, job: str, shares: list[float], chunks: list[int]) -> list[float]:
+    """The job's progress after each opened stage and each completed chunk."""
+    progress: list[float] = []
 
     def look() -> None:
         record = store.jobs.get(job)
         assert record is not None
-        told.append(record.progress.fraction)
+        progress.append(record.progress.fraction)
 
     stages = ["", STRUCTURES, PAIRS, RESULT]
     for (before, stage), share, count in zip(
-        itertools.pairwise(stages), shares, parts, strict=True
+        itertools.pairwise(stages), shares, chunks, strict=True
     ):
         assert store.chunks.open_stage(job, before, stage, count, share)
         look()
-        while (taken := store.chunks.claim(job, "turn", "runner")).status is ClaimStatus.CLAIMED:
-            assert store.chunks.complete(job, taken, b"done", 0.0)
+        while (chunk := store.chunks.claim(job, "slice", "runner")).status is ClaimStatus.CLAIMED:
+            assert store.chunks.complete(job, chunk, b"done", 0.0)
             look()
-    return told
+    return progress
 
 
-def test_progress_runs_neither_back_nor_beyond_its_end(store: Store) -> None:
+def test_progress_never_decreases_nor_exceeds_one(store: Store) -> None:
     rng = np.random.default_rng(1)
     for _ in range(40):
         first, last = rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.1)
         # The sum of the three need not be one once they are rounded.
         shares = [first, 1.0 - last - first, last]
-        told = fractions(store, running(store), shares, [int(n) for n in rng.integers(1, 8, 3)])
-        assert told == sorted(told)
-        assert told[0] >= 0.0
-        assert told[-1] <= 1.0
-        assert abs(told[-1] - 1.0) < 1e-15
+        progress = fractions(store, running(store), shares, [int(n) for n in rng.integers(1, 8, 3)])
+        assert progress == sorted(progress)
+        assert progress[0] >= 0.0
+        assert progress[-1] <= 1.0
+        assert abs(progress[-1] - 1.0) < 1e-15

@@ -1,4 +1,4 @@
-"""What expires, ends or comes again between two looks, and leaves nothing behind for good."""
+"""Records that expire, end or reappear between two steps, and what they leave behind."""
 
 from dataclasses import replace
 from datetime import timedelta
@@ -45,7 +45,7 @@ def put_shape(store: Store) -> None:
 
 
 def ended_match(queue: JobQueue) -> JobRecord:
-    """A match that has ended, whose receiver is still to be told."""
+    """A match that has ended and whose webhook is not delivered."""
     match = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
     record = new_job(match).model_copy(update={"webhook": RECEIVER})
     queue.submit(record)
@@ -61,12 +61,12 @@ def compared(queue: JobQueue) -> JobRecord:
 
 
 def lasting(store: Store) -> set[str]:
-    """Keys of single jobs that stay until somebody deletes them."""
+    """Keys of single jobs without a time to live."""
     names = {key.decode() for key in store.client.scan_iter(f"{keys.job('')}*")}
     return {name for name in names if store.client.ttl(name) == -1}
 
 
-def test_a_shape_that_comes_again_while_it_is_looked_for_stays_listed(store: Store) -> None:
+def test_a_shape_uploaded_again_during_a_listing_stays_listed(store: Store) -> None:
     put_shape(store)
     listing = Listing(store.client, keys.SHAPES, keys.shape)
 
@@ -82,7 +82,7 @@ def test_a_shape_that_comes_again_while_it_is_looked_for_stays_listed(store: Sto
 
 
 @pytest.mark.parametrize("kind", ["spectrum", "turn"])
-def test_what_was_found_out_of_a_deleted_shape_does_not_stay(queue: JobQueue, kind: str) -> None:
+def test_cached_blobs_of_a_deleted_shape_are_dropped(queue: JobQueue, kind: str) -> None:
     store = queue.store
     put_shape(store)
     there, gone = SpectrumKey(SHAPE, 10), SpectrumKey("b" * 32, 10)
@@ -99,7 +99,7 @@ def test_what_was_found_out_of_a_deleted_shape_does_not_stay(queue: JobQueue, ki
     assert not store.spectra.has(gone)
 
 
-def test_what_was_found_out_of_a_deleted_prototype_does_not_stay(queue: JobQueue) -> None:
+def test_cached_blobs_of_a_deleted_prototype_are_dropped(queue: JobQueue) -> None:
     spectra, prototype = queue.store.spectra, "p-" + SHAPE
     put_shape(queue.store)
     match = MatchPayload(source=prototype, target=SHAPE, parameters=MatchParameters())
@@ -110,7 +110,7 @@ def test_what_was_found_out_of_a_deleted_prototype_does_not_stay(queue: JobQueue
     assert spectra.get_many([f"{prototype}:surface0", f"{SHAPE}:surface0"]) == [None, b"spectrum"]
 
 
-def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
+def test_a_prototype_stored_again_under_another_name_is_listed_there(
     store: Store,
 ) -> None:
     def named(name: str) -> PrototypeRecord:
@@ -138,7 +138,7 @@ def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
     assert [one.name for one in prototypes.page(10, None).items] == ["animal"]
 
 
-def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue: JobQueue) -> None:
+def test_an_upload_that_expires_during_validation_stores_no_partial_shape(queue: JobQueue) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = queue.submit_validation(payload, b"data")
     queue.store.client.delete(keys.candidate(SHAPE, "off", job))
@@ -163,17 +163,17 @@ def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
     assert shapes.settings.candidate_ttl - 500 <= left <= shapes.settings.candidate_ttl
 
 
-class ComingBack(Shapes):
-    """Shapes where one that was given up and came back is a moment earlier."""
+class StoredTwice(Shapes):
+    """Shapes where a run that was given up stores the shape a moment earlier."""
 
     def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
-        """Make the shape for the other, and then for this one."""
+        """Store the shape twice."""
         assert super().accept(record, mesh, geometry, job_id)
         return super().accept(record, mesh, geometry, job_id)
 
 
-def test_an_upload_that_two_have_read_is_a_shape(store: Store) -> None:
-    shapes = ComingBack(store.client, store.shapes.settings)
+def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
+    shapes = StoredTwice(store.client, store.shapes.settings)
     queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
     data = blob_file(1)
     payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
@@ -184,7 +184,7 @@ def test_an_upload_that_two_have_read_is_a_shape(store: Store) -> None:
 
 
 @pytest.mark.parametrize("kind", ["shape", "prototype"])
-def test_an_upload_that_waits_for_too_long_is_told_as_such(queue: JobQueue, kind: str) -> None:
+def test_an_upload_that_expires_before_validation_is_reported(queue: JobQueue, kind: str) -> None:
     payload: UploadPayload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     if kind == "prototype":
         payload = PrototypeValidationPayload(prototype="p-" + SHAPE, name="x")
@@ -198,7 +198,7 @@ def test_an_upload_that_waits_for_too_long_is_told_as_such(queue: JobQueue, kind
     assert "send it again" in record.error.detail
 
 
-def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueue) -> None:
+def test_a_webhook_of_an_expired_job_leaves_nothing(queue: JobQueue) -> None:
     webhooks, client = queue.store.webhooks, queue.store.client
     record = ended_match(queue)
     assert webhooks.begin(record.id, "delivery", 1)
@@ -210,7 +210,7 @@ def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueu
     assert webhooks.pending() == 0
 
 
-def test_a_job_that_is_over_gets_no_further_turns(queue: JobQueue) -> None:
+def test_an_ended_job_gets_no_further_time_slices(queue: JobQueue) -> None:
     record, store = compared(queue), queue.store
     store.jobs.claim(record.id, record.id)
     queue.submit_time_slice(record)
@@ -225,17 +225,17 @@ def test_a_job_that_is_over_gets_no_further_turns(queue: JobQueue) -> None:
     assert not store.client.exists(keys.job_chunks(record.id), keys.time_slices(record.id))
 
 
-def test_a_comparison_that_is_lost_for_good_leaves_nothing(queue: JobQueue) -> None:
+def test_a_comparison_lost_too_often_leaves_nothing(queue: JobQueue) -> None:
     record, store = compared(queue), queue.store
     now = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0))
     for _ in range(LOSSES_WITH_WORKER + 1):
         assert store.jobs.claim(record.id, record.id)
         store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
-        assert store.chunks.claim(record.id, "turn", "runner").status is ClaimStatus.CLAIMED
-        for turn in store.chunks.time_slices(record.id):
-            queue.rq.withdraw(turn)
-            store.client.delete(keys.job(turn))
-        # It is seen to be lost, and the next time that it still is.
+        assert store.chunks.claim(record.id, "slice", "runner").status is ClaimStatus.CLAIMED
+        for time_slice in store.chunks.time_slices(record.id):
+            queue.rq.withdraw(time_slice)
+            store.client.delete(keys.job(time_slice))
+        # Noticed in the first pass, lost in the second.
         recover(queue, now)
         recover(queue, now)
     assert store.jobs.state(record.id) is JobState.FAILED
@@ -245,12 +245,12 @@ def test_a_comparison_that_is_lost_for_good_leaves_nothing(queue: JobQueue) -> N
 
 @pytest.fixture
 def brief(store: Store, settings: WorkerSettings) -> JobQueue:
-    """A queue whose records are kept for a second after their jobs' ends."""
+    """A queue whose records expire a second after the jobs' ends."""
     changed = settings.model_copy(update={"job_ttl": 1})
     return JobQueue(Store.over(store.client, changed, retry_seconds=1), settings)
 
 
-def test_a_comparison_may_take_longer_than_records_are_kept(brief: JobQueue) -> None:
+def test_a_comparison_may_take_longer_than_job_ttl(brief: JobQueue) -> None:
     store, record = brief.store, compared(brief)
     store.chunks.set_input(record.id, PAIRS, b"collection")
     store.chunks.supply(record.id, STRUCTURES, {0: b"signature"})
@@ -260,8 +260,8 @@ def test_a_comparison_may_take_longer_than_records_are_kept(brief: JobQueue) -> 
     assert store.client.ttl(keys.time_slices(record.id)) > long
     assert store.jobs.claim(record.id, record.id)
     assert store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
-    taken = store.chunks.claim(record.id, "turn", "runner")
-    assert (taken.status, taken.number) == (ClaimStatus.CLAIMED, 1)
-    assert store.chunks.complete(record.id, taken, b"signature", 0.1)
+    chunk = store.chunks.claim(record.id, "slice", "runner")
+    assert (chunk.status, chunk.number) == (ClaimStatus.CLAIMED, 1)
+    assert store.chunks.complete(record.id, chunk, b"signature", 0.1)
     assert store.client.ttl(keys.job_chunks(record.id)) > long
     assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long

@@ -1,4 +1,4 @@
-"""Commands that are sent again because the connection broke before their answer came."""
+"""Commands that are sent again because the connection broke before their reply."""
 
 import select
 import socket
@@ -18,7 +18,7 @@ SHAPE = "a" * 32
 
 
 def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -> None:
-    """Pass on what both say, until the answer to a command would come, or one has left."""
+    """Forward both directions until the reply to a command, or until one side closes."""
     asked = False
     while True:
         ready, _, _ = select.select([client, server], [], [])
@@ -37,7 +37,7 @@ def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -
 
 @pytest.fixture
 def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
-    """The empty store, over a connection that breaks with the answer of the first transaction."""
+    """The empty store, over a connection that breaks before the first transaction's reply."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         listening.settimeout(60.0)
 

@@ -61,7 +61,7 @@ def in_state(jobs: Jobs, state: JobState) -> str:
     return job
 
 
-def test_a_job_comes_back_as_it_was_stored(store: Store) -> None:
+def test_a_stored_job_is_read_back(store: Store) -> None:
     record = match_job()
     stored(store.jobs, record)
     assert store.jobs.get(record.id) == record
@@ -118,13 +118,13 @@ def test_an_end_never_changes(store: Store, end: JobState) -> None:
         JobState.FAILED: jobs.fail(job, "r", BROKEN),
         JobState.CANCELLED: jobs.finish_cancelled(job, "r"),
     }
-    # Saying the same again, as after a lost reply, is no contradiction.
+    # The same call repeated, as after a lost reply, succeeds.
     assert refused == {state: state is end for state in ENDS}
     assert jobs.get(job) == before
     assert store.results.document(job) == result
 
 
-def test_a_runner_that_was_given_up_is_not_listened_to(store: Store) -> None:
+def test_calls_of_a_runner_that_was_given_up_are_refused(store: Store) -> None:
     job = running(store.jobs, "old")
     assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
     assert store.jobs.claim(job, "new")
@@ -136,7 +136,7 @@ def test_a_runner_that_was_given_up_is_not_listened_to(store: Store) -> None:
     assert store.jobs.succeed(job, "new", b"new")
 
 
-def test_a_job_is_given_up_after_too_many_losses(store: Store) -> None:
+def test_a_job_fails_after_too_many_losses(store: Store) -> None:
     job = running(store.jobs)
     assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
     assert store.jobs.claim(job, "r2")
@@ -214,7 +214,7 @@ def test_pages_hold_everything_once_newest_first(store: Store, limit: int) -> No
     assert seen == sorted(records, key=lambda record: (record.created, record.id), reverse=True)
 
 
-def test_a_page_stays_right_while_entries_come_and_go(store: Store) -> None:
+def test_a_cursor_stays_valid_while_entries_change(store: Store) -> None:
     records = [accepted(store, numbered(i, seconds=i)) for i in range(6)]
     first = store.shapes.page(2, None)
     accepted(store, numbered(99, days=1))
@@ -224,12 +224,12 @@ def test_a_page_stays_right_while_entries_come_and_go(store: Store) -> None:
 
 
 @pytest.mark.parametrize("cursor", ["", "x", "bm9uc2Vuc2U", "bmFuOmE", "é"])
-def test_cursors_of_nobody_are_refused(store: Store, cursor: str) -> None:
+def test_invalid_cursors_are_refused(store: Store, cursor: str) -> None:
     with pytest.raises(InvalidCursor):
         store.shapes.page(2, cursor)
 
 
-def test_a_shape_is_there_whole_or_not_at_all(store: Store) -> None:
+def test_a_shape_is_stored_atomically(store: Store) -> None:
     record = accepted(store, numbered(1))
     assert store.shapes.get(record.id) == record
     assert store.shapes.upload(record.id) == b"data"
@@ -275,7 +275,7 @@ def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spect
     return Spectra(store.client, store.client, settings.model_copy(update=changes))
 
 
-def test_the_cache_keeps_what_was_used_last(store: Store, settings: WorkerSettings) -> None:
+def test_the_cache_evicts_the_least_recently_used(store: Store, settings: WorkerSettings) -> None:
     spectra = small_cache(store, settings, cache_bytes=300)
     a, b, c, d = (SpectrumKey(name, 10) for name in "abcd")
     for key in (a, b, c):
@@ -291,12 +291,12 @@ def test_the_cache_keeps_what_was_used_last(store: Store, settings: WorkerSettin
     assert spectra.has(a)
 
 
-def test_a_spectrum_that_redis_takes_not_as_one_value_is_not_cached(store: Store) -> None:
+def test_a_spectrum_larger_than_a_redis_value_is_not_cached(store: Store) -> None:
     assert not store.spectra.put(SpectrumKey("a", 10), bytes(513 * 1024**2))
     assert not store.spectra.has(SpectrumKey("a", 10))
 
 
-def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings) -> None:
+def test_the_cache_drops_unused_spectra(store: Store, settings: WorkerSettings) -> None:
     spectra = small_cache(store, settings, cache_ttl=0)
     a, b = SpectrumKey("a", 10), SpectrumKey("b", 10)
     spectra.put(a, bytes(10))
@@ -306,7 +306,7 @@ def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings
     assert spectra.has(b)
 
 
-def test_the_cache_forgets_a_shape(store: Store) -> None:
+def test_the_cache_drops_a_shape(store: Store) -> None:
     kept = SpectrumKey("b", 10)
     for key in (SpectrumKey("a", 10), SpectrumKey("a", 20, True), kept):
         store.spectra.put(key, bytes(10))
@@ -316,7 +316,7 @@ def test_the_cache_forgets_a_shape(store: Store) -> None:
     assert store.client.hgetall(keys.CACHED_SIZES) == {str(kept).encode(): b"10", b"total": b"10"}
 
 
-def test_a_spectrum_is_named_by_all_it_depends_on() -> None:
+def test_a_spectrum_key_has_all_that_the_spectrum_depends_on() -> None:
     names = {
         str(SpectrumKey(shape, eigenpairs, largest, simplify))
         for shape in ("a", "b")
@@ -344,7 +344,7 @@ def test_locks_belong_to_their_holder(store: Store) -> None:
     assert not spectra.locked(key)
 
 
-def test_a_job_that_began_before_it_was_asked_for_by_another_clock_took_no_time(
+def test_negative_times_between_two_clocks_count_as_zero(
     store: Store,
 ) -> None:
     store.counters.observe(JobKind.MATCH, {"in the queue": -3.5, "total": 2.0})

@@ -1,4 +1,4 @@
-"""Jobs that are lost on the way, each as it happens: found, and run again or given up."""
+"""Recovery of jobs that are lost in each possible way."""
 
 import os
 import signal
@@ -23,7 +23,7 @@ NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellatio
 LONG = MatchParameters(points=256, coarse_points=10, alternatives=32)
 
 
-def test_a_job_that_was_taken_and_never_begun_is_queued_again(queue: JobQueue) -> None:
+def test_a_job_dequeued_but_never_registered_is_queued_again(queue: JobQueue) -> None:
     client = queue.store.client
     job = validation(queue, blob_file(1))
     for _ in range(LOSSES_WITH_WORKER):
@@ -46,7 +46,7 @@ def test_a_job_that_was_taken_and_never_begun_is_queued_again(queue: JobQueue) -
     assert client.keys("isomatch:candidate:*") == []
 
 
-def test_a_job_in_its_queue_is_left_alone(queue: JobQueue) -> None:
+def test_a_queued_job_is_not_recovered(queue: JobQueue) -> None:
     job = validation(queue, blob_file(1))
     for _ in range(3):
         recover(queue, NOW)
@@ -68,7 +68,7 @@ def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
 
 
 def begun(queue: JobQueue, data: bytes) -> str:
-    """Begin a match that lasts."""
+    """Start a long match."""
     ended(queue, validation(queue, data))
     shape = shape_id(data)
     job = queue.submit_with_spectra(MatchPayload(source=shape, target=shape, parameters=LONG))
@@ -109,7 +109,7 @@ def test_the_jobs_of_a_dead_worker_are_run_by_another(queue: JobQueue) -> None:
 
 
 @linux
-def test_a_cancelled_job_that_does_not_leave_is_killed(queue: JobQueue) -> None:
+def test_a_cancelled_job_that_does_not_stop_is_killed(queue: JobQueue) -> None:
     with worker(queue) as process:
         job = begun(queue, blob_file(4))
         (horse,) = horses(process.pid)

@@ -1,4 +1,4 @@
-"""Jobs run by real forked processes: what they do, how they fail, and that none is lost."""
+"""Jobs run by real forked processes: results, failures, cancellation, lost processes."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ def test_validation_makes_a_shape(served: JobQueue, upload: Upload) -> None:
     assert (mesh_from_bytes(stored).vertex_ids == mesh.vertex_ids).all()
 
 
-def test_what_is_no_mesh_is_refused_and_forgotten(served: JobQueue) -> None:
+def test_an_upload_that_is_not_a_mesh_is_refused_and_deleted(served: JobQueue) -> None:
     data = b"this is not a mesh"
     shape = shape_id(data)
     record = ended(served, validation(served, data))
@@ -115,7 +115,7 @@ def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, uploa
     assert served.store.spectra.counts().computed == before.computed + 1
 
 
-def test_a_match_of_points_that_need_no_spectrum_computes_none(
+def test_a_match_without_spectral_structures_computes_no_spectrum(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     before = served.store.spectra.counts()
@@ -138,7 +138,7 @@ def test_several_components(served: JobQueue, run: Run, upload: Upload) -> None:
     assert record.state is JobState.SUCCEEDED, record.error
 
 
-def test_a_deleted_shape_fails_its_matches_and_says_so(
+def test_a_match_of_a_deleted_shape_fails_with_the_reason(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     source, target = upload(blob_file(seed=5)), upload(blob_file(seed=6))
@@ -175,13 +175,13 @@ def test_a_mesh_too_large_for_the_memory_fails_alone(served: JobQueue, upload: U
 
 
 def slow(shape: str) -> MatchPayload:
-    """A match that lasts some seconds."""
+    """A match that takes some seconds."""
     parameters = MatchParameters(points=256, alternatives=32, coarse_points=10)
     return matching(shape, shape, parameters)
 
 
 def horse_of(served: JobQueue, job_id: str) -> int:
-    """The process that runs a job, once it has begun to match."""
+    """The process that runs a job, once its matching has started."""
     deadline = time.monotonic() + 240
     while time.monotonic() < deadline:
         record = served.store.jobs.get(job_id)
@@ -210,7 +210,7 @@ def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
 
 
 @linux
-def test_a_killed_process_is_repeated_once_and_then_given_up(
+def test_a_job_whose_process_is_killed_is_repeated_once_then_fails(
     served: JobQueue, upload: Upload
 ) -> None:
     job = served.submit_with_spectra(slow(upload(blob_file(4))))
@@ -228,7 +228,9 @@ def test_a_killed_process_is_repeated_once_and_then_given_up(
 
 
 @linux
-def test_a_killed_process_does_no_harm(served: JobQueue, run: Run, upload: Upload) -> None:
+def test_a_job_succeeds_after_its_process_was_killed_once(
+    served: JobQueue, run: Run, upload: Upload
+) -> None:
     shape = upload(blob_file(4))
     job = served.submit_with_spectra(matching(shape, shape, MatchParameters(points=256)))
     os.kill(horse_of(served, job.id), signal.SIGKILL)
@@ -236,7 +238,7 @@ def test_a_killed_process_does_no_harm(served: JobQueue, run: Run, upload: Uploa
     assert record.state is JobState.SUCCEEDED, record.error
 
 
-def test_the_numbers_of_vertices_are_the_users(served: JobQueue, upload: Upload) -> None:
+def test_vertices_are_numbered_as_in_the_file(served: JobQueue, upload: Upload) -> None:
     vertices, faces = blob(2, seed=10)
     # A vertex of no face comes first; it is dropped, and the others keep their numbers.
     shape = upload(off(np.concatenate([[[9.0, 9.0, 9.0]], vertices]), faces + 1))

@@ -1,4 +1,4 @@
-"""What one job may take, of memory and of time; and what is left of the worker afterwards."""
+"""Limits of a job's memory and time, and the worker after a job exceeds them."""
 
 import os
 import subprocess
@@ -36,7 +36,7 @@ def failed(record: JobRecord, slug: str) -> None:
 
 
 @linux
-def test_memory_is_limited_beyond_what_is_there() -> None:
+def test_memory_is_limited_beyond_what_is_mapped() -> None:
     program = """
 import numpy as np
 kept = np.ones(2**24)
@@ -87,8 +87,8 @@ os.kill(parent, signal.SIGKILL)
 
 
 @linux
-def test_memory_that_a_spectrum_takes() -> None:
-    """What is foretold is about what is mapped."""
+def test_estimated_memory_of_a_spectrum() -> None:
+    """The estimate is close to the memory that is mapped."""
     program = """
 from pathlib import Path
 from solver.shape.laplacian.spectrum import laplace_beltrami_spectrum, spectrum_memory
@@ -124,7 +124,7 @@ print(1024 * (int(peak()["VmPeak"]) - before) / spectrum_memory(mesh.n_vertices,
 
 
 @linux
-def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
+def test_a_job_beyond_the_memory_limit_fails_alone(queue: JobQueue) -> None:
     large = blob_file(5)
     with worker(queue, ISOMATCH_JOB_MEMORY_MB="40"):
         assert ended(queue, validation(queue, large)).state is JobState.SUCCEEDED
@@ -140,7 +140,7 @@ def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
 
 
-def test_a_job_that_takes_too_long_fails_alone(store: Store) -> None:
+def test_a_job_beyond_the_time_limit_fails_alone(store: Store) -> None:
     queue = JobQueue(store, QueueSettings(job_timeout=1))
     data = blob_file(4)
     with worker(queue):

@@ -1,4 +1,4 @@
-"""Jobs done in turns: nobody waits for long, what is done stays done, and none is lost."""
+"""Jobs done in time slices: others wait briefly, finished chunks are kept, none is lost."""
 
 import os
 import signal
@@ -45,21 +45,21 @@ linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /
 NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellation=timedelta(0))
 
 HARD = DissimilarityParameters(points=10)
-"""Random metrics of ten points take their time."""
+"""Random metrics of ten points, which take long to compare."""
 
 
 SHAPES = 70
-"""Their pairs take a few seconds."""
+"""Shapes whose pairs take a few seconds."""
 
 MANY = 200
-"""Their pairs take so long that nothing but a failure or a cancellation ends it."""
+"""Shapes whose pairs take so long that only a failure or a cancellation ends the job."""
 
 
 def begun(queue: JobQueue, seed: int, shapes: int = SHAPES) -> "Watched":
     """Submit a comparison, and wait until some of its pairs are compared."""
     payload = imagined(queue.store, shapes, HARD, seed)
     watched = Watched(queue, queue.submit(new_job(payload)), payload)
-    until(lambda: watched.look() or len(watched.parts) >= 2)
+    until(lambda: watched.look() or len(watched.chunks) >= 2)
     assert not watched.ended, "there are too few pairs"
     return watched
 
@@ -72,33 +72,33 @@ def until(true: Callable[[], bool], seconds: float = 240.0) -> None:
 
 
 class Watched:
-    """A comparison that is looked at while it goes on: what is done of it must stay done."""
+    """A comparison that is observed while it runs: finished chunks must stay."""
 
     def __init__(self, queue: JobQueue, job: JobRecord, payload: DissimilaritiesPayload) -> None:
         self.queue, self.job, self.payload = queue, job, payload
         self.counts = queue.store.chunks.counts(job.id)
-        self.parts: dict[int, bytes] = {}
+        self.chunks: dict[int, bytes] = {}
         self.fraction = 0.0
         self.ranges = 0
         self.ended = False
 
     def look(self) -> bool:
-        """Look at it; return whether it has ended."""
+        """Check the progress; return whether the job has ended."""
         parts = self.queue.store.chunks.results(self.job.id, PAIRS)
         now = self.queue.store.chunks.counts(self.job.id)
         record = self.queue.store.jobs.get(self.job.id)
         assert record is not None
         self.ended = record.state.ended
         if not self.ended:
-            assert self.parts.items() <= parts.items()
+            assert self.chunks.items() <= parts.items()
             assert now.claims >= self.counts.claims
             assert record.progress.fraction >= self.fraction
-            self.parts, self.counts, self.fraction = parts, now, record.progress.fraction
+            self.chunks, self.counts, self.fraction = parts, now, record.progress.fraction
             self.ranges = now.count if now.stage == PAIRS else self.ranges
         return self.ended
 
     def result(self) -> DissimilarityResult:
-        """Wait for the end, and return what was computed, which must be right."""
+        """Wait for the end, and return the result, which must be correct."""
         until(self.look, 300.0)
         found = result_of(self.queue, ended(self.queue, self.job.id))
         values = np.array(found.lower_bounds)
@@ -107,15 +107,15 @@ class Watched:
         return found
 
     def is_over(self, process: int) -> bool:
-        """Whether a process that was killed is gone, or nobody needs it any more."""
+        """Whether a killed process has ended, or the job has."""
         return self.look() or not Path(f"/proc/{process}").exists()
 
     def repeated(self) -> int:
-        """How many parts were taken again; the last one is the result."""
+        """Number of chunks that were claimed again; the last chunk is the result."""
         return self.counts.claims - self.ranges - 1
 
     def horse(self, besides: str = "") -> tuple[int, str] | None:
-        """A process that is at it, and the turn that runs there, which is not `besides`.
+        """A process that works on it, and its time slice, which is not `besides`.
 
         None if it has ended.
         """
@@ -143,7 +143,7 @@ class Watched:
         return correct
 
 
-def test_others_need_not_wait_for_a_large_comparison(served: JobQueue, upload: Upload) -> None:
+def test_other_jobs_do_not_wait_for_a_large_comparison(served: JobQueue, upload: Upload) -> None:
     shape = upload(blob_file(2))
     quick = MatchParameters(points=8, eigenpairs=30)
     matching = MatchPayload(source=shape, target=shape, parameters=quick)
@@ -154,14 +154,14 @@ def test_others_need_not_wait_for_a_large_comparison(served: JobQueue, upload: U
         assert record.started is not None
         # A turn ends within about a second once somebody waits.
         assert (record.started - record.created).total_seconds() < 10.0
-        if len(watched.parts) > watched.counts.count // 2:
+        if len(watched.chunks) > watched.counts.count // 2:
             break
-    assert watched.look() or len(watched.parts) > 2
+    assert watched.look() or len(watched.chunks) > 2
     assert len(watched.result().shapes) == SHAPES
 
 
 @linux
-def test_a_killed_process_costs_no_part_that_is_done(served: JobQueue) -> None:
+def test_a_killed_process_loses_no_finished_chunk(served: JobQueue) -> None:
     watched = begun(served, seed=11)
     struck, killed = "", 0
     # A turn that dies twice fails the comparison.
@@ -176,7 +176,7 @@ def test_a_killed_process_costs_no_part_that_is_done(served: JobQueue) -> None:
 
 
 @linux
-def test_what_kills_every_process_fails_the_comparison(served: JobQueue) -> None:
+def test_a_chunk_that_kills_every_process_fails_the_comparison(served: JobQueue) -> None:
     watched = begun(served, seed=12, shapes=MANY)
     while (found := watched.horse()) is not None:
         horse, _ = found
@@ -199,7 +199,7 @@ def test_a_cancelled_comparison_ends_at_once(served: JobQueue) -> None:
 
 
 @linux
-def test_a_dead_worker_costs_no_part_that_is_done(queue: JobQueue) -> None:
+def test_a_killed_worker_loses_no_finished_chunk(queue: JobQueue) -> None:
     with worker(queue) as first, worker(queue):
         until(lambda: queue.workers() == 2)
         watched = begun(queue, seed=14)
@@ -212,7 +212,7 @@ def test_a_dead_worker_costs_no_part_that_is_done(queue: JobQueue) -> None:
     assert watched.repeated() <= 1
 
 
-def test_a_comparison_whose_turns_are_lost_gets_another(queue: JobQueue) -> None:
+def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -> None:
     job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
     client = queue.store.client
     for _ in range(2):
@@ -227,7 +227,7 @@ def test_a_comparison_whose_turns_are_lost_gets_another(queue: JobQueue) -> None
     assert queue.store.jobs.state(job.id) is JobState.QUEUED
 
 
-def test_a_turn_that_has_ended_and_counts_as_abandoned_does_no_harm(queue: JobQueue) -> None:
+def test_an_ended_time_slice_that_counts_as_abandoned_does_no_harm(queue: JobQueue) -> None:
     jobs = queue.store.jobs
     job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
     turn = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
@@ -238,7 +238,7 @@ def test_a_turn_that_has_ended_and_counts_as_abandoned_does_no_harm(queue: JobQu
 
 
 @linux
-def test_a_restart_of_the_store_costs_no_part_that_is_done(tmp_path: Path) -> None:
+def test_a_restart_of_the_store_loses_no_finished_chunk(tmp_path: Path) -> None:
     server = EmbeddedServer(tmp_path)
     server.start()
     settings = WorkerSettings(redis_url=server.url)
@@ -252,9 +252,9 @@ def test_a_restart_of_the_store_costs_no_part_that_is_done(tmp_path: Path) -> No
             server.stop()
             server.start()
             watched.counts = queue.store.chunks.counts(watched.job.id)
-            watched.parts = queue.store.chunks.results(watched.job.id, PAIRS)
+            watched.chunks = queue.store.chunks.results(watched.job.id, PAIRS)
             watched.fraction = 0.0
-            assert len(watched.parts) >= 2
+            assert len(watched.chunks) >= 2
             watched.result()
             assert watched.repeated() <= 1
     finally:

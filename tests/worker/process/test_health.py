@@ -1,4 +1,4 @@
-"""Whether the worker of a container works, as its health check asks."""
+"""Health check of a worker."""
 
 import os
 import socket
@@ -30,13 +30,13 @@ def asked(redis_url: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def born(queue: JobQueue) -> Worker:
-    """A worker that has said that it is there."""
+    """A registered worker."""
     worker = Worker(queue.rq.all(), connection=queue.store.client)
     worker.register_birth()  # type: ignore[no-untyped-call]
     return worker
 
 
-def test_a_worker_works_while_it_gives_signs_of_life(queue: JobQueue, born: Worker) -> None:
+def test_a_worker_is_live_until_its_heartbeat_is_overdue(queue: JobQueue, born: Worker) -> None:
     client, here = queue.store.client, socket.gethostname()
     assert has_live_worker(client, here)
     assert not has_live_worker(client, "elsewhere")
@@ -46,7 +46,7 @@ def test_a_worker_works_while_it_gives_signs_of_life(queue: JobQueue, born: Work
     assert not has_live_worker(client, here)
 
 
-def test_a_worker_that_has_left_works_no_more(queue: JobQueue, born: Worker) -> None:
+def test_a_worker_that_has_stopped_is_not_live(queue: JobQueue, born: Worker) -> None:
     born.register_death()  # type: ignore[no-untyped-call]
     assert not has_live_worker(queue.store.client, socket.gethostname())
 
@@ -60,13 +60,13 @@ def test_the_health_check(queue: JobQueue) -> None:
     assert asked(url).returncode == 0
 
 
-def test_a_worker_is_not_blamed_for_redis(queue: JobQueue) -> None:
+def test_a_worker_is_healthy_while_redis_does_not_answer(queue: JobQueue) -> None:
     done = asked("redis://127.0.0.1:1")
     assert done.returncode == 0
     assert "does not answer" in done.stdout
 
 
-def test_a_worker_knows_at_once_that_its_store_is_away(
+def test_a_worker_notices_an_unreachable_store_at_once(
     server: EmbeddedServer, tmp_path: Path
 ) -> None:
     assert redis_error(server.url) is None
