@@ -119,6 +119,6 @@ class Admission:
             The quota is used up.
         """
         queued = [keys.queued_by(caller)]
-        asked = job_id, time.time(), limit, keys.job(""), RESERVATION_SECONDS
-        if not scripts.ADMIT_JOB(self.client, queued, *asked):
+        arguments = job_id, time.time(), limit, keys.job(""), RESERVATION_SECONDS
+        if not scripts.ADMIT_JOB(self.client, queued, *arguments):
             raise TooManyQueued(limit)

@@ -1,4 +1,4 @@
-"""Chunks of jobs that are done in time slices: their stages, who holds which chunk, the results.
+"""Chunks of jobs that are done in time slices: their stages, holders and results.
 
 A *time slice* is a small job of its own that works on chunks of a large one and then lets others
 have the worker. A time slice holds a chunk for as long as it is running: when its process is lost,
@@ -136,14 +136,14 @@ class Chunks:
             Size of a chunk, for :meth:`counts`.
         """
         names = [*_keys(job_id), keys.chunk_results(job_id, stage)]
-        asked = previous, stage, count, share, size, self._ttl
-        return bool(scripts.OPEN_STAGE(self.client, names, *asked) == 1)
+        arguments = previous, stage, count, share, size, self._ttl
+        return bool(scripts.OPEN_STAGE(self.client, names, *arguments) == 1)
 
     def complete(self, job_id: str, chunk: ClaimedChunk, result: bytes, seconds: float) -> bool:
         """Store the result of a chunk; False if it is known already, or not wanted any more."""
         names = [*_keys(job_id), keys.chunk_results(job_id, chunk.stage)]
-        asked = chunk.stage, chunk.number, result, seconds, self._ttl
-        return bool(scripts.COMPLETE_CHUNK(self.client, names, *asked) == 1)
+        arguments = chunk.stage, chunk.number, result, seconds, self._ttl
+        return bool(scripts.COMPLETE_CHUNK(self.client, names, *arguments) == 1)
 
     def supply(self, job_id: str, stage: str, known: Mapping[int, bytes]) -> None:
         """Store results of chunks that are known before their stage is opened."""

@@ -1,4 +1,5 @@
-"""Circuit breaker of a cache that does not answer: for a while no process of a machine asks it.
+"""Circuit breaker of a cache that does not answer: for a while no process of a machine
+sends it commands.
 
 Each job is a process of its own and would wait for the same timeout again. The state is kept in the
 queue's Redis, one key for each machine: a cache that one machine cannot reach, another may. (A
@@ -15,11 +16,11 @@ from broker.store import keys
 from broker.store.replies import text
 
 _KEPT_SECONDS: Final = 10
-"""Seconds for which the state is kept after the cache may be asked again."""
+"""Seconds for which the state is kept after the circuit may close."""
 
 
 class CircuitBreaker:
-    """State of the circuit to the cache: open while the cache is not to be asked.
+    """State of the circuit to the cache: open while no command is sent to it.
 
     Parameters
     ----------
@@ -35,16 +36,16 @@ class CircuitBreaker:
         self._was_open = False
 
     def open(self, seconds: float) -> None:
-        """Ask the cache no more for some seconds."""
+        """Open the circuit for some seconds."""
         until = time.time() + seconds
         milliseconds = int(1000 * (seconds + _KEPT_SECONDS))
         self._client.set(self._key, f"{until!r} {seconds!r}", px=milliseconds)
 
     def is_open(self) -> bool:
-        """Whether the cache is not to be asked.
+        """Whether no command is to be sent to the cache.
 
-        After the time is over, the first process to ask does so for all: the circuit stays open
-        for the others until the cache has answered.
+        When the time is over, one process probes the cache: the circuit stays open for the others
+        until the cache has answered.
         """
         state = text(self._client.get(self._key))
         self._was_open = state is not None

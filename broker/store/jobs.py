@@ -200,9 +200,9 @@ class Jobs:
         return held and state == b"running" and cancel is None
 
     def cancel_requested(self, job_id: str) -> datetime | None:
-        """Return when a running job was asked to stop, if it was."""
-        asked = self.client.hget(keys.job(job_id), "cancel")
-        return None if asked is None else datetime.fromisoformat(text(asked))
+        """Return the time of a running job's cancellation, None if it is not cancelled."""
+        requested = self.client.hget(keys.job(job_id), "cancel")
+        return None if requested is None else datetime.fromisoformat(text(requested))
 
     def _finish(
         self, job_id: str, runner: str, state: JobState, error: str = "", result: bytes = b""
@@ -229,9 +229,9 @@ class Jobs:
 
 def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
     fields = {text(name): text(value) for name, value in reply.items()}
-    asked = read_record(JobRecord, fields["record"])
+    constant = read_record(JobRecord, fields["record"])
     try:
-        return asked.model_copy(update=_present(fields))
+        return constant.model_copy(update=_present(fields))
     except ValueError as error:
         raise NewerRecord(JobRecord) from error
 

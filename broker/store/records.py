@@ -54,6 +54,6 @@ def job_document(record: JobRecord) -> str:
     document = record.model_dump(mode="json", include=_CONSTANT_FIELDS)
     parameters = getattr(record.payload, "parameters", None)
     if parameters is not None:
-        asked = parameters.model_dump(mode="json", exclude_defaults=True)
-        document["payload"]["parameters"] = asked
+        chosen = parameters.model_dump(mode="json", exclude_defaults=True)
+        document["payload"]["parameters"] = chosen
     return json.dumps(document)

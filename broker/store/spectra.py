@@ -28,7 +28,7 @@ _LARGEST: Final = 500 * 1024**2
 
 
 class _CircuitOpen(Exception):  # noqa: N818
-    """The cache is not asked, because it did not answer a moment ago."""
+    """The cache is not used, because it has recently not answered."""
 
 
 @dataclass(frozen=True)

@@ -50,11 +50,11 @@ class Uploads:
             pipe.execute()
 
     def defer(self, upload_id: str, job_id: str) -> None:
-        """Store the validation job of an upload whose sender was told to ask again."""
+        """Store the validation job of an upload whose response did not wait for it."""
         self.client.set(keys.deferred(upload_id), job_id, ex=self.settings.candidate_ttl)
 
     def deferred(self, upload_id: str) -> str | None:
-        """Return the validation job of an upload whose sender was told to ask again."""
+        """Return the validation job of an upload whose response did not wait for it."""
         return text(self.client.get(keys.deferred(upload_id)))
 
 

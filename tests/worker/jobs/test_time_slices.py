@@ -124,12 +124,12 @@ class Watched:
             if self.look():
                 return None
             for known in Worker.all(connection=self.queue.store.client):
-                turn = known.get_current_job_id() or ""
-                wanted = turn.startswith(self.job.id) and turn != besides
+                time_slice = known.get_current_job_id() or ""
+                wanted = time_slice.startswith(self.job.id) and time_slice != besides
                 found = horses(known.pid) if wanted and known.pid else []
-                # The process may be that of the next turn already.
-                if found and known.get_current_job_id() == turn:
-                    return found[0], turn
+                # The process may be that of the next time slice already.
+                if found and known.get_current_job_id() == time_slice:
+                    return found[0], time_slice
         raise AssertionError("nobody works on it")
 
     def _expected(self, values: FloatArray) -> FloatArray:
@@ -152,7 +152,7 @@ def test_other_jobs_do_not_wait_for_a_large_comparison(served: JobQueue, upload:
         record = ended(served, served.submit_with_spectra(matching).id)
         assert record.state is JobState.SUCCEEDED
         assert record.started is not None
-        # A turn ends within about a second once somebody waits.
+        # A time slice ends within about a second once another job waits.
         assert (record.started - record.created).total_seconds() < 10.0
         if len(watched.chunks) > watched.counts.count // 2:
             break
@@ -164,7 +164,7 @@ def test_other_jobs_do_not_wait_for_a_large_comparison(served: JobQueue, upload:
 def test_a_killed_process_loses_no_finished_chunk(served: JobQueue) -> None:
     watched = begun(served, seed=11)
     struck, killed = "", 0
-    # A turn that dies twice fails the comparison.
+    # A time slice that dies twice fails the comparison.
     while killed < 2 and (found := watched.horse(besides=struck)) is not None:
         horse, struck = found
         os.kill(horse, signal.SIGKILL)
@@ -219,7 +219,7 @@ def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -
         recover(queue, NOW)
     assert queue.store.client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-1".encode()]
     assert queue.rq.position(job) == 0
-    # Neither the queue nor the store knows of the turn any more.
+    # Delete the time slice from queue and store.
     client.delete("rq:queue:matches", keys.job(f"{job.id}-1"))
     recover(queue, NOW)
     recover(queue, NOW)
@@ -230,10 +230,10 @@ def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -
 def test_an_ended_time_slice_that_counts_as_abandoned_does_no_harm(queue: JobQueue) -> None:
     jobs = queue.store.jobs
     job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
-    turn = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
-    assert jobs.claim(turn.id, "runner")
-    assert jobs.succeed(turn.id, "runner")
-    handle_lost_process(queue.store, turn, "its worker is gone", 0)
+    time_slice = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
+    assert jobs.claim(time_slice.id, "runner")
+    assert jobs.succeed(time_slice.id, "runner")
+    handle_lost_process(queue.store, time_slice, "its worker is gone", 0)
     assert jobs.state(job.id) is JobState.QUEUED
 
 
