@@ -90,7 +90,7 @@ class UnusableShape(Exception):  # noqa: N818
 
 
 @contextmanager
-def blaming(field: str) -> Iterator[None]:
+def attributed_to(field: str) -> Iterator[None]:
     """Attribute mesh errors to a field of the request.
 
     Parameters

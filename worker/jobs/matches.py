@@ -21,7 +21,7 @@ from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
 from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
-from worker.jobs.failures import blaming
+from worker.jobs.failures import attributed_to
 from worker.jobs.match_results import arrays_of, document_of, refinement_of
 from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.spectra import spectrum_of, surface_spectra
@@ -63,6 +63,20 @@ class MatchInput:
         )
 
 
+def options_of(parameters: MatchParameters) -> MatchOptions:
+    """Return the solver's options, which have the same names.
+
+    Parameters
+    ----------
+    parameters
+        What was asked; some of it is not for the solver's options but for how shapes are made.
+    """
+    values: dict[str, Any] = parameters.model_dump()
+    values["metric"] = tuple(map(metric_of, parameters.metrics))
+    values["descriptor"] = tuple(map(descriptor_of, parameters.descriptors))
+    return MatchOptions(**{one.name: values[one.name] for one in fields(MatchOptions)})
+
+
 def match(payload: MatchPayload, context: JobContext) -> bytes:
     """Match two shapes, or a prototype and a shape; store the arrays and return the document.
 
@@ -99,20 +113,6 @@ def match(payload: MatchPayload, context: JobContext) -> bytes:
     return result.model_copy(update={"timings": timings}).model_dump_json().encode()
 
 
-def _load(
-    role: Literal["source", "target"], payload: MatchPayload, context: JobContext, control: Control
-) -> MatchInput:
-    shape = payload.source if role == "source" else payload.target
-    spectra = context.store.spectra
-    whole = stored_mesh(shape, context.store.shapes)
-    key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
-    with blaming(role):
-        mesh = mesh_of(key, whole, spectra)
-        if not payload.needs_spectrum or mesh.components > 1:
-            return MatchInput(mesh, None)
-        return MatchInput(mesh, spectrum_of(key, mesh, spectra, context.runner, control))
-
-
 def match_shapes(
     source: MatchInput, target: MatchInput, payload: MatchPayload, control: Control
 ) -> MatchResult:
@@ -126,9 +126,9 @@ def match_shapes(
         Through `control`.
     """
     parameters = payload.parameters
-    with blaming("source"):
+    with attributed_to("source"):
         first = source.shape(parameters)
-    with blaming("target"):
+    with attributed_to("target"):
         second = target.shape(parameters)
     found = matching.match(first, second, options_of(parameters), control)
     refined = None
@@ -157,21 +157,21 @@ def match_prototype(
     # A prototype has its own metric and descriptor.
     default = MatchOptions()
     options = replace(options_of(parameters), metric=default.metric, descriptor=default.descriptor)
-    with blaming("target"):
+    with attributed_to("target"):
         shape = target.shape(parameters)
     found = prototypes.match_prototype(prototype, shape, options, control, surface_spectrum)
     return document_of(found, payload)
 
 
-def options_of(parameters: MatchParameters) -> MatchOptions:
-    """Return the solver's options, which have the same names.
-
-    Parameters
-    ----------
-    parameters
-        What was asked; some of it is not for the solver's options but for how shapes are made.
-    """
-    values: dict[str, Any] = parameters.model_dump()
-    values["metric"] = tuple(map(metric_of, parameters.metrics))
-    values["descriptor"] = tuple(map(descriptor_of, parameters.descriptors))
-    return MatchOptions(**{one.name: values[one.name] for one in fields(MatchOptions)})
+def _load(
+    role: Literal["source", "target"], payload: MatchPayload, context: JobContext, control: Control
+) -> MatchInput:
+    shape = payload.source if role == "source" else payload.target
+    spectra = context.store.spectra
+    whole = stored_mesh(shape, context.store.shapes)
+    key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
+    with attributed_to(role):
+        mesh = mesh_of(key, whole, spectra)
+        if not payload.needs_spectrum or mesh.components > 1:
+            return MatchInput(mesh, None)
+        return MatchInput(mesh, spectrum_of(key, mesh, spectra, context.runner, control))

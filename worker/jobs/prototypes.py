@@ -29,7 +29,7 @@ from solver.prototype import (
 from solver.shape import Shape
 from worker.jobs.archives import record_of
 from worker.jobs.context import JobContext
-from worker.jobs.failures import blaming
+from worker.jobs.failures import attributed_to
 from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.progress import TOTAL
 from worker.jobs.spectra import spectrum_of
@@ -110,7 +110,7 @@ def _load(payload: PrototypePayload, context: JobContext, control: Control) -> l
     for place, shape in enumerate(payload.shapes):
         control.report(SPECTRA, place / len(payload.shapes))
         whole = stored_mesh(shape, context.store.shapes)
-        with blaming(f"shapes.{place}"):
+        with attributed_to(f"shapes.{place}"):
             shapes.append(_shape(shape, whole, payload.parameters, context, control))
     return shapes
 

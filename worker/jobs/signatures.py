@@ -15,7 +15,7 @@ from solver.errors import MeshError, OptionError
 from solver.shape import Shape
 from solver.similarity import Signature, SimilarityOptions, signature
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ShapeGone, UnusableShape, blaming
+from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to
 from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.spectra import spectrum_of
 from worker.jobs.structures import descriptor_of, metric_of
@@ -86,7 +86,7 @@ def compute_signature(
     key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
     field = f"shapes.{place}"
     try:
-        with blaming(field):
+        with attributed_to(field):
             if whole.components > 1 and not key.largest_component:
                 components = whole.components
                 raise MeshError(f"it has {components} components; ask for `largest_component`")
