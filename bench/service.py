@@ -47,7 +47,7 @@ from solver.similarity import (
     pairs_between,
     signature,
 )
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 _shapes: list[Shape] = []
 """What the bare processes inherit."""
@@ -169,7 +169,7 @@ def workers() -> Iterator[JobQueue]:
         server = EmbeddedServer(Path(directory))
         server.start()
         settings = WorkerSettings(redis_url=server.url)
-        queue = JobQueue(Store.open(settings, patience=10), settings)
+        queue = JobQueue(Store.open(settings, retry_seconds=10), settings)
         os.environ["ISOMATCH_LOG_LEVEL"] = "WARNING"
         pool = WorkerPool(cores(), server.url)
         pool.start()
@@ -192,7 +192,7 @@ def compare_many(count: int) -> float:
         while (record := queue.store.jobs.get(job.id)) is not None and not record.state.ended:
             time.sleep(0.05)
         seconds = time.perf_counter() - started
-        packed, arrays = queue.store.jobs.result(job.id), queue.store.jobs.arrays(job.id)
+        packed, arrays = queue.store.results.document(job.id), queue.store.results.arrays(job.id)
         assert packed is not None
         assert arrays is not None
         plain = len(gzip.decompress(packed))

@@ -1,4 +1,4 @@
-"""What the API and the workers share: contracts, the store in Redis, the queue, webhooks, upkeep.
+"""Code that API and workers share: contracts, the store in Redis, queues, webhooks, upkeep.
 
-Nothing here computes: the API process imports it without any numerics.
+Nothing here imports numerics, so that the API process does not load them.
 """

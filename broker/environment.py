@@ -1,4 +1,4 @@
-"""Settings from the environment: the types several of them share, and what is wrong with them."""
+"""Settings from the environment: common configuration and types, and their error messages."""
 
 from typing import Annotated, Final, Literal, TypeAlias
 
@@ -8,7 +8,7 @@ from redis.connection import parse_url
 
 FROM_ENVIRONMENT: Final = SettingsConfigDict(
     env_prefix="ISOMATCH_",
-    # An empty address would be taken for all addresses, an empty directory for the present one.
+    # An empty address would mean all addresses, an empty directory the present one.
     env_ignore_empty=True,
     frozen=True,
 )
@@ -29,11 +29,11 @@ RedisUrl: TypeAlias = Annotated[str, AfterValidator(_redis_url)]
 LogLevel: TypeAlias = Annotated[
     Literal["DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"], BeforeValidator(_upper)
 ]
-"""Name of a level, in either case."""
+"""Name of a log level, in upper or lower case."""
 
 
-def complaints(error: ValidationError) -> list[str]:
-    """Return what is wrong with which setting, a line each."""
+def setting_errors(error: ValidationError) -> list[str]:
+    """Return one line for each invalid setting: its variable, and the error."""
     return [
         f"{FROM_ENVIRONMENT['env_prefix']}{'_'.join(map(str, item['loc'])).upper()}: "
         + item["msg"].removeprefix("Value error, ")

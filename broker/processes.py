@@ -1,4 +1,4 @@
-"""Limits of the process that runs one job: its memory, and that it does not outlive its worker."""
+"""Limits of the process that runs a job: memory, and the life of its parent process."""
 
 import ctypes
 import math
@@ -15,10 +15,9 @@ _LIBC: Final = ctypes.CDLL(None, use_errno=True) if sys.platform == "linux" else
 
 
 def limit_memory(megabytes: int) -> None:
-    """Let this process map so much more memory than it has mapped already.
+    """Limit the address space of this process to so much more than it has mapped.
 
-    What would go over the limit raises :class:`MemoryError` instead of taking the machine down.
-    Only on Linux, where the limit is on address space and what is mapped can be read.
+    Allocations beyond the limit raise :class:`MemoryError`. Linux only.
 
     Parameters
     ----------
@@ -37,7 +36,7 @@ def limit_memory(megabytes: int) -> None:
 
 
 def memory_left() -> float:
-    """Bytes that this process may map beyond what it has mapped; infinite where nobody says."""
+    """Bytes that this process may still map; infinite without a limit, and outside Linux."""
     if sys.platform != "linux":
         return math.inf
     import resource
@@ -53,34 +52,34 @@ def _mapped() -> int:
 
 
 def die_with_parent(parent: int) -> None:
-    """Let this process be killed when the process that started it is gone, however it went.
+    """Have this process killed when its parent process ends, for whatever reason.
 
     Parameters
     ----------
     parent
-        Id of the process that started this one.
+        Id of the parent process.
     """
     if _LIBC is not None:
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
     else:
         threading.Thread(target=_watch, args=(parent,), daemon=True).start()
-    # It may have gone before it could be watched.
+    # The parent may have ended already.
     if os.getppid() != parent:
         os.kill(os.getpid(), signal.SIGKILL)
 
 
 def forks_die_with_parent() -> None:
-    """Let every process that this one forks from now on be killed when its parent is gone.
+    """Have each process that this one forks from now on killed when its parent ends.
 
-    The parent's id is noted before each fork: a child that asks for it later cannot tell its
-    parent from who inherited it.
+    The parent's id is read before the fork: afterwards ``getppid`` may already return that of the
+    process that inherited the child.
     """
     parents: list[int] = []
 
-    def note() -> None:
+    def store_parent() -> None:
         parents[:] = [os.getpid()]
 
-    os.register_at_fork(before=note, after_in_child=lambda: die_with_parent(parents[0]))
+    os.register_at_fork(before=store_parent, after_in_child=lambda: die_with_parent(parents[0]))
 
 
 def _watch(parent: int) -> None:

@@ -1,4 +1,4 @@
-"""Structured logs: one JSON object a line on the standard error, of ours and of the libraries."""
+"""Structured logs of ours and of the libraries: one JSON object per line on standard error."""
 
 import logging
 import sys
@@ -8,14 +8,14 @@ from structlog.typing import Processor
 
 
 def configure_logging(level: str = "INFO", **bound: str) -> None:
-    """Send all logs of this process to the standard error as JSON.
+    """Log to standard error as JSON.
 
     Parameters
     ----------
     level
-        Name of the lowest level that is logged.
+        Lowest level that is logged.
     bound
-        What every line of this process carries, such as the name of the process.
+        Fields of every line, such as the name of the process.
     """
     shared: list[Processor] = [
         structlog.contextvars.merge_contextvars,
@@ -51,7 +51,7 @@ def configure_logging(level: str = "INFO", **bound: str) -> None:
 
 
 def logger(name: str) -> structlog.stdlib.BoundLogger:
-    """Return the logger of a module; what is bound to the context appears on its lines."""
+    """Return a logger; its lines have the fields bound to the context."""
     bound: structlog.stdlib.BoundLogger = structlog.stdlib.get_logger(name)
     return bound
 

@@ -6,7 +6,7 @@ import sys
 
 from pydantic import ValidationError
 
-from broker.environment import complaints
+from broker.environment import setting_errors
 from broker.telemetry import configure_logging
 from service.settings import Settings
 from service.standalone import StartError, serve
@@ -25,7 +25,7 @@ def main() -> int:
         configure_logging(settings.log_level, process="api")
         asyncio.run(serve(settings))
     except ValidationError as error:
-        for complaint in complaints(error):
+        for complaint in setting_errors(error):
             print(f"isomatch: {complaint}", file=sys.stderr)
         return 2
     except StartError as error:

@@ -38,7 +38,7 @@ from service.structures import endpoints as structures
 BODY_LIMIT: Final = 1024**2
 """Bytes of a request that is not an upload."""
 
-SILENCE: Final = 30.0
+REDIS_TIMEOUT: Final = 30.0
 """Seconds after which a Redis that is there and does not answer, hung or cut off, is given up. Less
 would be too little for large uploads, of which several are written at a time."""
 
@@ -104,7 +104,7 @@ def _lifespan(
 ) -> Callable[[FastAPI], AbstractAsyncContextManager[State]]:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[State]:
-        store = Store.open(settings, settings.redis_patience, pause=0.2, silence=SILENCE)
+        store = Store.open(settings, settings.redis_patience, pause=0.2, timeout=REDIS_TIMEOUT)
         service = Service(settings, store, JobQueue(store, settings), closing, registry)
         registry.register(StoreCollector(service.queue))
         tasks = [
@@ -126,7 +126,7 @@ def _recovery(service: Service) -> Callable[[], None]:
     sweep = Sweep(service.store)
 
     def recover_and_sweep() -> None:
-        recover(service.store, service.queue)
+        recover(service.queue)
         sweep.step()
 
     return recover_and_sweep

@@ -141,7 +141,7 @@ class Job(BaseModel):
             created=record.created,
             started=record.started,
             ended=record.ended,
-            position=queue.position(record) if record.state is JobState.QUEUED else None,
+            position=queue.rq.position(record) if record.state is JobState.QUEUED else None,
             error=None if error is None else error.model_copy(update={"instance": path}),
             caller=record.caller,
             webhook=_webhook(record),

@@ -10,10 +10,10 @@ from pydantic import AfterValidator, BaseModel, Field
 
 from broker.contracts import (
     FieldProblem,
+    IdempotencyRecord,
     JobRecord,
-    Once,
-    Order,
     PrototypeRecord,
+    RequestContext,
     ShapeRecord,
     Webhook,
 )
@@ -91,15 +91,15 @@ async def _order(
     request_id: RequestId,
     caller: Caller,
     key: IdempotencyKey = None,
-) -> Order:
-    once = None
+) -> RequestContext:
+    idempotency = None
     if key is not None:
         content = (request.method.encode(), request.url.path.encode(), await request.body())
-        once = Once.of(caller, key, content, service.settings.idempotency_ttl)
-    return Order(request_id, caller, once)
+        idempotency = IdempotencyRecord.of(caller, key, content, service.settings.idempotency_ttl)
+    return RequestContext(request_id, caller, idempotency)
 
 
-JobOrder = Annotated[Order, Depends(_order)]
+JobOrder = Annotated[RequestContext, Depends(_order)]
 """How a request with a body of JSON asks for its job."""
 
 
@@ -118,7 +118,7 @@ class JobRequest(BaseModel):
     )
 
 
-def told_to(service: Service, asked: JobRequest, order: Order) -> Order:
+def told_to(service: Service, asked: JobRequest, order: RequestContext) -> RequestContext:
     """Return an order whose job's end is told to whom the request names.
 
     Raises

@@ -6,7 +6,7 @@ from typing import Any, Final, TypeVar
 from fastapi import Depends, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from broker.contracts import FieldProblem, JobRecord, JobState, Once, UploadPayload
+from broker.contracts import FieldProblem, IdempotencyRecord, JobRecord, JobState, UploadPayload
 from service.http import InvalidRequest, Reported, UploadCancelled
 from service.job_schema import Job
 from service.state import Service
@@ -49,7 +49,9 @@ def bind(
         return
     # The body itself is never the same twice: its parts have a boundary made up for each.
     content = (b"POST", path.encode(), payload.model_dump_json().encode())
-    service.store.orders.bind(Once.of(caller, key, content, service.settings.idempotency_ttl))
+    service.store.admission.bind(
+        IdempotencyRecord.of(caller, key, content, service.settings.idempotency_ttl)
+    )
 
 
 async def read(
@@ -95,7 +97,7 @@ async def read(
         return None
     if record is None or record.state.ended:
         raise UploadCancelled("The upload was cancelled before it was read; send it again.")
-    await run_in_threadpool(service.queue.uploads(payload).defer, payload.upload, job_id)
+    await run_in_threadpool(service.store.uploads.defer, payload.upload, job_id)
     return record
 
 

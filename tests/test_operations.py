@@ -7,7 +7,7 @@ import pytest
 
 from service.settings import Settings
 from tests.containers.manifests import COMPOSE, DOCKER
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = (ROOT / "docs" / "operations.md").read_text()

@@ -1,4 +1,4 @@
-"""A real server of its own for the session, and real forking workers for those who ask."""
+"""Fixtures: a Redis server for the session, and real forking workers."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ from broker.contracts import JobRecord, Payload, ValidationPayload, shape_id
 from broker.queue import JobQueue, new_job
 from broker.store import Store
 from service.standalone import EmbeddedServer, WorkerPool
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 WORKERS = 2
 
@@ -36,7 +36,7 @@ def settings(server: EmbeddedServer) -> WorkerSettings:
 @pytest.fixture
 def store(settings: WorkerSettings) -> Iterator[Store]:
     """An empty store that no worker serves."""
-    opened = Store.open(settings, patience=1)
+    opened = Store.open(settings, retry_seconds=1)
     opened.client.flushdb()
     yield opened
     opened.close()
@@ -51,7 +51,7 @@ def queue(store: Store, settings: WorkerSettings) -> JobQueue:
 def served(server: EmbeddedServer) -> Iterator[JobQueue]:
     """A queue, and through it a store, with workers behind it."""
     settings = WorkerSettings(redis_url=server.url)
-    opened = Store.open(settings, patience=1)
+    opened = Store.open(settings, retry_seconds=1)
     queue = JobQueue(opened, settings)
     pool = WorkerPool(WORKERS, server.url)
     pool.start()

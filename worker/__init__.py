@@ -1,1 +1,1 @@
-"""What runs behind the queue: jobs, the store they share with the API, and the worker process."""
+"""The workers: jobs, pictures, and the process that runs them."""

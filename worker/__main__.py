@@ -1,4 +1,4 @@
-"""``python -m worker``: run a worker until it is told to stop."""
+"""``python -m worker``: run a worker until SIGTERM."""
 
 import os
 import signal
@@ -6,7 +6,7 @@ import sys
 from typing import Final
 
 ENVIRONMENT: Final = {
-    # A parallel function run before a fork kills the forked job with GNU OpenMP.
+    # With GNU OpenMP, a parallel function run before a fork kills the forked job.
     "NUMBA_THREADING_LAYER": "workqueue",
     # Workers share the cores by being several.
     "OMP_NUM_THREADS": "1",
@@ -14,13 +14,13 @@ ENVIRONMENT: Final = {
     "MKL_NUM_THREADS": "1",
     "MPLBACKEND": "Agg",
 }
-"""What the numerics read once, when they are first imported."""
+"""Variables that the numerical libraries read when they are first imported."""
 
 
 def main() -> int:
-    """Set the environment, and only then import what reads it."""
-    # The first process of a container ignores what it has no handler for; RQ's come later.
-    signal.signal(signal.SIGTERM, _leave)
+    """Set the environment, then import the libraries that read it."""
+    # The first process of a container ignores signals without a handler; RQ sets its own later.
+    signal.signal(signal.SIGTERM, _exit)
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
     from worker.process.process import main as run_worker
@@ -28,7 +28,7 @@ def main() -> int:
     return run_worker()
 
 
-def _leave(number: int, frame: object) -> None:
+def _exit(number: int, frame: object) -> None:
     sys.exit(0)
 
 

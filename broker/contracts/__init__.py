@@ -1,7 +1,4 @@
-"""What travels between the API and the workers, and out of the API: versioned, typed, plain.
-
-Nothing here imports numerics: the API process reads these models and computes nothing.
-"""
+"""Contracts between API and workers, and of the API: versioned, typed models without numerics."""
 
 from broker.contracts.catalogue import catalogue
 from broker.contracts.dissimilarities import (
@@ -26,11 +23,10 @@ from broker.contracts.jobs import (
     PrototypePayload,
     PrototypeValidationPayload,
     SpectrumPayload,
-    TurnPayload,
+    TimeSlicePayload,
     UploadPayload,
     ValidationPayload,
 )
-from broker.contracts.orders import Once, Order
 from broker.contracts.parameters import (
     DissimilarityParameters,
     MatchParameters,
@@ -47,6 +43,7 @@ from broker.contracts.prototypes import (
     is_prototype,
     prototype_id,
 )
+from broker.contracts.requests import IdempotencyRecord, RequestContext
 from broker.contracts.results import (
     Alternative,
     Correspondence,
@@ -94,6 +91,7 @@ __all__ = [
     "Distortion",
     "ExampleReport",
     "FieldProblem",
+    "IdempotencyRecord",
     "JobKind",
     "JobRecord",
     "JobState",
@@ -101,8 +99,6 @@ __all__ = [
     "MatchParameters",
     "MatchPayload",
     "MatchResult",
-    "Once",
-    "Order",
     "Payload",
     "PicturePayload",
     "Problem",
@@ -115,13 +111,14 @@ __all__ = [
     "PrototypeValidationPayload",
     "RefinedPoint",
     "Refinement",
+    "RequestContext",
     "ShapeRecord",
     "SpectrumKey",
     "SpectrumPayload",
     "Structure",
     "Structures",
     "Subject",
-    "TurnPayload",
+    "TimeSlicePayload",
     "UploadPayload",
     "ValidationPayload",
     "Webhook",

@@ -1,4 +1,4 @@
-"""Jobs: what they are asked (payloads) and how they are (records)."""
+"""Jobs: kinds, states, payloads (parameters) and records."""
 
 from datetime import datetime
 from enum import StrEnum
@@ -22,7 +22,7 @@ class JobKind(StrEnum):
 
     MATCH = "match"
     DISSIMILARITIES = "dissimilarities"
-    TURN = "turn"
+    TIME_SLICE = "turn"  # the value is in stored records
     SPECTRUM = "spectrum"
     VALIDATION = "validation"
     PROTOTYPE = "prototype"
@@ -32,12 +32,12 @@ class JobKind(StrEnum):
 
     @property
     def has_result(self) -> bool:
-        """Whether jobs of this kind are asked for by users and have a result."""
+        """Whether users submit jobs of this kind and get a result."""
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE)
 
     @property
     def has_arrays(self) -> bool:
-        """Whether jobs of this kind leave a result as NumPy arrays too."""
+        """Whether the result is also stored as NumPy arrays."""
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
 
     @property
@@ -109,7 +109,7 @@ class PrototypeValidationPayload(_Payload):
 
 
 UploadPayload: TypeAlias = ValidationPayload | PrototypeValidationPayload
-"""What asks whether an upload is usable."""
+"""Payload of a job that validates an upload."""
 
 
 class SpectrumPayload(_Payload):
@@ -137,13 +137,13 @@ class MatchPayload(_Payload):
 
     @property
     def needs_spectrum(self) -> bool:
-        """Whether the spectra of the shapes are looked at."""
-        # Points to be matched with a prototype are sampled in a spectral metric as a rule.
+        """Whether the spectra of the shapes are used."""
+        # Prototypes are usually sampled in a spectral metric.
         return self.parameters.needs_spectrum or is_prototype(self.source)
 
 
 class DissimilaritiesPayload(_Payload):
-    """Compare all shapes of a collection; done in turns, by as many workers as there are."""
+    """Compare all shapes of a collection; done in time slices, by all workers."""
 
     kind: Literal[JobKind.DISSIMILARITIES] = JobKind.DISSIMILARITIES
     shapes: tuple[str, ...]
@@ -163,14 +163,14 @@ class PrototypePayload(_Payload):
 
     @property
     def needs_spectrum(self) -> bool:
-        """Whether the spectra of the shapes are looked at."""
+        """Whether the spectra of the shapes are used."""
         return self.parameters.needs_spectrum
 
 
-class TurnPayload(_Payload):
-    """Work for a while on a job that is done in turns."""
+class TimeSlicePayload(_Payload):
+    """Work for a while on a job that is done in time slices."""
 
-    kind: Literal[JobKind.TURN] = JobKind.TURN
+    kind: Literal[JobKind.TIME_SLICE] = JobKind.TIME_SLICE
     job: str = Field(description="Id of the job that is worked on.")
 
 
@@ -185,7 +185,7 @@ class PicturePayload(_Payload):
 
 
 class DeliveryPayload(_Payload):
-    """Tell the receiver of a job's webhook that it has ended."""
+    """Notify the receiver of a job's webhook that the job has ended."""
 
     kind: Literal[JobKind.WEBHOOK] = JobKind.WEBHOOK
     job: str = Field(description="Id of the job that has ended.")
@@ -199,7 +199,7 @@ Payload: TypeAlias = Annotated[
     | MatchPayload
     | DissimilaritiesPayload
     | PrototypePayload
-    | TurnPayload
+    | TimeSlicePayload
     | PicturePayload
     | DeliveryPayload,
     Field(discriminator="kind"),

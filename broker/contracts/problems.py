@@ -1,4 +1,4 @@
-"""The problem document (RFC 9457): the one form in which anything that goes wrong is told."""
+"""Problem documents (RFC 9457), the form of all errors."""
 
 from typing import Self
 

@@ -1,15 +1,15 @@
-"""How the spectrum of a shape is named in the cache."""
+"""Keys of the spectrum cache."""
 
 from dataclasses import dataclass
 from typing import Final, Protocol
 
 SPECTRUM_VERSION: Final = 2
-"""Raised whenever the solver's spectra change, so that no stale one is taken from a cache."""
+"""Increased whenever the solver's spectra change, so that cached ones are not used."""
 
 
 @dataclass(frozen=True)
 class SpectrumKey:
-    """Everything a spectrum depends on: the mesh, how much of it, and the solver.
+    """Everything a spectrum depends on: shape, component, simplification, size, version.
 
     Parameters
     ----------
@@ -18,9 +18,9 @@ class SpectrumKey:
     eigenpairs
         Number of eigenpairs.
     largest_component
-        Whether the spectrum is that of the shape's largest component alone.
+        Whether only the shape's largest component is used.
     simplify
-        Vertices to which the mesh was simplified first; None if it was not.
+        Vertices of the simplified mesh; None if the mesh was not simplified.
     """
 
     shape: str
@@ -43,8 +43,8 @@ class SpectrumKey:
         return f"{self._part}:{self.eigenpairs}:v{SPECTRUM_VERSION}"
 
 
-class Endowing(Protocol):
-    """Parameters that say what is measured of which part of a shape."""
+class SpectrumParameters(Protocol):
+    """Parameters of a job that determine the spectra of its shapes."""
 
     @property
     def spectrum_size(self) -> int:
@@ -52,25 +52,28 @@ class Endowing(Protocol):
 
     @property
     def largest_component(self) -> bool:
-        """Whether the largest of several components is meant."""
+        """Whether only the largest of several components is used."""
 
     @property
     def simplify(self) -> int | None:
-        """Vertices to which a shape that has more is simplified first; None for all."""
+        """Vertices to which larger shapes are simplified; None for none."""
 
 
-def spectrum_key(asked: Endowing, shape: str, vertices: int, components: int) -> SpectrumKey:
-    """Return the name of the spectrum that is needed of a shape.
+def spectrum_key(
+    parameters: SpectrumParameters, shape: str, vertices: int, components: int
+) -> SpectrumKey:
+    """Return the key of a shape's spectrum.
 
     Parameters
     ----------
-    asked
-        What is measured.
+    parameters
+        Parameters of the job.
     shape
         Id of the shape.
     vertices, components
-        Their numbers.
+        Numbers of the shape's vertices and components.
     """
-    largest = asked.largest_component and components > 1
-    fewer = asked.simplify is not None and vertices > asked.simplify
-    return SpectrumKey(shape, asked.spectrum_size, largest, asked.simplify if fewer else None)
+    largest = parameters.largest_component and components > 1
+    smaller = parameters.simplify is not None and vertices > parameters.simplify
+    simplify = parameters.simplify if smaller else None
+    return SpectrumKey(shape, parameters.spectrum_size, largest, simplify)

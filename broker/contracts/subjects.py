@@ -1,4 +1,4 @@
-"""What a job is of: the shapes and prototypes that it names."""
+"""Subjects of jobs: the shapes and prototypes that a payload names."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ from broker.contracts.prototypes import is_prototype
 
 @dataclass(frozen=True)
 class Subject:
-    """What a job is of.
+    """Shapes and prototypes of a job.
 
     Parameters
     ----------
@@ -25,9 +25,9 @@ class Subject:
     shapes
         All shapes, in the order in which the request named them, each once.
     prototype
-        The one that is matched, or was uploaded.
+        The matched or uploaded prototype.
     name
-        Of an upload, or of the prototype that is learned.
+        Name of the upload, or of the prototype that is learned.
     """
 
     source: str | None = None
@@ -38,12 +38,12 @@ class Subject:
 
     @property
     def named(self) -> tuple[str, ...]:
-        """Ids of shapes and prototypes that the job is found by."""
+        """Ids of the shapes and prototypes under which the job is listed."""
         return self.shapes if self.prototype is None else (*self.shapes, self.prototype)
 
 
 def subject_of(payload: Payload) -> Subject:
-    """Return what a job is of; of nothing, if it serves another job."""
+    """Return the subject of a job; empty if the job serves another job."""
     match payload:
         case MatchPayload(source=source, target=target) if is_prototype(source):
             return Subject(source, target, (target,), source)

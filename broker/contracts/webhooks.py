@@ -1,4 +1,4 @@
-"""Webhooks: whom to tell that a job has ended, what is told, and how that went."""
+"""Webhooks: the receiver, the event it is sent, and the state of the delivery."""
 
 import re
 from datetime import datetime

@@ -1,8 +1,16 @@
-"""The queues: which there are, what waits in them, and the way in."""
+"""The queues: submission of jobs, RQ's queues, the workers."""
 
-from broker.queue.records import new_job
+from broker.queue.new_jobs import new_job
 from broker.queue.settings import QUEUES, QueueSettings
 from broker.queue.submission import JobQueue
-from broker.queue.workforce import SILENCE, depths, worker_states
+from broker.queue.workers import WORKER_TIMEOUT, depths, worker_states
 
-__all__ = ["QUEUES", "SILENCE", "JobQueue", "QueueSettings", "depths", "new_job", "worker_states"]
+__all__ = [
+    "QUEUES",
+    "WORKER_TIMEOUT",
+    "JobQueue",
+    "QueueSettings",
+    "depths",
+    "new_job",
+    "worker_states",
+]

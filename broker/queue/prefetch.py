@@ -1,18 +1,18 @@
-"""Which spectra a job will need, so that all workers compute them before it begins."""
+"""The spectra a job will need, so that workers compute them before it begins."""
 
 from broker.contracts import MatchPayload, PrototypePayload, SpectrumKey, is_prototype, spectrum_key
 from broker.store import Shapes
 
 
 def wanted_spectra(payload: MatchPayload | PrototypePayload, shapes: Shapes) -> list[SpectrumKey]:
-    """Return the names of the spectra that a job will look at, each once.
+    """Return the keys of the spectra that a job will use, each once.
 
     Parameters
     ----------
     payload
-        What the job is to do.
+        The job.
     shapes
-        Where its shapes are; those that are gone, or cannot be used, have none.
+        The stored shapes; those that are deleted or cannot be used have no spectrum.
     """
     if not payload.needs_spectrum:
         return []

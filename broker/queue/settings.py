@@ -1,7 +1,7 @@
-"""Which queues there are, how many jobs may be in them, and how long these may take.
+"""The queues, and the limits of the jobs in them.
 
-Three queues, served in this order: ``interactive`` (somebody waits for the answer of a request),
-``structures`` (spectra that matches will need), ``matches``.
+Three queues, served in this order: ``interactive`` (a request waits for the job), ``structures``
+(spectra that matches will need), ``matches``.
 """
 
 from typing import Final
@@ -26,12 +26,12 @@ QUEUE_OF: Final = {
     JobKind.MATCH: MATCHES,
     JobKind.DISSIMILARITIES: MATCHES,
     JobKind.PROTOTYPE: MATCHES,
-    JobKind.TURN: MATCHES,
+    JobKind.TIME_SLICE: MATCHES,
 }
 
 
 class QueueSettings(BaseSettings):
-    """How many jobs there may be and how long they may take; from ``ISOMATCH_*``."""
+    """Number of jobs, timeouts and heartbeats; from ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT
 
@@ -53,6 +53,6 @@ class QueueSettings(BaseSettings):
     )
 
     def timeout(self, kind: JobKind) -> int:
-        """Seconds a job of this kind may take."""
+        """Return the seconds a job of this kind may take."""
         interactive = QUEUE_OF[kind] == INTERACTIVE
         return self.interactive_timeout if interactive else self.job_timeout

@@ -1,199 +1,220 @@
-"""The way into the queues: a job's record is stored and the job queued, both or neither.
+"""Submission of jobs: the record is stored and the job queued in one transaction.
 
-Jobs that are done in turns are not queued themselves: their turns are, and each queues at the end
-again.
+A job that is done in time slices is not queued itself: its time slices are, and each of them queues
+the next.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from redis.client import Pipeline
 from redis.exceptions import WatchError
 
 from broker.contracts import (
+    IdempotencyRecord,
     JobKind,
     JobRecord,
+    JobState,
     MatchPayload,
-    Once,
-    Order,
     PrototypePayload,
+    RequestContext,
     SpectrumKey,
     SpectrumPayload,
     UploadPayload,
-    ValidationPayload,
 )
-from broker.queue.channels import Channels
+from broker.queue.new_jobs import NO_REQUEST, new_job, new_time_slice
 from broker.queue.prefetch import wanted_spectra
-from broker.queue.records import UNASKED, new_job, turn_of
-from broker.store import LISTED_KINDS, Uploads, keys
+from broker.queue.rq_queues import RqQueues
+from broker.queue.settings import QueueSettings
+from broker.queue.workers import worker_states
+from broker.store import LISTED_KINDS, Store, keys
 from broker.telemetry import logger
 
 log = logger("isomatch.queue")
 
 
 @dataclass(frozen=True)
-class JobQueue(Channels):
-    """The way into the queues; made of a store and settings, as :class:`Channels`."""
+class JobQueue:
+    """Submission of jobs.
 
-    def submit(self, record: JobRecord, once: Once | None = None) -> JobRecord:
+    Parameters
+    ----------
+    store
+        The jobs' records.
+    settings
+        Limits of the jobs.
+
+    Attributes
+    ----------
+    rq
+        The queues themselves.
+    """
+
+    store: Store
+    settings: QueueSettings
+    rq: RqQueues = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Open the queues in the store's Redis."""
+        object.__setattr__(self, "rq", RqQueues(self.store.client, self.settings))
+
+    def submit(self, record: JobRecord, idempotency: IdempotencyRecord | None = None) -> JobRecord:
         """Store a new job and queue it, both or neither.
 
         Parameters
         ----------
         record
             The job.
-        once
-            How the request is known; the job of an equal one before it is returned instead.
+        idempotency
+            Record of the request; the job of an equal earlier request is returned instead.
 
         Raises
         ------
         KeyReused
-            The idempotency key came with another request.
+            The idempotency key was used for a different request.
         TooManyQueued
             The caller has as many jobs queued as it may have.
         """
-        record = self._agreed(record, once)
+        record = self._with_reserved_id(record, idempotency)
         self._admit(record)
         with self.store.client.pipeline() as pipe:
             while True:
-                if once is not None:
+                if idempotency is not None:
                     pipe.watch(keys.job(record.id))  # type: ignore[no-untyped-call]
                     known = self.store.jobs.get(record.id)
                     if known is not None:
                         return known
                 try:
-                    # RQ begins the transaction itself, which must be empty then.
-                    self._hand_over(record, pipe)
+                    # First, because RQ begins the transaction itself.
+                    self._enqueue(record, pipe)
                     self.store.jobs.create(record, pipe)
-                    if once is not None:
-                        self.store.orders.note(once, record.id, pipe)
+                    if idempotency is not None:
+                        self.store.admission.remember(idempotency, record.id, pipe)
                     pipe.execute()
                 except WatchError:
-                    # An equal request came in between.
+                    # An equal request was first.
                     continue
-                _say_queued(record)
+                _log_queued(record)
                 return record
 
-    def asked_before(self, order: Order) -> JobRecord | None:
-        """Return the job that an equal request with the same key made, if there was one.
+    def earlier_job(self, context: RequestContext) -> JobRecord | None:
+        """Return the job of an equal request with the same idempotency key, if there was one.
 
         Raises
         ------
         KeyReused
-            The idempotency key came with another request.
+            The idempotency key was used for a different request.
         """
-        job_id = None if order.once is None else self.store.orders.job_of(order.once)
+        idempotency = context.idempotency
+        job_id = None if idempotency is None else self.store.admission.job_of(idempotency)
         return None if job_id is None else self.store.jobs.get(job_id)
 
-    def submit_validation(self, payload: UploadPayload, data: bytes, order: Order = UNASKED) -> str:
+    def submit_validation(
+        self, payload: UploadPayload, data: bytes, context: RequestContext = NO_REQUEST
+    ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
         Parameters
         ----------
         payload
-            What is known of the upload.
+            The upload.
         data
             Its bytes.
-        order
-            How it came.
+        context
+            The request.
 
         Returns
         -------
         str
-            The job that validates it.
+            Id of the job that validates it.
         """
-        record = new_job(payload, order)
-        uploads = self.uploads(payload)
+        record = new_job(payload, context)
+        uploads = self.store.uploads
         with self.store.client.pipeline() as pipe:
             while True:
-                holder = uploads.validated_by(payload.upload, payload.file_type, pipe)
+                holder = uploads.validating_job(payload.upload, payload.file_type, pipe)
                 state = None if holder is None else self.store.jobs.state(holder)
                 if holder is not None and state is not None and not state.ended:
                     return holder
                 try:
-                    self.enqueue(record, pipe)
+                    self.rq.enqueue(record, pipe)
                     self.store.jobs.create(record, pipe)
                     uploads.add_candidate(payload.upload, payload.file_type, data, record.id, pipe)
                     pipe.execute()
                 except WatchError:
-                    # An equal upload came in between.
+                    # An equal upload was first.
                     continue
-                _say_queued(record)
+                _log_queued(record)
                 return record.id
 
-    def submit_match(self, payload: MatchPayload, order: Order = UNASKED) -> JobRecord:
-        """Queue a match, and before it the spectra it needs that nobody has or computes yet.
+    def submit_with_spectra(
+        self, payload: MatchPayload | PrototypePayload, context: RequestContext = NO_REQUEST
+    ) -> JobRecord:
+        """Queue a job, and before it the spectra it needs that are neither cached nor queued.
 
         Raises
         ------
         KeyReused, TooManyQueued
-            As by :meth:`submit`.
+            As for :meth:`submit`.
         """
-        return self._submit_after_spectra(payload, order)
+        record = self._with_reserved_id(new_job(payload, context), context.idempotency)
+        self._admit(record)
+        for key in wanted_spectra(payload, self.store.shapes):
+            self._submit_spectrum(key, context)
+        return self.submit(record, context.idempotency)
 
-    def submit_prototype(self, payload: PrototypePayload, order: Order = UNASKED) -> JobRecord:
-        """Queue the learning of a prototype, and before it the spectra it needs, likewise.
-
-        Raises
-        ------
-        KeyReused, TooManyQueued
-            As by :meth:`submit`.
-        """
-        return self._submit_after_spectra(payload, order)
-
-    def submit_turn(self, record: JobRecord) -> None:
-        """Queue another turn of a job that is done in turns, unless it has ended."""
-        number = self.store.parts.number_turn(record.id)
+    def submit_time_slice(self, record: JobRecord) -> None:
+        """Queue another time slice of a job, unless the job has ended."""
+        number = self.store.chunks.number_time_slice(record.id)
         if number is None:
             return
         with self.store.client.pipeline() as pipe:
-            self._hand_over_turn(record, number, pipe)
+            self._enqueue_time_slice(record, number, pipe)
             pipe.execute()
 
     def resume(self, record: JobRecord) -> None:
-        """Hand a job that was lost to RQ again."""
+        """Queue a lost job again."""
         if record.kind is JobKind.DISSIMILARITIES:
-            self.submit_turn(record)
+            self.submit_time_slice(record)
         else:
-            self.enqueue(record)
+            self.rq.enqueue(record)
 
-    def uploads(self, payload: UploadPayload) -> Uploads:
-        """Return where an upload waits for its validation."""
-        shape = isinstance(payload, ValidationPayload)
-        return self.store.shapes if shape else self.store.prototypes
+    def other_jobs_wait(self, job_id: str) -> bool:
+        """Whether jobs wait in the queues apart from the time slices of a job."""
+        waiting = self.rq.waiting()
+        states = self.store.chunks.time_slices(job_id).values() if waiting else ()
+        return waiting > sum(state is JobState.QUEUED for state in states)
 
-    def _hand_over(self, record: JobRecord, pipe: Pipeline) -> None:
+    def workers(self) -> int:
+        """Return the number of live workers."""
+        return len(worker_states(self.store.client))
+
+    def _enqueue(self, record: JobRecord, pipe: Pipeline) -> None:
         if record.kind is JobKind.DISSIMILARITIES:
-            self._hand_over_turn(record, 1, pipe)
-            self.store.parts.create(record.id, pipe)
+            self._enqueue_time_slice(record, 1, pipe)
+            self.store.chunks.create(record.id, pipe)
         else:
-            self.enqueue(record, pipe)
+            self.rq.enqueue(record, pipe)
 
-    def _hand_over_turn(self, record: JobRecord, number: int, pipe: Pipeline) -> None:
-        turn = turn_of(record, number)
-        self.enqueue(turn, pipe)
-        self.store.jobs.create(turn, pipe)
-        self.store.parts.add_turn(record.id, turn.id, pipe)
+    def _enqueue_time_slice(self, record: JobRecord, number: int, pipe: Pipeline) -> None:
+        time_slice = new_time_slice(record, number)
+        self.rq.enqueue(time_slice, pipe)
+        self.store.jobs.create(time_slice, pipe)
+        self.store.chunks.add_time_slice(record.id, time_slice.id, pipe)
 
     def _admit(self, record: JobRecord) -> None:
         if record.kind in LISTED_KINDS:
             limit = self.settings.max_queued_jobs
-            self.store.orders.admit(record.caller, record.id, limit)
+            self.store.admission.admit(record.caller, record.id, limit)
 
-    def _agreed(self, record: JobRecord, once: Once | None) -> JobRecord:
-        if once is None:
-            return record
-        return record.model_copy(update={"id": self.store.orders.reserve(once, record.id)})
-
-    def _submit_after_spectra(
-        self, payload: MatchPayload | PrototypePayload, order: Order
+    def _with_reserved_id(
+        self, record: JobRecord, idempotency: IdempotencyRecord | None
     ) -> JobRecord:
-        record = self._agreed(new_job(payload, order), order.once)
-        self._admit(record)
-        for key in wanted_spectra(payload, self.store.shapes):
-            self._submit_spectrum(key, order)
-        return self.submit(record, order.once)
+        if idempotency is None:
+            return record
+        reserved = self.store.admission.reserve(idempotency, record.id)
+        return record.model_copy(update={"id": reserved})
 
-    def _submit_spectrum(self, key: SpectrumKey, order: Order) -> None:
+    def _submit_spectrum(self, key: SpectrumKey, context: RequestContext) -> None:
         spectra = self.store.spectra
         job = new_job(
             SpectrumPayload(
@@ -202,11 +223,11 @@ class JobQueue(Channels):
                 largest_component=key.largest_component,
                 simplify=key.simplify,
             ),
-            order,
+            context,
         )
-        if not spectra.has(key) and spectra.order(key, job.id, self.settings.job_timeout):
+        if not spectra.has(key) and spectra.mark_queued(key, job.id, self.settings.job_timeout):
             self.submit(job)
 
 
-def _say_queued(record: JobRecord) -> None:
+def _log_queued(record: JobRecord) -> None:
     log.info("queued", job_id=record.id, kind=record.kind.value)

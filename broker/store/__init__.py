@@ -1,4 +1,4 @@
-"""What the service remembers, in Redis and nowhere else: shapes, prototypes, jobs, spectra."""
+"""The store, in Redis: shapes, prototypes, jobs, results, spectra."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -6,54 +6,58 @@ from typing import Self
 from redis import Redis
 
 from broker.store import keys
-from broker.store.absence import Absence
+from broker.store.admission import Admission, KeyReused, TooManyQueued
+from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
+from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import (
-    CACHE_LULL,
-    CACHE_PATIENCE,
-    CACHE_SILENCE,
-    OnceInAWhile,
+    CACHE_BACKOFF_INTERVAL,
+    CACHE_RETRY_SECONDS,
+    CACHE_TIMEOUT,
+    CONNECT_TIMEOUT,
     StoreSettings,
+    ThrottledBackoff,
     connect,
 )
+from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
 from broker.store.jobs import LISTED_KINDS, Jobs
 from broker.store.listings import InvalidCursor, Listing, Page
-from broker.store.orders import KeyReused, Orders, TooManyQueued
-from broker.store.parts import Offer, Parts, StageCounts, Taken
 from broker.store.prototypes import Prototypes
 from broker.store.records import NewerRecord
 from broker.store.replies import text
+from broker.store.results import Results
 from broker.store.shapes import Shapes
 from broker.store.spectra import Spectra, SpectrumCounts
-from broker.store.tallies import BOUNDS, Counts, Tallies, Times
 from broker.store.uploads import Uploads
 from broker.store.webhooks import Webhooks
 
 __all__ = [
-    "BOUNDS",
-    "CACHE_SILENCE",
+    "BUCKET_BOUNDS",
+    "CACHE_TIMEOUT",
+    "CONNECT_TIMEOUT",
     "LISTED_KINDS",
-    "Absence",
-    "Counts",
+    "Admission",
+    "Chunks",
+    "CircuitBreaker",
+    "ClaimStatus",
+    "ClaimedChunk",
+    "CounterValues",
+    "Counters",
+    "Histogram",
     "InvalidCursor",
     "Jobs",
     "KeyReused",
     "Listing",
     "NewerRecord",
-    "Offer",
-    "OnceInAWhile",
-    "Orders",
     "Page",
-    "Parts",
     "Prototypes",
+    "Results",
     "Shapes",
     "Spectra",
     "SpectrumCounts",
     "StageCounts",
     "Store",
     "StoreSettings",
-    "Taken",
-    "Tallies",
-    "Times",
+    "ThrottledBackoff",
     "TooManyQueued",
     "Uploads",
     "Webhooks",
@@ -64,44 +68,47 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Store:
-    """All that is kept in Redis.
+    """Everything that is kept in Redis, by subject.
 
     Parameters
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, prototypes, jobs, orders, parts, spectra, tallies, webhooks
-        What is kept there, by subject.
+    shapes, prototypes, uploads, jobs, results, admission, chunks, spectra, counters, webhooks
+        Its subjects.
     """
 
     client: Redis
     shapes: Shapes
     prototypes: Prototypes
+    uploads: Uploads
     jobs: Jobs
-    orders: Orders
-    parts: Parts
+    results: Results
+    admission: Admission
+    chunks: Chunks
     spectra: Spectra
-    tallies: Tallies
+    counters: Counters
     webhooks: Webhooks
 
     @classmethod
     def open(
         cls,
         settings: StoreSettings,
-        patience: float,
+        retry_seconds: float,
         pause: float = 1.0,
-        silence: float | None = None,
+        timeout: float | None = None,
     ) -> Self:
         """Connect to the store.
 
         Parameters
         ----------
         settings
-            Where it is; `redis_url` must be set.
-        patience, pause
-            Seconds for which a command is repeated while Redis is away, and between two attempts.
-        silence
-            Seconds after which one without an answer has failed; None to repeat it, too.
+            Its address is `redis_url`.
+        retry_seconds, pause
+            Seconds for which a command is repeated while Redis does not answer, and between two
+            attempts.
+        timeout
+            Seconds after which a command without a reply has failed; None to repeat it, too.
 
         Raises
         ------
@@ -110,43 +117,45 @@ class Store:
         """
         if settings.redis_url is None:
             raise ValueError("ISOMATCH_REDIS_URL is not set")
-        client = connect(settings.redis_url, patience, pause, silence)
-        return cls.over(client, settings, patience, pause, silence)
+        client = connect(settings.redis_url, retry_seconds, pause, timeout)
+        return cls.over(client, settings, retry_seconds, pause)
 
     @classmethod
     def over(
-        cls,
-        client: Redis,
-        settings: StoreSettings,
-        patience: float,
-        pause: float = 1.0,
-        silence: float | None = None,
+        cls, client: Redis, settings: StoreSettings, retry_seconds: float, pause: float = 1.0
     ) -> Self:
-        """Return the store over a connection that there is already; otherwise as :meth:`open`."""
+        """Return the store over an existing connection; parameters as for :meth:`open`."""
         cache = client
         if settings.cache_url is not None:
-            # Nothing is lost with it: rather compute again than wait.
-            patience = min(patience, CACHE_PATIENCE)
-            cache = connect(settings.cache_url, patience, pause, CACHE_SILENCE, CACHE_LULL)
+            # Computing a spectrum again is better than waiting long for the cache.
+            cache = connect(
+                settings.cache_url,
+                min(retry_seconds, CACHE_RETRY_SECONDS),
+                pause,
+                CACHE_TIMEOUT,
+                CACHE_BACKOFF_INTERVAL,
+            )
         return cls(
             client,
             Shapes(client, settings),
             Prototypes(client, settings),
+            Uploads(client, settings),
             Jobs(client, settings),
-            Orders(client),
-            Parts(client, settings),
+            Results(client, settings),
+            Admission(client),
+            Chunks(client, settings),
             Spectra(cache, client, settings),
-            Tallies(client),
+            Counters(client),
             Webhooks(client),
         )
 
     def check(self) -> None:
-        """Write something, to see whether the store is there and takes it.
+        """Check that Redis answers and accepts writes.
 
         Raises
         ------
         RedisError
-            It is not, or it does not (it is full, or a replica).
+            It does not answer, is full, or is a replica.
         """
         self.client.set(keys.READY, b"", ex=60)
 

@@ -18,22 +18,24 @@ DAY: Final = 86400
 SOCKET_TIMEOUT: Final = 30.0
 """Seconds; more than RQ's workers wait for a job in one command."""
 
-CACHE_PATIENCE: Final = 1.0
-"""Seconds for which a command is repeated while a cache with a Redis of its own is away."""
+CONNECT_TIMEOUT: Final = 5.0
+"""Seconds."""
 
-CACHE_LULL: Final = 10.0
-"""Seconds after which it is waited for again: a match looks for six things there."""
+CACHE_RETRY_SECONDS: Final = 1.0
+"""Seconds for which a command is repeated while a cache with a Redis of its own refuses it."""
 
-CACHE_SILENCE: Final = 10.0
-"""Seconds after which such a cache that takes a command and says nothing counts as away; a spectrum
-of some ten megabytes has to come through in these."""
+CACHE_BACKOFF_INTERVAL: Final = 10.0
+"""Seconds between two such waits: one match reads from the cache six times."""
 
-CACHE_SILENT_LULL: Final = 60.0
-"""Seconds after which one that said nothing is asked again, by any process of a machine."""
+CACHE_TIMEOUT: Final = 10.0
+"""Seconds for a reply of such a cache; enough for a spectrum of some ten megabytes."""
+
+CACHE_CIRCUIT_SECONDS: Final = 60.0
+"""Seconds for which the circuit breaker is open after such a timeout."""
 
 
 class StoreSettings(BaseSettings):
-    """Where the store is and how long it keeps what; from ``ISOMATCH_*``."""
+    """Address of the store, and times to live; from ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT
 
@@ -67,33 +69,33 @@ class StoreSettings(BaseSettings):
     )
 
 
-class OnceInAWhile(AbstractBackoff):
-    """Pauses for a store that is away only once in a while, and otherwise gives it up at once.
+class ThrottledBackoff(AbstractBackoff):
+    """Constant backoff that waits once in an interval, and otherwise not at all.
 
     Parameters
     ----------
     pause
         Seconds between two attempts.
-    lull
-        Seconds after a pause in which there is no other.
+    interval
+        Seconds after a pause during which there is no other.
     """
 
-    def __init__(self, pause: float, lull: float) -> None:
+    def __init__(self, pause: float, interval: float) -> None:
         self._pause = pause
-        self._lull = lull
+        self._interval = interval
         self._last = -math.inf
 
     def __deepcopy__(self, memo: object) -> Self:
-        """Return this one itself: what one connection has found out holds for all."""
+        """Return the same object: all connections of a client share it."""
         return self
 
     def reset(self) -> None:
-        """Remember the last pause from one command to the next."""
+        """Keep the time of the last pause from one command to the next."""
 
     def compute(self, failures: int) -> float:
-        """Return how long to wait before the next attempt."""
+        """Return the seconds to wait before the next attempt."""
         now = time.monotonic()
-        if now - self._last < self._lull:
+        if now - self._last < self._interval:
             return 0.0
         self._last = now
         return self._pause
@@ -101,37 +103,39 @@ class OnceInAWhile(AbstractBackoff):
 
 def connect(
     url: str,
-    patience: float,
+    retry_seconds: float,
     pause: float = 1.0,
-    silence: float | None = None,
-    lull: float = 0.0,
+    timeout: float | None = None,
+    backoff_interval: float = 0.0,
 ) -> Redis:
-    """Return a client that repeats what fails while Redis restarts.
+    """Return a client that repeats commands that fail while Redis restarts.
 
-    Without this a job that ends just then would be lost although it is computed.
+    Otherwise the result of a job that ends during the restart would be lost.
 
     Parameters
     ----------
     url
         ``redis://``, ``rediss://`` or ``unix://``.
-    patience
+    retry_seconds
         Seconds for which a command is repeated before its error is raised.
     pause
         Seconds between two attempts.
-    silence
-        Seconds after which a command without an answer has failed, and is not repeated: for those
-        who cannot wait. None for those who can, such as workers.
-    lull
-        Seconds after a pause in which it is not waited for again.
+    timeout
+        Seconds after which a command without a reply has failed, and is not repeated. None to
+        repeat it, too.
+    backoff_interval
+        Seconds between two pauses at least; see :class:`ThrottledBackoff`.
     """
-    errors = [RedisConnectionError] if silence else [RedisConnectionError, RedisTimeoutError]
-    attempts = max(0, round(patience / pause))
-    backoff = OnceInAWhile(pause, lull) if lull else ConstantBackoff(pause)
+    errors = [RedisConnectionError] if timeout else [RedisConnectionError, RedisTimeoutError]
+    attempts = max(0, round(retry_seconds / pause))
+    backoff = (
+        ThrottledBackoff(pause, backoff_interval) if backoff_interval else ConstantBackoff(pause)
+    )
     return Redis.from_url(
         url,
-        socket_timeout=silence or SOCKET_TIMEOUT,
-        socket_connect_timeout=5.0,
-        # Spectra and meshes are megabytes; the default of 32 KiB takes twice the time for them.
+        socket_timeout=timeout or SOCKET_TIMEOUT,
+        socket_connect_timeout=CONNECT_TIMEOUT,
+        # Bytes. Spectra and meshes are megabytes, and take twice the time with the default 32 KiB.
         socket_read_size=1024**2,
         health_check_interval=30,
         retry=Retry(backoff, attempts, tuple(errors)),

@@ -1,19 +1,19 @@
-"""Jobs in Redis: the record, the five states and the only ways between them, the results.
+"""Jobs in Redis: the record, the five states and the transitions between them.
 
 ::
 
     queued -> running -> succeeded | failed | cancelled
        ^         |
-       +--lost---+        (the process is gone: again, or failed after too often)
+       +--lost---+        (the process died: queued again, or failed after too many losses)
     queued -> cancelled
 
-Each way is one script (:mod:`broker.store.scripts`): a state that is an end never changes, and a
-result is stored before anybody can see that the job has succeeded. A runner that was given up may
-come back late; whatever it then says is refused, because the job is no longer held by it.
+Each transition is one script (:mod:`broker.store.scripts`): an end state never changes, and the
+result is stored before the job is seen to have succeeded. A runner that was given up may come back
+late; its calls are refused, because it no longer holds the job.
 """
 
 import gzip
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -25,10 +25,11 @@ from broker.store import keys, scripts
 from broker.store.connections import StoreSettings
 from broker.store.listings import Listing, Page
 from broker.store.records import NewerRecord, job_document, read_record
-from broker.store.replies import blob, text
+from broker.store.replies import text
+from broker.store.scripts import LuaScript
 
 LISTED_KINDS = frozenset(kind for kind in JobKind if kind.has_result)
-"""Kinds of jobs that users ask for; the others serve them and are not listed."""
+"""Kinds of jobs that users submit; the others serve them and are not listed."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Jobs:
     client
         Connection to Redis.
     settings
-        How long what is kept.
+        Times to live.
     """
 
     client: Redis
@@ -63,8 +64,8 @@ class Jobs:
             fields["quota"] = keys.queued_by(record.caller)
         pipe.hset(keys.job(record.id), mapping=fields)
         ttl = self.settings.job_ttl + self.settings.trace_ttl
-        pipe.set(keys.job_trace(record.id), b"", ex=ttl)
-        pipe.hincrby(keys.TALLIES, f"submitted|{record.kind.value}", 1)
+        pipe.set(keys.job_tombstone(record.id), b"", ex=ttl)
+        pipe.hincrby(keys.COUNTERS, f"submitted|{record.kind.value}", 1)
         pipe.zadd(keys.ACTIVE_JOBS, {record.id: created})
         if record.kind in LISTED_KINDS:
             pipe.zadd(keys.JOBS, {record.id: created})
@@ -75,12 +76,12 @@ class Jobs:
                 pipe.expire(keys.jobs_of(name), ttl)
 
     def get(self, job_id: str) -> JobRecord | None:
-        """Return a job as it is now, or None if there is no such job (any more).
+        """Return a job in its present state, or None if it does not exist (any more).
 
         Raises
         ------
         NewerRecord
-            A newer version asked for it, or ran it, with what this one does not know.
+            A newer version wrote something that this one does not know.
         """
         fields = self.client.hgetall(keys.job(job_id))
         return _record(fields) if b"record" in fields else None
@@ -93,11 +94,11 @@ class Jobs:
             return None
 
     def expired(self, job_id: str) -> bool:
-        """Whether a job that is not there was there."""
-        return bool(self.client.exists(keys.job_trace(job_id)))
+        """Whether a job that does not exist has existed."""
+        return bool(self.client.exists(keys.job_tombstone(job_id)))
 
     def state(self, job_id: str) -> JobState | None:
-        """Return only the state of a job."""
+        """Return the state of a job."""
         state = self.client.hget(keys.job(job_id), "state")
         return None if state is None else JobState(text(state))
 
@@ -114,71 +115,71 @@ class Jobs:
         Parameters
         ----------
         limit
-            How many there may be on it.
+            Largest number of jobs on it.
         cursor
-            Of the page before; None for the first.
+            Cursor of the page before; None for the first.
         state, kind
-            Only those in this state, and of this kind.
+            Only jobs in this state, and of this kind.
         of
-            Only those of this shape or prototype.
+            Only jobs of this shape or prototype.
 
         Raises
         ------
         InvalidCursor
-            The cursor is not one that a page gave.
+            No page has this cursor.
         """
 
-        def suits(record: JobRecord) -> bool:
+        def matches(record: JobRecord) -> bool:
             return state in (None, record.state) and kind in (None, record.kind)
 
         key = keys.JOBS if state is None else keys.jobs_in(state)
         listing = Listing(self.client, key if of is None else keys.jobs_of(of), keys.job)
-        return listing.page(limit, cursor, self.get, suits)
+        return listing.page(limit, cursor, self.get, matches)
 
     def active(self) -> Iterator[JobRecord]:
-        """Go through all jobs that have not ended and can be read."""
+        """Iterate over all jobs that have not ended and can be read."""
         members: list[bytes] = self.client.zrange(keys.ACTIVE_JOBS, 0, -1)  # type: ignore[assignment]
         for job_id in map(text, members):
             try:
                 record = self.get(job_id)
             except NewerRecord:
-                continue  # versions that can read it look after it
+                continue  # left to processes of the newer version
             if record is None or record.state.ended:
                 self.client.zrem(keys.ACTIVE_JOBS, job_id)
             else:
                 yield record
 
     def claim(self, job_id: str, runner: str) -> bool:
-        """Begin a queued job; False if it is not to be run, or not by this runner."""
-        answer = self._script(scripts.CLAIM, job_id, runner, _now())
+        """Start a queued job; False if it is not queued, or another runner was first."""
+        answer = self._run(scripts.CLAIM_JOB, job_id, runner, _now())
         return answer == [b"running", runner.encode()]
 
     def succeed(self, job_id: str, runner: str, result: bytes | None = None) -> bool:
-        """End a job with its result (plain JSON); False if the runner no longer holds it."""
+        """End a job with its result (JSON); False if the runner no longer holds it."""
         packed = b"" if result is None else gzip.compress(result, compresslevel=6, mtime=0)
         return self._finish(job_id, runner, JobState.SUCCEEDED, result=packed)
 
     def fail(self, job_id: str, runner: str, problem: Problem) -> bool:
-        """End a job with the reason of its failure; False if the runner no longer holds it."""
+        """End a job with an error; False if the runner no longer holds it."""
         return self._finish(job_id, runner, JobState.FAILED, error=problem.model_dump_json())
 
-    def leave(self, job_id: str, runner: str) -> bool:
+    def finish_cancelled(self, job_id: str, runner: str) -> bool:
         """End a cancelled job; False if the runner no longer holds it."""
         return self._finish(job_id, runner, JobState.CANCELLED)
 
     def cancel(self, job_id: str) -> JobState | None:
-        """Cancel a queued job, or ask a running one to leave; the state it is in then."""
-        answer = self._script(scripts.CANCEL, job_id, _now(), self.settings.job_ttl)
+        """Cancel a queued job, or ask a running one to stop; return its state then."""
+        answer = self._run(scripts.CANCEL_JOB, job_id, _now(), self.settings.job_ttl)
         return _state(answer)
 
     def lose(self, job_id: str, losses_allowed: int, reason: Problem) -> JobState | None:
-        """Note that the process of a job is gone; the state the job is in then.
+        """Record that the process of a job was lost; return the job's state then.
 
-        It is queued again at most `losses_allowed` times, then it has failed for `reason`; it is
-        cancelled if that was asked.
+        It is queued again at most `losses_allowed` times, then fails with `reason`; it is
+        cancelled if that was requested.
         """
-        answer = self._script(
-            scripts.LOSE,
+        answer = self._run(
+            scripts.LOSE_JOB,
             job_id,
             _now(),
             self.settings.job_ttl,
@@ -188,62 +189,26 @@ class Jobs:
         return _state(answer)
 
     def report(self, job_id: str, runner: str, progress: Progress) -> bool:
-        """Note progress; False when the job is cancelled or no longer held by this runner."""
-        answer = self.client.eval(
-            scripts.PROGRESS, 1, keys.job(job_id), runner, progress.stage, str(progress.fraction)
-        )
-        return bool(answer)
+        """Store progress; False if the job is cancelled or no longer held by this runner."""
+        said = runner, progress.stage, str(progress.fraction)
+        return bool(scripts.REPORT_PROGRESS(self.client, [keys.job(job_id)], *said))
 
-    def wanted(self, job_id: str, runner: str) -> bool:
-        """Whether a job is still to be worked on by this runner."""
+    def is_held(self, job_id: str, runner: str) -> bool:
+        """Whether this runner holds a job that is running and not to be cancelled."""
         state, holder, cancel = self.client.hmget(keys.job(job_id), ["state", "runner", "cancel"])
         held = holder is not None and text(holder) == runner
         return held and state == b"running" and cancel is None
 
     def cancel_requested(self, job_id: str) -> datetime | None:
-        """Return when a running job was asked to leave, if it was."""
-        asked = self.client.hget(keys.job(job_id), "cancel")
-        return None if asked is None else datetime.fromisoformat(text(asked))
-
-    def result(self, job_id: str) -> bytes | None:
-        """Return the result of a job, JSON in gzip."""
-        return blob(self.client.get(keys.job_result(job_id)))
-
-    def picture(self, job_id: str, alternative: int | None = None) -> bytes | None:
-        """Return the picture of a job's result, or of one of its alternatives, PNG."""
-        return blob(self.client.get(keys.job_picture(job_id, alternative)))
-
-    def set_picture(self, job_id: str, alternative: int | None, picture: bytes) -> None:
-        """Store such a picture for as long as the result itself."""
-        left = self.client.ttl(keys.job_result(job_id))
-        if left > 0:
-            self.client.set(keys.job_picture(job_id, alternative), picture, ex=left)
-
-    def arrays(self, job_id: str) -> bytes | None:
-        """Return the result of a job as arrays, npz."""
-        return blob(self.client.get(keys.job_arrays(job_id)))
-
-    def set_arrays(self, job_id: str, arrays: bytes) -> None:
-        """Store the result of a job as arrays, before the result itself."""
-        self.client.set(keys.job_arrays(job_id), arrays, ex=self.settings.result_ttl)
-
-    def picture_job(self, drawn: str, alternative: int | None, job_id: str) -> str:
-        """Return the job that draws a picture: `job_id`, or one that came first and goes on."""
-        key = keys.picture_job(drawn, alternative)
-        if self.client.set(key, job_id, nx=True, ex=self.settings.candidate_ttl):
-            return job_id
-        holder = text(self.client.get(key))
-        state = None if holder is None else self.state(holder)
-        if holder is not None and state is not None and not state.ended:
-            return holder
-        self.client.set(key, job_id, ex=self.settings.candidate_ttl)
-        return job_id
+        """Return the time of a running job's cancellation, None if it is not cancelled."""
+        requested = self.client.hget(keys.job(job_id), "cancel")
+        return None if requested is None else datetime.fromisoformat(text(requested))
 
     def _finish(
         self, job_id: str, runner: str, state: JobState, error: str = "", result: bytes = b""
     ) -> bool:
-        answer = self._script(
-            scripts.FINISH,
+        answer = self._run(
+            scripts.FINISH_JOB,
             job_id,
             runner,
             _now(),
@@ -255,19 +220,18 @@ class Jobs:
         )
         return _state(answer) is state
 
-    def _script(self, script: str, job_id: str, *arguments: str | bytes | int) -> object:
+    def _run(self, script: LuaScript, job_id: str, *arguments: str | bytes | int) -> object:
         names = [keys.job(job_id), keys.ACTIVE_JOBS]
         names += [keys.jobs_in(state) for state in JobState]
-        names += [keys.TALLIES, keys.WEBHOOKS, keys.job_result(job_id)]
-        values: Sequence[str | bytes | int] = [job_id, *arguments]
-        return self.client.eval(script, len(names), *names, *values)
+        names += [keys.COUNTERS, keys.WEBHOOKS, keys.job_result(job_id)]
+        return script(self.client, names, job_id, *arguments)
 
 
 def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
     fields = {text(name): text(value) for name, value in reply.items()}
-    asked = read_record(JobRecord, fields["record"])
+    constant = read_record(JobRecord, fields["record"])
     try:
-        return asked.model_copy(update=_present(fields))
+        return constant.model_copy(update=_present(fields))
     except ValueError as error:
         raise NewerRecord(JobRecord) from error
 

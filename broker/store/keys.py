@@ -1,4 +1,9 @@
-"""Every key the application uses in Redis, apart from those of RQ (which begin with ``rq:``)."""
+"""Every key the application uses in Redis, apart from those of RQ (which begin with ``rq:``).
+
+Running systems hold data under these keys: the strings stay when a function here is renamed. So
+``trace`` stands for a tombstone, ``turns`` for time slices, ``parts`` for chunks, ``tallies`` for
+counters and ``order`` for an idempotency record.
+"""
 
 from typing import Final
 
@@ -16,20 +21,20 @@ JOBS: Final = PREFIX + "jobs"
 ACTIVE_JOBS: Final = PREFIX + "jobs:active"
 """Sorted set of the ids of all jobs that have not ended, listed or not, by time of creation."""
 
-SUSPECTS: Final = PREFIX + "jobs:suspects"
-"""Hash of active jobs that RQ knows nothing of: id to the time this was first seen."""
+UNSEEN_JOBS: Final = PREFIX + "jobs:suspects"
+"""Hash of active jobs that RQ does not know: id to the time this was first noticed."""
 
 RECOVERY: Final = PREFIX + "recovery"
-"""Held by the process that looks for lost jobs."""
+"""Lock of the process that looks for lost jobs."""
 
-TALLIES: Final = PREFIX + "tallies"
+COUNTERS: Final = PREFIX + "tallies"
 """Hash of counters over all processes: jobs, failures, times."""
 
 WEBHOOKS: Final = PREFIX + "webhooks"
-"""Sorted set of the ids of jobs that have ended and are still to be told of, by when to try."""
+"""Sorted set of the ids of ended jobs whose webhook is not delivered, by when it is due."""
 
 READY: Final = PREFIX + "ready"
-"""Written to see whether the store takes anything."""
+"""Written to check that the store accepts writes."""
 
 SPECTRUM_COUNTERS: Final = PREFIX + "spectra:counters"
 """Hash of counters: spectra computed, spectra taken from the cache."""
@@ -52,17 +57,17 @@ def shape_upload(shape_id: str) -> str:
 
 
 def shape_mesh(shape_id: str) -> str:
-    """The mesh of a shape as the solver read it, npz."""
+    """The repaired mesh of a shape, npz."""
     return f"{PREFIX}shape:{shape_id}:mesh"
 
 
 def shape_geometry(shape_id: str) -> str:
-    """The mesh of a shape as it is looked at, in gzip."""
+    """The geometry of a shape that the page draws, gzip."""
     return f"{PREFIX}shape:{shape_id}:geometry"
 
 
-def shape_trace(shape_id: str) -> str:
-    """Says that there is or was a shape; outlives it, unless it was deleted."""
+def shape_tombstone(shape_id: str) -> str:
+    """Tombstone of a shape: outlives its record unless the shape was deleted."""
     return f"{PREFIX}shape:{shape_id}:trace"
 
 
@@ -76,8 +81,8 @@ def prototype_archive(prototype_id: str) -> str:
     return f"{PREFIX}prototype:{prototype_id}:archive"
 
 
-def prototype_trace(prototype_id: str) -> str:
-    """Says that there is or was a prototype; outlives it, unless it was deleted."""
+def prototype_tombstone(prototype_id: str) -> str:
+    """Tombstone of a prototype: outlives its record unless the prototype was deleted."""
     return f"{PREFIX}prototype:{prototype_id}:trace"
 
 
@@ -87,12 +92,12 @@ def prototypes_named(name: str) -> str:
 
 
 def prototype_versions(name: str) -> str:
-    """Number of the last version of a name."""
+    """Last version number of a name."""
     return f"{PREFIX}prototypes:versions:{name}"
 
 
 def candidate(upload_id: str, file_type: str, job_id: str) -> str:
-    """Uploaded bytes that a job is to validate."""
+    """Uploaded bytes that a job validates."""
     return f"{PREFIX}candidate:{upload_id}:{file_type}:{job_id}"
 
 
@@ -102,7 +107,7 @@ def candidate_job(upload_id: str, file_type: str) -> str:
 
 
 def deferred(upload_id: str) -> str:
-    """Id of the validation job of an upload that was answered before it ended."""
+    """Id of the validation job of an upload that was answered before the job ended."""
     return f"{PREFIX}deferred:{upload_id}"
 
 
@@ -111,8 +116,8 @@ def job(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}"
 
 
-def job_trace(job_id: str) -> str:
-    """Says that there is or was a job; outlives it."""
+def job_tombstone(job_id: str) -> str:
+    """Tombstone of a job: outlives its record."""
     return f"{PREFIX}job:{job_id}:trace"
 
 
@@ -123,8 +128,8 @@ def job_result(job_id: str) -> str:
 
 def job_picture(job_id: str, alternative: int | None = None) -> str:
     """Picture of a job's result, or of one of its alternatives, PNG."""
-    which = "" if alternative is None else f":{alternative}"
-    return f"{PREFIX}job:{job_id}:picture{which}"
+    suffix = "" if alternative is None else f":{alternative}"
+    return f"{PREFIX}job:{job_id}:picture{suffix}"
 
 
 def picture_job(job_id: str, alternative: int | None = None) -> str:
@@ -132,28 +137,28 @@ def picture_job(job_id: str, alternative: int | None = None) -> str:
     return f"{job_picture(job_id, alternative)}:job"
 
 
-def job_parts(job_id: str) -> str:
-    """Stage, counts and times of a job that is done in turns, hash."""
+def job_chunks(job_id: str) -> str:
+    """Stage, counts and times of a job that is done in time slices, hash."""
     return f"{PREFIX}job:{job_id}:parts"
 
 
-def job_holders(job_id: str) -> str:
-    """Who is at which part of the present stage, hash."""
+def chunk_holders(job_id: str) -> str:
+    """Holders of the present stage's chunks, hash."""
     return f"{PREFIX}job:{job_id}:parts:holders"
 
 
-def job_done(job_id: str, stage: str) -> str:
-    """What came of each part of a stage that is done, hash."""
+def chunk_results(job_id: str, stage: str) -> str:
+    """Results of a stage's chunks that are done, hash."""
     return f"{PREFIX}job:{job_id}:parts:{stage}"
 
 
-def job_input(job_id: str, stage: str) -> str:
-    """What all parts of a stage need."""
+def stage_input(job_id: str, stage: str) -> str:
+    """Common input of a stage's chunks."""
     return f"{PREFIX}job:{job_id}:parts:{stage}:input"
 
 
-def job_turns(job_id: str) -> str:
-    """Set of the ids of the turns that are queued or running for a job."""
+def time_slices(job_id: str) -> str:
+    """Set of the ids of the queued and running time slices of a job."""
     return f"{PREFIX}job:{job_id}:turns"
 
 
@@ -162,13 +167,13 @@ def job_arrays(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}:arrays"
 
 
-def order(name: str) -> str:
-    """What a request with an idempotency key asked, and its job's id."""
+def idempotency_record(name: str) -> str:
+    """Digest of a request with an idempotency key, and its job's id."""
     return f"{PREFIX}order:{name}"
 
 
 def queued_by(caller: str | None) -> str:
-    """Sorted set of the ids of the jobs that a caller has queued, by the time they came in."""
+    """Sorted set of the ids of the jobs that a caller has queued, by time of admission."""
     return f"{PREFIX}queued:{caller or ''}"
 
 
@@ -188,12 +193,12 @@ def spectrum_job(spectrum: object) -> str:
 
 
 def spectrum_lock(spectrum: object) -> str:
-    """Held, with a time to live, by the process that computes a spectrum."""
+    """Lock of the process that computes a spectrum."""
     return f"{PREFIX}spectrum:{spectrum}:lock"
 
 
-def cache_away(machine: str) -> str:
-    """Until when the processes of a machine do not ask a cache with a Redis of its own."""
+def cache_circuit(machine: str) -> str:
+    """State of a machine's circuit breaker of a cache with a Redis of its own."""
     return f"{PREFIX}cache:away:{machine}"
 
 

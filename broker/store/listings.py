@@ -1,4 +1,4 @@
-"""Listings in pages: newest first, with a cursor that stays right while entries come and go."""
+"""Listings in pages, newest first; a cursor stays valid while entries come and go."""
 
 import base64
 import binascii
@@ -15,14 +15,15 @@ from broker.store.replies import text
 
 ItemT = TypeVar("ItemT")
 
-SWEPT_AT_ONCE: Final = 500
+SWEEP_COUNT: Final = 500
+"""Entries that one step of a sweep looks at, as a hint to Redis."""
 
-MOST_PASSED: Final = 1000
-"""Entries that a page passes over, each of which has to be looked at."""
+MOST_SKIPPED: Final = 1000
+"""Entries that one page skips at most; each costs a read."""
 
 
-class InvalidCursor(ValueError):  # noqa: N818 - said of the cursor
-    """A cursor that no page gave."""
+class InvalidCursor(ValueError):  # noqa: N818
+    """A cursor that no page has."""
 
 
 @dataclass(frozen=True)
@@ -56,19 +57,18 @@ class Listing:
         limit: int,
         cursor: str | None,
         fetch: Callable[[str], ItemT | None],
-        suits: Callable[[ItemT], bool] = lambda item: True,
+        matches: Callable[[ItemT], bool] = lambda item: True,
     ) -> Page[ItemT]:
-        """Return the entries after `cursor` that suit, at most `limit`, the newest first.
+        """Return the entries after `cursor` that match, at most `limit`, the newest first.
 
-        Entries whose record has expired are passed over and taken out of the listing, those of
-        newer versions that cannot be read are only passed over. No more than
-        `MOST_PASSED` are passed over: then there are fewer on the page, if any, and its cursor goes
-        on behind them.
+        Entries whose record has expired are skipped and removed from the listing; entries that only
+        a newer version can read are skipped. After `MOST_SKIPPED` skipped entries the page ends,
+        with fewer entries or none, and its cursor continues behind them.
         """
         last = None if cursor is None else _decode(cursor)
         items: list[ItemT] = []
-        passed = 0
-        while len(items) < limit and passed < MOST_PASSED:
+        skipped = 0
+        while len(items) < limit and skipped < MOST_SKIPPED:
             entries = self._entries(last, limit - len(items))
             if not entries:
                 return Page(tuple(items), None)
@@ -77,52 +77,52 @@ class Listing:
                 try:
                     item = fetch(member)
                 except NewerRecord:
-                    passed += 1
+                    skipped += 1
                     continue
                 if item is None:
                     self._unlist(member, self.client)
-                if item is not None and suits(item):
+                if item is not None and matches(item):
                     items.append(item)
                 else:
-                    passed += 1
+                    skipped += 1
         return Page(tuple(items), _encode(last) if last and self._entries(last, 1) else None)
 
     def sweep(self, cursor: int) -> int:
-        """Take entries whose record has expired out of one part of the listing.
+        """Remove entries whose record has expired from one part of the listing.
 
         Parameters
         ----------
         cursor
-            Where to go on; 0 to begin.
+            Result of the step before; 0 to begin.
 
         Returns
         -------
         int
-            Where to go on next time; 0 at the end.
+            Cursor of the next step; 0 at the end.
         """
-        reply = self.client.zscan(self.key, cursor, count=SWEPT_AT_ONCE)
+        reply = self.client.zscan(self.key, cursor, count=SWEEP_COUNT)
         cursor, found = cast(tuple[int, list[tuple[bytes, float]]], reply)
         members = [text(member) for member, _ in found]
         with self.client.pipeline(transaction=False) as pipe:
             for member in members:
                 pipe.exists(self.record(member))
-            there = pipe.execute()
+            found_records = pipe.execute()
         with self.client.pipeline(transaction=False) as pipe:
-            for member, exists in zip(members, there, strict=True):
+            for member, exists in zip(members, found_records, strict=True):
                 if not exists:
                     self._unlist(member, pipe)
             pipe.execute()
         return cursor
 
     def _unlist(self, member: str, client: Redis) -> None:
-        # A shape may have been uploaded again since its record was looked for.
-        client.eval(scripts.UNLIST, 2, self.key, self.record(member), member)
+        # A shape may have been uploaded again since its record was read.
+        scripts.UNLIST(client, [self.key, self.record(member)], member)
 
     def _entries(self, last: tuple[float, str] | None, count: int) -> list[tuple[str, float]]:
         start = math.inf if last is None else last[0]
         skip = 0
         entries: list[tuple[str, float]] = []
-        # Entries of the same time are ordered by id; those up to the cursor are passed over.
+        # Entries of the same time are ordered by id; those up to the cursor are skipped over.
         while len(entries) < count:
             found: list[tuple[bytes, float]] = self.client.zrevrangebyscore(  # type: ignore[assignment]
                 self.key, start, -math.inf, start=skip, num=count + 1, withscores=True
@@ -146,7 +146,7 @@ def _decode(cursor: str) -> tuple[float, str]:
         score, member = text.split(":", 1)
         last = (float(score), member)
     except (ValueError, binascii.Error) as error:
-        raise InvalidCursor("this is not a cursor that a page gave") from error
+        raise InvalidCursor("no page has this cursor") from error
     if not math.isfinite(last[0]):
-        raise InvalidCursor("this is not a cursor that a page gave")
+        raise InvalidCursor("no page has this cursor")
     return last

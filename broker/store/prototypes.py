@@ -2,47 +2,59 @@
 
 from dataclasses import dataclass
 
+from redis import Redis
 from redis.client import Pipeline
 from redis.exceptions import WatchError
 
 from broker.contracts import ARCHIVE_TYPE, PrototypeRecord
 from broker.store import keys
+from broker.store.connections import StoreSettings
 from broker.store.listings import Listing, Page
 from broker.store.records import read_record
 from broker.store.replies import blob
-from broker.store.uploads import Uploads
+from broker.store.uploads import delete_candidate
 
 
 @dataclass(frozen=True)
-class Prototypes(Uploads):
-    """The stored prototypes, and those that are being validated.
+class Prototypes:
+    """The stored prototypes.
 
-    A prototype is its archive: the same bytes are the same prototype, under the name and of the
-    version under which they were stored first. Another one of that name is its next version.
+    A prototype is its archive: the same bytes are the same prototype, with the name and the version
+    of their first upload. Another archive of that name is its next version.
+
+    Parameters
+    ----------
+    client
+        Connection to Redis.
+    settings
+        Times to live.
     """
 
+    client: Redis
+    settings: StoreSettings
+
     def get(self, prototype_id: str) -> PrototypeRecord | None:
-        """Return the record of a prototype, or None if there is no such prototype."""
+        """Return the record of a prototype, or None if it does not exist."""
         data = self.client.get(keys.prototype(prototype_id))
         return None if data is None else read_record(PrototypeRecord, data)
 
     def use(self, prototype_id: str) -> PrototypeRecord | None:
-        """Return the record of a prototype as :meth:`get`, and keep it for longer."""
+        """Return the record of a prototype, and extend its life."""
         record = self.get(prototype_id)
         if record is not None:
             with self.client.pipeline() as pipe:
-                self._keep(record, pipe)
+                self._extend(record, pipe)
                 pipe.execute()
         return record
 
     def archive(self, prototype_id: str) -> bytes | None:
-        """Return the archive of a prototype, npz, and keep the prototype for longer."""
+        """Return the archive of a prototype, npz, and extend its life."""
         self.use(prototype_id)
         return blob(self.client.get(keys.prototype_archive(prototype_id)))
 
     def expired(self, prototype_id: str) -> bool:
-        """Whether a prototype that is not there was there, and nobody deleted it."""
-        return bool(self.client.exists(keys.prototype_trace(prototype_id)))
+        """Whether a prototype that does not exist has expired (and was not deleted)."""
+        return bool(self.client.exists(keys.prototype_tombstone(prototype_id)))
 
     def page(
         self, limit: int, cursor: str | None, name: str | None = None
@@ -52,33 +64,34 @@ class Prototypes(Uploads):
         Raises
         ------
         InvalidCursor
-            The cursor is not one that a page gave.
+            No page has this cursor.
         """
         key = keys.PROTOTYPES if name is None else keys.prototypes_named(name)
 
-        def suits(record: PrototypeRecord) -> bool:
-            # One that has expired may have come again under another name.
+        def matches(record: PrototypeRecord) -> bool:
+            # An expired prototype may have been stored again under another name.
             return name in (None, record.name)
 
-        return Listing(self.client, key, keys.prototype).page(limit, cursor, self.get, suits)
+        return Listing(self.client, key, keys.prototype).page(limit, cursor, self.get, matches)
 
     def add(
         self, record: PrototypeRecord, archive: bytes, job_id: str | None = None
     ) -> PrototypeRecord:
-        """Store a prototype, unless it is there already.
+        """Store a prototype, unless it exists already.
 
         Parameters
         ----------
         record
-            What is known of it; the version is given here.
+            Its record; the version is set here.
         archive
-            The prototype.
+            The prototype, npz.
         job_id
-            The job that validated it, if it was uploaded; its candidate is forgotten.
+            The job that validated it, if it was uploaded; its candidate is deleted.
 
         Returns
         -------
-        The record as it is stored, which may be that of an earlier time.
+        PrototypeRecord
+            The record as it is stored, which may be an earlier one.
         """
         name, key = record.name, keys.prototype(record.id)
         with self.client.pipeline() as pipe:
@@ -91,22 +104,23 @@ class Prototypes(Uploads):
                     pipe.multi()
                     if known is None:
                         self._put(stored, archive, pipe)
-                    self._keep(stored, pipe)
+                    self._extend(stored, pipe)
                     if job_id is not None:
-                        pipe.delete(keys.candidate(record.id, ARCHIVE_TYPE, job_id))
-                        self.release(record.id, ARCHIVE_TYPE, job_id, pipe)
+                        delete_candidate(record.id, ARCHIVE_TYPE, job_id, pipe)
                     pipe.execute()
                 except WatchError:
-                    # Another one of this name, or the same one, came in between.
+                    # Another prototype of this name, or the same, was stored meanwhile.
                     continue
                 return stored
 
     def delete(self, prototype_id: str) -> bool:
-        """Delete a prototype; False if there was none. Its version is not given again."""
+        """Delete a prototype; False if it did not exist. Its version is not used again."""
         record = self.get(prototype_id)
         with self.client.pipeline() as pipe:
             pipe.delete(keys.prototype(prototype_id))
-            pipe.delete(keys.prototype_archive(prototype_id), keys.prototype_trace(prototype_id))
+            pipe.delete(
+                keys.prototype_archive(prototype_id), keys.prototype_tombstone(prototype_id)
+            )
             pipe.zrem(keys.PROTOTYPES, prototype_id)
             if record is not None:
                 pipe.zrem(keys.prototypes_named(record.name), prototype_id)
@@ -116,16 +130,16 @@ class Prototypes(Uploads):
         created = record.created.timestamp()
         pipe.set(keys.prototype_archive(record.id), archive)
         pipe.set(keys.prototype(record.id), record.model_dump_json())
-        pipe.set(keys.prototype_trace(record.id), b"")
+        pipe.set(keys.prototype_tombstone(record.id), b"")
         pipe.set(keys.prototype_versions(record.name), record.version)
         pipe.zadd(keys.PROTOTYPES, {record.id: created})
         pipe.zadd(keys.prototypes_named(record.name), {record.id: created})
 
-    def _keep(self, record: PrototypeRecord, pipe: Pipeline) -> None:
+    def _extend(self, record: PrototypeRecord, pipe: Pipeline) -> None:
         ttl, longer = self.settings.shape_ttl, self.settings.shape_ttl + self.settings.trace_ttl
         for key in (keys.prototype(record.id), keys.prototype_archive(record.id)):
             pipe.expire(key, ttl)
-        # What belongs to a name outlives the last prototype that has it.
-        pipe.expire(keys.prototype_trace(record.id), longer)
+        # The versions of a name outlive its last prototype.
+        pipe.expire(keys.prototype_tombstone(record.id), longer)
         pipe.expire(keys.prototypes_named(record.name), longer)
         pipe.expire(keys.prototype_versions(record.name), longer)

@@ -1,8 +1,8 @@
-"""Records as they are kept, JSON, while older and newer versions read them.
+"""Records as JSON that older and newer versions read.
 
-What is asked is kept without what is the default anyway, so that versions which do not know a
-parameter yet read the records of all who do not use it. One that they cannot read is left to those
-who can.
+Parameters are stored without those that have their default, so that a version that does not know a
+parameter reads the records of all who do not use it. A record that it cannot read is left to newer
+processes.
 """
 
 import json
@@ -14,17 +14,17 @@ from broker.contracts import JobRecord
 
 RecordT = TypeVar("RecordT", bound=BaseModel)
 
-_KEPT = {"id", "payload", "created", "request_id", "caller", "webhook"}
-"""What of a job's record never changes."""
+_CONSTANT_FIELDS = {"id", "payload", "created", "request_id", "caller", "webhook"}
+"""Fields of a job's record that never change."""
 
 
-class NewerRecord(Exception):  # noqa: N818 - said of the record
-    """A record is of a form that this version does not know: a newer one wrote it.
+class NewerRecord(Exception):  # noqa: N818
+    """A record has a form that this version does not know: a newer one wrote it.
 
     Parameters
     ----------
     kind
-        What it is the record of.
+        Type of the record.
     """
 
     def __init__(self, kind: type[BaseModel]) -> None:
@@ -37,7 +37,7 @@ def read_record(kind: type[RecordT], data: bytes | str) -> RecordT:
     Raises
     ------
     NewerRecord
-        It has what this version does not know.
+        A newer version wrote it.
     ValidationError
         It is damaged.
     """
@@ -45,15 +45,15 @@ def read_record(kind: type[RecordT], data: bytes | str) -> RecordT:
         return kind.model_validate_json(data)
     except ValidationError as error:
         if any(one["type"] == "json_invalid" for one in error.errors(include_input=False)):
-            raise  # no version wrote this
+            raise  # no version writes this
         raise NewerRecord(kind) from error
 
 
 def job_document(record: JobRecord) -> str:
-    """Return what is kept of a new job."""
-    document = record.model_dump(mode="json", include=_KEPT)
+    """Return the stored form of a new job."""
+    document = record.model_dump(mode="json", include=_CONSTANT_FIELDS)
     parameters = getattr(record.payload, "parameters", None)
     if parameters is not None:
-        asked = parameters.model_dump(mode="json", exclude_defaults=True)
-        document["payload"]["parameters"] = asked
+        chosen = parameters.model_dump(mode="json", exclude_defaults=True)
+        document["payload"]["parameters"] = chosen
     return json.dumps(document)

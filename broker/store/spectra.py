@@ -1,7 +1,7 @@
-"""The spectrum cache in Redis: bounded in bytes, and who computes which spectrum.
+"""The spectrum cache in Redis: least recently used, bounded in bytes; locks and counters.
 
-Signatures, which are made of spectra, the simplified meshes that spectra are of, and spectra of the
-surfaces of prototypes are kept with them, under names of their own.
+Signatures, simplified meshes and the spectra of prototypes' surfaces are cached with the spectra,
+under names of their own.
 """
 
 import time
@@ -16,24 +16,24 @@ from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from broker.contracts import SpectrumKey
 from broker.store import keys, scripts
-from broker.store.absence import Absence
-from broker.store.connections import CACHE_SILENT_LULL, StoreSettings
+from broker.store.circuit_breaker import CircuitBreaker
+from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings
 from broker.store.replies import blob, text
 from broker.telemetry import logger
 
 log = logger("isomatch.store")
 
 _LARGEST: Final = 500 * 1024**2
-"""Bytes of one value; Redis hangs up on whoever sends more than 512 MiB."""
+"""Bytes of one value; Redis closes the connection at more than 512 MiB (proto-max-bulk-len)."""
 
 
-class _StillAway(Exception):  # noqa: N818 - said of the cache
-    """The cache is not asked, for it was away a moment ago."""
+class _CircuitOpen(Exception):  # noqa: N818
+    """The cache is not used, because it has recently not answered."""
 
 
 @dataclass(frozen=True)
 class SpectrumCounts:
-    """How often a spectrum was computed, and how often one was taken from the cache."""
+    """Numbers of spectra that were computed, and read from the cache."""
 
     computed: int
     hits: int
@@ -43,9 +43,9 @@ class SpectrumCounts:
 class Spectra:
     """The cached spectra, as bytes.
 
-    The cache may live in a Redis of its own, with its own policy of eviction; locks and counters
-    stay with the queue, where nothing is evicted. One of its own may be away, or lose what it has:
-    what is not found there is computed again.
+    The cache may have a Redis of its own, which may evict; locks and counters stay in the Redis of
+    the queue, which evicts nothing. Such a cache may also fail: a spectrum that cannot be read is
+    computed again.
 
     Parameters
     ----------
@@ -60,34 +60,34 @@ class Spectra:
     cache: Redis
     client: Redis
     settings: StoreSettings
-    absence: Absence = field(init=False)
+    circuit: CircuitBreaker = field(init=False)
 
     def __post_init__(self) -> None:
-        """Look whether the cache is away where all processes of this machine do."""
-        object.__setattr__(self, "absence", Absence(self.client))
+        """Share the circuit breaker with all processes of this machine."""
+        object.__setattr__(self, "circuit", CircuitBreaker(self.client))
 
     @property
-    def apart(self) -> bool:
+    def is_separate(self) -> bool:
         """Whether the cache has a Redis of its own."""
         return self.cache is not self.client
 
     def has(self, key: SpectrumKey) -> bool:
         """Whether a spectrum is cached."""
-        with self._spared():
-            return bool(self._asked().exists(keys.cached_spectrum(key)))
+        with self._tolerating_failure():
+            return bool(self._available_cache().exists(keys.cached_spectrum(key)))
         return False
 
     def get(self, key: SpectrumKey | str) -> bytes | None:
-        """Return a cached spectrum, npz, or what is cached by a name; note that it was used."""
-        (found,) = self.signatures([str(key)])
+        """Return a cached spectrum, npz, or another cached blob by its name, and record the use."""
+        (found,) = self.get_many([str(key)])
         return found
 
-    def signatures(self, names: Sequence[str]) -> list[bytes | None]:
-        """Return the cached signatures of these names, None for others, and note their use."""
+    def get_many(self, names: Sequence[str]) -> list[bytes | None]:
+        """Return the cached blobs of these names, None for the others, and record the use."""
         found: list[bytes | None] = [None] * len(names)
-        with self._spared():
+        with self._tolerating_failure():
             if names:
-                replies = self._asked().mget([*map(keys.cached_spectrum, names)])
+                replies = self._available_cache().mget([*map(keys.cached_spectrum, names)])
                 found = [blob(reply) for reply in replies]
             now = time.time()
             used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
@@ -96,17 +96,14 @@ class Spectra:
         return found
 
     def put(self, key: SpectrumKey | str, spectrum: bytes) -> bool:
-        """Cache a spectrum, or something else by its name; False if it cannot be."""
+        """Cache a spectrum, or another blob by its name; False if it cannot be cached."""
         if len(spectrum) > _LARGEST:
             return False
         now = time.time()
-        with self._spared():
-            stored = self._asked().eval(
-                scripts.CACHE_PUT,
-                3,
-                keys.CACHED_SPECTRA,
-                keys.CACHED_SIZES,
-                keys.cached_spectrum(key),
+        with self._tolerating_failure():
+            stored = scripts.CACHE_PUT(
+                self._available_cache(),
+                [keys.CACHED_SPECTRA, keys.CACHED_SIZES, keys.cached_spectrum(key)],
                 str(key),
                 keys.cached_spectrum(""),
                 now,
@@ -117,98 +114,96 @@ class Spectra:
             return bool(stored)
         return False
 
-    def forget(self, shape_id: str) -> None:
-        """Take all spectra of a shape out of the cache."""
-        with self._spared():
-            cache = self._asked()
+    def drop(self, shape_id: str) -> None:
+        """Remove all blobs of a shape or prototype from the cache."""
+        with self._tolerating_failure():
+            cache = self._available_cache()
             for name in self._names(shape_id):
-                cache.eval(
-                    scripts.CACHE_DROP,
-                    2,
-                    keys.CACHED_SPECTRA,
-                    keys.CACHED_SIZES,
+                scripts.CACHE_DROP(
+                    cache,
+                    [keys.CACHED_SPECTRA, keys.CACHED_SIZES],
                     name,
                     keys.cached_spectrum(""),
                 )
 
     def _names(self, shape_id: str) -> Iterator[str]:
-        if not self.apart:
+        if not self.is_separate:
             for name, _ in self.cache.zscan_iter(keys.CACHED_SPECTRA, match=f"{shape_id}:*"):
                 yield text(name)
             return
-        # The list of what is cached may itself have been evicted; what is listed has its key.
+        # The list of cached names may itself have been evicted.
         prefix = keys.cached_spectrum("")
         for key in self.cache.scan_iter(f"{prefix}{shape_id}:*", count=1000):
             yield text(key).removeprefix(prefix)
 
     @contextmanager
-    def _spared(self) -> Iterator[None]:
-        """Do without a cache of its own that is away, or that is full and evicts nothing."""
+    def _tolerating_failure(self) -> Iterator[None]:
+        """Ignore failures of a separate cache: it is down, or full and does not evict."""
         try:
             yield
-        except _StillAway:
+        except _CircuitOpen:
             return
         except RedisError as error:
-            if not self.apart:
+            if not self.is_separate:
                 raise
             log.warning("the cache cannot be used", error=str(error))
             if isinstance(error, RedisTimeoutError):
-                self.absence.begin(CACHE_SILENT_LULL)
+                self.circuit.open(CACHE_CIRCUIT_SECONDS)
         else:
-            self.absence.end()
+            self.circuit.close()
 
-    def _asked(self) -> Redis:
-        """Return the cache, to be asked.
+    def _available_cache(self) -> Redis:
+        """Return the connection to the cache.
 
         Raises
         ------
-        _StillAway
-            It was away a moment ago, and would only cost the time of whoever waits for it.
+        _CircuitOpen
+            The circuit breaker is open.
         """
-        if self.apart and self.absence.lasts():
-            raise _StillAway
+        if self.is_separate and self.circuit.is_open():
+            raise _CircuitOpen
         return self.cache
 
     def lock(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
-        """Become the one who computes a spectrum, for some seconds; False if somebody else is."""
+        """Lock the computation of a spectrum for some seconds; False if another process has."""
         milliseconds = int(seconds * 1000)
         return bool(self.client.set(keys.spectrum_lock(key), holder, nx=True, px=milliseconds))
 
     def renew(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
-        """Stay the one who computes a spectrum; False if that was lost."""
+        """Extend the lock of a spectrum; False if it was lost."""
         milliseconds = int(seconds * 1000)
         return bool(
-            self.client.eval(scripts.RENEW, 1, keys.spectrum_lock(key), holder, milliseconds)
+            scripts.RENEW_LOCK(self.client, [keys.spectrum_lock(key)], holder, milliseconds)
         )
 
     def release(self, key: SpectrumKey, holder: str) -> None:
-        """Let others compute a spectrum."""
-        self.client.eval(scripts.RELEASE, 1, keys.spectrum_lock(key), holder)
+        """Release the lock of a spectrum."""
+        scripts.RELEASE_LOCK(self.client, [keys.spectrum_lock(key)], holder)
 
     def locked(self, key: SpectrumKey) -> bool:
-        """Whether somebody alive computes a spectrum."""
+        """Whether a live process computes a spectrum."""
         return bool(self.client.exists(keys.spectrum_lock(key)))
 
-    def order(self, key: SpectrumKey, job_id: str, seconds: int) -> bool:
-        """Note that a job was queued to compute a spectrum; False if one already is."""
+    def mark_queued(self, key: SpectrumKey, job_id: str, seconds: int) -> bool:
+        """Record that a job is queued to compute a spectrum; False if another one is."""
         return bool(self.client.set(keys.spectrum_job(key), job_id, nx=True, ex=seconds))
 
-    def settle(self, key: SpectrumKey) -> None:
-        """Note that no job is queued to compute a spectrum any more."""
+    def unmark_queued(self, key: SpectrumKey) -> None:
+        """Record that no job is queued to compute a spectrum any more."""
         self.client.delete(keys.spectrum_job(key))
 
     def count_computed(self) -> None:
-        """Count one more spectrum that was computed."""
+        """Count a computed spectrum."""
         self.client.hincrby(keys.SPECTRUM_COUNTERS, "computed", 1)
 
     def count_hit(self) -> None:
-        """Count one more spectrum that was taken from the cache."""
+        """Count a spectrum read from the cache."""
         self.client.hincrby(keys.SPECTRUM_COUNTERS, "hits", 1)
 
     def cached_bytes(self) -> int:
-        """Return the size of all cached spectra, as far as it is known."""
-        with self._spared():
-            return int(self._asked().hget(keys.CACHED_SIZES, "total") or 0)
+        """Return the size of all cached blobs, as far as it is known."""
+        with self._tolerating_failure():
+            return int(self._available_cache().hget(keys.CACHED_SIZES, "total") or 0)
         return 0
 
     def counts(self) -> SpectrumCounts:

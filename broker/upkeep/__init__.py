@@ -1,22 +1,22 @@
-"""Recovery of jobs whose worker died, and retention: what is kept for how long."""
+"""Recovery of jobs whose process died, and retention of records in listings and cache."""
 
 from broker.upkeep.recovery import (
     LOSSES_AFTER_KILL,
     LOSSES_WITH_WORKER,
-    Patience,
-    forget_workers,
-    give_back,
+    RecoveryTimeouts,
+    handle_lost_process,
     recover,
+    unregister_workers,
 )
-from broker.upkeep.retention import Sweep, forget_deleted
+from broker.upkeep.retention import Sweep, evict_deleted
 
 __all__ = [
     "LOSSES_AFTER_KILL",
     "LOSSES_WITH_WORKER",
-    "Patience",
+    "RecoveryTimeouts",
     "Sweep",
-    "forget_deleted",
-    "forget_workers",
-    "give_back",
+    "evict_deleted",
+    "handle_lost_process",
     "recover",
+    "unregister_workers",
 ]

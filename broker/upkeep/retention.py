@@ -1,4 +1,4 @@
-"""What is kept no longer goes by itself, for its keys expire; here the listings follow."""
+"""Retention: keys expire by themselves; here listings and cache follow."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -7,33 +7,33 @@ from broker.contracts import JobState, is_prototype
 from broker.store import Listing, Store, keys
 
 
-def forget_deleted(store: Store, named: Sequence[str]) -> None:
-    """Take out of the cache what a job has put there of what was deleted meanwhile.
+def evict_deleted(store: Store, ids: Sequence[str]) -> None:
+    """Drop cached blobs of shapes and prototypes that were deleted while a job used them.
 
     Parameters
     ----------
     store
-        Where it is.
-    named
-        Ids of the shapes and the prototype that the job was of.
+        The store.
+    ids
+        Ids of the job's shapes and prototype.
     """
     with store.client.pipeline(transaction=False) as pipe:
-        for one in named:
+        for one in ids:
             pipe.exists(keys.prototype(one) if is_prototype(one) else keys.shape(one))
-        there = pipe.execute()
-    for one, exists in zip(named, there, strict=True):
+        found = pipe.execute()
+    for one, exists in zip(ids, found, strict=True):
         if not exists:
-            store.spectra.forget(one)
+            store.spectra.drop(one)
 
 
 @dataclass
 class Sweep:
-    """Goes round the listings, a part at a time, and takes out what has expired.
+    """Removal of expired entries from the listings, a part at a time.
 
     Parameters
     ----------
     store
-        Where they are.
+        The store.
     """
 
     store: Store

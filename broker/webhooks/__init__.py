@@ -1,7 +1,7 @@
-"""Webhooks: which addresses are permitted, and the dispatch of deliveries to workers."""
+"""Webhooks: permitted addresses, and the dispatch of deliveries to workers."""
 
 from broker.webhooks.addresses import literal_address, permitted, read_networks
-from broker.webhooks.dispatch import INTERVAL, LEASE, WebhookSettings, dispatch, pause
+from broker.webhooks.dispatch import INTERVAL, LEASE, WebhookSettings, dispatch, retry_delay
 
 __all__ = [
     "INTERVAL",
@@ -9,7 +9,7 @@ __all__ = [
     "WebhookSettings",
     "dispatch",
     "literal_address",
-    "pause",
     "permitted",
     "read_networks",
+    "retry_delay",
 ]

@@ -1,4 +1,4 @@
-"""Which addresses may be connected to at the request of strangers."""
+"""Addresses that webhooks may be sent to: public ones, and networks that the operator allows."""
 
 import socket
 from ipaddress import IPv4Address, IPv4Network, IPv6Address, IPv6Network, ip_address, ip_network
@@ -8,15 +8,15 @@ Address: TypeAlias = IPv4Address | IPv6Address
 Network: TypeAlias = IPv4Network | IPv6Network
 
 _TRANSLATED: Final = IPv6Network("64:ff9b::/96")
-"""IPv4 addresses as networks that have only IPv6 write them (RFC 6052)."""
+"""IPv4-embedded IPv6 addresses of NAT64 networks (RFC 6052)."""
 
 _REFUSED: Final[tuple[Network, ...]] = (
-    # A public address that serves what a cloud's machines are told in private.
+    # Azure WireServer: a public address that serves secrets to virtual machines.
     IPv4Network("168.63.129.16/32"),
-    # Private as well, which not every Python knows.
+    # Private too, which not every version of Python knows.
     IPv4Network("192.0.0.0/24"),
     IPv6Network("fec0::/10"),
-    # Tunnels, which lead to the IPv4 address inside, and translation within one network.
+    # 6to4 and Teredo lead to the embedded IPv4 address; local NAT64 (RFC 8215).
     IPv6Network("2002::/16"),
     IPv6Network("2001::/32"),
     IPv6Network("64:ff9b:1::/48"),
@@ -26,8 +26,8 @@ _REFUSED: Final[tuple[Network, ...]] = (
 def permitted(address: str, allowed: tuple[Network, ...] = ()) -> bool:
     """Whether an address is public, or in a network that is allowed explicitly.
 
-    Private, loopback, link-local (where clouds tell their machines secrets), shared, multicast
-    and reserved addresses are not public, in whatever notation.
+    Private, loopback, link-local (cloud metadata services), shared, multicast and reserved
+    addresses are not public, nor IPv6 addresses that embed such an IPv4 address.
 
     Parameters
     ----------
@@ -45,10 +45,9 @@ def permitted(address: str, allowed: tuple[Network, ...] = ()) -> bool:
 
 
 def literal_address(host: str) -> str | None:
-    """Return the address that a host's name is by itself, without asking anybody, if it is one.
+    """Return the address that a host's name denotes without DNS, None for other names.
 
-    Addresses have more notations than the usual: ``127.1``, ``0x7f000001`` and ``2130706433``
-    are all taken for 127.0.0.1 when one connects to them.
+    ``127.1``, ``0x7f000001`` and ``2130706433`` all denote 127.0.0.1 to ``connect``.
     """
     name = host.rstrip(".").lower()
     if name == "localhost" or name.endswith(".localhost"):
@@ -69,7 +68,7 @@ def read_networks(listing: object) -> object:
     Raises
     ------
     ValueError
-        It is no such list.
+        An entry is not a network.
     """
     if not isinstance(listing, str):
         return listing

@@ -1,8 +1,8 @@
-"""Webhooks that are due are given to jobs of their own, one for each try.
+"""Dispatch of webhooks: each attempt to deliver one is a job of its own.
 
-The job that ends puts its webhook on a list in the same step; here somebody looks at the list and
-queues a job for each that is due. Should that job be lost, with its worker or before it was queued,
-the webhook is due again after a while: receivers may be told twice, but they are told.
+The script that ends a job adds its webhook to a list; here a delivery job is queued for each
+webhook that is due. If that job is lost, the webhook is due again after a lease: it is delivered at
+least once, and may be delivered twice.
 """
 
 import time
@@ -12,7 +12,7 @@ from typing import Annotated, Final
 from pydantic import BeforeValidator, Field
 from pydantic_settings import BaseSettings, NoDecode
 
-from broker.contracts import Delivery, DeliveryPayload, DeliveryState, JobRecord, Order
+from broker.contracts import Delivery, DeliveryPayload, DeliveryState, JobRecord, RequestContext
 from broker.environment import FROM_ENVIRONMENT
 from broker.queue import JobQueue, new_job
 from broker.store import NewerRecord
@@ -20,21 +20,22 @@ from broker.telemetry import logger
 from broker.webhooks.addresses import Network, read_networks
 
 INTERVAL: Final = 1.0
-"""Seconds between two rounds of :func:`dispatch`."""
+"""Seconds between two calls of :func:`dispatch`."""
 
 LEASE: Final = 60.0
-"""Seconds after which a webhook is due again of whose try nothing was heard."""
+"""Seconds after which a webhook is due again whose delivery job was lost."""
 
-GROWTH: Final = 3.0
-"""How many times longer each pause is than the one before."""
+BACKOFF_FACTOR: Final = 3.0
+"""Ratio of two successive delays."""
 
-_AT_ONCE: Final = 50
+_BATCH_SIZE: Final = 50
+"""Webhooks that one call dispatches at most."""
 
 log = logger("isomatch.webhooks")
 
 
 class WebhookSettings(BaseSettings):
-    """Where webhooks may go and how often they are tried; from ``ISOMATCH_*``."""
+    """Permitted receivers, attempts and delays of webhooks; from ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT
 
@@ -57,17 +58,17 @@ class WebhookSettings(BaseSettings):
 
 
 def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
-    """Queue a job for each webhook that is due.
+    """Queue a delivery job for each webhook that is due.
 
     Parameters
     ----------
     queue
-        Where to, and through it the store.
+        The queue, and through it the store.
     settings
-        How often a webhook is tried.
+        Limit of the attempts.
     """
     webhooks, now = queue.store.webhooks, time.time()
-    for job_id, since in webhooks.due(now, _AT_ONCE):
+    for job_id, since in webhooks.due(now, _BATCH_SIZE):
         if not webhooks.claim(job_id, since, now + LEASE):
             continue
         try:
@@ -75,39 +76,39 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
         except NewerRecord:
             continue
         if record is None:
-            webhooks.forget(job_id)
-        elif not _being_tried(queue, job_id):
-            _try(queue, record, settings)
+            webhooks.remove(job_id)
+        elif not _is_being_delivered(queue, job_id):
+            _queue_delivery(queue, record, settings)
 
 
-def pause(attempts: int, settings: WebhookSettings) -> timedelta:
-    """Return how long to wait after so many tries."""
-    return timedelta(seconds=settings.webhook_pause * GROWTH ** (attempts - 1))
+def retry_delay(attempts: int, settings: WebhookSettings) -> timedelta:
+    """Return the delay after so many attempts: exponential backoff."""
+    return timedelta(seconds=settings.webhook_pause * BACKOFF_FACTOR ** (attempts - 1))
 
 
-def _being_tried(queue: JobQueue, job_id: str) -> bool:
+def _is_being_delivered(queue: JobQueue, job_id: str) -> bool:
     last = queue.store.webhooks.delivery_job(job_id)
     state = None if last is None else queue.store.jobs.state(last)
     return state is not None and not state.ended
 
 
-def _try(queue: JobQueue, record: JobRecord, settings: WebhookSettings) -> None:
+def _queue_delivery(queue: JobQueue, record: JobRecord, settings: WebhookSettings) -> None:
     webhooks = queue.store.webhooks
     if webhooks.attempts(record.id) >= settings.webhook_attempts:
-        # The last try was never heard of again.
+        # The job of the last attempt was lost.
         lost = Delivery(
             state=DeliveryState.FAILED,
             attempts=webhooks.attempts(record.id),
             last_attempt=datetime.now(UTC),
             error="the process that tried it was lost",
         )
-        webhooks.note(record.id, lost)
+        webhooks.record(record.id, lost)
         log.warning("webhook given up", job_id=record.id, error=lost.error)
         return
-    order = Order(record.request_id, record.caller)
+    context = RequestContext(record.request_id, record.caller)
     attempt = webhooks.attempts(record.id) + 1
-    job = new_job(DeliveryPayload(job=record.id, attempt=attempt), order)
+    job = new_job(DeliveryPayload(job=record.id, attempt=attempt), context)
     if webhooks.begin(record.id, job.id, attempt):
         queue.submit(job)
     else:
-        webhooks.forget(record.id)
+        webhooks.remove(record.id)

@@ -45,10 +45,10 @@ def create_dissimilarities(
     Workers share the pairs among them; what is known already can be looked at meanwhile. Other jobs
     are begun in between.
     """
-    record = service.queue.asked_before(order)
+    record = service.queue.earlier_job(order)
     if record is None:
         order = told_to(service, asked, order)
-        record = service.queue.submit(new_job(_payload(asked, service), order), order.once)
+        record = service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
     return accepted(record, service, response)
 
 
@@ -98,7 +98,7 @@ def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matri
     JobExpired, JobWithoutResult, ResultExpired
         It has ended meanwhile.
     """
-    parts = service.store.parts
+    parts = service.store.chunks
     if record.state is JobState.RUNNING:
         counts = parts.counts(record.id)
         found = parts.results(record.id, PAIRS) if counts.stage in (PAIRS, RESULT) else {}

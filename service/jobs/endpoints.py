@@ -156,7 +156,7 @@ async def cancel_job(job_id: JobId, service: ServiceOf, request: Request) -> Job
     before = await run_in_threadpool(service.store.jobs.state, job_id)
     after = await run_in_threadpool(service.store.jobs.cancel, job_id)
     if before is JobState.QUEUED and after is JobState.CANCELLED:
-        await run_in_threadpool(service.queue.withdraw, job_id)
+        await run_in_threadpool(service.queue.rq.withdraw, job_id)
     record = await service.wait_for(job_id, CANCEL_WAIT, request)
     return await run_in_threadpool(_shown, service, record, job_id)
 

@@ -60,7 +60,7 @@ def packed_result(service: Service, job_id: str) -> bytes:
     record = job_with_result(service, job_id)
     if not record.state.ended:
         raise ResultNotReady(f"The job is {record.state.value}; ask again when it has ended.")
-    packed = service.store.jobs.result(job_id)
+    packed = service.store.results.document(job_id)
     if packed is None:
         raise result_expired()
     return packed

@@ -14,9 +14,9 @@ from broker.contracts import (
     JobKind,
     MatchPayload,
     MatchResult,
-    Order,
     PicturePayload,
     PrototypeResult,
+    RequestContext,
     is_prototype,
     no_alternative,
 )
@@ -96,7 +96,7 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     if not record.kind.has_arrays:
         raise JobWithoutResult(f"A {record.kind.value} makes no arrays; ask for its result.")
     packed_result(service, job_id)
-    arrays = service.store.jobs.arrays(job_id)
+    arrays = service.store.results.arrays(job_id)
     if arrays is None:
         raise result_expired()
     headers = {"Content-Disposition": f'attachment; filename="{job_id}.npz"'}
@@ -129,16 +129,16 @@ async def get_picture(
     """
     plain = accept.partition(";")[0].strip() == _BYTES
     media_type, headers = _BYTES if plain else _PICTURE, {"Vary": "Accept"}
-    picture = await run_in_threadpool(service.store.jobs.picture, job_id, alternative)
+    picture = await run_in_threadpool(service.store.results.picture, job_id, alternative)
     if picture is None:
         await run_in_threadpool(_drawable, service, job_id, alternative)
         if not body_wanted(request):
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         payload = PicturePayload(job=job_id, alternative=alternative)
-        order = Order(request_id, caller)
+        order = RequestContext(request_id, caller)
         drawing = await run_in_threadpool(_submit_picture, service, payload, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
-        picture = await run_in_threadpool(service.store.jobs.picture, job_id, alternative)
+        picture = await run_in_threadpool(service.store.results.picture, job_id, alternative)
         if picture is None:
             if record is not None and record.error is not None:
                 raise Reported(record.error)
@@ -184,9 +184,9 @@ def _gone(what: str) -> str:
     return f"{what} was deleted, or has expired; without it nothing can be drawn."
 
 
-def _submit_picture(service: Service, payload: PicturePayload, order: Order) -> str:
+def _submit_picture(service: Service, payload: PicturePayload, order: RequestContext) -> str:
     job = new_job(payload, order)
-    holder = service.store.jobs.picture_job(payload.job, payload.alternative, job.id)
+    holder = service.store.results.picture_job(payload.job, payload.alternative, job.id)
     if holder == job.id:
         service.queue.submit(job)
     return holder

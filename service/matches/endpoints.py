@@ -29,10 +29,10 @@ def create_match(
     `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are the prototype's, and `refine`,
     `dense`, `landmarks` and the objective "linf" have no meaning.
     """
-    record = service.queue.asked_before(order)
+    record = service.queue.earlier_job(order)
     if record is None:
         order = told_to(service, asked, order)
-        record = service.queue.submit_match(_payload(asked, service), order)
+        record = service.queue.submit_with_spectra(_payload(asked, service), order)
     return accepted(record, service, response)
 
 

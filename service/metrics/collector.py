@@ -14,7 +14,7 @@ from redis.exceptions import RedisError
 
 from broker.contracts import JobState
 from broker.queue import JobQueue, depths, worker_states
-from broker.store import BOUNDS, Counts, Store, Times, keys
+from broker.store import BUCKET_BOUNDS, CounterValues, Histogram, Store, keys
 from broker.telemetry import logger
 
 log = logger("isomatch.api")
@@ -41,7 +41,7 @@ class StoreCollector(Collector):
         metrics: list[Metric] = []
         try:
             metrics += _present(self._queue)
-            metrics += _counted(self._queue.store.tallies.read())
+            metrics += _counted(self._queue.store.counters.read())
             metrics += _spectra(self._queue.store)
         except RedisError as error:
             log.warning("no metrics of the store", error=str(error))
@@ -54,7 +54,7 @@ class StoreCollector(Collector):
 def _present(queue: JobQueue) -> Iterator[Metric]:
     waiting = GaugeMetricFamily("isomatch_queue_jobs", "Jobs that wait.", labels=["queue"])
     running = GaugeMetricFamily("isomatch_running_jobs", "Jobs that run.", labels=["queue"])
-    for name, (waits, runs) in depths(queue.queues()).items():
+    for name, (waits, runs) in depths(queue.rq.all()).items():
         waiting.add_metric([name], waits)
         running.add_metric([name], runs)
     states = worker_states(queue.store.client)
@@ -81,7 +81,7 @@ def _present(queue: JobQueue) -> Iterator[Metric]:
     yield from (waiting, running, workers, kept, shapes, prototypes, webhooks)
 
 
-def _counted(counts: Counts) -> Iterator[Metric]:
+def _counted(counts: CounterValues) -> Iterator[Metric]:
     submitted = CounterMetricFamily(
         "isomatch_jobs_submitted", "Jobs that were queued.", labels=["kind"]
     )
@@ -107,9 +107,9 @@ def _counted(counts: Counts) -> Iterator[Metric]:
     yield from (submitted, ended, failures, times)
 
 
-def _buckets(times: Times) -> list[tuple[str, float]]:
-    bounds = [*map(str, BOUNDS), "+Inf"]
-    return list(zip(bounds, map(float, accumulate(times.classes)), strict=True))
+def _buckets(times: Histogram) -> list[tuple[str, float]]:
+    bounds = [*map(str, BUCKET_BOUNDS), "+Inf"]
+    return list(zip(bounds, map(float, accumulate(times.buckets)), strict=True))
 
 
 def _spectra(store: Store) -> Iterator[Metric]:

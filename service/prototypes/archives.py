@@ -9,9 +9,9 @@ from starlette.concurrency import run_in_threadpool
 from broker.contracts import (
     ARCHIVE_TYPE,
     JobRecord,
-    Order,
     PrototypeRecord,
     PrototypeValidationPayload,
+    RequestContext,
     prototype_id,
 )
 from service.http import (
@@ -103,7 +103,7 @@ async def upload_prototype(
         )
         await run_in_threadpool(bind, service, payload, caller, PATH, key)
         known, job_id = await run_in_threadpool(
-            _take_in, service, data, payload, Order(request_id, caller)
+            _take_in, service, data, payload, RequestContext(request_id, caller)
         )
         del data  # not to be kept while it is read
     if known is not None:
@@ -123,7 +123,7 @@ def still_validating(service: Service, record: JobRecord) -> Response:
 
 
 def _take_in(
-    service: Service, data: bytes, payload: PrototypeValidationPayload, order: Order
+    service: Service, data: bytes, payload: PrototypeValidationPayload, order: RequestContext
 ) -> tuple[PrototypeRecord | None, str]:
     known = service.store.prototypes.use(payload.prototype)
     if known is not None:

@@ -48,10 +48,10 @@ def create_prototype(
 
     The job's result names it. The spectra of the examples are computed by all workers.
     """
-    record = service.queue.asked_before(order)
+    record = service.queue.earlier_job(order)
     if record is None:
         order = told_to(service, asked, order)
-        record = service.queue.submit_prototype(_payload(asked, service), order)
+        record = service.queue.submit_with_spectra(_payload(asked, service), order)
     return accepted(record, service, response)
 
 
@@ -85,7 +85,7 @@ def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
     record = service.store.prototypes.get(prototype)
     if record is not None:
         return Response(record.model_dump_json(), media_type="application/json")
-    job = reader(service, service.store.prototypes.deferred(prototype))
+    job = reader(service, service.store.uploads.deferred(prototype))
     if job is not None:
         return still_validating(service, job)
     raise _missing(service, prototype)
@@ -104,7 +104,7 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
     """
     if not service.store.prototypes.delete(prototype):
         raise PrototypeNotFound(f"There is no prototype {prototype}.")
-    service.store.spectra.forget(prototype)
+    service.store.spectra.drop(prototype)
 
 
 @router.get(

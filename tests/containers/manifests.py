@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from service.settings import Settings
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCKER = ROOT / "docker"

@@ -7,7 +7,7 @@ import pytest
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.containers.manifests import DOCKER, Json, compose, settings_names, stages
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 SERVICES: dict[str, Json] = compose()["services"]
 STORES = ("queue", "cache")

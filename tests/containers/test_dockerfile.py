@@ -13,7 +13,7 @@ import pytest
 
 from service.settings import Settings
 from tests.containers.manifests import DOCKER, ROOT, settings_names, stages
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 TARGETS = ("api", "worker")
 

@@ -10,7 +10,7 @@ from broker.queue import QUEUES, QueueSettings
 from service.app import create_app
 from service.settings import Settings
 from tests.containers.manifests import KUBERNETES, Pod, objects, pods, settings_names
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 OURS = ("isomatch-api", "isomatch-worker")
 PODS = {pod.name: pod for pod in pods()}

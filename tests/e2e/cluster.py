@@ -1,4 +1,4 @@
-"""The service as on several machines: a store, an API and workers, each a process to kill."""
+"""The service as on several machines: store, API and workers, each a process to be killed."""
 
 import os
 import signal
@@ -50,7 +50,7 @@ class Cluster:
         self.http = httpx2.Client(base_url=f"http://127.0.0.1:{self._port}", timeout=300.0)
 
     def start_api(self, port: str | None = None, **settings: str) -> subprocess.Popen[str]:
-        """Start an API where the last one was, and wait until it listens."""
+        """Start an API on the same port, and wait until it listens."""
         command = ["service", "--port", port or self._port]
         settings |= {"ISOMATCH_WORKERS": "0"}
         process = self._start(command, settings, "api.log", subprocess.PIPE)
@@ -62,7 +62,7 @@ class Cluster:
         return process
 
     def ready(self) -> int:
-        """Return how many workers there are."""
+        """Return the number of workers."""
         workers: int = self.http.get("/health/ready").json().get("workers", 0)
         return workers
 
@@ -71,7 +71,7 @@ class Cluster:
         return self._start(["worker", "--parent", str(os.getpid())], {}, "worker.log", None)
 
     def restart_store(self) -> None:
-        """Kill the store, and start it again on what it has written."""
+        """Kill the store, and start it again with its data."""
         assert self.store.pid is not None
         until_written(self.store.url)
         os.kill(self.store.pid, signal.SIGKILL)
@@ -92,7 +92,7 @@ class Cluster:
         ]
 
     def workers_of(self, job: str) -> list[subprocess.Popen[str]]:
-        """Return the workers alive that say that they run a job."""
+        """Return the live workers that are registered as running a job."""
         with Redis.from_url(self.store.url) as client:
             busy = {it.pid for it in Worker.all(client) if it.get_current_job_id() == job}
         return [worker for worker in self.workers if worker.pid in busy and worker.poll() is None]
@@ -149,7 +149,7 @@ class Cluster:
         self.until(begun, 240)
 
     def until(self, true: Any, seconds: float) -> None:
-        """Wait until something is so."""
+        """Wait until a condition holds."""
         deadline = time.monotonic() + seconds
         while not true():
             assert time.monotonic() < deadline, "it took too long"

@@ -1,4 +1,4 @@
-"""Which processes descend from one, as the operating system says."""
+"""Descendants of a process, from ``/proc``."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The stack starts, serves and leaves nothing behind; so does the demo."""
+"""Start and stop of the stack and of the demo."""
 
 import json
 import os

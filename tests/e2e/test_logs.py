@@ -1,4 +1,4 @@
-"""The log of the whole service: one JSON object a line, and one name for all a request caused."""
+"""Logs of the whole service: one JSON object per line, with the id of the request."""
 
 import json
 import time
@@ -19,7 +19,7 @@ def lines(stack: Stack, request_id: str) -> list[dict[str, Any]]:
 
 
 def all_told(stack: Stack, request_id: str) -> list[dict[str, Any]]:
-    """What is told of a request once all its jobs are done, which is told a little later."""
+    """Log lines of a request, once those of the ends of its jobs are written."""
     deadline = time.monotonic() + 240
     while True:
         told = lines(stack, request_id)
@@ -33,7 +33,7 @@ def all_told(stack: Stack, request_id: str) -> list[dict[str, Any]]:
         time.sleep(0.05)
 
 
-def test_what_a_request_caused_is_found_by_its_name(stack: Stack, tmp_path: Path) -> None:
+def test_log_lines_of_a_request_have_its_id(stack: Stack, tmp_path: Path) -> None:
     path, _ = write_blobs(tmp_path)
     # Bytes that no other test sends: somebody has to read them, and to compute their spectrum.
     data = path.read_bytes() + b"# for the log\n"

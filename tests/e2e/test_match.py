@@ -1,4 +1,4 @@
-"""Two figures with known ground truth through the whole stack, as a user sends them."""
+"""Matches of two figures with ground truth through the whole stack."""
 
 import io
 import json

@@ -1,4 +1,4 @@
-"""Processes are killed while they work: every accepted job goes on within a minute, and ends."""
+"""Processes are killed while they work: every accepted job continues within a minute, and ends."""
 
 import itertools
 import os
@@ -21,10 +21,10 @@ from tests.worker.figures import blob_file
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
 RECOVERY = 60.0
-"""Seconds within which what was lost has to go on."""
+"""Seconds within which lost jobs have to continue."""
 
 LONG: dict[str, Any] = {"points": 160, "coarse_points": 10, "alternatives": 32}
-"""Of a match that lasts some seconds, and takes less memory than one job may."""
+"""Parameters of a match that takes some seconds, within the memory limit."""
 
 QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30}
 
@@ -41,7 +41,7 @@ def shape(cluster: Cluster) -> str:
 
 
 def succeeded(cluster: Cluster, job: str) -> None:
-    """Assert that a job ends well, with a result, and was begun once more at the most."""
+    """Assert that a job succeeds, with a result, and was repeated once at most."""
     record = cluster.ended(job)
     assert record["state"] == "succeeded", record
     result = MatchResult.model_validate_json(cluster.http.get(record["links"]["result"]).content)
@@ -49,7 +49,7 @@ def succeeded(cluster: Cluster, job: str) -> None:
 
 
 def runs_in_another(cluster: Cluster, job: str, horse: int) -> bool:
-    """Whether a process runs a job, and not the one that has just died and is still spoken of."""
+    """Whether a live process runs a job, not one that has died and is still registered."""
     found = [process for _, process in cluster.horses_of(job)]
     return found != [] and horse not in found
 
@@ -77,7 +77,7 @@ def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
     cluster.workers.append(cluster.start_worker())
 
 
-def test_a_worker_is_killed_that_learns(cluster: Cluster) -> None:
+def test_a_worker_is_killed_while_it_learns_a_prototype(cluster: Cluster) -> None:
     shapes = [cluster.upload(data) for data in family(4, subdivisions=3)]
     job = cluster.learn(shapes, name="survivor", points=48, eigenpairs=40)
     cluster.until_begun(job)
@@ -122,7 +122,7 @@ def test_the_api_is_killed_while_jobs_come_in(cluster: Cluster, shape: str) -> N
     answers: dict[str, str | None] = {}
 
     def ask(who: int) -> None:
-        """Ask for one job after the other, until there is no answer."""
+        """Submit one job after the other until there is no response."""
         for number in itertools.count():
             key = f"killed-{who}-{number}"
             answers[key] = None
@@ -148,7 +148,7 @@ def test_the_api_is_killed_while_jobs_come_in(cluster: Cluster, shape: str) -> N
 
 
 def jobs(cluster: Cluster) -> set[str]:
-    """Ids of all jobs that were asked for."""
+    """Ids of all submitted jobs."""
     found: set[str] = set()
     after: dict[str, str] = {}
     while True:
@@ -178,7 +178,7 @@ def failed(cluster: Cluster, job: str, slug: str) -> None:
 
 
 def asked_of_the_impatient(cluster: Cluster, shape: str) -> str:
-    """Ask for a match that lasts through an API that gives it a second."""
+    """Submit a long match through an API with a job timeout of a second."""
     api = cluster.start_api("0", ISOMATCH_JOB_TIMEOUT="1")
     body = {"source": shape, "target": shape, "points": 256, "alternatives": 32}
     answer = httpx2.post(f"{cluster.listens}/v1/matches", json=body, timeout=60.0)
@@ -201,7 +201,7 @@ def test_a_poisonous_input_fails_its_own_job_only(cluster: Cluster, shape: str) 
     succeeded(cluster, cluster.ask(shape, **QUICK))
 
 
-def test_what_crashes_its_process_is_given_up(cluster: Cluster, shape: str) -> None:
+def test_a_job_that_crashes_its_process_fails(cluster: Cluster, shape: str) -> None:
     job, horse = cluster.ask(shape, **LONG), 0
     for _ in range(2):
         cluster.until(partial(runs_in_another, cluster, job, horse), RECOVERY)

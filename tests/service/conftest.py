@@ -80,7 +80,7 @@ def running_api(settings: Settings) -> Iterator[Api]:
         assert thread.is_alive()
         time.sleep(0.01)
     port = server.servers[0].sockets[0].getsockname()[1]
-    store = Store.open(settings, patience=1)
+    store = Store.open(settings, retry_seconds=1)
     yield Api(f"http://127.0.0.1:{port}", store)
     store.close()
     server.should_exit = True
@@ -158,7 +158,7 @@ def put_shapes(api: Api) -> tuple[str, str]:
 def empty_database(server: EmbeddedServer) -> str:
     """Address of an empty database that nobody else has now."""
     address = f"{server.url}?db={next(DATABASES)}"
-    with connect(address, patience=1) as client:
+    with connect(address, retry_seconds=1) as client:
         client.flushdb()
     return address
 

@@ -100,7 +100,7 @@ def test_a_store_that_is_there_and_says_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Hung, or cut off from us: nobody is kept waiting for minutes."""
-    monkeypatch.setattr("service.app.SILENCE", 0.5)
+    monkeypatch.setattr("service.app.REDIS_TIMEOUT", 0.5)
     server = EmbeddedServer(tmp_path)
     server.start()
     assert server.pid is not None

@@ -1,4 +1,4 @@
-"""Collections to compare: real ones of several classes, and large ones that nobody uploaded."""
+"""Collections to compare: meshes of several classes, and large ones of signatures alone."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ CLASSES = {
 
 
 def class_files(each: int = 2) -> list[tuple[str, bytes]]:
-    """Class and file of some shapes, each turned and scaled in its own way."""
+    """Class and file of some shapes, each rotated and scaled differently."""
     return [
         (name, off(turned.vertices, turned.faces))
         for name, mesh in CLASSES.items()
@@ -30,14 +30,14 @@ def class_files(each: int = 2) -> list[tuple[str, bytes]]:
 
 
 def name_of(shape: str, parameters: DissimilarityParameters) -> str:
-    """What the signature of an imagined shape is cached by."""
+    """Cache name of the signature of a shape without mesh."""
     return parameters.signature_name(spectrum_key(parameters, shape, VERTICES, 1))
 
 
 def imagined(
     store: Store, count: int, parameters: DissimilarityParameters, seed: int = 0
 ) -> DissimilaritiesPayload:
-    """Ask for the comparison of shapes that are known by their signatures alone.
+    """Submit the comparison of shapes that have only signatures.
 
     These are random metrics, each of its own dimension.
     """

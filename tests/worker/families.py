@@ -1,4 +1,4 @@
-"""A class of shapes in correspondence: one blob, whose bumps are of other sizes on each."""
+"""A class of shapes in correspondence: blobs with bumps of different sizes."""
 
 import numpy as np
 import trimesh
@@ -11,7 +11,7 @@ _HEIGHTS = np.array([0.8, 0.5, 0.3, 0.4])
 
 
 def member(seed: int, subdivisions: int = 2) -> tuple[FloatArray, IntArray]:
-    """Vertices and faces of one of the class; those of all have the same connectivity."""
+    """Vertices and faces of one shape of the class; all have the same connectivity."""
     random = np.random.default_rng(seed)
     sphere = trimesh.creation.icosphere(subdivisions=subdivisions)
     points = np.asarray(sphere.vertices, dtype=np.float64)
@@ -22,5 +22,5 @@ def member(seed: int, subdivisions: int = 2) -> tuple[FloatArray, IntArray]:
 
 
 def family(count: int, subdivisions: int = 2, first: int = 0) -> list[bytes]:
-    """OFF files of several of the class."""
+    """OFF files of several shapes of the class."""
     return [off(*member(seed, subdivisions)) for seed in range(first, first + count)]

@@ -1,4 +1,4 @@
-"""Records of shapes that nobody uploaded."""
+"""Records of shapes without an upload."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -9,7 +9,7 @@ CREATED = datetime(2026, 1, 1, tzinfo=UTC)
 
 
 def shape_record(shape: str, **fields: Any) -> ShapeRecord:
-    """The record of a triangle, but for what the fields say."""
+    """The record of a triangle, with other values for the given fields."""
     triangle: dict[str, Any] = {
         "name": shape,
         "file_type": "off",

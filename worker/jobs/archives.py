@@ -1,4 +1,4 @@
-"""Archives of prototypes: whether one that was uploaded is sound, and what is shown of it."""
+"""Archives of prototypes: validation of uploaded ones, and their records."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,7 +10,6 @@ from pydantic import ValidationError
 
 from broker.contracts import (
     GREATEST,
-    JobRecord,
     PrototypeRecord,
     PrototypeStructures,
     PrototypeValidationPayload,
@@ -23,28 +22,32 @@ from solver.prototype import Prototype, prototype_from_bytes
 from solver.prototype.mixtures import GaussianMixtures
 from solver.shape import Shape
 from solver.shape.choices import NoDescriptor
+from worker.jobs.context import JobContext
 from worker.jobs.failures import PrototypeGone, UploadGone
 from worker.jobs.options import choice_of
 from worker.jobs.torus import torus_file
 
-_MOST_WARNINGS: Final = 300
-_LONGEST_WARNING: Final = 300
+_MAX_WARNINGS: Final = 300
+"""Warnings of an uploaded archive that are kept."""
+
+_MAX_WARNING_LENGTH: Final = 300
+"""Characters of each that are kept."""
 
 
-def validate(payload: PrototypeValidationPayload, job: JobRecord, store: Store) -> None:
-    """Make a prototype of a job's candidate.
+def validate_prototype(payload: PrototypeValidationPayload, context: JobContext) -> None:
+    """Store the prototype of a job's upload.
 
     Raises
     ------
     PrototypeError
-        It is none.
+        The upload is not a valid prototype.
     UploadGone
-        There is nothing to be read any more.
+        The upload has expired.
     """
-    prototypes = store.prototypes
-    data = prototypes.candidate(payload.prototype, payload.file_type, job.id)
+    prototypes, job = context.store.prototypes, context.record
+    data = context.store.uploads.candidate(payload.prototype, payload.file_type, job.id)
     if data is None:
-        # This is a repetition of what succeeded, or the upload waited for too long.
+        # Either the job is repeated after it has stored the prototype, or the upload has expired.
         if prototypes.get(payload.prototype) is None:
             raise UploadGone
         return
@@ -55,12 +58,12 @@ def validate(payload: PrototypeValidationPayload, job: JobRecord, store: Store) 
 
 
 def _check(prototype: Prototype) -> None:
-    """Refuse what can be read and would end matches in numbers without meaning.
+    """Refuse a readable prototype whose matches would not be finite numbers.
 
     Raises
     ------
     PrototypeError
-        Something in it is too large, or not of the form its structures have.
+        A number is too large, or an array does not fit its structure.
     """
     numbers = [prototype.positions, *(level.mixtures.means for level in prototype.distances)]
     described = [level for level in prototype.descriptors if level is not None]
@@ -72,7 +75,7 @@ def _check(prototype: Prototype) -> None:
         raise PrototypeError(f"not a sound prototype: it has numbers beyond {GREATEST:g}")
     mixtures = [level.mixtures for level in prototype.distances]
     mixtures += [level.mixtures for level in described]
-    if not all(map(_peaks, mixtures)):
+    if not all(map(_has_finite_peaks, mixtures)):
         raise PrototypeError("not a sound prototype: a distribution is too narrow for any number")
     for place, surface in enumerate(prototype.surfaces):
         try:
@@ -81,16 +84,16 @@ def _check(prototype: Prototype) -> None:
             raise PrototypeError(f"not a sound prototype: surface{place}: {error}") from error
     shape = Shape(read_mesh(torus_file(), "off"), eigenpairs=prototype.eigenpairs)
     for level in described:
-        usual = shape.descriptor(level.descriptor, np.zeros(1, dtype=np.int64)).shape[1]
-        if usual != len(level.centre):
+        size = shape.descriptor(level.descriptor, np.zeros(1, dtype=np.int64)).shape[1]
+        if size != len(level.centre):
             raise PrototypeError(
-                f"not a sound prototype: {level.descriptor.name} has {usual} values at a point,"
+                f"not a sound prototype: {level.descriptor.name} has {size} values at a point,"
                 f" and {len(level.centre)} were learned"
             )
 
 
-def _peaks(mixtures: GaussianMixtures) -> bool:
-    """Whether the greatest densities, which costs are relative to, can be computed."""
+def _has_finite_peaks(mixtures: GaussianMixtures) -> bool:
+    """Whether the greatest densities, to which costs are relative, are finite."""
     with np.errstate(all="ignore"):
         try:
             return bool(np.isfinite(mixtures.log_peaks).all())
@@ -104,39 +107,39 @@ def stored_prototype(store: Store, prototype: str) -> Prototype:
     Raises
     ------
     PrototypeGone
-        It was deleted.
+        The prototype was deleted.
     """
     archive = store.prototypes.archive(prototype)
     if archive is None:
         raise PrototypeGone(prototype)
     found = prototype_from_bytes(archive)
-    return replace(found, warnings=_readable(found.warnings))
+    return replace(found, warnings=_sanitised(found.warnings))
 
 
-def _readable(warnings: Sequence[str]) -> tuple[str, ...]:
-    """Warnings of an archive that anybody may have written, fit to be shown."""
-    lines = ("".join(filter(str.isprintable, warning)) for warning in warnings[:_MOST_WARNINGS])
-    return tuple(line[:_LONGEST_WARNING] for line in lines)
+def _sanitised(warnings: Sequence[str]) -> tuple[str, ...]:
+    """Warnings of an untrusted archive: limited, without control characters."""
+    lines = ("".join(filter(str.isprintable, warning)) for warning in warnings[:_MAX_WARNINGS])
+    return tuple(line[:_MAX_WARNING_LENGTH] for line in lines)
 
 
 def record_of(
     prototype: Prototype, archive: bytes, name: str, created: datetime
 ) -> PrototypeRecord:
-    """Return what is shown of a prototype.
+    """Return the record of a prototype.
 
     Parameters
     ----------
     prototype, archive
         The prototype, also as bytes.
     name
-        What it is to be called; the version is given when it is stored.
+        Its name; the version is set when it is stored.
     created
-        When it was asked for.
+        Time of the job.
 
     Raises
     ------
     PrototypeError
-        It is made of something that cannot be asked for.
+        A structure is not one of the contract's.
     """
     values: dict[str, Any] = {
         "metric": tuple(choice_of(level.metric) for level in prototype.distances),
@@ -167,6 +170,6 @@ def record_of(
         surfaces=len(prototype.surfaces),
         learned_from=None,
         reference=None,
-        warnings=_readable(prototype.warnings),
+        warnings=_sanitised(prototype.warnings),
         created=created,
     )

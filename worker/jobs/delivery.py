@@ -1,8 +1,8 @@
-"""One try of a webhook: signed, to an address that was looked at, and to no other.
+"""One attempt to deliver a webhook: signed, and to a permitted address only.
 
-The name of the receiver is resolved once, its addresses are checked, and the connection goes to one
-of those: a name that means something else a moment later changes nothing. Redirects are not
-followed, and no proxy of the environment is asked, for both would connect on our behalf.
+The name of the receiver is resolved once, its addresses are checked, and the connection is made to
+one of them, so DNS rebinding has no effect. Redirects are not followed and proxies of the
+environment not used, because both would connect to addresses that were not checked.
 """
 
 import contextlib
@@ -29,34 +29,35 @@ from broker.contracts import (
     Webhook,
     WebhookEvent,
 )
-from broker.store import Store
 from broker.telemetry import logger
-from broker.webhooks import WebhookSettings, pause, permitted
+from broker.webhooks import WebhookSettings, permitted, retry_delay
+from worker.jobs.context import JobContext
 from worker.jobs.failures import NotDelivered
 
 SIGNATURE: Final = "Isomatch-Signature"
 _PORTS: Final = {"http": 80, "https": 443}
-_LONGEST_ERROR: Final = 200
+_MAX_ERROR_LENGTH: Final = 200
+"""Characters."""
 
 log = logger("isomatch.webhooks")
 
 
-class Unacceptable(Exception):  # noqa: N818 - said of the address
-    """The receiver is nobody that may be connected to; trying again changes nothing."""
+class ReceiverNotPermitted(Exception):  # noqa: N818
+    """No address of the receiver is permitted; there are no further attempts."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one try went.
+    """Outcome of one attempt.
 
     Parameters
     ----------
     status
-        HTTP status of the answer; None if none came.
+        HTTP status of the response; None without a response.
     error
-        What went wrong; None if nothing did.
+        Reason of the failure; None for a success.
     final
-        Whether it is no use to try again.
+        Whether there are no further attempts.
     """
 
     status: int | None = None
@@ -64,24 +65,22 @@ class Outcome:
     final: bool = False
 
 
-def deliver(store: Store, payload: DeliveryPayload, settings: WebhookSettings) -> None:
-    """Try a webhook once, and note how it went.
+def deliver(payload: DeliveryPayload, context: JobContext) -> None:
+    """Try once to deliver a webhook, and record the outcome.
 
     Raises
     ------
     NotDelivered
-        The receiver did not take it.
+        The receiver did not accept it.
     """
+    store, settings = context.store, context.webhooks
     record = store.jobs.get(payload.job)
-    if record is None or record.webhook is None or not record.state.ended:
-        store.webhooks.forget(payload.job)
-        return
-    if record.delivery is not None and record.delivery.state is not DeliveryState.PENDING:
-        store.webhooks.forget(payload.job)
+    if record is None or record.webhook is None or not _is_due(record):
+        store.webhooks.remove(payload.job)
         return
     outcome = post(record.webhook, _body(record), _headers(record, payload.attempt), settings)
     delivery = _delivery(outcome, payload.attempt, settings)
-    store.webhooks.note(record.id, delivery)
+    store.webhooks.record(record.id, delivery)
     log.info("webhook", state=delivery.state.value, attempt=payload.attempt, status=outcome.status)
     if outcome.error is not None:
         raise NotDelivered(outcome.error)
@@ -93,11 +92,11 @@ def sign(body: bytes, secret: str, timestamp: int) -> str:
     Parameters
     ----------
     body
-        What is sent, byte by byte.
+        Body of the request.
     secret
-        Known to the receiver.
+        Shared with the receiver.
     timestamp
-        Seconds since 1970, so that a receiver can refuse what is old.
+        Seconds since 1970, so that a receiver can refuse old requests.
     """
     signed = f"{timestamp}.".encode() + body
     digest = hmac.new(secret.encode(), signed, hashlib.sha256).hexdigest()
@@ -107,17 +106,17 @@ def sign(body: bytes, secret: str, timestamp: int) -> str:
 def post(
     webhook: Webhook, body: bytes, headers: dict[str, str], settings: WebhookSettings
 ) -> Outcome:
-    """Send a body to a receiver and return how it went; raise nothing."""
+    """Send a body to a receiver and return the outcome; raise nothing."""
     if webhook.secret is not None:
         headers = headers | {SIGNATURE: sign(body, webhook.secret, int(time.time()))}
     try:
         status = _status(urlsplit(webhook.url), body, headers, settings)
-    except Unacceptable as error:
+    except ReceiverNotPermitted as error:
         return Outcome(error=str(error), final=True)
     except (OSError, UnicodeError) as error:
-        return Outcome(error=(str(error) or type(error).__name__)[:_LONGEST_ERROR])
+        return Outcome(error=(str(error) or type(error).__name__)[:_MAX_ERROR_LENGTH])
     except http.client.HTTPException as error:
-        # Its words are the receiver's own, whatever these are.
+        # Its message would quote the receiver's bytes.
         return Outcome(error=f"the receiver's answer is no HTTP ({type(error).__name__})")
     if 200 <= status < 300:
         return Outcome(status)
@@ -136,7 +135,7 @@ def _status(
     connection = _connected(_addresses(url.hostname, port, settings), port, settings)
     with connection, _ended_after(connection, settings.webhook_timeout):
         if url.scheme == "https":
-            # The certificate is that of the name, whatever the address.
+            # The certificate must be that of the name, not of the address.
             context = ssl.create_default_context()
             connection = context.wrap_socket(connection, server_hostname=url.hostname)
         exchange = http.client.HTTPConnection(url.hostname, port)
@@ -153,7 +152,7 @@ def _addresses(host: str, port: int, settings: WebhookSettings) -> list[str]:
     addresses = dict.fromkeys(str(entry[4][0]) for entry in found)
     public = [entry for entry in addresses if permitted(entry, settings.webhook_networks)]
     if not public:
-        raise Unacceptable(
+        raise ReceiverNotPermitted(
             f"{host} is at no public address; ISOMATCH_WEBHOOK_NETWORKS can allow others"
         )
     return public
@@ -169,12 +168,12 @@ def _connected(addresses: list[str], port: int, settings: WebhookSettings) -> so
 
 @contextmanager
 def _ended_after(connection: socket.socket, seconds: float) -> Iterator[None]:
-    # A receiver that sends a byte now and then would never run into the socket's own time-out.
-    over = Event()
+    # The socket's own timeout starts again with each byte received.
+    timed_out = Event()
     with connection.dup() as same:
 
         def end() -> None:
-            over.set()
+            timed_out.set()
             with contextlib.suppress(OSError):
                 same.shutdown(socket.SHUT_RDWR)
 
@@ -184,13 +183,18 @@ def _ended_after(connection: socket.socket, seconds: float) -> Iterator[None]:
         try:
             yield
         except (OSError, http.client.HTTPException) as error:
-            # One that sends nothing at all may run into both at the same time.
-            if over.is_set() or isinstance(error, TimeoutError):
+            # Both timeouts may end at the same time.
+            if timed_out.is_set() or isinstance(error, TimeoutError):
                 raise TimeoutError(f"the receiver did not answer within {seconds:g} s") from error
             raise
         finally:
             timer.cancel()
             timer.join()
+
+
+def _is_due(record: JobRecord) -> bool:
+    delivered = record.delivery is not None and record.delivery.state is not DeliveryState.PENDING
+    return record.state.ended and not delivered
 
 
 def _body(record: JobRecord) -> bytes:
@@ -223,7 +227,7 @@ def _delivery(outcome: Outcome, attempt: int, settings: WebhookSettings) -> Deli
     if outcome.error is not None:
         state = DeliveryState.FAILED
         if not outcome.final and attempt < settings.webhook_attempts:
-            state, following = DeliveryState.PENDING, now + pause(attempt, settings)
+            state, following = DeliveryState.PENDING, now + retry_delay(attempt, settings)
     return Delivery(
         state=state,
         attempts=attempt,

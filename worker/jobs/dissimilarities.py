@@ -1,4 +1,4 @@
-"""The result of comparing a collection: as a document, and as arrays."""
+"""Results of comparing a collection: the document, and the same as arrays."""
 
 import io
 from collections.abc import Mapping
@@ -10,21 +10,21 @@ from solver.arrays import FloatArray
 from solver.similarity import RetrievalScores, rankings, retrieval_scores
 
 _DIGITS = 9
-"""Digits of the numbers in the document; the arrays have all."""
+"""Significant digits of the numbers in the document; the arrays have full precision."""
 
-_MOST_PLACES = 300
-"""Decimal places beyond which powers of ten are no numbers any more."""
+_MAX_PLACES = 300
+"""Decimal places to round to at most; 10**309 overflows a float."""
 
 
 def result_of(
     payload: DissimilaritiesPayload, values: FloatArray, timings: Mapping[str, float]
 ) -> DissimilarityResult:
-    """Return the document.
+    """Return the result document.
 
     Parameters
     ----------
     payload
-        What was asked, of K shapes.
+        The job, of K shapes.
     values
         (K(K−1)/2,) dissimilarities of all pairs, in lexicographic order.
     timings
@@ -34,7 +34,7 @@ def result_of(
     matrix = _square(values, count)
     scores = None if payload.labels is None else retrieval_scores(matrix, payload.labels)
     rounded = _rounded(values)
-    # Everything is sound, and to check a million numbers takes its time.
+    # Not validated: the values are ours, and may be a million.
     return DissimilarityResult.model_construct(
         shapes=payload.shapes,
         labels=payload.labels,
@@ -53,12 +53,12 @@ def result_of(
 
 
 def arrays_of(result: DissimilarityResult, values: FloatArray) -> bytes:
-    """Return a result as the bytes of an ``.npz`` file, which needs no pickle to be read.
+    """Return a result as the bytes of an ``.npz`` file without pickled objects.
 
     Parameters
     ----------
     result
-        The document.
+        The result document.
     values
         (K(K−1)/2,) dissimilarities of all pairs in full precision.
     """
@@ -84,9 +84,9 @@ def _square(values: FloatArray, count: int) -> FloatArray:
 
 
 def _rounded(values: FloatArray) -> FloatArray:
-    """The values to so many digits that they can be told from one another, not to all."""
+    """The values rounded to significant digits."""
     places = _DIGITS - 1 - np.floor(np.log10(np.where(values > 0.0, values, 1.0)))
-    scale: FloatArray = 10.0 ** np.minimum(places, _MOST_PLACES)
+    scale: FloatArray = 10.0 ** np.minimum(places, _MAX_PLACES)
     return np.round(values * scale) / scale
 
 

@@ -1,4 +1,12 @@
-"""Why a job failed, in the words of a problem document."""
+"""Failures of jobs, and the problem document of each.
+
+::
+
+    Gone                a shape, upload, prototype or result expired or was deleted
+    UnusableShape       one of several shapes cannot be used
+    TooLarge            a shape needs more memory than a job may take
+    NotDelivered        a webhook's receiver did not accept it
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,15 +20,15 @@ from solver.errors import MeshError, OptionError, PrototypeError, SolverError
 from worker.pictures import NoAlternative
 
 
-class Gone(Exception):  # noqa: N818 - said of what is needed
-    """What a job needs was there when it was asked for, and is no longer."""
+class Gone(Exception):  # noqa: N818
+    """Data that a job needs expired or was deleted before the job ran."""
 
     slug: ClassVar[str]
     title: ClassVar[str]
 
 
 class ShapeGone(Gone):
-    """A shape was deleted, or expired, before the job that needs it could run.
+    """A shape was deleted or expired before the job ran.
 
     Parameters
     ----------
@@ -35,7 +43,7 @@ class ShapeGone(Gone):
 
 
 class UploadGone(Gone):
-    """An upload waited for too long before the job that reads it could run."""
+    """An upload expired before the job that validates it ran."""
 
     slug, title = "upload-expired", "Upload expired"
 
@@ -44,7 +52,7 @@ class UploadGone(Gone):
 
 
 class PrototypeGone(Gone):
-    """A prototype was deleted, or expired, before the job that needs it could run.
+    """A prototype was deleted or expired before the job ran.
 
     Parameters
     ----------
@@ -60,18 +68,18 @@ class PrototypeGone(Gone):
 
 
 class ResultGone(Gone):
-    """The result to be drawn has expired or its shapes were deleted."""
+    """The result to be drawn has expired."""
 
     slug, title = "result-expired", "Result expired"
 
 
-class UnusableShape(Exception):  # noqa: N818 - said of the shape
-    """One of several shapes cannot be compared.
+class UnusableShape(Exception):  # noqa: N818
+    """One of several shapes cannot be used.
 
     Parameters
     ----------
     field
-        Which of the shapes it is, as the request has it.
+        Field of the request that names the shape.
     reason
         What is wrong with it.
     """
@@ -82,13 +90,13 @@ class UnusableShape(Exception):  # noqa: N818 - said of the shape
 
 
 @contextmanager
-def blaming(field: str) -> Iterator[None]:
-    """Say which shape it is that cannot be compared.
+def attributed_to(field: str) -> Iterator[None]:
+    """Attribute mesh errors to a field of the request.
 
     Parameters
     ----------
     field
-        What the request calls the shape.
+        Field that names the shape.
 
     Raises
     ------
@@ -101,13 +109,13 @@ def blaming(field: str) -> Iterator[None]:
         raise UnusableShape(field, str(error)) from error
 
 
-class TooLarge(Exception):  # noqa: N818 - said of the shape
-    """A shape needs more memory than a job may take, which is known before it is begun.
+class TooLarge(Exception):  # noqa: N818
+    """A shape needs more memory than a job may take, as estimated before the computation.
 
     Parameters
     ----------
     vertices
-        Of the shape.
+        Number of vertices.
     needed, left
         Bytes.
     """
@@ -119,12 +127,12 @@ class TooLarge(Exception):  # noqa: N818 - said of the shape
         )
 
 
-class NotDelivered(Exception):  # noqa: N818 - said of the webhook
-    """The receiver of a webhook did not take it."""
+class NotDelivered(Exception):  # noqa: N818
+    """The receiver of a webhook did not accept it."""
 
 
 def newer_version() -> Problem:
-    """Return the problem of a job that this version cannot read, or not all that it is about."""
+    """Return the problem of a job whose record, or data, only a newer version can read."""
     return Problem.of(
         "newer-version",
         "Asked for by a newer version",
@@ -140,7 +148,7 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
     Parameters
     ----------
     error
-        What the job raised. What is not expected gives no details away: they are in the logs.
+        Exception that the job raised. Details of unforeseen ones are only in the logs.
     record
         The job.
     """
@@ -192,7 +200,7 @@ def _unforeseen(record: JobRecord) -> Problem:
 
 
 def _asked(field: str, record: JobRecord) -> str:
-    """Address of an option in the request: a structure for all levels is no list there."""
+    """Path of an option in the request, where a structure for all levels is not a list."""
     name, place, *rest = field.split(".", 2) if "." in field else (field, "")
     parameters = getattr(record.payload, "parameters", None)
     if place.isdigit() and not isinstance(getattr(parameters, name, ()), tuple):

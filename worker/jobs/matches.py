@@ -1,28 +1,38 @@
-"""A match: two meshes and their spectra in, the result document out."""
+"""Matches of two shapes, or of a prototype and a shape."""
 
-import gzip
+import time
 from dataclasses import dataclass, replace
-from io import BytesIO
+from typing import Final, Literal
 
-import numpy as np
-
-from broker import contracts
-from broker.contracts import MatchParameters, MatchPayload, MatchResult, is_prototype
+from broker.contracts import (
+    MatchParameters,
+    MatchPayload,
+    MatchResult,
+    is_prototype,
+    spectrum_key,
+)
+from solver import matching
+from solver import prototype as prototypes
 from solver.control import Control
-from solver.functional_maps import DenseCorrespondence
-from solver.gmds import GmdsRefinement
-from solver.matching import Correspondence, LevelReport, Match, MatchOptions, match
+from solver.matching import MatchOptions
 from solver.mesh import TriangleMesh
 from solver.prototype import Prototype, SurfaceSpectra
-from solver.prototype import match_prototype as match_with_prototype
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
-from worker.jobs.failures import blaming
+from worker.jobs.archives import stored_prototype
+from worker.jobs.context import JobContext
+from worker.jobs.failures import attributed_to
+from worker.jobs.match_results import arrays_of, document_of, refinement_of
+from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.options import options_of
+from worker.jobs.spectra import spectrum_of, surface_spectra
+
+SPECTRA_SHARE: Final = 0.4
+"""Share of the progress for the spectra, which take most of the time of a first match."""
 
 
 @dataclass(frozen=True)
-class Side:
+class MatchInput:
     """One of the two shapes of a match.
 
     Parameters
@@ -30,7 +40,7 @@ class Side:
     mesh
         The mesh that is matched.
     spectrum
-        Its spectrum on unit area; None if no structure that is compared needs one.
+        Its spectrum on unit area; None if no metric or descriptor needs one.
     """
 
     mesh: TriangleMesh
@@ -53,33 +63,69 @@ class Side:
         )
 
 
+def match(payload: MatchPayload, context: JobContext) -> bytes:
+    """Match two shapes, or a prototype and a shape; store the arrays and return the document.
+
+    Raises
+    ------
+    UnusableShape, OptionError
+        A shape cannot be matched, or not with these parameters.
+    ShapeGone, PrototypeGone
+        The shapes or the prototype were deleted.
+    Cancelled
+        Through the reporter.
+    """
+    start = time.perf_counter()
+    loading = context.reporter.control(0.0, SPECTRA_SHARE)
+    solving = context.reporter.control(SPECTRA_SHARE)
+    if is_prototype(payload.source):
+        prototype = stored_prototype(context.store, payload.source)
+        loading.report("spectrum of the target", 0.0)
+        target = _load("target", payload, context, loading)
+        loaded = time.perf_counter()
+        spectra = surface_spectra(payload.source, prototype.surfaces, context.store.spectra)
+        result = match_prototype(prototype, target, payload, solving, spectra)
+    else:
+        loading.report("spectrum of the source", 0.0)
+        source = _load("source", payload, context, loading)
+        loading.report("spectrum of the target", 0.5)
+        target = _load("target", payload, context, loading)
+        loaded = time.perf_counter()
+        result = match_shapes(source, target, payload, solving)
+    context.store.results.set_arrays(context.record.id, arrays_of(result))
+    timings = dict(result.timings)
+    timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
+    timings["total"] = time.perf_counter() - start
+    return result.model_copy(update={"timings": timings}).model_dump_json().encode()
+
+
 def match_shapes(
-    source: Side, target: Side, payload: MatchPayload, control: Control
+    source: MatchInput, target: MatchInput, payload: MatchPayload, control: Control
 ) -> MatchResult:
     """Match two shapes and return the result document.
 
     Raises
     ------
     UnusableShape, OptionError
-        A shape cannot be matched, or the two not so.
+        A shape cannot be matched, or not with these parameters.
     Cancelled
         Through `control`.
     """
     parameters = payload.parameters
-    with blaming("source"):
+    with attributed_to("source"):
         first = source.shape(parameters)
-    with blaming("target"):
+    with attributed_to("target"):
         second = target.shape(parameters)
-    found = match(first, second, options_of(MatchOptions, parameters), control)
+    found = matching.match(first, second, options_of(MatchOptions, parameters), control)
     refined = None
     if found.refinement is not None:
-        refined = _refinement(found.refinement, source.mesh, target.mesh)
-    return _document(found, payload, refined)
+        refined = refinement_of(found.refinement, source.mesh, target.mesh)
+    return document_of(found, payload, refined)
 
 
 def match_prototype(
     prototype: Prototype,
-    target: Side,
+    target: MatchInput,
     payload: MatchPayload,
     control: Control,
     surface_spectrum: SurfaceSpectra,
@@ -89,146 +135,31 @@ def match_prototype(
     Raises
     ------
     UnusableShape, OptionError
-        The shape cannot be matched, or not so.
+        The shape cannot be matched, or not with these parameters.
     Cancelled
         Through `control`.
     """
     parameters = payload.parameters
-    # Metric and descriptor are the prototype's, which has them itself.
-    usual = MatchOptions()
+    # A prototype has its own metric and descriptor.
+    default = MatchOptions()
     options = replace(
-        options_of(MatchOptions, parameters), metric=usual.metric, descriptor=usual.descriptor
+        options_of(MatchOptions, parameters), metric=default.metric, descriptor=default.descriptor
     )
-    with blaming("target"):
+    with attributed_to("target"):
         shape = target.shape(parameters)
-    found = match_with_prototype(prototype, shape, options, control, surface_spectrum)
-    return _document(found, payload)
+    found = prototypes.match_prototype(prototype, shape, options, control, surface_spectrum)
+    return document_of(found, payload)
 
 
-def arrays_of(result: MatchResult) -> bytes:
-    """Return a result as the bytes of an ``.npz`` file, which needs no pickle to be read.
-
-    `source`, `target` (n,) int64 and `costs` (n,) float64 of the pairs, `unmatched` (u,) int64;
-    `dense_source`, `dense_target` (K,) int64 and `refined_vertices` (n, 3) int64,
-    `refined_weights` (n, 3) float64 if there are any.
-    """
-    arrays = {
-        "source": np.array([pair.source for pair in result.correspondences], dtype=np.int64),
-        "target": np.array([pair.target for pair in result.correspondences], dtype=np.int64),
-        "costs": np.array([pair.cost for pair in result.correspondences], dtype=np.float64),
-        "unmatched": np.array(result.unmatched, dtype=np.int64),
-    }
-    if result.dense is not None:
-        arrays["dense_source"] = np.array(result.dense.source, dtype=np.int64)
-        arrays["dense_target"] = np.array(result.dense.target, dtype=np.int64)
-    if result.refinement is not None:
-        points = result.refinement.points
-        arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
-        arrays["refined_weights"] = np.array([one.weights for one in points], dtype=np.float64)
-    stream = BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, **arrays)
-    return stream.getvalue()
-
-
-def result_from_blob(packed: bytes) -> MatchResult:
-    """Read a stored result."""
-    return MatchResult.model_validate_json(gzip.decompress(packed))
-
-
-def _document(
-    found: Match, payload: MatchPayload, refinement: contracts.Refinement | None = None
-) -> MatchResult:
-    best = found.best
-    return MatchResult(
-        source=payload.source,
-        source_kind="prototype" if is_prototype(payload.source) else "shape",
-        target=payload.target,
-        parameters=payload.parameters,
-        correspondences=_pairs(best),
-        distortion=_distortion(best),
-        gromov_hausdorff=best.distortion.gromov_hausdorff,
-        energy=best.energy,
-        lower_bound=found.lower_bound,
-        gap=found.gap,
-        certified=found.certified,
-        alternatives=tuple(
-            contracts.Alternative(
-                energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
-            )
-            for other in found.alternatives
-        ),
-        levels=tuple(map(_level, found.levels)),
-        unmatched=tuple(best.unmatched.tolist()),
-        dense=None if found.dense is None else _dense(found.dense),
-        refinement=refinement,
-        misfit=found.misfit,
-        warnings=found.warnings,
-        timings=dict(found.timings),
-    )
-
-
-def _level(level: LevelReport) -> contracts.Level:
-    return contracts.Level(
-        points=level.points,
-        target_points=level.target_points,
-        candidates=level.candidates,
-        metric=level.metric,
-        descriptor=level.descriptor,
-        energy=level.energy,
-        lower_bound=level.lower_bound,
-        gap=level.gap,
-        certified=level.certified,
-        iterations=level.iterations,
-        method=level.method.value,
-        seconds=level.seconds,
-        rank=level.rank,
-    )
-
-
-def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
-    return contracts.DenseCorrespondence(
-        hypothesis=found.hypothesis,
-        source=tuple(found.source.tolist()),
-        target=tuple(found.target.tolist()),
-    )
-
-
-def _refinement(
-    found: GmdsRefinement, source: TriangleMesh, target: TriangleMesh
-) -> contracts.Refinement:
-    corners = target.vertex_ids[target.faces[found.points.faces]]
-    # A weight may be off by what rounding leaves.
-    weights = np.clip(found.points.barycentric, 0.0, 1.0)
-    rows = zip(
-        source.vertex_ids[found.source].tolist(),
-        corners.tolist(),
-        weights.tolist(),
-        strict=True,
-    )
-    return contracts.Refinement(
-        hypothesis=found.hypothesis,
-        stress=found.stress,
-        initial_stress=found.initial_stress,
-        status=found.status.value,
-        points=tuple(
-            contracts.RefinedPoint(source=vertex, vertices=tuple(three), weights=tuple(shares))
-            for vertex, three, shares in rows
-        ),
-    )
-
-
-def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
-    rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
-    return tuple(
-        contracts.Correspondence(source=source, target=target, cost=cost)
-        for source, target, cost in rows
-    )
-
-
-def _distortion(found: Correspondence) -> contracts.Distortion:
-    measured = found.distortion
-    return contracts.Distortion(
-        first_order=measured.first_order,
-        second_order=measured.second_order,
-        linf=measured.linf,
-    )
+def _load(
+    role: Literal["source", "target"], payload: MatchPayload, context: JobContext, control: Control
+) -> MatchInput:
+    shape = payload.source if role == "source" else payload.target
+    spectra = context.store.spectra
+    whole = stored_mesh(shape, context.store.shapes)
+    key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
+    with attributed_to(role):
+        mesh = mesh_of(key, whole, spectra)
+        if not payload.needs_spectrum or mesh.components > 1:
+            return MatchInput(mesh, None)
+        return MatchInput(mesh, spectrum_of(key, mesh, spectra, context.runner, control))

@@ -1,4 +1,4 @@
-"""Meshes as bytes: what the validation of an upload leaves for the jobs that compute on it."""
+"""Stored meshes: as bytes, from the store, simplified and cached."""
 
 import io
 
@@ -6,15 +6,16 @@ import numpy as np
 import numpy.typing as npt
 
 from broker.contracts import SpectrumKey
-from broker.store import Spectra
+from broker.store import Shapes, Spectra
 from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, largest_component, simplified
+from worker.jobs.failures import ShapeGone
 
 
 def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
-    """Return a mesh as the bytes of an ``.npz`` file, exact to the last bit.
+    """Return a mesh as the bytes of an ``.npz`` file, without loss.
 
-    Of a mesh that can be uploaded they are less than what Redis takes as one value.
+    A mesh that can be uploaded takes less than the largest value of Redis.
     """
     stream = io.BytesIO()
     np.savez(
@@ -30,7 +31,7 @@ def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
 
 
 def mesh_from_bytes(data: bytes) -> TriangleMesh:
-    """Read what :func:`mesh_to_bytes` wrote; nothing in it is ever executed."""
+    """Read a mesh that :func:`mesh_to_bytes` wrote; pickled objects are refused."""
     with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
         return TriangleMesh(
             vertices=arrays["vertices"],
@@ -38,7 +39,7 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
             vertex_ids=arrays["vertex_ids"].astype(np.int64),
             colors=arrays["colors"] if len(arrays["colors"]) else None,
             warnings=tuple(str(warning) for warning in arrays["warnings"]),
-            # Shapes that were stored before there were repairs have none.
+            # Shapes that were stored before meshes were repaired do not have it.
             merged=(
                 arrays["merged"].astype(np.int64)
                 if "merged" in arrays
@@ -47,17 +48,27 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
         )
 
 
-def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:
-    return numbers.astype(np.int32) if numbers.max(initial=0) < 2**31 else numbers
+def stored_mesh(shape: str, shapes: Shapes) -> TriangleMesh:
+    """Return the mesh of a shape.
+
+    Raises
+    ------
+    ShapeGone
+        The shape was deleted.
+    """
+    stored = shapes.mesh(shape)
+    if stored is None:
+        raise ShapeGone(shape)
+    return mesh_from_bytes(stored)
 
 
 def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> TriangleMesh:
-    """Return the mesh whose spectrum a key names; a simplified one is made once and kept.
+    """Return the mesh whose spectrum a key names; a simplified mesh is cached.
 
     Parameters
     ----------
     key
-        What of the shape is compared.
+        Key of the spectrum.
     whole
         The shape's mesh.
     spectra
@@ -65,9 +76,13 @@ def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> Triangle
     """
     if key.simplify is None:
         return largest_component(whole) if key.largest_component else whole
-    kept = spectra.get(key.mesh_name)
-    if kept is not None:
-        return mesh_from_bytes(kept)
+    cached = spectra.get(key.mesh_name)
+    if cached is not None:
+        return mesh_from_bytes(cached)
     mesh = simplified(largest_component(whole) if key.largest_component else whole, key.simplify)
     spectra.put(key.mesh_name, mesh_to_bytes(mesh))
     return mesh
+
+
+def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:
+    return numbers.astype(np.int32) if numbers.max(initial=0) < 2**31 else numbers

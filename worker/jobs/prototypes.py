@@ -1,4 +1,4 @@
-"""Prototypes, learned from shapes."""
+"""Learning of prototypes from shapes."""
 
 import time
 from collections.abc import Sequence
@@ -9,13 +9,11 @@ import numpy as np
 
 from broker.contracts import (
     ExampleReport,
-    JobRecord,
     PrototypeParameters,
     PrototypePayload,
     PrototypeResult,
     spectrum_key,
 )
-from broker.store import Store
 from solver.control import Control
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh
@@ -30,60 +28,48 @@ from solver.prototype import (
 )
 from solver.shape import Shape
 from worker.jobs.archives import record_of
-from worker.jobs.failures import ShapeGone, UnusableShape
-from worker.jobs.meshes import mesh_from_bytes, mesh_of
+from worker.jobs.context import JobContext
+from worker.jobs.failures import attributed_to
+from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.options import options_of
-from worker.jobs.reporting import TOTAL, Reporter
+from worker.jobs.progress import TOTAL
 from worker.jobs.spectra import spectrum_of
 
 SPECTRA: Final = "spectra of the examples"
 
 _SPECTRA_SHARE: Final = 0.4
 _EXAMPLES_SHARE: Final = 0.4
-"""Shares of the progress that are given to the spectra, and to what of the shapes corresponds."""
+"""Shares of the progress for the spectra, and for the correspondence of the examples."""
 
 
-def learn(
-    payload: PrototypePayload, job: JobRecord, store: Store, holder: str, reporter: Reporter
-) -> PrototypeResult:
-    """Learn a prototype, and store it.
-
-    Parameters
-    ----------
-    payload, job
-        What is asked, and the job.
-    store
-        Where the shapes and their spectra are, and the prototype will be.
-    holder
-        See :func:`worker.jobs.spectra.spectrum_of`.
-    reporter
-        Of the job.
+def learn(payload: PrototypePayload, context: JobContext) -> bytes:
+    """Learn a prototype, store it, and return the result document.
 
     Raises
     ------
     UnusableShape
         One of the shapes cannot be an example.
     ShapeGone
-        It was deleted.
+        A shape was deleted.
     OptionError, PrototypeError
-        Nothing can be learned, or not so.
+        No prototype can be learned, or not with these parameters.
     Cancelled
-        Through `reporter`.
+        Through the reporter.
     """
-    started = time.perf_counter()
-    shapes = _shapes(payload, store, holder, reporter.control(0.0, _SPECTRA_SHARE))
+    start, reporter = time.perf_counter(), context.reporter
     middle = _SPECTRA_SHARE + _EXAMPLES_SHARE
+    shapes = _load(payload, context, reporter.control(0.0, _SPECTRA_SHARE))
     found = _examples(payload, shapes, reporter.control(_SPECTRA_SHARE, middle))
     options = options_of(PrototypeOptions, payload.parameters)
     learned = learn_prototype(found.examples, options, reporter.control(middle, 1.0))
     prototype = replace(learned, warnings=(*learned.warnings, *found.warnings))
     archive = prototype_to_bytes(prototype)
-    record = record_of(prototype, archive, payload.name, job.created)
+    record = record_of(prototype, archive, payload.name, context.record.created)
     own = {
         "learned_from": _reports(payload, found),
         "reference": payload.shapes[payload.reference],
     }
-    stored = store.prototypes.add(record.model_copy(update=own), archive)
+    stored = context.store.prototypes.add(record.model_copy(update=own), archive)
     warnings = list(prototype.warnings)
     for place, shape in enumerate(shapes):
         warnings += [f"shapes.{place}: {warning}" for warning in shape.mesh.warnings]
@@ -91,26 +77,22 @@ def learn(
         warnings.append(
             f"the same prototype is known already, as version {stored.version} of {stored.name!r}"
         )
-    return PrototypeResult(
+    result = PrototypeResult(
         prototype=stored,
         parameters=payload.parameters,
         warnings=tuple(warnings),
-        timings=reporter.seconds() | {TOTAL: time.perf_counter() - started},
+        timings=reporter.seconds() | {TOTAL: time.perf_counter() - start},
     )
+    return result.model_dump_json().encode()
 
 
-def _shapes(payload: PrototypePayload, store: Store, holder: str, control: Control) -> list[Shape]:
+def _load(payload: PrototypePayload, context: JobContext, control: Control) -> list[Shape]:
     shapes = []
     for place, shape in enumerate(payload.shapes):
         control.report(SPECTRA, place / len(payload.shapes))
-        stored = store.shapes.mesh(shape)
-        if stored is None:
-            raise ShapeGone(shape)
-        whole = mesh_from_bytes(stored)
-        try:
-            shapes.append(_shape(shape, whole, payload.parameters, store, holder, control))
-        except MeshError as error:
-            raise UnusableShape(f"shapes.{place}", str(error)) from error
+        whole = stored_mesh(shape, context.store.shapes)
+        with attributed_to(f"shapes.{place}"):
+            shapes.append(_shape(shape, whole, payload.parameters, context, control))
     return shapes
 
 
@@ -118,17 +100,17 @@ def _shape(
     shape: str,
     whole: TriangleMesh,
     parameters: PrototypeParameters,
-    store: Store,
-    holder: str,
+    context: JobContext,
     control: Control,
 ) -> Shape:
     if whole.components > 1:
         raise MeshError(f"it has {whole.components} components; upload one of them")
+    spectra = context.store.spectra
     key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
-    mesh = mesh_of(key, whole, store.spectra)
+    mesh = mesh_of(key, whole, spectra)
     spectrum = None
     if parameters.needs_spectrum:
-        spectrum = spectrum_of(key, mesh, store.spectra, holder, control)
+        spectrum = spectrum_of(key, mesh, spectra, context.runner, control)
     return Shape(
         mesh,
         spectrum,

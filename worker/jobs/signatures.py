@@ -11,14 +11,15 @@ from solver.control import Control
 from solver.errors import MeshError, OptionError
 from solver.shape import Shape
 from solver.similarity import Signature, SimilarityOptions, signature
-from worker.jobs.failures import ShapeGone, UnusableShape
-from worker.jobs.meshes import mesh_from_bytes, mesh_of
+from worker.jobs.context import JobContext
+from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to
+from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of
 
 
 def cached_signatures(payload: DissimilaritiesPayload, store: Store) -> dict[int, bytes]:
-    """Return the signatures that are known already, by the places of their shapes.
+    """Return the cached signatures, by the places of their shapes.
 
     Raises
     ------
@@ -31,57 +32,55 @@ def cached_signatures(payload: DissimilaritiesPayload, store: Store) -> dict[int
         for record, shape in zip(records, payload.shapes, strict=True)
     ]
     points = payload.parameters.points
-    found = enumerate(store.spectra.signatures(names))
+    found = enumerate(store.spectra.get_many(names))
     return {place: data for place, data in found if data is not None and _suits(data, points)}
 
 
 def compute_signature(
-    payload: DissimilaritiesPayload, place: int, store: Store, holder: str, control: Control
+    payload: DissimilaritiesPayload, place: int, context: JobContext, control: Control
 ) -> bytes:
-    """Compute the signature of a shape, and cache it.
+    """Compute and cache the signature of a shape.
 
     Parameters
     ----------
     payload
-        What is to be compared, and how.
+        The collection and its parameters.
     place
-        Which of the shapes it is.
-    store
-        Where the shape and its spectrum are.
-    holder, control
-        See :func:`worker.jobs.spectra.spectrum_of`.
+        Place of the shape in the collection.
+    context
+        Of the time slice that computes it.
+    control
+        Cancellation of the whole job.
 
     Raises
     ------
     UnusableShape
         The shape cannot be compared.
     ShapeGone
-        It was deleted.
+        The shape was deleted.
     OptionError
-        A parameter has no meaning for it.
+        A parameter does not fit it.
     Cancelled
         Through `control`.
     """
-    shape, parameters = payload.shapes[place], payload.parameters
-    stored = store.shapes.mesh(shape)
-    if stored is None:
-        raise ShapeGone(shape)
-    whole = mesh_from_bytes(stored)
+    shape, parameters, spectra = payload.shapes[place], payload.parameters, context.store.spectra
+    whole = stored_mesh(shape, context.store.shapes)
     key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
+    field = f"shapes.{place}"
     try:
-        if whole.components > 1 and not key.largest_component:
-            raise MeshError(f"it has {whole.components} components; ask for `largest_component`")
-        mesh = mesh_of(key, whole, store.spectra)
-        spectrum = spectrum_of(key, mesh, store.spectra, holder, control)
-        solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)
-        found = signature(solid, options_of(SimilarityOptions, parameters)).to_bytes()
-    except MeshError as error:
-        raise UnusableShape(f"shapes.{place}", str(error)) from error
+        with attributed_to(field):
+            if whole.components > 1 and not key.largest_component:
+                components = whole.components
+                raise MeshError(f"it has {components} components; ask for `largest_component`")
+            mesh = mesh_of(key, whole, spectra)
+            spectrum = spectrum_of(key, mesh, spectra, context.runner, control)
+            solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)
+            found = signature(solid, options_of(SimilarityOptions, parameters)).to_bytes()
     except OptionError as error:
         if error.field == "points":
-            raise UnusableShape(f"shapes.{place}", error.message) from error
+            raise UnusableShape(field, error.message) from error
         raise
-    store.spectra.put(parameters.signature_name(key), found)
+    spectra.put(parameters.signature_name(key), found)
     return found
 
 

@@ -1,4 +1,4 @@
-"""Spectra, computed once: from the cache, from whoever computes them just now, or here."""
+"""Spectra, computed once: read from the cache, awaited from another process, or computed here."""
 
 import threading
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Final
 
-from broker.contracts import SPECTRUM_VERSION, SpectrumKey
+from broker.contracts import SPECTRUM_VERSION, SpectrumKey, SpectrumPayload
 from broker.processes import memory_left
 from broker.store import Spectra
 from broker.telemetry import logger
@@ -15,43 +15,67 @@ from solver.mesh import TriangleMesh
 from solver.prototype import ExampleSurface, SurfaceSpectra
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum, spectrum_memory
+from worker.jobs.context import JobContext
 from worker.jobs.failures import TooLarge
+from worker.jobs.meshes import mesh_of, stored_mesh
 
 LEASE: Final = 20.0
-"""Seconds after which a holder that no longer renews its lock counts as dead."""
+"""Seconds after which the lock of a process that no longer renews it expires."""
 
 _RENEWAL: Final = LEASE / 5
+"""Seconds between two renewals of the lock."""
+
 _POLL: Final = 0.05
+"""Seconds between two looks at the lock of another process."""
 
 log = logger("isomatch.spectra")
+
+
+def compute_spectrum(payload: SpectrumPayload, context: JobContext) -> None:
+    """Compute a spectrum that later jobs need, unless it is cached or being computed.
+
+    Raises
+    ------
+    MeshError, TooLarge, ShapeGone, Cancelled
+        As for :func:`spectrum_of`; the shape was deleted.
+    """
+    key, spectra = payload.key, context.store.spectra
+    control = context.reporter.control()
+    try:
+        if not spectra.has(key) and not spectra.locked(key):
+            control.report("spectrum", 0.0)
+            mesh = mesh_of(key, stored_mesh(payload.shape, context.store.shapes), spectra)
+            spectrum_of(key, mesh, spectra, context.runner, control)
+    finally:
+        spectra.unmark_queued(key)
 
 
 def spectrum_of(
     key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra, holder: str, control: Control
 ) -> Spectrum:
-    """Return the spectrum of a mesh of unit area, computing it only if nobody has or does.
+    """Return the spectrum of a mesh of unit area, computed at most once by all processes.
 
     Parameters
     ----------
     key
-        Name of the spectrum.
+        Key of the spectrum.
     mesh
         The connected mesh that `key` names.
     spectra
         The cache.
     holder
-        Who computes it if it comes to that.
+        Id of the lock's owner if it is computed here.
     control
-        Asked while somebody else computes it.
+        Cancellation while another process computes it.
 
     Raises
     ------
     MeshError
         The spectrum cannot be computed.
     TooLarge
-        It takes more memory than there is.
+        The computation needs more memory than is left.
     Cancelled
-        The caller of the computation asked to stop.
+        Through `control`.
     """
     while True:
         known = _cached(key, spectra)
@@ -59,7 +83,7 @@ def spectrum_of(
             spectra.count_hit()
             return known
         if spectra.lock(key, holder, LEASE):
-            # Whoever held the lock before may just have finished.
+            # The previous owner of the lock may just have finished.
             known = _cached(key, spectra)
             if known is not None:
                 spectra.release(key, holder)
@@ -75,9 +99,10 @@ def spectrum_of(
 def surface_spectra(
     prototype: str, surfaces: Sequence[ExampleSurface], spectra: Spectra
 ) -> SurfaceSpectra:
-    """Spectra of a prototype's surfaces, kept in the cache: later matches need not compute them.
+    """Return the function that gives the spectra of a prototype's surfaces, cached.
 
-    Whoever finds one missing computes it; that takes less time than to wait for others.
+    A missing spectrum is computed without a lock: that takes less time than waiting for another
+    process.
 
     Parameters
     ----------
@@ -118,7 +143,7 @@ def _compute(key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra) -> Spectrum
     if needed > left:
         raise TooLarge(mesh.n_vertices, needed, left)
     spectrum = Shape(mesh, eigenpairs=key.eigenpairs).spectrum()
-    # Whoever finds it in the cache finds it counted, and told of.
+    # Counted and logged before it can be found in the cache.
     spectra.count_computed()
     seconds = round(time.perf_counter() - start, 3)
     log.info("spectrum computed", spectrum=str(key), vertices=mesh.n_vertices, seconds=seconds)

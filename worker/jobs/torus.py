@@ -1,4 +1,8 @@
-"""A small shape to try things on: connected, coloured, and without symmetry."""
+"""A small mesh, connected, coloured and without symmetry.
+
+The warm-up runs its jobs on it, and the validation of a prototype counts on it how many values each
+descriptor has at a point.
+"""
 
 import numpy as np
 
@@ -6,7 +10,7 @@ from solver.arrays import FloatArray, IntArray
 
 
 def torus_file() -> bytes:
-    """A painted torus whose tube gets wider, as an OFF file: it has no symmetry to speak of."""
+    """Return a coloured torus with a tube of varying width, as an OFF file."""
     vertices, faces = _torus(24, 12)
     colors = 0.5 + 0.25 * vertices
     lines = ["COFF", f"{len(vertices)} {len(faces)} 0"]

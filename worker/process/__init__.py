@@ -1,5 +1,5 @@
-"""The process of a worker: settings, warm-up, the loop, the health check, RQ's entry points.
+"""The worker process: warm-up, main loop, health check.
 
-Its modules are started by name, and some must start without loading the numerics: nothing is
+The modules are started by name, and the health check must not load the numerics: nothing is
 imported here.
 """

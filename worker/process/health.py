@@ -1,7 +1,7 @@
-"""``python -m worker.process.health``: whether the worker of this machine or container works.
+"""``python -m worker.process.health``: health check of the worker of this machine or container.
 
-It does if it gave a sign of life not long ago. A worker that waits for Redis to come back is not
-ill, and starting it again would help nobody: where Redis does not answer, nothing is said of it.
+A worker is healthy if its last heartbeat is recent. If Redis does not answer, the check succeeds:
+the worker waits for Redis, and a restart would not help.
 """
 
 import socket
@@ -14,33 +14,33 @@ from redis.exceptions import RedisError
 from rq import Worker
 from rq.utils import utcparse
 
-from broker.environment import complaints
-from broker.queue import SILENCE
+from broker.environment import setting_errors
+from broker.queue import WORKER_TIMEOUT
 from broker.store import StoreSettings, connect, text
 
 
 def main() -> int:
-    """Return 0 if the worker works, or if that cannot be known; 1 if it does not."""
+    """Return 0 if the worker is healthy or Redis does not answer, 1 if it is not healthy."""
     try:
         settings = StoreSettings()
     except ValidationError as error:
-        print("\n".join(complaints(error)), file=sys.stderr)
+        print("\n".join(setting_errors(error)), file=sys.stderr)
         return 2
     if settings.redis_url is None:
         print("ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
-    with connect(settings.redis_url, patience=0) as client:
+    with connect(settings.redis_url, retry_seconds=0) as client:
         try:
-            works = works_on(client, socket.gethostname())
+            healthy = has_live_worker(client, socket.gethostname())
         except RedisError as error:
-            print(f"Redis does not answer, and says nothing of the worker: {error}")
+            print(f"Redis does not answer, so the state of the worker is unknown: {error}")
             return 0
-    print("it works" if works else "no sign of life")
-    return 0 if works else 1
+    print("healthy" if healthy else "no recent heartbeat")
+    return 0 if healthy else 1
 
 
-def works_on(client: Redis, host: str) -> bool:
-    """Whether a worker of a host gave a sign of life not long ago.
+def has_live_worker(client: Redis, host: str) -> bool:
+    """Whether a worker of a host has sent a heartbeat recently.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def works_on(client: Redis, host: str) -> bool:
         for name in Worker.all_keys(connection=client):
             pipe.hmget(name, ["hostname", "death", "last_heartbeat"])
         replies = pipe.execute()
-    oldest = datetime.now(UTC) - SILENCE
+    oldest = datetime.now(UTC) - WORKER_TIMEOUT
     return any(
         hostname is not None
         and text(hostname) == host

@@ -1,4 +1,4 @@
-"""The worker process: it warms up, then forks one process for each job."""
+"""The worker process: warms up, then forks one process for each job."""
 
 import argparse
 import os
@@ -13,27 +13,30 @@ from rq.exceptions import AbandonedJobError
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
-from broker.environment import complaints
+from broker.environment import setting_errors
 from broker.processes import die_with_parent, forks_die_with_parent
 from broker.queue import QUEUES
-from broker.store import Store, connect
+from broker.store import CONNECT_TIMEOUT, Store, connect
 from broker.telemetry import configure_logging, logger
-from broker.upkeep import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, give_back
-from worker.process.entry_points import worker_settings
+from broker.upkeep import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, handle_lost_process
+from worker.jobs import worker_settings
 from worker.process.warmup import compile_rest, warm_up
 
 WORKER_TTL: Final = 30
+"""Seconds without a heartbeat after which RQ forgets an idle worker, which sends one every 15 s."""
+
 MAINTENANCE_INTERVAL: Final = 10
+"""Seconds between two cleanups of RQ's registries."""
 
 log = logger("isomatch.worker")
 
 
 def main() -> int:
-    """Run a worker until it is told to stop."""
+    """Run a worker until SIGTERM."""
     parser = argparse.ArgumentParser(prog="python -m worker", description=__doc__)
-    parser.add_argument("--burst", action="store_true", help="leave when the queues are empty")
+    parser.add_argument("--burst", action="store_true", help="stop when the queues are empty")
     parser.add_argument(
-        "--warm-up", action="store_true", help="compile and keep what jobs need, and leave"
+        "--warm-up", action="store_true", help="compile and cache what jobs need, and stop"
     )
     parser.add_argument(
         "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
@@ -42,8 +45,8 @@ def main() -> int:
     try:
         settings = worker_settings()
     except ValidationError as error:
-        for complaint in complaints(error):
-            print(f"worker: {complaint}", file=sys.stderr)
+        for line in setting_errors(error):
+            print(f"worker: {line}", file=sys.stderr)
         return 2
     configure_logging(settings.log_level, process="worker")
     if options.parent is not None:
@@ -56,27 +59,25 @@ def main() -> int:
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
-    away = why_away(settings.redis_url)
-    if away is not None:
-        # Said at once: warming up takes a while, and only then it is waited for.
-        log.warning("Redis does not answer yet, and will be waited for", error=away)
+    unreachable = redis_error(settings.redis_url)
+    if unreachable is not None:
+        # Logged before the warm-up, which takes a while.
+        log.warning("Redis does not answer yet, and will be waited for", error=unreachable)
     warm_up()
     store = Store.open(settings, settings.redis_patience)
-    # RQ says several lines about each job, and what matters of them is said here as well.
-    chatty = settings.log_level == "DEBUG"
+    # RQ logs several lines about each job; the jobs' own logs have the same information.
+    level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
     try:
-        new_worker(store, settings.heartbeat).work(
-            burst=options.burst, logging_level="DEBUG" if chatty else "WARNING"
-        )
+        new_worker(store, settings.heartbeat).work(burst=options.burst, logging_level=level)
     except RedisError as error:
-        log.error("Redis was away for longer than it is waited for: leaving", error=str(error))
+        log.error("Redis has not answered for too long: stopping", error=str(error))
         return 1
     return 0
 
 
-def why_away(url: str) -> str | None:
-    """Return why Redis does not answer now, without waiting for it; None if it does."""
-    with connect(url, patience=0, silence=5.0) as client:
+def redis_error(url: str) -> str | None:
+    """Return the error of a connection to Redis, None if it answers."""
+    with connect(url, retry_seconds=0, timeout=CONNECT_TIMEOUT) as client:
         try:
             client.ping()
         except RedisError as error:
@@ -85,24 +86,24 @@ def why_away(url: str) -> str | None:
 
 
 def new_worker(store: Store, heartbeat: int) -> Worker:
-    """Return a worker that serves all queues and leaves no job without an end.
+    """Return a worker that serves all queues and handles lost processes.
 
     Parameters
     ----------
     store
-        Where the jobs are.
+        The store.
     heartbeat
-        Seconds between two signs of life while a job runs.
+        Seconds between two heartbeats while a job runs.
     """
     client = store.client
 
     def killed(job: Job, pid: int, status: int, usage: object) -> None:
-        give_back(store, job, _how(status), LOSSES_AFTER_KILL)
+        handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL)
 
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
-        # A job's own errors are dealt with where it runs; what comes here is the machinery's.
+        # The runner handles the errors of jobs; these are RQ's own, or the store's.
         how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
-        give_back(store, job, how, LOSSES_WITH_WORKER)
+        handle_lost_process(store, job, how, LOSSES_WITH_WORKER)
 
     return Worker(
         [Queue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],
@@ -117,8 +118,8 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
     )
 
 
-def _how(status: int | None) -> str:
+def _describe(status: int | None) -> str:
     if status is None:
-        return "nobody knows how"
+        return "unknown exit status"
     code = os.waitstatus_to_exitcode(status)
     return f"signal {-code}" if code < 0 else f"exit status {code}"

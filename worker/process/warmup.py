@@ -1,4 +1,4 @@
-"""Doing a tiny job of each kind before the first real one, so that forked jobs start warm."""
+"""Warm-up: one small job of each kind, so that forked jobs find all functions compiled."""
 
 import gc
 import time
@@ -39,7 +39,7 @@ from solver.similarity import (
     signature,
 )
 from worker.jobs import (
-    Side,
+    MatchInput,
     match_shapes,
     mesh_from_bytes,
     mesh_to_bytes,
@@ -53,45 +53,45 @@ from worker.pictures import draw_match, draw_matrix, hypothesis_of
 log = logger("isomatch.worker")
 
 _ITERATIONS = 150
-"""Of a dual decomposition: after so many it has brought in all its subproblems."""
+"""Iterations of the dual decomposition until it has added all its subproblems."""
 
 
 def warm_up() -> None:
-    """Compile and import, in this process, all that jobs will need; forks inherit it.
+    """Compile and import what jobs need, in the process that forks them.
 
-    A forked job then starts in milliseconds where it would take a good part of a second.
+    A forked job then starts in milliseconds instead of a good part of a second.
     """
     start = time.perf_counter()
     log.info("warming up; where nothing is compiled yet, this takes minutes")
     binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
-    side = Side(simplified(mesh, mesh.n_vertices - 1), None)
-    # What is matched with itself is proven optimal before there is anything to bound.
-    other = Side(_stretched(mesh), None)
+    source = MatchInput(simplified(mesh, mesh.n_vertices - 1), None)
+    # Stretched: a match of a shape with itself is optimal before any bound is computed.
+    target = MatchInput(_stretched(mesh), None)
     few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
     for structures in (
         {"descriptor": ("si_hks", "geodesic_histogram")},
         {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
         | {"refine": "gmds"},
     ):
-        result = match_shapes(side, other, _payload(few, structures), Control())
-    draw_match(mesh, other.mesh, hypothesis_of(result, None))
+        result = match_shapes(source, target, _payload(few, structures), Control())
+    draw_match(mesh, target.mesh, hypothesis_of(result, None))
     _compare(mesh)
     _learn(mesh)
     _decompose()
-    # What is here by now stays: a collection in a fork would copy all its pages for nothing.
+    # Garbage collection in a fork would copy the pages of all objects that exist now.
     gc.collect()
     gc.freeze()
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
 
 
 def compile_rest() -> None:
-    """Compile what few jobs need, to be kept with the rest: nothing that forks would inherit."""
+    """Compile what few jobs need, for the cache on disk; run when the image is built."""
     start = time.perf_counter()
-    side = Side(read_mesh(torus_file(), "off"), None)
+    shape = MatchInput(read_mesh(torus_file(), "off"), None)
     few = MatchParameters(points=8, coarse_points=4, eigenpairs=20)
-    match_shapes(side, side, _payload(few, {"objective": "linf"}), Control())
-    log.info("compiled what is seldom needed", seconds=round(time.perf_counter() - start, 3))
+    match_shapes(shape, shape, _payload(few, {"objective": "linf"}), Control())
+    log.info("compiled the rest", seconds=round(time.perf_counter() - start, 3))
 
 
 def _payload(parameters: MatchParameters, changes: Mapping[str, Any]) -> MatchPayload:
@@ -126,7 +126,7 @@ def _learn(mesh: TriangleMesh) -> None:
 
 
 def _decompose() -> None:
-    """Bound what cannot be enumerated, as few matches need: such as distances without a meaning."""
+    """Bound a problem that cannot be enumerated, as few matches need: one of random distances."""
     random = np.random.default_rng(0)
     places = random.normal(size=(2, 12, 3))
     source, target = (np.linalg.norm(x[:, None] - x[None], axis=2) for x in places)

@@ -1,4 +1,4 @@
-"""Records of versions that are newer: what is the default is not kept, what is unknown is left."""
+"""Records of newer versions: defaults are not stored, unknown records are left alone."""
 
 import json
 
@@ -17,11 +17,11 @@ from broker.contracts import (
     PicturePayload,
     PrototypeParameters,
     PrototypePayload,
-    TurnPayload,
+    TimeSlicePayload,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import BOUNDS, NewerRecord, keys
-from broker.upkeep import LOSSES_WITH_WORKER, give_back, recover
+from broker.store import BUCKET_BOUNDS, NewerRecord, keys
+from broker.upkeep import LOSSES_WITH_WORKER, handle_lost_process, recover
 from broker.webhooks import WebhookSettings, dispatch
 from worker.jobs import Runner
 
@@ -42,7 +42,7 @@ def kept(queue: JobQueue, job: str) -> dict[str, object]:
 
 
 def of_a_newer_version(queue: JobQueue, payload: Payload) -> str:
-    """Queue a job with a parameter that nobody knows here."""
+    """Queue a job with an unknown parameter."""
     job = queue.submit(new_job(payload)).id
     found = queue.store.client.hget(keys.job(job), "record")
     assert found is not None
@@ -72,7 +72,7 @@ LEARNED = PrototypePayload(
     ],
     ids=["match", "metric", "landmarks", "dense", "collection", "prototype"],
 )
-def test_what_is_the_default_is_not_kept_and_comes_back(
+def test_defaults_are_not_stored_and_are_read_back(
     queue: JobQueue, payload: Payload, given: set[str]
 ) -> None:
     job = queue.submit(new_job(payload)).id
@@ -82,7 +82,7 @@ def test_what_is_the_default_is_not_kept_and_comes_back(
     assert set(kept(queue, job)) == given
 
 
-def test_a_job_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> None:
+def test_an_unreadable_job_fails_with_the_reason(queue: JobQueue) -> None:
     job = of_a_newer_version(queue, match())
     with pytest.raises(NewerRecord, match="newer version"):
         queue.store.jobs.get(job)
@@ -93,9 +93,9 @@ def test_a_job_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> Non
     assert json.loads(error)["type"] == "urn:isomatch:problem:newer-version"
 
 
-def test_a_collection_that_cannot_be_read_fails_with_the_reason(queue: JobQueue) -> None:
+def test_an_unreadable_comparison_fails_with_the_reason(queue: JobQueue) -> None:
     job = of_a_newer_version(queue, COMPARED)
-    turn = queue.submit(new_job(TurnPayload(job=job))).id
+    turn = queue.submit(new_job(TimeSlicePayload(job=job))).id
     Runner(queue, "runner").run(turn)
     assert queue.store.jobs.state(job) is JobState.FAILED
     assert queue.store.jobs.state(turn) is JobState.SUCCEEDED
@@ -105,9 +105,7 @@ def test_a_collection_that_cannot_be_read_fails_with_the_reason(queue: JobQueue)
     ("field", "value"),
     [("state", "paused"), ("delivery", '{"state": "paused"}'), ("error", '{"type": "novel"}')],
 )
-def test_what_a_newer_version_noted_of_a_job_hides_nothing_else(
-    queue: JobQueue, field: str, value: str
-) -> None:
+def test_an_unreadable_job_does_not_hide_others(queue: JobQueue, field: str, value: str) -> None:
     unread, other = (queue.submit(new_job(match())).id for _ in range(2))
     queue.store.client.hset(keys.job(unread), field, value)
     with pytest.raises(NewerRecord):
@@ -116,19 +114,19 @@ def test_what_a_newer_version_noted_of_a_job_hides_nothing_else(
     assert [record.id for record in queue.store.jobs.active()] == [other]
 
 
-def test_what_a_newer_version_counts_is_left_out(queue: JobQueue) -> None:
-    tallies = queue.store.tallies
-    tallies.time(JobKind.MATCH, {"total": 2.0})
-    before = tallies.read()
-    for novel in (f"class|match|total|{len(BOUNDS) + 1}", "novel|match", "novel"):
-        queue.store.client.hset(keys.TALLIES, novel, "1")
-    assert tallies.read() == before
+def test_unknown_counters_are_ignored(queue: JobQueue) -> None:
+    counters = queue.store.counters
+    counters.observe(JobKind.MATCH, {"total": 2.0})
+    before = counters.read()
+    for novel in (f"class|match|total|{len(BUCKET_BOUNDS) + 1}", "novel|match", "novel"):
+        queue.store.client.hset(keys.COUNTERS, novel, "1")
+    assert counters.read() == before
 
 
-def test_chores_go_on_past_what_cannot_be_read(queue: JobQueue) -> None:
+def test_upkeep_skips_unreadable_records(queue: JobQueue) -> None:
     unread, other = of_a_newer_version(queue, match()), queue.submit(new_job(match())).id
     assert [record.id for record in queue.store.jobs.active()] == [other]
-    recover(queue.store, queue)
+    recover(queue)
     assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
     # It stays in the listings, for those who can read it.
     assert queue.store.client.zscore(keys.JOBS, unread) is not None
@@ -138,16 +136,16 @@ def test_chores_go_on_past_what_cannot_be_read(queue: JobQueue) -> None:
     assert queue.store.client.zscore(keys.WEBHOOKS, unread) is not None
 
 
-def test_a_lost_process_of_what_cannot_be_read_costs_no_worker(queue: JobQueue) -> None:
+def test_a_lost_process_of_an_unreadable_job_does_not_stop_the_worker(queue: JobQueue) -> None:
     job = of_a_newer_version(queue, match())
     assert queue.store.jobs.claim(job, "runner")
     lost = Job.fetch(job, connection=queue.store.client, serializer=JSONSerializer)
-    give_back(queue.store, lost, "killed", LOSSES_WITH_WORKER)
+    handle_lost_process(queue.store, lost, "killed", LOSSES_WITH_WORKER)
     assert queue.store.jobs.state(job) is JobState.QUEUED
     assert lost.retries_left == 1
 
 
-def test_what_a_job_is_about_cannot_be_read_either(queue: JobQueue) -> None:
+def test_an_unreadable_shape_fails_its_job(queue: JobQueue) -> None:
     drawn = of_a_newer_version(queue, match())
     queue.store.client.set(keys.job_result(drawn), b"")
     job = queue.submit(new_job(PicturePayload(job=drawn))).id

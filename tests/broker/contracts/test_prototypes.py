@@ -1,4 +1,4 @@
-"""Prototypes in the store: versions are never reused."""
+"""Prototypes in contracts and stores: what the solver says, and versions that are never reused."""
 
 from datetime import UTC, datetime
 
@@ -12,7 +12,7 @@ from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 from tests.broker.upkeep.test_retention import TRACE, TTL
 from tests.worker.figures import blob
 from worker.jobs import surface_spectra
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 
 def record(name: str, label: str) -> PrototypeRecord:
@@ -73,7 +73,7 @@ def test_spectra_of_surfaces_are_computed_once_for_each_prototype(store: Store) 
         np.testing.assert_array_equal(found(*one).eigenfunctions, usual.eigenfunctions)
     assert computed == asked
     assert len(cached(store)) == len(asked)
-    store.spectra.forget("p-1")
+    store.spectra.drop("p-1")
     (left,) = cached(store)
     assert left.startswith("p-2:")
     other = laplace_beltrami_spectrum(triangle_mesh(*blob(2)), 5)
@@ -87,10 +87,14 @@ def test_what_belongs_to_a_name_outlives_what_has_it(
     store: Store, settings: WorkerSettings
 ) -> None:
     changed = settings.model_copy(update={"shape_ttl": TTL, "trace_ttl": TRACE})
-    prototypes = Store.over(store.client, changed, patience=1).prototypes
+    prototypes = Store.over(store.client, changed, retry_seconds=1).prototypes
     prototypes.add(record("a", "1"), b"archive")
     kept = (keys.prototype("p-1"), keys.prototype_archive("p-1"))
-    longer = (keys.prototype_trace("p-1"), keys.prototypes_named("a"), keys.prototype_versions("a"))
+    longer = (
+        keys.prototype_tombstone("p-1"),
+        keys.prototypes_named("a"),
+        keys.prototype_versions("a"),
+    )
     for use in (prototypes.use, prototypes.archive):
         for key in (*kept, *longer):
             store.client.expire(key, 10)

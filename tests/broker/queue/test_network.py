@@ -23,27 +23,27 @@ from broker.store import Store, connect
 from service.standalone import listening, server_binary
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 PASSWORD = "it's a secret/of:ours"
 
 
 @dataclass(frozen=True)
 class Secured:
-    """A store that is reached through TLS, by those who know the password."""
+    """A store that requires TLS and a password."""
 
     port: int
     authority: Path
 
     def url(self, password: str = PASSWORD, trusting: bool = True) -> str:
-        """Its address."""
+        """Its URL."""
         trust = f"?ssl_ca_certs={quote(str(self.authority))}" if trusting else ""
         return f"rediss://:{quote(password, safe='')}@127.0.0.1:{self.port}/0{trust}"
 
 
 @pytest.fixture(scope="module")
 def plain(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
-    """Port of a server that asks for the password."""
+    """Port of a server that requires the password."""
     folder = tmp_path_factory.mktemp("plain")
     with listening("127.0.0.1", 0) as free:
         port = int(free.getsockname()[1])
@@ -67,7 +67,7 @@ def secured(plain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Se
     thread = threading.Thread(target=loop.run_forever)
     thread.start()
     found = Secured(server.sockets[0].getsockname()[1], file)
-    with connect(found.url(), patience=120, pause=0.05) as client:
+    with connect(found.url(), retry_seconds=120, pause=0.05) as client:
         client.ping()
     yield found
     loop.call_soon_threadsafe(loop.stop)
@@ -99,14 +99,14 @@ async def _relay(port: int, context: ssl.SSLContext) -> asyncio.Server:
 
 def test_a_worker_joins(secured: Secured) -> None:
     settings = WorkerSettings(redis_url=secured.url())
-    store = Store.open(settings, patience=1)
+    store = Store.open(settings, retry_seconds=1)
     queue = JobQueue(store, settings)
     with worker(queue):
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
     store.close()
 
 
-def test_nobody_else_does(secured: Secured) -> None:
+def test_others_are_refused(secured: Secured) -> None:
     for url in (secured.url(password="guessed"), secured.url(trusting=False)):
-        with pytest.raises(RedisError), connect(url, patience=0) as client:
+        with pytest.raises(RedisError), connect(url, retry_seconds=0) as client:
             client.ping()

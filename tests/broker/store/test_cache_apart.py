@@ -1,4 +1,4 @@
-"""The cache of spectra in a Redis of its own, which evicts, is full, or is away: a real one."""
+"""The spectrum cache in a Redis of its own, which evicts, is full, or does not answer."""
 
 import copy
 import math
@@ -20,19 +20,27 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue
-from broker.store import CACHE_SILENCE, Absence, OnceInAWhile, Store, absence, connect, keys
+from broker.store import (
+    CACHE_TIMEOUT,
+    CircuitBreaker,
+    Store,
+    ThrottledBackoff,
+    circuit_breaker,
+    connect,
+    keys,
+)
 from broker.store import spectra as spectra_module
 from service.standalone import EmbeddedServer
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 MIB = 1024**2
 
 
 @pytest.fixture(scope="module")
 def second(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]:
-    """A second server, that evicts what is used least."""
+    """A second server, with eviction."""
     embedded = EmbeddedServer(tmp_path_factory.mktemp("cache"))
     embedded.start()
     yield embedded
@@ -41,7 +49,7 @@ def second(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]
 
 @pytest.fixture
 def cache(second: EmbeddedServer) -> Iterator[Redis]:
-    """A connection to the second server, which runs, is empty and evicts."""
+    """A connection to the second server, running, empty and with eviction."""
     if not second.alive():
         second.start()
     with Redis.from_url(second.url) as client:
@@ -56,17 +64,17 @@ def apart(
     store: Store, cache: Redis, second: EmbeddedServer, settings: WorkerSettings
 ) -> Iterator[Store]:
     """An empty store whose cache is on the second server."""
-    opened = Store.open(settings.model_copy(update={"cache_url": second.url}), patience=0)
+    opened = Store.open(settings.model_copy(update={"cache_url": second.url}), retry_seconds=0)
     yield opened
     opened.close()
 
 
 def limit(cache: Redis, more: int) -> None:
-    """Leave the server so many bytes beyond what it has now."""
+    """Limit the server to so many bytes more than it uses now."""
     cache.config_set("maxmemory", int(cache.info("memory")["used_memory"]) + more)
 
 
-def test_only_what_can_be_computed_again_is_in_the_cache(apart: Store, cache: Redis) -> None:
+def test_the_cache_holds_only_blobs_and_their_list(apart: Store, cache: Redis) -> None:
     key = SpectrumKey("a", 10)
     apart.spectra.put(key, b"spectrum")
     assert apart.spectra.lock(key, "me", 5.0)
@@ -80,7 +88,7 @@ def test_only_what_can_be_computed_again_is_in_the_cache(apart: Store, cache: Re
     )
 
 
-def test_what_is_evicted_is_not_there_and_costs_nothing_else(apart: Store, cache: Redis) -> None:
+def test_evicted_spectra_are_missing_and_nothing_else_is(apart: Store, cache: Redis) -> None:
     apart.client.set("isomatch:kept", b"x")
     limit(cache, 8 * MIB)
     names = [SpectrumKey(f"{number:032x}", 10) for number in range(32)]
@@ -94,51 +102,55 @@ def test_what_is_evicted_is_not_there_and_costs_nothing_else(apart: Store, cache
     assert apart.client.get("isomatch:kept") == b"x"
 
 
-def test_a_shape_is_forgotten_though_the_list_was_evicted(apart: Store, cache: Redis) -> None:
+def test_a_shape_is_dropped_although_the_list_was_evicted(apart: Store, cache: Redis) -> None:
     mine, others = SpectrumKey("a" * 32, 10), SpectrumKey("b" * 32, 10)
     for key in (mine, others):
         apart.spectra.put(key, b"spectrum")
     cache.delete(keys.CACHED_SPECTRA, keys.CACHED_SIZES)
-    apart.spectra.forget("a" * 32)
+    apart.spectra.drop("a" * 32)
     assert not apart.spectra.has(mine)
     assert apart.spectra.has(others)
     assert apart.spectra.put(mine, b"spectrum")
 
 
-def test_a_cache_that_takes_nothing_is_done_without(apart: Store, cache: Redis) -> None:
+def test_a_read_only_cache_is_tolerated(apart: Store, cache: Redis) -> None:
     known, other = SpectrumKey("a", 10), SpectrumKey("b", 10)
     assert apart.spectra.put(known, b"spectrum")
-    # After a failover, say: what is there can be read, and nothing can be written.
+    # As after a failover: a replica can be read but not written.
     cache.replicaof("127.0.0.1", "1")
     try:
         assert not apart.spectra.put(other, b"spectrum")
         assert apart.spectra.get(known) == b"spectrum"
-        apart.spectra.forget("a")
+        apart.spectra.drop("a")
     finally:
         cache.replicaof("NO", "ONE")
 
 
-def test_a_cache_that_is_away_is_waited_for_once_in_a_while(
+def test_backoff_of_a_cache_that_refuses_connections_is_throttled(
     second: EmbeddedServer, server: EmbeddedServer
 ) -> None:
-    patient = OnceInAWhile(1.0, lull=math.inf)
-    # Each connection has a copy of how it waits, and what one finds out holds for all.
-    assert [one.compute(1) for one in (patient, copy.deepcopy(patient), patient)] == [1.0, 0.0, 0.0]
-    patient.reset()
-    assert patient.compute(1) == 0.0
-    always = OnceInAWhile(0.5, lull=0.0)
+    throttled = ThrottledBackoff(1.0, interval=math.inf)
+    # Each connection copies the backoff; all copies share its state.
+    assert [one.compute(1) for one in (throttled, copy.deepcopy(throttled), throttled)] == [
+        1.0,
+        0.0,
+        0.0,
+    ]
+    throttled.reset()
+    assert throttled.compute(1) == 0.0
+    always = ThrottledBackoff(0.5, interval=0.0)
     assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
-    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), patience=1)
+    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), retry_seconds=1)
     backoffs = [
         client.connection_pool.connection_kwargs["retry"]._backoff
         for client in (store.client, store.spectra.cache)
     ]
-    assert [isinstance(one, OnceInAWhile) for one in backoffs] == [False, True]
+    assert [isinstance(one, ThrottledBackoff) for one in backoffs] == [False, True]
     store.close()
 
 
 def connections(listener: socket.socket) -> int:
-    """How many were made since this was asked last."""
+    """Number of connections since the last call."""
     listener.setblocking(False)
     made = 0
     while True:
@@ -149,74 +161,72 @@ def connections(listener: socket.socket) -> int:
         made += 1
 
 
-def test_a_cache_that_says_nothing_is_waited_for_once(
-    store: Store, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(spectra_module, "CACHE_SILENT_LULL", 10_000.0)
+def test_the_circuit_opens_after_one_timeout(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spectra_module, "CACHE_CIRCUIT_SECONDS", 10_000.0)
     key = SpectrumKey("a", 10)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         url = f"redis://127.0.0.1:{silent.getsockname()[1]}"
-        with connect(url, patience=0, silence=0.05) as cache:
+        with connect(url, retry_seconds=0, timeout=0.05) as cache:
             spectra = replace(store.spectra, cache=cache)
 
             def look() -> None:
                 assert not spectra.has(key)
                 assert spectra.get(key) is None
                 assert not spectra.put(key, b"spectrum")
-                spectra.forget("a")
+                spectra.drop("a")
                 assert spectra.cached_bytes() == 0
 
             look()
             look()
             assert connections(silent) == 1
-            # Other processes of this machine know of it.
+            # Other processes of this machine share the circuit.
             spectra = replace(spectra)
             look()
             assert connections(silent) == 0
-            spectra.absence.begin(0.0)
+            spectra.circuit.open(0.0)
             assert not spectra.has(key)
             assert connections(silent) == 1
 
 
-def test_one_asks_for_all_whether_a_cache_is_there_again(
+def test_one_process_probes_the_cache_for_all(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     now = 0.0
-    monkeypatch.setattr(absence, "time", SimpleNamespace(time=lambda: now))
-    mine, others, far = (Absence(store.client, name) for name in ("here", "here", "there"))
-    assert [mine.lasts(), others.lasts()] == [False, False]
-    mine.begin(1000.0)
-    assert [mine.lasts(), others.lasts(), far.lasts()] == [True, True, False]
+    monkeypatch.setattr(circuit_breaker, "time", SimpleNamespace(time=lambda: now))
+    mine, others, far = (CircuitBreaker(store.client, name) for name in ("here", "here", "there"))
+    assert [mine.is_open(), others.is_open()] == [False, False]
+    mine.open(1000.0)
+    assert [mine.is_open(), others.is_open(), far.is_open()] == [True, True, False]
     now = 1000.0
-    assert [mine.lasts(), others.lasts()] == [False, True]
+    assert [mine.is_open(), others.is_open()] == [False, True]
     now = 2000.0
-    assert not others.lasts()
-    others.end()
-    assert [mine.lasts(), others.lasts()] == [False, False]
-    mine.begin(0.0)
-    assert store.client.ttl(keys.cache_away("here")) != -1
+    assert not others.is_open()
+    others.close()
+    assert [mine.is_open(), others.is_open()] == [False, False]
+    mine.open(0.0)
+    assert store.client.ttl(keys.cache_circuit("here")) != -1
 
 
-def test_a_cache_that_is_there_again_is_used(apart: Store) -> None:
+def test_a_cache_that_answers_again_is_used(apart: Store) -> None:
     spectra, key = apart.spectra, SpectrumKey("a", 10)
-    spectra.absence.begin(1000.0)
+    spectra.circuit.open(1000.0)
     assert not spectra.put(key, b"spectrum")
-    spectra.absence.begin(0.0)
+    spectra.circuit.open(0.0)
     assert spectra.put(key, b"spectrum")
     assert spectra.has(key)
 
 
-def test_a_silent_cache_is_given_up_by_workers_too(server: EmbeddedServer) -> None:
+def test_workers_have_a_timeout_for_the_cache(server: EmbeddedServer) -> None:
     settings = WorkerSettings(redis_url=server.url, cache_url="redis://127.0.0.1:1")
-    opened = Store.open(settings, patience=30.0)
+    opened = Store.open(settings, retry_seconds=30.0)
     options = opened.spectra.cache.connection_pool.connection_kwargs
-    assert options["socket_timeout"] == CACHE_SILENCE
+    assert options["socket_timeout"] == CACHE_TIMEOUT
     assert RedisTimeoutError not in options["retry_on_error"]
     assert RedisTimeoutError in opened.client.connection_pool.connection_kwargs["retry_on_error"]
     opened.close()
 
 
-def test_matches_go_on_while_the_cache_is_away(
+def test_matches_work_without_the_cache(
     apart: Store, second: EmbeddedServer, settings: WorkerSettings
 ) -> None:
     queue = JobQueue(apart, settings)
@@ -225,7 +235,7 @@ def test_matches_go_on_while_the_cache_is_away(
     payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
 
     def matched() -> JobRecord:
-        record = ended(queue, queue.submit_match(payload).id)
+        record = ended(queue, queue.submit_with_spectra(payload).id)
         assert record.state is JobState.SUCCEEDED, record
         return record
 
@@ -249,4 +259,4 @@ def test_matches_go_on_while_the_cache_is_away(
         matched()
         assert computed() == settled, "and kept once the cache is there again"
     for record in (first, again):
-        assert apart.jobs.result(record.id) is not None
+        assert apart.results.document(record.id) is not None

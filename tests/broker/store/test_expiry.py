@@ -1,10 +1,9 @@
-"""What expires, ends or comes again between two looks, and leaves nothing behind for good."""
+"""Records that expire, end or reappear between two steps, and what they leave behind."""
 
 from dataclasses import replace
 from datetime import timedelta
 
 import pytest
-from redis.client import Pipeline
 
 from broker.contracts import (
     PAIRS,
@@ -27,13 +26,13 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import Listing, Offer, Shapes, Store, keys
-from broker.upkeep import LOSSES_WITH_WORKER, Patience, recover
+from broker.store import ClaimStatus, Listing, Shapes, Store, keys
+from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from broker.webhooks import WebhookSettings, dispatch
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
 from worker.jobs import Runner
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 SHAPE = "a" * 32
 RECEIVER = Webhook(url="http://127.0.0.1:9/")
@@ -46,7 +45,7 @@ def put_shape(store: Store) -> None:
 
 
 def ended_match(queue: JobQueue) -> JobRecord:
-    """A match that has ended, whose receiver is still to be told."""
+    """A match that has ended and whose webhook is not delivered."""
     match = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
     record = new_job(match).model_copy(update={"webhook": RECEIVER})
     queue.submit(record)
@@ -62,12 +61,12 @@ def compared(queue: JobQueue) -> JobRecord:
 
 
 def lasting(store: Store) -> set[str]:
-    """Keys of single jobs that stay until somebody deletes them."""
+    """Keys of single jobs without a time to live."""
     names = {key.decode() for key in store.client.scan_iter(f"{keys.job('')}*")}
     return {name for name in names if store.client.ttl(name) == -1}
 
 
-def test_a_shape_that_comes_again_while_it_is_looked_for_stays_listed(store: Store) -> None:
+def test_a_shape_uploaded_again_during_a_listing_stays_listed(store: Store) -> None:
     put_shape(store)
     listing = Listing(store.client, keys.SHAPES, keys.shape)
 
@@ -83,7 +82,7 @@ def test_a_shape_that_comes_again_while_it_is_looked_for_stays_listed(store: Sto
 
 
 @pytest.mark.parametrize("kind", ["spectrum", "turn"])
-def test_what_was_found_out_of_a_deleted_shape_does_not_stay(queue: JobQueue, kind: str) -> None:
+def test_cached_blobs_of_a_deleted_shape_are_dropped(queue: JobQueue, kind: str) -> None:
     store = queue.store
     put_shape(store)
     there, gone = SpectrumKey(SHAPE, 10), SpectrumKey("b" * 32, 10)
@@ -100,7 +99,7 @@ def test_what_was_found_out_of_a_deleted_shape_does_not_stay(queue: JobQueue, ki
     assert not store.spectra.has(gone)
 
 
-def test_what_was_found_out_of_a_deleted_prototype_does_not_stay(queue: JobQueue) -> None:
+def test_cached_blobs_of_a_deleted_prototype_are_dropped(queue: JobQueue) -> None:
     spectra, prototype = queue.store.spectra, "p-" + SHAPE
     put_shape(queue.store)
     match = MatchPayload(source=prototype, target=SHAPE, parameters=MatchParameters())
@@ -108,10 +107,10 @@ def test_what_was_found_out_of_a_deleted_prototype_does_not_stay(queue: JobQueue
     for name in (prototype, SHAPE):
         assert spectra.put(f"{name}:surface0", b"spectrum")
     Runner(queue, "runner").run(job)
-    assert spectra.signatures([f"{prototype}:surface0", f"{SHAPE}:surface0"]) == [None, b"spectrum"]
+    assert spectra.get_many([f"{prototype}:surface0", f"{SHAPE}:surface0"]) == [None, b"spectrum"]
 
 
-def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
+def test_a_prototype_stored_again_under_another_name_is_listed_there(
     store: Store,
 ) -> None:
     def named(name: str) -> PrototypeRecord:
@@ -139,7 +138,7 @@ def test_a_prototype_that_comes_again_under_another_name_is_listed_under_that(
     assert [one.name for one in prototypes.page(10, None).items] == ["animal"]
 
 
-def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue: JobQueue) -> None:
+def test_an_upload_that_expires_during_validation_stores_no_partial_shape(queue: JobQueue) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = queue.submit_validation(payload, b"data")
     queue.store.client.delete(keys.candidate(SHAPE, "off", job))
@@ -148,34 +147,33 @@ def test_an_upload_that_expires_while_it_is_read_makes_no_half_of_a_shape(queue:
     assert queue.store.shapes.mesh(SHAPE) is None
 
 
-class Dying(Shapes):
-    """Shapes of a process that ends just before it stores one."""
-
-    def release(self, upload_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
-        """End instead."""
-        raise SystemExit
-
-
-def test_an_upload_is_still_there_for_who_comes_after_one_that_died(queue: JobQueue) -> None:
+def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
+    queue: JobQueue, monkeypatch: pytest.MonkeyPatch
+) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job, shapes = queue.submit_validation(payload, b"data"), queue.store.shapes
+
+    def die(*_: object) -> None:
+        raise SystemExit
+
+    monkeypatch.setattr("broker.store.shapes.delete_candidate", die)
     with pytest.raises(SystemExit):
-        Dying(shapes.client, shapes.settings).accept(shape_record(SHAPE), b"m", b"g", job)
+        shapes.accept(shape_record(SHAPE), b"m", b"g", job)
     left = queue.store.client.ttl(keys.candidate(SHAPE, "off", job))
     assert shapes.settings.candidate_ttl - 500 <= left <= shapes.settings.candidate_ttl
 
 
-class ComingBack(Shapes):
-    """Shapes where one that was given up and came back is a moment earlier."""
+class StoredTwice(Shapes):
+    """Shapes where a run that was given up stores the shape a moment earlier."""
 
     def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
-        """Make the shape for the other, and then for this one."""
+        """Store the shape twice."""
         assert super().accept(record, mesh, geometry, job_id)
         return super().accept(record, mesh, geometry, job_id)
 
 
-def test_an_upload_that_two_have_read_is_a_shape(store: Store) -> None:
-    shapes = ComingBack(store.client, store.shapes.settings)
+def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
+    shapes = StoredTwice(store.client, store.shapes.settings)
     queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
     data = blob_file(1)
     payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")
@@ -186,7 +184,7 @@ def test_an_upload_that_two_have_read_is_a_shape(store: Store) -> None:
 
 
 @pytest.mark.parametrize("kind", ["shape", "prototype"])
-def test_an_upload_that_waits_for_too_long_is_told_as_such(queue: JobQueue, kind: str) -> None:
+def test_an_upload_that_expires_before_validation_is_reported(queue: JobQueue, kind: str) -> None:
     payload: UploadPayload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     if kind == "prototype":
         payload = PrototypeValidationPayload(prototype="p-" + SHAPE, name="x")
@@ -200,7 +198,7 @@ def test_an_upload_that_waits_for_too_long_is_told_as_such(queue: JobQueue, kind
     assert "send it again" in record.error.detail
 
 
-def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueue) -> None:
+def test_a_webhook_of_an_expired_job_leaves_nothing(queue: JobQueue) -> None:
     webhooks, client = queue.store.webhooks, queue.store.client
     record = ended_match(queue)
     assert webhooks.begin(record.id, "delivery", 1)
@@ -212,58 +210,58 @@ def test_a_webhook_of_a_job_that_expires_meanwhile_leaves_nothing(queue: JobQueu
     assert webhooks.pending() == 0
 
 
-def test_a_job_that_is_over_gets_no_further_turns(queue: JobQueue) -> None:
+def test_an_ended_job_gets_no_further_time_slices(queue: JobQueue) -> None:
     record, store = compared(queue), queue.store
     store.jobs.claim(record.id, record.id)
-    queue.submit_turn(record)
-    assert len(store.parts.turns(record.id)) == 2
+    queue.submit_time_slice(record)
+    assert len(store.chunks.time_slices(record.id)) == 2
     store.jobs.cancel(record.id)
-    store.parts.forget(record.id)
-    queue.submit_turn(record)
-    assert store.parts.turns(record.id) == {}
+    store.chunks.delete(record.id)
+    queue.submit_time_slice(record)
+    assert store.chunks.time_slices(record.id) == {}
     for number in (1, 2):
         Runner(queue, "runner").run(f"{record.id}-{number}")
     assert lasting(store) == set()
-    assert not store.client.exists(keys.job_parts(record.id), keys.job_turns(record.id))
+    assert not store.client.exists(keys.job_chunks(record.id), keys.time_slices(record.id))
 
 
-def test_a_comparison_that_is_lost_for_good_leaves_nothing(queue: JobQueue) -> None:
+def test_a_comparison_lost_too_often_leaves_nothing(queue: JobQueue) -> None:
     record, store = compared(queue), queue.store
-    now = Patience(unseen=timedelta(0), silence=timedelta(0))
+    now = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0))
     for _ in range(LOSSES_WITH_WORKER + 1):
         assert store.jobs.claim(record.id, record.id)
-        store.parts.open(record.id, "", STRUCTURES, 2, 0.5)
-        assert store.parts.take(record.id, "turn", "runner").offer is Offer.PART
-        for turn in store.parts.turns(record.id):
-            queue.withdraw(turn)
-            store.client.delete(keys.job(turn))
-        # It is seen to be lost, and the next time that it still is.
-        recover(store, queue, now)
-        recover(store, queue, now)
+        store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
+        assert store.chunks.claim(record.id, "slice", "runner").status is ClaimStatus.CLAIMED
+        for time_slice in store.chunks.time_slices(record.id):
+            queue.rq.withdraw(time_slice)
+            store.client.delete(keys.job(time_slice))
+        # Noticed in the first pass, lost in the second.
+        recover(queue, now)
+        recover(queue, now)
     assert store.jobs.state(record.id) is JobState.FAILED
     assert lasting(store) == set()
-    assert store.parts.counts(record.id).stage == ""
+    assert store.chunks.counts(record.id).stage == ""
 
 
 @pytest.fixture
 def brief(store: Store, settings: WorkerSettings) -> JobQueue:
-    """A queue whose records are kept for a second after their jobs' ends."""
+    """A queue whose records expire a second after the jobs' ends."""
     changed = settings.model_copy(update={"job_ttl": 1})
-    return JobQueue(Store.over(store.client, changed, patience=1), settings)
+    return JobQueue(Store.over(store.client, changed, retry_seconds=1), settings)
 
 
-def test_a_comparison_may_take_longer_than_records_are_kept(brief: JobQueue) -> None:
+def test_a_comparison_may_take_longer_than_job_ttl(brief: JobQueue) -> None:
     store, record = brief.store, compared(brief)
-    store.parts.set_input(record.id, PAIRS, b"collection")
-    store.parts.supply(record.id, STRUCTURES, {0: b"signature"})
+    store.chunks.set_input(record.id, PAIRS, b"collection")
+    store.chunks.supply(record.id, STRUCTURES, {0: b"signature"})
     long = 86400
-    assert store.client.ttl(keys.job_input(record.id, PAIRS)) > long
-    assert store.client.ttl(keys.job_done(record.id, STRUCTURES)) > long
-    assert store.client.ttl(keys.job_turns(record.id)) > long
+    assert store.client.ttl(keys.stage_input(record.id, PAIRS)) > long
+    assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long
+    assert store.client.ttl(keys.time_slices(record.id)) > long
     assert store.jobs.claim(record.id, record.id)
-    assert store.parts.open(record.id, "", STRUCTURES, 2, 0.5)
-    taken = store.parts.take(record.id, "turn", "runner")
-    assert (taken.offer, taken.part) == (Offer.PART, 1)
-    assert store.parts.complete(record.id, taken, b"signature", 0.1)
-    assert store.client.ttl(keys.job_parts(record.id)) > long
-    assert store.client.ttl(keys.job_done(record.id, STRUCTURES)) > long
+    assert store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
+    chunk = store.chunks.claim(record.id, "slice", "runner")
+    assert (chunk.status, chunk.number) == (ClaimStatus.CLAIMED, 1)
+    assert store.chunks.complete(record.id, chunk, b"signature", 0.1)
+    assert store.client.ttl(keys.job_chunks(record.id)) > long
+    assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long

@@ -1,4 +1,4 @@
-"""Commands that are sent again because the connection broke before their answer came."""
+"""Commands that are sent again because the connection broke before their reply."""
 
 import select
 import socket
@@ -12,13 +12,13 @@ from broker.queue import JobQueue, QueueSettings
 from broker.store import Store, keys
 from service.standalone import EmbeddedServer
 from tests.worker.records import shape_record
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 SHAPE = "a" * 32
 
 
 def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -> None:
-    """Pass on what both say, until the answer to a command would come, or one has left."""
+    """Forward both directions until the reply to a command, or until one side closes."""
     asked = False
     while True:
         ready, _, _ = select.select([client, server], [], [])
@@ -37,7 +37,7 @@ def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -
 
 @pytest.fixture
 def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
-    """The empty store, over a connection that breaks with the answer of the first transaction."""
+    """The empty store, over a connection that breaks before the first transaction's reply."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         listening.settimeout(60.0)
 
@@ -51,7 +51,7 @@ def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
         thread = Thread(target=serve)
         thread.start()
         url = f"redis://127.0.0.1:{listening.getsockname()[1]}?db=1"
-        opened = Store.open(WorkerSettings(redis_url=url), patience=30, pause=0.05)
+        opened = Store.open(WorkerSettings(redis_url=url), retry_seconds=30, pause=0.05)
         yield opened
         opened.close()
         thread.join()

@@ -24,7 +24,7 @@ from broker.contracts import (
 from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import InvalidCursor, Jobs, Spectra, Store, keys
 from tests.worker.records import CREATED, shape_record
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 BROKEN = Problem.of("broken", "Broken", 500, "it broke")
 
@@ -57,11 +57,11 @@ def in_state(jobs: Jobs, state: JobState) -> str:
         case JobState.FAILED:
             assert jobs.fail(job, "r", BROKEN)
         case JobState.CANCELLED:
-            assert jobs.leave(job, "r")
+            assert jobs.finish_cancelled(job, "r")
     return job
 
 
-def test_a_job_comes_back_as_it_was_stored(store: Store) -> None:
+def test_a_stored_job_is_read_back(store: Store) -> None:
     record = match_job()
     stored(store.jobs, record)
     assert store.jobs.get(record.id) == record
@@ -83,7 +83,7 @@ def test_the_life_of_a_job(store: Store) -> None:
     assert done.progress.fraction == 1.0
     assert done.ended is not None
     assert done.ended >= begun.started
-    packed = store.jobs.result(job)
+    packed = store.results.document(job)
     assert packed is not None
     assert gzip.decompress(packed) == b'{"x": 1}'
 
@@ -105,38 +105,38 @@ def test_an_end_never_changes(store: Store, end: JobState) -> None:
     jobs = store.jobs
     job = in_state(jobs, end)
     before = jobs.get(job)
-    result = jobs.result(job)
+    result = store.results.document(job)
     jobs.claim(job, "r2")
     jobs.succeed(job, "r2", b"other")
     jobs.fail(job, "r2", BROKEN)
-    jobs.leave(job, "r2")
+    jobs.finish_cancelled(job, "r2")
     assert jobs.cancel(job) is end
     assert jobs.lose(job, 5, BROKEN) is end
     assert not jobs.report(job, "r", Progress(stage="late", fraction=0.1))
     refused = {
         JobState.SUCCEEDED: jobs.succeed(job, "r", b"other"),
         JobState.FAILED: jobs.fail(job, "r", BROKEN),
-        JobState.CANCELLED: jobs.leave(job, "r"),
+        JobState.CANCELLED: jobs.finish_cancelled(job, "r"),
     }
-    # Saying the same again, as after a lost reply, is no contradiction.
+    # The same call repeated, as after a lost reply, succeeds.
     assert refused == {state: state is end for state in ENDS}
     assert jobs.get(job) == before
-    assert jobs.result(job) == result
+    assert store.results.document(job) == result
 
 
-def test_a_runner_that_was_given_up_is_not_listened_to(store: Store) -> None:
+def test_calls_of_a_runner_that_was_given_up_are_refused(store: Store) -> None:
     job = running(store.jobs, "old")
     assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
     assert store.jobs.claim(job, "new")
-    assert not store.jobs.wanted(job, "old")
+    assert not store.jobs.is_held(job, "old")
     assert not store.jobs.succeed(job, "old", b"old")
     assert not store.jobs.fail(job, "old", BROKEN)
-    assert store.jobs.result(job) is None
-    assert store.jobs.wanted(job, "new")
+    assert store.results.document(job) is None
+    assert store.jobs.is_held(job, "new")
     assert store.jobs.succeed(job, "new", b"new")
 
 
-def test_a_job_is_given_up_after_too_many_losses(store: Store) -> None:
+def test_a_job_fails_after_too_many_losses(store: Store) -> None:
     job = running(store.jobs)
     assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
     assert store.jobs.claim(job, "r2")
@@ -151,12 +151,12 @@ def test_cancelling(store: Store) -> None:
     assert store.jobs.cancel(queued) is JobState.CANCELLED
     assert not store.jobs.claim(queued, "r")
     begun = running(store.jobs)
-    assert store.jobs.wanted(begun, "r")
+    assert store.jobs.is_held(begun, "r")
     assert store.jobs.cancel(begun) is JobState.RUNNING
-    assert not store.jobs.wanted(begun, "r")
+    assert not store.jobs.is_held(begun, "r")
     assert not store.jobs.report(begun, "r", Progress(stage="on", fraction=0.2))
     assert store.jobs.cancel_requested(begun) is not None
-    assert store.jobs.leave(begun, "r")
+    assert store.jobs.finish_cancelled(begun, "r")
     # A cancelled job whose process is killed is cancelled, not repeated.
     killed = running(store.jobs)
     store.jobs.cancel(killed)
@@ -192,7 +192,7 @@ def numbered(number: int, **after: float) -> ShapeRecord:
 
 def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
     with store.client.pipeline() as pipe:
-        store.shapes.add_candidate(record.id, "off", b"data", "job", pipe)
+        store.uploads.add_candidate(record.id, "off", b"data", "job", pipe)
         pipe.execute()
     store.shapes.accept(record, b"mesh", b"geometry", "job")
     return record
@@ -214,7 +214,7 @@ def test_pages_hold_everything_once_newest_first(store: Store, limit: int) -> No
     assert seen == sorted(records, key=lambda record: (record.created, record.id), reverse=True)
 
 
-def test_a_page_stays_right_while_entries_come_and_go(store: Store) -> None:
+def test_a_cursor_stays_valid_while_entries_change(store: Store) -> None:
     records = [accepted(store, numbered(i, seconds=i)) for i in range(6)]
     first = store.shapes.page(2, None)
     accepted(store, numbered(99, days=1))
@@ -224,12 +224,12 @@ def test_a_page_stays_right_while_entries_come_and_go(store: Store) -> None:
 
 
 @pytest.mark.parametrize("cursor", ["", "x", "bm9uc2Vuc2U", "bmFuOmE", "é"])
-def test_cursors_of_nobody_are_refused(store: Store, cursor: str) -> None:
+def test_invalid_cursors_are_refused(store: Store, cursor: str) -> None:
     with pytest.raises(InvalidCursor):
         store.shapes.page(2, cursor)
 
 
-def test_a_shape_is_there_whole_or_not_at_all(store: Store) -> None:
+def test_a_shape_is_stored_atomically(store: Store) -> None:
     record = accepted(store, numbered(1))
     assert store.shapes.get(record.id) == record
     assert store.shapes.upload(record.id) == b"data"
@@ -247,17 +247,17 @@ def test_equal_uploads_are_validated_once(store: Store) -> None:
     assert queue.submit_validation(payload, b"data") == first
     third = queue.submit_validation(other, b"data")
     assert third != first
-    assert store.shapes.candidate("id", "off", first) == b"data"
+    assert store.uploads.candidate("id", "off", first) == b"data"
     # Given up without a verdict it is validated again, and nobody takes that away.
     store.jobs.cancel(first)
     again = queue.submit_validation(payload, b"data")
     assert again != first
-    store.shapes.reject("id", "off", first)
-    assert store.shapes.candidate("id", "off", first) is None
-    assert store.shapes.candidate("id", "off", again) == b"data"
+    store.uploads.reject("id", "off", first)
+    assert store.uploads.candidate("id", "off", first) is None
+    assert store.uploads.candidate("id", "off", again) == b"data"
     assert queue.submit_validation(payload, b"data") == again
-    store.shapes.reject("id", "off", again)
-    store.shapes.reject("id", "obj", third)
+    store.uploads.reject("id", "off", again)
+    store.uploads.reject("id", "obj", third)
     assert store.client.keys("isomatch:candidate:*") == []
 
 
@@ -268,14 +268,14 @@ def test_equal_uploads_at_the_same_time_have_one_job(store: Store) -> None:
         with ThreadPoolExecutor(16) as threads:
             asked = [threads.submit(queue.submit_validation, payload, b"data") for _ in range(16)]
         assert len({answer.result() for answer in asked}) == 1
-    assert queue.queue(JobKind.VALIDATION).count == 10
+    assert queue.rq.of(JobKind.VALIDATION).count == 10
 
 
 def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spectra:
     return Spectra(store.client, store.client, settings.model_copy(update=changes))
 
 
-def test_the_cache_keeps_what_was_used_last(store: Store, settings: WorkerSettings) -> None:
+def test_the_cache_evicts_the_least_recently_used(store: Store, settings: WorkerSettings) -> None:
     spectra = small_cache(store, settings, cache_bytes=300)
     a, b, c, d = (SpectrumKey(name, 10) for name in "abcd")
     for key in (a, b, c):
@@ -291,12 +291,12 @@ def test_the_cache_keeps_what_was_used_last(store: Store, settings: WorkerSettin
     assert spectra.has(a)
 
 
-def test_a_spectrum_that_redis_takes_not_as_one_value_is_not_cached(store: Store) -> None:
+def test_a_spectrum_larger_than_a_redis_value_is_not_cached(store: Store) -> None:
     assert not store.spectra.put(SpectrumKey("a", 10), bytes(513 * 1024**2))
     assert not store.spectra.has(SpectrumKey("a", 10))
 
 
-def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings) -> None:
+def test_the_cache_drops_unused_spectra(store: Store, settings: WorkerSettings) -> None:
     spectra = small_cache(store, settings, cache_ttl=0)
     a, b = SpectrumKey("a", 10), SpectrumKey("b", 10)
     spectra.put(a, bytes(10))
@@ -306,17 +306,17 @@ def test_the_cache_drops_what_nobody_uses(store: Store, settings: WorkerSettings
     assert spectra.has(b)
 
 
-def test_the_cache_forgets_a_shape(store: Store) -> None:
+def test_the_cache_drops_a_shape(store: Store) -> None:
     kept = SpectrumKey("b", 10)
     for key in (SpectrumKey("a", 10), SpectrumKey("a", 20, True), kept):
         store.spectra.put(key, bytes(10))
-    store.spectra.forget("a")
+    store.spectra.drop("a")
     assert store.spectra.has(kept)
     assert store.client.zcard(keys.CACHED_SPECTRA) == 1
     assert store.client.hgetall(keys.CACHED_SIZES) == {str(kept).encode(): b"10", b"total": b"10"}
 
 
-def test_a_spectrum_is_named_by_all_it_depends_on() -> None:
+def test_a_spectrum_key_has_all_that_the_spectrum_depends_on() -> None:
     names = {
         str(SpectrumKey(shape, eigenpairs, largest, simplify))
         for shape in ("a", "b")
@@ -344,10 +344,10 @@ def test_locks_belong_to_their_holder(store: Store) -> None:
     assert not spectra.locked(key)
 
 
-def test_a_job_that_began_before_it_was_asked_for_by_another_clock_took_no_time(
+def test_negative_times_between_two_clocks_count_as_zero(
     store: Store,
 ) -> None:
-    store.tallies.time(JobKind.MATCH, {"in the queue": -3.5, "total": 2.0})
-    times = store.tallies.read().times
+    store.counters.observe(JobKind.MATCH, {"in the queue": -3.5, "total": 2.0})
+    times = store.counters.read().times
     assert (times["match", "in the queue"].total, times["match", "total"].total) == (0.0, 2.0)
-    assert times["match", "in the queue"].classes[0] == 1
+    assert times["match", "in the queue"].buckets[0] == 1

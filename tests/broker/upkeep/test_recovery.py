@@ -1,4 +1,4 @@
-"""Jobs that are lost on the way, each as it happens: found, and run again or given up."""
+"""Recovery of jobs that are lost in each possible way."""
 
 import os
 import signal
@@ -12,46 +12,46 @@ import pytest
 from broker.contracts import JobState, MatchParameters, MatchPayload, shape_id
 from broker.queue import JobQueue
 from broker.store import keys
-from broker.upkeep import LOSSES_WITH_WORKER, Patience, recover
+from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from tests.worker.figures import blob_file
 from tests.workers import ended, horses, validation, worker
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
-NOW = Patience(unseen=timedelta(0), silence=timedelta(0), leaving=timedelta(0))
+NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellation=timedelta(0))
 
 LONG = MatchParameters(points=256, coarse_points=10, alternatives=32)
 
 
-def test_a_job_that_was_taken_and_never_begun_is_queued_again(queue: JobQueue) -> None:
+def test_a_job_dequeued_but_never_registered_is_queued_again(queue: JobQueue) -> None:
     client = queue.store.client
     job = validation(queue, blob_file(1))
     for _ in range(LOSSES_WITH_WORKER):
         # A worker takes it from the queue, and dies before it can say so.
         assert client.lpop("rq:queue:interactive") == job.encode()
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
         assert client.llen("rq:queue:interactive") == 0
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
         assert client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
         assert queue.store.jobs.state(job) is JobState.QUEUED
     client.lpop("rq:queue:interactive")
-    recover(queue.store, queue, NOW)
-    recover(queue.store, queue, NOW)
+    recover(queue, NOW)
+    recover(queue, NOW)
     record = queue.store.jobs.get(job)
     assert record is not None
     assert record.state is JobState.FAILED
     assert record.error is not None
-    assert client.hlen(keys.SUSPECTS) == 0
+    assert client.hlen(keys.UNSEEN_JOBS) == 0
     # What was uploaded is not kept for a job that will never be.
     assert client.keys("isomatch:candidate:*") == []
 
 
-def test_a_job_in_its_queue_is_left_alone(queue: JobQueue) -> None:
+def test_a_queued_job_is_not_recovered(queue: JobQueue) -> None:
     job = validation(queue, blob_file(1))
     for _ in range(3):
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
     assert queue.store.client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
-    assert queue.store.client.hlen(keys.SUSPECTS) == 0
+    assert queue.store.client.hlen(keys.UNSEEN_JOBS) == 0
 
 
 def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
@@ -59,19 +59,19 @@ def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
     queue.store.client.lpop("rq:queue:interactive")
     queue.store.client.set(keys.RECOVERY, "somebody else")
     for _ in range(2):
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
     assert queue.store.client.llen("rq:queue:interactive") == 0
     queue.store.client.delete(keys.RECOVERY)
     for _ in range(2):
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
     assert queue.store.client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
 
 
 def begun(queue: JobQueue, data: bytes) -> str:
-    """Begin a match that lasts."""
+    """Start a long match."""
     ended(queue, validation(queue, data))
     shape = shape_id(data)
-    job = queue.submit_match(MatchPayload(source=shape, target=shape, parameters=LONG))
+    job = queue.submit_with_spectra(MatchPayload(source=shape, target=shape, parameters=LONG))
     deadline = time.monotonic() + 240
     while time.monotonic() < deadline:
         record = queue.store.jobs.get(job.id)
@@ -89,7 +89,7 @@ def test_the_jobs_of_a_dead_worker_are_run_by_another(queue: JobQueue) -> None:
         job = begun(queue, blob_file(4))
         (horse,) = horses(first.pid)
         # It is alive, and is let live.
-        recover(queue.store, queue)
+        recover(queue)
         assert queue.store.jobs.state(job) is JobState.RUNNING
         first.kill()
         first.wait()
@@ -97,7 +97,7 @@ def test_the_jobs_of_a_dead_worker_are_run_by_another(queue: JobQueue) -> None:
         while Path(f"/proc/{horse}/cmdline").exists() and time.monotonic() < deadline:
             time.sleep(0.02)
         assert not Path(f"/proc/{horse}/cmdline").exists() or not horses(horse)
-    recover(queue.store, queue, NOW)
+    recover(queue, NOW)
     assert queue.store.jobs.state(job) is JobState.QUEUED
     with worker(queue):
         deadline = time.monotonic() + 240
@@ -109,16 +109,16 @@ def test_the_jobs_of_a_dead_worker_are_run_by_another(queue: JobQueue) -> None:
 
 
 @linux
-def test_a_cancelled_job_that_does_not_leave_is_killed(queue: JobQueue) -> None:
+def test_a_cancelled_job_that_does_not_stop_is_killed(queue: JobQueue) -> None:
     with worker(queue) as process:
         job = begun(queue, blob_file(4))
         (horse,) = horses(process.pid)
         # Deaf, as if it were in the middle of something that cannot be interrupted.
         os.kill(horse, signal.SIGSTOP)
         queue.store.jobs.cancel(job)
-        recover(queue.store, queue)
+        recover(queue)
         assert queue.store.jobs.state(job) is JobState.RUNNING
-        recover(queue.store, queue, replace(Patience.of(5), leaving=timedelta(0)))
+        recover(queue, replace(RecoveryTimeouts.of(5), cancellation=timedelta(0)))
         assert ended(queue, job).state is JobState.CANCELLED
         # The worker goes on with other work.
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED

@@ -1,4 +1,4 @@
-"""What is kept for how long: shapes from their last use on, and traces of what has expired."""
+"""Times to live: of shapes from their last use, and of the tombstones of expired records."""
 
 from datetime import timedelta
 
@@ -16,7 +16,7 @@ from broker.store import Store, keys, listings
 from broker.upkeep import Sweep
 from tests.worker.records import CREATED, shape_record
 from worker.jobs import newer_version
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 TTL, TRACE = 1000, 5000
 SHAPE = "a" * 32
@@ -27,9 +27,9 @@ PARTS = tuple(
 
 @pytest.fixture
 def kept(store: Store, settings: WorkerSettings) -> Store:
-    """A store with a shape, whose times are all over soon."""
+    """A store with a shape and short times to live."""
     changed = settings.model_copy(update={"shape_ttl": TTL, "job_ttl": TTL, "trace_ttl": TRACE})
-    short = Store.over(store.client, changed, patience=1)
+    short = Store.over(store.client, changed, retry_seconds=1)
     put_shape(short)
     return short
 
@@ -45,10 +45,10 @@ def left(store: Store) -> list[int]:
     return [store.client.ttl(part) for part in PARTS]
 
 
-def test_a_shape_is_kept_from_its_last_use_on(kept: Store) -> None:
+def test_use_extends_the_life_of_a_shape(kept: Store) -> None:
     assert all(TTL - 100 <= ttl <= TTL for ttl in left(kept))
-    trace = kept.client.ttl(keys.shape_trace(SHAPE))
-    assert TTL + TRACE - 100 <= trace <= TTL + TRACE
+    tombstone = kept.client.ttl(keys.shape_tombstone(SHAPE))
+    assert TTL + TRACE - 100 <= tombstone <= TTL + TRACE
     uses = (kept.shapes.use, kept.shapes.upload, kept.shapes.mesh)
     for use in uses:
         for part in PARTS:
@@ -60,7 +60,7 @@ def test_a_shape_is_kept_from_its_last_use_on(kept: Store) -> None:
         assert min(left(kept)) >= TTL - 100
 
 
-def test_what_has_expired_was_there_and_what_was_deleted_was_not(kept: Store) -> None:
+def test_expired_records_have_a_tombstone_and_deleted_ones_none(kept: Store) -> None:
     assert not kept.shapes.expired("b" * 32)
     kept.client.delete(*PARTS)
     assert kept.shapes.use(SHAPE) is None
@@ -70,13 +70,13 @@ def test_what_has_expired_was_there_and_what_was_deleted_was_not(kept: Store) ->
     assert not kept.shapes.expired(SHAPE)
 
 
-def test_jobs_leave_a_trace(kept: Store) -> None:
+def test_expired_jobs_have_a_tombstone(kept: Store) -> None:
     queue = JobQueue(kept, QueueSettings())
     job = queue.submit(new_job(PicturePayload(job="x"))).id
     kept.jobs.claim(job, "me")
     kept.jobs.succeed(job, "me")
     assert TTL - 100 <= kept.client.ttl(keys.job(job)) <= TTL
-    assert TTL + TRACE - 100 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
+    assert TTL + TRACE - 100 <= kept.client.ttl(keys.job_tombstone(job)) <= TTL + TRACE
     kept.client.delete(keys.job(job))
     assert kept.jobs.get(job) is None
     assert kept.jobs.expired(job)
@@ -84,24 +84,24 @@ def test_jobs_leave_a_trace(kept: Store) -> None:
 
 
 @pytest.mark.parametrize("way", ["done", "cancelled", "lost"])
-def test_the_trace_of_a_job_outlives_it_however_long_it_took(kept: Store, way: str) -> None:
+def test_the_tombstone_of_a_job_outlives_it_however_long_it_took(kept: Store, way: str) -> None:
     queue = JobQueue(kept, QueueSettings())
     job = queue.submit(new_job(PicturePayload(job="x"))).id
     kept.jobs.claim(job, "me")
-    kept.client.delete(keys.job_trace(job))
+    kept.client.delete(keys.job_tombstone(job))
     match way:
         case "done":
             assert kept.jobs.succeed(job, "me")
         case "cancelled":
             kept.jobs.cancel(job)
-            assert kept.jobs.leave(job, "me")
+            assert kept.jobs.finish_cancelled(job, "me")
         case "lost":
             assert kept.jobs.lose(job, 0, newer_version()) is JobState.FAILED
-    assert TTL + TRACE - 500 <= kept.client.ttl(keys.job_trace(job)) <= TTL + TRACE
+    assert TTL + TRACE - 500 <= kept.client.ttl(keys.job_tombstone(job)) <= TTL + TRACE
 
 
-def test_the_listings_follow(kept: Store, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listings, "SWEPT_AT_ONCE", 10)
+def test_expired_entries_leave_the_listings(kept: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(listings, "SWEEP_COUNT", 10)
     queue = JobQueue(kept, QueueSettings(max_queued_jobs=0))
     payload = MatchPayload(source=SHAPE, target=SHAPE, parameters=MatchParameters())
     jobs = [queue.submit(new_job(payload)).id for _ in range(300)]

@@ -1,4 +1,4 @@
-"""Which addresses strangers may have us connect to."""
+"""Permitted addresses of webhook receivers."""
 
 import socket
 from ipaddress import IPv4Address, IPv6Address, ip_network
@@ -49,7 +49,7 @@ def test_public_addresses_are_permitted(address: str) -> None:
 
 
 @pytest.mark.parametrize("address", OURS_ALONE)
-def test_no_others_are(address: str) -> None:
+def test_other_addresses_are_not_permitted(address: str) -> None:
     assert not permitted(address)
     assert permitted(address, (ip_network("0.0.0.0/0"), ip_network("::/0")))
 
@@ -81,7 +81,7 @@ def test_an_ipv4_address_is_the_same_in_every_notation(number: int) -> None:
         ("", None),
     ],
 )
-def test_names_that_are_addresses(host: str, address: str | None) -> None:
+def test_names_that_denote_addresses(host: str, address: str | None) -> None:
     assert literal_address(host) == address
 
 

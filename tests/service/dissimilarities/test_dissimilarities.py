@@ -206,17 +206,17 @@ def test_what_is_known_becomes_no_less_when_the_job_ends_meanwhile(server: Embed
         assert store.jobs.claim(job, job)
         results = {STRUCTURES: b"signature", PAIRS: struct.pack("<d", 2.0)}
         for before, stage in (("", STRUCTURES), (STRUCTURES, PAIRS)):
-            assert store.parts.open(job, before, stage, 1, 0.5)
-            taken = store.parts.take(job, "turn", "runner")
-            assert store.parts.complete(job, taken, results[stage], 0.1)
+            assert store.chunks.open_stage(job, before, stage, 1, 0.5)
+            taken = store.chunks.claim(job, "turn", "runner")
+            assert store.chunks.complete(job, taken, results[stage], 0.1)
         running = store.jobs.get(job)
         assert running is not None
         everything = [[0.0, 2.0], [2.0, 0.0]], 1
         assert known_so_far(service, running, 2) == everything
         assert store.jobs.succeed(job, job, b'{"matrix": [[0.0, 2.0], [2.0, 0.0]]}')
-        store.client.delete(keys.job_done(job, PAIRS))
+        store.client.delete(keys.chunk_results(job, PAIRS))
         assert known_so_far(service, running, 2) == everything
-        store.parts.forget(job)
+        store.chunks.delete(job)
         assert known_so_far(service, running, 2) == everything
         store.client.delete(keys.job(job))
         with pytest.raises(JobExpired):

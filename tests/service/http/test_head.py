@@ -61,7 +61,7 @@ def test_head_draws_no_picture(http: httpx2.Client, api: Api, matched: Json) -> 
     path = matched["links"]["picture"]
     before = http.head(path)
     assert (before.status_code, before.headers["content-type"]) == (200, "image/png")
-    assert api.store.jobs.picture(matched["id"]) is None
+    assert api.store.results.picture(matched["id"]) is None
     picture = http.get(path)
     after = http.head(path)
     assert headers(after) == headers(picture)

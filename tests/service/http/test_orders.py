@@ -49,7 +49,7 @@ def test_a_repeated_request_makes_no_second_job(http: httpx2.Client, api: Api) -
     assert first.headers["location"] == again.headers["location"]
     assert len({answer.json()["id"] for answer in (first, other, none)}) == 3
     assert len(listed(http)) == 3
-    for key in api.store.client.scan_iter(keys.order("*")):
+    for key in api.store.client.scan_iter(keys.idempotency_record("*")):
         assert 0 < api.store.client.ttl(key) <= 100
 
 
@@ -89,7 +89,7 @@ def test_a_key_outlives_neither_its_time_nor_its_job(http: httpx2.Client, api: A
     second = ask(http, "a").json()
     assert second["state"] == "queued"
     assert ask(http, "a").json() == second
-    (key,) = api.store.client.scan_iter(keys.order("*"))
+    (key,) = api.store.client.scan_iter(keys.idempotency_record("*"))
     api.store.client.delete(key)
     assert ask(http, "a", points=16).json()["id"] != second["id"]
 
@@ -151,7 +151,7 @@ def test_no_more_than_that_at_the_same_time_either(http: httpx2.Client) -> None:
 
 def test_places_of_those_who_died_before_they_used_them(http: httpx2.Client, api: Api) -> None:
     for name in ("x", "y", "z"):
-        api.store.orders.admit(None, name, LIMIT)
+        api.store.admission.admit(None, name, LIMIT)
     assert ask(http).status_code == 429
     api.store.client.zincrby(keys.queued_by(None), -100, "y")
     assert [ask(http).status_code for _ in range(2)] == [202, 429]

@@ -131,7 +131,7 @@ def test_listings_are_filtered(http: httpx2.Client, api: Api) -> None:
 def test_what_is_seldom_found_is_found_page_by_page(
     http: httpx2.Client, api: Api, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(listings, "MOST_PASSED", 3)
+    monkeypatch.setattr(listings, "MOST_SKIPPED", 3)
     learned = learn(http)
     for _ in range(10):
         match(http)

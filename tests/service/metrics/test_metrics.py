@@ -13,8 +13,8 @@ from rq import Worker
 from rq.utils import utcformat
 
 from broker.contracts import JobKind, Problem
-from broker.queue import SILENCE
-from broker.store import BOUNDS
+from broker.queue import WORKER_TIMEOUT
+from broker.store import BUCKET_BOUNDS
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes, running_api
@@ -88,12 +88,12 @@ def test_times_are_counted_by_class(idle: tuple[httpx2.Client, Api]) -> None:
     http, api = idle
     times = [0.001, 0.01, 0.0101, 2.0, 1e5]
     for seconds in times:
-        api.store.tallies.time(JobKind.MATCH, {"bounds for 32 points": seconds, "total": 1.0})
+        api.store.counters.observe(JobKind.MATCH, {"bounds for 32 points": seconds, "total": 1.0})
     told = samples(http)
     name, labels = "isomatch_job_seconds", "kind=match,stage=bounds for n points"
     assert told[f"{name}_count{{{labels}}}"] == len(times)
     assert told[f"{name}_sum{{{labels}}}"] == pytest.approx(sum(times))
-    for bound in (*BOUNDS, math.inf):
+    for bound in (*BUCKET_BOUNDS, math.inf):
         label = "+Inf" if bound == math.inf else str(bound)
         below = sum(seconds <= bound for seconds in times)
         assert told[f"{name}_bucket{{kind=match,le={label},stage=bounds for n points}}"] == below
@@ -164,7 +164,7 @@ def test_a_worker_that_is_silent_or_leaving_is_none(idle: tuple[httpx2.Client, A
     heartbeat(api, timedelta(0))
     assert http.get("/health/ready").json() == {"status": "ok", "workers": 1}
     assert samples(http)["isomatch_workers{state=idle}"] == 1
-    heartbeat(api, SILENCE + timedelta(seconds=1))
+    heartbeat(api, WORKER_TIMEOUT + timedelta(seconds=1))
     problem(http.get("/health/ready"), 503, "not-ready")
     heartbeat(api, timedelta(0), death="now")
     problem(http.get("/health/ready"), 503, "not-ready")

@@ -29,7 +29,7 @@ def test_shapes(http: httpx2.Client, api: Api) -> None:
     assert http.post("/v1/matches", json=body).status_code == 202
     assert 0 < api.store.client.ttl(keys.shape(shape)) <= 1000
     # Its time is over.
-    api.store.client.set(keys.shape_trace(shape), b"")
+    api.store.client.set(keys.shape_tombstone(shape), b"")
     api.store.client.delete(keys.shape(shape))
     problem(http.get(f"/v1/shapes/{shape}"), 410, "shape-expired")
     problem(http.get(f"/v1/shapes/{shape}/mesh"), 410, "shape-expired")

@@ -1,4 +1,4 @@
-"""Collections compared by real forked processes: what comes of it, and how it fails."""
+"""Collections compared by real forked processes: results and failures."""
 
 import gzip
 import io
@@ -46,15 +46,15 @@ def asked(
 
 def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
     assert job.state is JobState.SUCCEEDED, job.error
-    packed = queue.store.jobs.result(job.id)
+    packed = queue.store.results.document(job.id)
     assert packed is not None
     return DissimilarityResult.model_validate_json(gzip.decompress(packed))
 
 
 def forgotten(queue: JobQueue, job: JobRecord) -> bool:
-    """Whether nothing is left of the parts of a job, which is tidied up when it has ended."""
+    """Whether the chunks of a job are deleted, as they are soon after its end."""
     deadline = time.monotonic() + 240
-    while queue.store.client.keys(keys.job_parts(job.id) + "*") and time.monotonic() < deadline:
+    while queue.store.client.keys(keys.job_chunks(job.id) + "*") and time.monotonic() < deadline:
         time.sleep(0.01)
     return time.monotonic() < deadline
 
@@ -64,7 +64,7 @@ def forgotten(queue: JobQueue, job: JobRecord) -> bool:
     [QUICK, QUICK.model_copy(update={"objective": "linf", "points": 8, "metric": "geodesic"})],
     ids=["l2", "linf"],
 )
-def test_a_matrix_is_that_of_the_solver(
+def test_a_matrix_equals_the_solvers(
     served: JobQueue, run: Run, upload: Upload, parameters: DissimilarityParameters
 ) -> None:
     files = class_files()
@@ -76,7 +76,7 @@ def test_a_matrix_is_that_of_the_solver(
         signature(Shape(read_mesh(data, "off"), eigenpairs=40), options) for _, data in files
     ]
     expected = dissimilarity_matrix(signatures, options).values
-    stored = served.store.jobs.arrays(job.id)
+    stored = served.store.results.arrays(job.id)
     assert stored is not None
     with np.load(io.BytesIO(stored), allow_pickle=False) as arrays:
         assert arrays["matrix"] == pytest.approx(expected, rel=1e-6, abs=1e-9)
@@ -97,7 +97,7 @@ def test_a_matrix_is_that_of_the_solver(
     assert forgotten(served, job)
 
 
-def test_what_is_known_of_a_shape_is_not_computed_again(
+def test_cached_signatures_are_not_computed_again(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     shapes = [upload(data) for _, data in class_files()]
@@ -117,16 +117,14 @@ def test_a_heat_map(served: JobQueue, run: Run, upload: Upload) -> None:
     for given in (labels, None):
         job = run(asked(shapes, labels=given))
         assert run(PicturePayload(job=job.id)).state is JobState.SUCCEEDED
-        picture = served.store.jobs.picture(job.id)
+        picture = served.store.results.picture(job.id)
         assert picture is not None
         assert picture.startswith(b"\x89PNG")
     job = run(imagined(served.store, 60, QUICK, seed=1))
     assert run(PicturePayload(job=job.id)).state is JobState.SUCCEEDED
 
 
-def test_a_shape_that_cannot_be_compared_is_named(
-    served: JobQueue, run: Run, upload: Upload
-) -> None:
+def test_an_unusable_shape_is_named(served: JobQueue, run: Run, upload: Upload) -> None:
     sound, several = upload(blob_file(2)), upload(two_blobs_file())
     corners = upload(off(tetrahedron().vertices, tetrahedron().faces))
     for shapes, field, word in (
@@ -145,7 +143,7 @@ def test_a_shape_that_cannot_be_compared_is_named(
     assert result_of(served, run(asked([sound, several], largest))).matrix[0][1] < 1e-9
 
 
-def test_a_deleted_shape_fails_the_comparison_and_says_so(
+def test_a_comparison_of_a_deleted_shape_fails_with_the_reason(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     shapes = [upload(blob_file(2, seed=seed)) for seed in (31, 32)]
@@ -161,14 +159,14 @@ def test_the_work_is_shared(served: JobQueue) -> None:
     hard = DissimilarityParameters(points=10)
     payload = imagined(served.store, 40, hard, seed=2)
     job = served.submit(new_job(payload))
-    turns: set[str] = set()
+    time_slices: set[str] = set()
     while not (record := served.store.jobs.get(job.id)) or not record.state.ended:
-        turns |= set(served.store.parts.turns(job.id))
+        time_slices |= set(served.store.chunks.time_slices(job.id))
     assert result_of(served, ended(served, job.id)).certified
-    assert len(turns) >= 2
+    assert len(time_slices) >= 2
 
 
-def test_whatever_is_measured_is_a_number_in_the_document() -> None:
+def test_extreme_values_are_finite_numbers_in_the_document() -> None:
     values = np.array([0.0, 5e-324, 2.5e-300, 1.23456789012e-7, 1.23456789012, 1e300])
     payload = DissimilaritiesPayload(
         shapes=("a", "b", "c", "d"), labels=None, parameters=DissimilarityParameters()

@@ -1,4 +1,4 @@
-"""Jobs run by real forked processes: what they do, how they fail, and that none is lost."""
+"""Jobs run by real forked processes: results, failures, cancellation, lost processes."""
 
 import os
 import signal
@@ -58,7 +58,7 @@ def test_validation_makes_a_shape(served: JobQueue, upload: Upload) -> None:
     assert (mesh_from_bytes(stored).vertex_ids == mesh.vertex_ids).all()
 
 
-def test_what_is_no_mesh_is_refused_and_forgotten(served: JobQueue) -> None:
+def test_an_upload_that_is_not_a_mesh_is_refused_and_deleted(served: JobQueue) -> None:
     data = b"this is not a mesh"
     shape = shape_id(data)
     record = ended(served, validation(served, data))
@@ -73,7 +73,7 @@ def test_a_match_is_stored(served: JobQueue, run: Run, upload: Upload) -> None:
     source, target = upload(blob_file()), upload(blob_file(seed=1))
     record = run(matching(source, target))
     assert record.state is JobState.SUCCEEDED, record.error
-    packed = served.store.jobs.result(record.id)
+    packed = served.store.results.document(record.id)
     assert packed is not None
     result = result_from_blob(packed)
     assert (result.source, result.target, result.parameters) == (source, target, QUICK)
@@ -97,7 +97,7 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
     assert spectra.counts().computed == first.computed + 2
     fewer, many = (QUICK.model_copy(update={"simplify": count}) for count in (200, 642))
     for parameters in (fewer, fewer, many):
-        record = ended(served, served.submit_match(matching(source, target, parameters)).id)
+        record = ended(served, served.submit_with_spectra(matching(source, target, parameters)).id)
         assert record.state is JobState.SUCCEEDED, record.error
     # A shape that has no more vertices is not simplified.
     assert spectra.counts().computed == first.computed + 4
@@ -109,36 +109,36 @@ def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, uploa
     payload = SpectrumPayload(shape=shape, eigenpairs=80, largest_component=False)
     jobs = [served.submit(new_job(payload)) for _ in range(2)]
     parameters = MatchParameters(points=8, eigenpairs=80)
-    jobs += [served.submit_match(matching(shape, shape, parameters)) for _ in range(2)]
+    jobs += [served.submit_with_spectra(matching(shape, shape, parameters)) for _ in range(2)]
     for job in jobs:
         assert ended(served, job.id).state is JobState.SUCCEEDED
     assert served.store.spectra.counts().computed == before.computed + 1
 
 
-def test_a_match_of_points_that_need_no_spectrum_computes_none(
+def test_a_match_without_spectral_structures_computes_no_spectrum(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     before = served.store.spectra.counts()
     shape = upload(blob_file(2, seed=4))
     parameters = MatchParameters(points=8, metric="geodesic", descriptor="none")
-    record = ended(served, served.submit_match(matching(shape, shape, parameters)).id)
+    record = ended(served, served.submit_with_spectra(matching(shape, shape, parameters)).id)
     assert record.state is JobState.SUCCEEDED, record.error
     assert served.store.spectra.counts() == before
 
 
 def test_several_components(served: JobQueue, run: Run, upload: Upload) -> None:
     shape = upload(two_blobs_file())
-    refused = ended(served, served.submit_match(matching(shape, shape)).id)
+    refused = ended(served, served.submit_with_spectra(matching(shape, shape)).id)
     assert refused.state is JobState.FAILED
     assert refused.error is not None
     assert refused.error.status == 422
     assert "components" in refused.error.detail
     largest = QUICK.model_copy(update={"largest_component": True})
-    record = ended(served, served.submit_match(matching(shape, shape, largest)).id)
+    record = ended(served, served.submit_with_spectra(matching(shape, shape, largest)).id)
     assert record.state is JobState.SUCCEEDED, record.error
 
 
-def test_a_deleted_shape_fails_its_matches_and_says_so(
+def test_a_match_of_a_deleted_shape_fails_with_the_reason(
     served: JobQueue, run: Run, upload: Upload
 ) -> None:
     source, target = upload(blob_file(seed=5)), upload(blob_file(seed=6))
@@ -158,7 +158,7 @@ def test_a_picture(served: JobQueue, run: Run, name: str) -> None:
     ended(served, served.submit_validation(payload, data))
     match = run(matching(shape, shape))
     assert run(PicturePayload(job=match.id)).state is JobState.SUCCEEDED
-    picture = served.store.jobs.picture(match.id)
+    picture = served.store.results.picture(match.id)
     assert picture is not None
     assert picture.startswith(b"\x89PNG")
     assert served.store.client.ttl(keys.job_picture(match.id)) > 0
@@ -175,13 +175,13 @@ def test_a_mesh_too_large_for_the_memory_fails_alone(served: JobQueue, upload: U
 
 
 def slow(shape: str) -> MatchPayload:
-    """A match that lasts some seconds."""
+    """A match that takes some seconds."""
     parameters = MatchParameters(points=256, alternatives=32, coarse_points=10)
     return matching(shape, shape, parameters)
 
 
 def horse_of(served: JobQueue, job_id: str) -> int:
-    """The process that runs a job, once it has begun to match."""
+    """The process that runs a job, once its matching has started."""
     deadline = time.monotonic() + 240
     while time.monotonic() < deadline:
         record = served.store.jobs.get(job_id)
@@ -199,21 +199,21 @@ def horse_of(served: JobQueue, job_id: str) -> int:
 
 
 def test_a_running_job_is_cancelled(served: JobQueue, upload: Upload) -> None:
-    job = served.submit_match(slow(upload(blob_file(4))))
+    job = served.submit_with_spectra(slow(upload(blob_file(4))))
     horse = horse_of(served, job.id)
     assert served.store.jobs.cancel(job.id) is JobState.RUNNING
     record = ended(served, job.id)
     assert record.state is JobState.CANCELLED
     assert record.error is None
-    assert served.store.jobs.result(job.id) is None
+    assert served.store.results.document(job.id) is None
     assert horse > 0
 
 
 @linux
-def test_a_killed_process_is_repeated_once_and_then_given_up(
+def test_a_job_whose_process_is_killed_is_repeated_once_then_fails(
     served: JobQueue, upload: Upload
 ) -> None:
-    job = served.submit_match(slow(upload(blob_file(4))))
+    job = served.submit_with_spectra(slow(upload(blob_file(4))))
     first = horse_of(served, job.id)
     os.kill(first, signal.SIGKILL)
     deadline = time.monotonic() + 240
@@ -228,15 +228,17 @@ def test_a_killed_process_is_repeated_once_and_then_given_up(
 
 
 @linux
-def test_a_killed_process_does_no_harm(served: JobQueue, run: Run, upload: Upload) -> None:
+def test_a_job_succeeds_after_its_process_was_killed_once(
+    served: JobQueue, run: Run, upload: Upload
+) -> None:
     shape = upload(blob_file(4))
-    job = served.submit_match(matching(shape, shape, MatchParameters(points=256)))
+    job = served.submit_with_spectra(matching(shape, shape, MatchParameters(points=256)))
     os.kill(horse_of(served, job.id), signal.SIGKILL)
     record = ended(served, job.id)
     assert record.state is JobState.SUCCEEDED, record.error
 
 
-def test_the_numbers_of_vertices_are_the_users(served: JobQueue, upload: Upload) -> None:
+def test_vertices_are_numbered_as_in_the_file(served: JobQueue, upload: Upload) -> None:
     vertices, faces = blob(2, seed=10)
     # A vertex of no face comes first; it is dropped, and the others keep their numbers.
     shape = upload(off(np.concatenate([[[9.0, 9.0, 9.0]], vertices]), faces + 1))

@@ -1,4 +1,4 @@
-"""What one job may take, of memory and of time; and what is left of the worker afterwards."""
+"""Limits of a job's memory and time, and the worker after a job exceeds them."""
 
 import os
 import subprocess
@@ -19,7 +19,7 @@ from broker.queue import JobQueue, QueueSettings
 from broker.store import Store
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -36,7 +36,7 @@ def failed(record: JobRecord, slug: str) -> None:
 
 
 @linux
-def test_memory_is_limited_beyond_what_is_there() -> None:
+def test_memory_is_limited_beyond_what_is_mapped() -> None:
     program = """
 import numpy as np
 kept = np.ones(2**24)
@@ -87,8 +87,8 @@ os.kill(parent, signal.SIGKILL)
 
 
 @linux
-def test_memory_that_a_spectrum_takes() -> None:
-    """What is foretold is about what is mapped."""
+def test_estimated_memory_of_a_spectrum() -> None:
+    """The estimate is close to the memory that is mapped."""
     program = """
 from pathlib import Path
 from solver.shape.laplacian.spectrum import laplace_beltrami_spectrum, spectrum_memory
@@ -124,7 +124,7 @@ print(1024 * (int(peak()["VmPeak"]) - before) / spectrum_memory(mesh.n_vertices,
 
 
 @linux
-def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
+def test_a_job_beyond_the_memory_limit_fails_alone(queue: JobQueue) -> None:
     large = blob_file(5)
     with worker(queue, ISOMATCH_JOB_MEMORY_MB="40"):
         assert ended(queue, validation(queue, large)).state is JobState.SUCCEEDED
@@ -132,7 +132,7 @@ def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
         # The eigenfunctions alone are 25 MB, and are not all that is needed.
         parameters = MatchParameters(eigenpairs=300)
         payload = MatchPayload(source=shape, target=shape, parameters=parameters)
-        refused = ended(queue, queue.submit_match(payload).id)
+        refused = ended(queue, queue.submit_with_spectra(payload).id)
         failed(refused, "out-of-memory")
         assert refused.error is not None
         assert "10242 vertices" in refused.error.detail
@@ -140,20 +140,20 @@ def test_a_job_that_wants_too_much_memory_fails_alone(queue: JobQueue) -> None:
         assert ended(queue, validation(queue, blob_file(1))).state is JobState.SUCCEEDED
 
 
-def test_a_job_that_takes_too_long_fails_alone(store: Store) -> None:
+def test_a_job_beyond_the_time_limit_fails_alone(store: Store) -> None:
     queue = JobQueue(store, QueueSettings(job_timeout=1))
     data = blob_file(4)
     with worker(queue):
         ended(queue, validation(queue, data))
         payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=LONG)
-        failed(ended(queue, queue.submit_match(payload).id), "timed-out")
+        failed(ended(queue, queue.submit_with_spectra(payload).id), "timed-out")
         assert ended(queue, validation(queue, blob_file(2))).state is JobState.SUCCEEDED
 
 
 def test_spectra_may_have_a_redis_of_their_own(store: Store, settings: WorkerSettings) -> None:
     assert settings.redis_url is not None
     elsewhere = settings.redis_url.replace("db=1", "db=6")
-    apart = Store.open(settings.model_copy(update={"cache_url": elsewhere}), patience=1)
+    apart = Store.open(settings.model_copy(update={"cache_url": elsewhere}), retry_seconds=1)
     key = SpectrumKey("a", 10)
     apart.spectra.put(key, b"spectrum")
     assert apart.spectra.get(key) == b"spectrum"

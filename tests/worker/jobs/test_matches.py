@@ -10,8 +10,8 @@ from broker.contracts import MatchParameters, MatchPayload, MatchResult
 from solver.control import Control
 from solver.mesh import TriangleMesh
 from tests.solver import shapes
-from worker.jobs import Side, match_shapes
-from worker.jobs.matches import arrays_of
+from worker.jobs import MatchInput, match_shapes
+from worker.jobs.match_results import arrays_of
 
 
 def answer(target: TriangleMesh | None = None, **changes: object) -> MatchResult:
@@ -19,7 +19,7 @@ def answer(target: TriangleMesh | None = None, **changes: object) -> MatchResult
     payload = MatchPayload(source="a", target="b", parameters=parameters)
     mesh = shapes.blob(2)
     other, _ = shapes.permuted(shapes.moved(target or mesh, 2), seed=1)
-    return match_shapes(Side(mesh, None), Side(other, None), payload, Control())
+    return match_shapes(MatchInput(mesh, None), MatchInput(other, None), payload, Control())
 
 
 def arrays(result: MatchResult) -> dict[str, NDArray[np.generic]]:
@@ -27,7 +27,7 @@ def arrays(result: MatchResult) -> dict[str, NDArray[np.generic]]:
         return dict(stored)
 
 
-def test_a_sparse_match_has_pairs_and_costs_that_sum_up_to_its_energy() -> None:
+def test_costs_of_the_pairs_sum_to_the_energy() -> None:
     result = answer()
     found = arrays(result)
     assert set(found) == {"source", "target", "costs", "unmatched"}
@@ -39,8 +39,8 @@ def test_a_sparse_match_has_pairs_and_costs_that_sum_up_to_its_energy() -> None:
     assert found["costs"].sum() == pytest.approx(result.energy)
 
 
-def test_what_was_left_out_is_there() -> None:
-    """Of a sphere hardly anything is worth its cost."""
+def test_unmatched_points_are_listed() -> None:
+    """On a sphere most points are cheaper to leave unmatched."""
     result = answer(shapes.icosphere(2), occlusion_cost=0.01)
     found = arrays(result)
     assert len(found["unmatched"]) > 0
@@ -48,7 +48,7 @@ def test_what_was_left_out_is_there() -> None:
     assert len(found["source"]) + len(found["unmatched"]) == 12
 
 
-def test_dense_and_refined_matches_have_more() -> None:
+def test_dense_and_refined_matches_have_more_arrays() -> None:
     result = answer(dense=True, refine="gmds")
     found = arrays(result)
     assert result.dense is not None

@@ -1,4 +1,4 @@
-"""Stored meshes come back as they were, and a spectrum's key says which mesh it is of."""
+"""Stored meshes, and the meshes that spectrum keys name."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ PAINTED = triangle_mesh(shapes.cube(3).vertices, shapes.cube(3).faces, shapes.cu
 
 
 @pytest.mark.parametrize("mesh", [shapes.blob(2), PAINTED, read(seams.loose_faces(shapes.blob(3)))])
-def test_stored_meshes_come_back(mesh: TriangleMesh) -> None:
+def test_stored_meshes_are_read_back(mesh: TriangleMesh) -> None:
     again = mesh_from_bytes(mesh_to_bytes(mesh))
     for field in ("vertices", "faces", "vertex_ids", "merged"):
         np.testing.assert_array_equal(getattr(again, field), getattr(mesh, field))
@@ -36,12 +36,12 @@ def test_the_mesh_that_a_key_names(store: Store) -> None:
     np.testing.assert_array_equal(fewer.vertices, both.vertices[fewer.vertex_ids])
 
 
-def test_a_simplified_mesh_is_made_once(store: Store) -> None:
+def test_a_simplified_mesh_is_cached(store: Store) -> None:
     key, whole = SpectrumKey("a", 10, simplify=100), shapes.blob(3)
     fewer = mesh_of(key, whole, store.spectra)
     # What is asked for by the same name is not made again, not even of another mesh.
     again = mesh_of(SpectrumKey("a", 30, simplify=100), shapes.icosphere(3), store.spectra)
     np.testing.assert_array_equal(again.vertices, fewer.vertices)
-    store.spectra.forget("a")
+    store.spectra.drop("a")
     other = mesh_of(key, shapes.icosphere(3), store.spectra)
     assert not np.array_equal(other.vertices, fewer.vertices)

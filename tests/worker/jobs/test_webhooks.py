@@ -1,4 +1,4 @@
-"""Webhooks from the end of a job to their receiver, a real server; tried, signed, and given up."""
+"""Webhooks from the end of a job to a real receiver: signed, retried, and given up."""
 
 import contextlib
 import hashlib
@@ -24,14 +24,14 @@ from broker.contracts import (
     JobState,
     MatchParameters,
     MatchPayload,
-    Order,
     Problem,
+    RequestContext,
     SpectrumPayload,
     Webhook,
 )
 from broker.queue import JobQueue, new_job
 from broker.store import keys
-from broker.webhooks import LEASE, WebhookSettings, dispatch, pause
+from broker.webhooks import LEASE, WebhookSettings, dispatch, retry_delay
 from tests.receiver import Receiver, receiving
 from worker.jobs import Runner
 
@@ -51,9 +51,9 @@ def receiver() -> Iterator[Receiver]:
 
 
 def asked(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
-    """Queue a match whose end is to be told."""
+    """Queue a match with a webhook."""
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
-    order = Order("the-request", "alice", webhook=Webhook(url=url, secret=secret))
+    order = RequestContext("the-request", "alice", webhook=Webhook(url=url, secret=secret))
     return queue.submit(new_job(payload, order)).id
 
 
@@ -76,13 +76,13 @@ def told(queue: JobQueue, job: str) -> JobRecord:
 
 
 def tries(queue: JobQueue) -> list[str]:
-    """The queued tries."""
-    ids = queue.queues()[0].get_job_ids()
+    """The queued delivery jobs."""
+    ids = queue.rq.all()[0].get_job_ids()
     return [job for job in ids if told(queue, job).kind is JobKind.WEBHOOK]
 
 
 def go_round(queue: JobQueue, settings: WebhookSettings = SETTINGS) -> int:
-    """Queue what is due, and run it as a worker would; how many tries there were."""
+    """Queue due deliveries and run them as a worker would; return their number."""
     dispatch(queue, settings)
     queued = tries(queue)
     for job in queued:
@@ -92,7 +92,7 @@ def go_round(queue: JobQueue, settings: WebhookSettings = SETTINGS) -> int:
 
 
 def until_settled(queue: JobQueue, job: str, settings: WebhookSettings = SETTINGS) -> int:
-    """Go round until the receiver took it or is given up; how many tries that took."""
+    """Deliver until the webhook is delivered or failed; return the number of attempts."""
     count = 0
     deadline = time.monotonic() + 240
     while queue.store.webhooks.pending():
@@ -102,9 +102,7 @@ def until_settled(queue: JobQueue, job: str, settings: WebhookSettings = SETTING
     return count
 
 
-def test_the_receiver_is_told_once_and_can_tell_who_says_so(
-    queue: JobQueue, receiver: Receiver
-) -> None:
+def test_a_webhook_is_delivered_once_and_signed(queue: JobQueue, receiver: Receiver) -> None:
     job = ended(queue, here(receiver))
     assert until_settled(queue, job) == 1
     assert go_round(queue) == 0
@@ -142,13 +140,13 @@ def test_the_receiver_is_told_once_and_can_tell_who_says_so(
     assert record.delivery.next_attempt is None
 
 
-def test_without_a_secret_nothing_is_signed(queue: JobQueue, receiver: Receiver) -> None:
+def test_without_a_secret_there_is_no_signature(queue: JobQueue, receiver: Receiver) -> None:
     until_settled(queue, ended(queue, here(receiver), secret=None))
     assert "isomatch-signature" not in receiver.received[0].headers
 
 
 @pytest.mark.parametrize("way", ["failed", "cancelled", "cancelled while queued", "lost"])
-def test_every_end_is_told(queue: JobQueue, receiver: Receiver, way: str) -> None:
+def test_every_end_state_is_delivered(queue: JobQueue, receiver: Receiver, way: str) -> None:
     job = asked(queue, here(receiver))
     if way != "cancelled while queued":
         queue.store.jobs.claim(job, "me")
@@ -160,7 +158,7 @@ def test_every_end_is_told(queue: JobQueue, receiver: Receiver, way: str) -> Non
             queue.store.jobs.lose(job, 0, LOST)
         case _:
             queue.store.jobs.cancel(job)
-            queue.store.jobs.leave(job, "me")
+            queue.store.jobs.finish_cancelled(job, "me")
     until_settled(queue, job)
     (request,) = receiver.received
     event = json.loads(request.body)["job"]
@@ -168,9 +166,7 @@ def test_every_end_is_told(queue: JobQueue, receiver: Receiver, way: str) -> Non
     assert (event["error"] is None) is ("cancelled" in way)
 
 
-def test_nobody_is_told_of_a_job_that_goes_on_or_of_one_nobody_asked_to_be_told_of(
-    queue: JobQueue, receiver: Receiver
-) -> None:
+def test_only_ended_jobs_with_a_webhook_are_delivered(queue: JobQueue, receiver: Receiver) -> None:
     job = asked(queue, here(receiver))
     queue.store.jobs.claim(job, "me")
     queue.store.jobs.lose(job, 5, LOST)
@@ -178,7 +174,7 @@ def test_nobody_is_told_of_a_job_that_goes_on_or_of_one_nobody_asked_to_be_told_
     other = queue.submit(new_job(payload)).id
     queue.store.jobs.cancel(other)
     # What only serves the job that was asked for ends for itself.
-    order = Order(webhook=Webhook(url=here(receiver)))
+    order = RequestContext(webhook=Webhook(url=here(receiver)))
     spectrum = SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)
     queue.store.jobs.cancel(queue.submit(new_job(spectrum, order)).id)
     assert queue.store.webhooks.pending() == 0
@@ -186,7 +182,9 @@ def test_nobody_is_told_of_a_job_that_goes_on_or_of_one_nobody_asked_to_be_told_
 
 
 @pytest.mark.parametrize("answer", [500, 404, 301, 307, 199, None])
-def test_it_is_tried_again(queue: JobQueue, receiver: Receiver, answer: int | None) -> None:
+def test_a_failed_delivery_is_retried(
+    queue: JobQueue, receiver: Receiver, answer: int | None
+) -> None:
     receiver.answers = [answer]
     job = ended(queue, here(receiver))
     assert go_round(queue) == 1
@@ -196,7 +194,7 @@ def test_it_is_tried_again(queue: JobQueue, receiver: Receiver, answer: int | No
     assert delivery.error
     assert delivery.next_attempt is not None
     assert delivery.last_attempt is not None
-    assert delivery.next_attempt - delivery.last_attempt == pause(1, SETTINGS)
+    assert delivery.next_attempt - delivery.last_attempt == retry_delay(1, SETTINGS)
     assert until_settled(queue, job) == 1
     delivery = told(queue, job).delivery
     assert delivery is not None
@@ -207,7 +205,7 @@ def test_it_is_tried_again(queue: JobQueue, receiver: Receiver, answer: int | No
     assert len({request.headers["isomatch-delivery"] for request in receiver.received}) == 1
 
 
-def test_pauses_grow_and_have_an_end(queue: JobQueue, receiver: Receiver) -> None:
+def test_delays_grow_and_attempts_are_limited(queue: JobQueue, receiver: Receiver) -> None:
     receiver.answers = [503] * 10
     job = ended(queue, here(receiver))
     assert until_settled(queue, job) == SETTINGS.webhook_attempts == len(receiver.received)
@@ -217,13 +215,15 @@ def test_pauses_grow_and_have_an_end(queue: JobQueue, receiver: Receiver) -> Non
     assert "503" in (delivery.error or "")
     gaps = [b.when - a.when for a, b in zip(receiver.received, receiver.received[1:], strict=False)]
     for count, gap in enumerate(gaps, start=1):
-        assert gap >= pause(count, SETTINGS).total_seconds() * 0.99
+        assert gap >= retry_delay(count, SETTINGS).total_seconds() * 0.99
     defaults = WebhookSettings()
-    whole = sum((pause(n, defaults) for n in range(1, defaults.webhook_attempts)), timedelta())
+    whole = sum(
+        (retry_delay(n, defaults) for n in range(1, defaults.webhook_attempts)), timedelta()
+    )
     assert timedelta(hours=1) < whole < timedelta(hours=3)
 
 
-def test_who_is_gone_is_not_asked_again(queue: JobQueue, receiver: Receiver) -> None:
+def test_a_receiver_that_is_gone_is_not_retried(queue: JobQueue, receiver: Receiver) -> None:
     receiver.answers = [410]
     job = ended(queue, here(receiver))
     assert until_settled(queue, job) == 1
@@ -235,7 +235,7 @@ def test_who_is_gone_is_not_asked_again(queue: JobQueue, receiver: Receiver) -> 
 @pytest.mark.parametrize(
     "host", ["127.0.0.1", "localhost", "127.1", "2130706433", "[::1]", "[::ffff:127.0.0.1]"]
 )
-def test_nobody_inside_is_told(queue: JobQueue, receiver: Receiver, host: str) -> None:
+def test_private_addresses_are_refused(queue: JobQueue, receiver: Receiver, host: str) -> None:
     job = ended(queue, f"http://{host}:{receiver.port}/")
     assert until_settled(queue, job, WebhookSettings()) == 1
     delivery = told(queue, job).delivery
@@ -246,7 +246,7 @@ def test_nobody_inside_is_told(queue: JobQueue, receiver: Receiver, host: str) -
 
 
 def resolving(monkeypatch: pytest.MonkeyPatch, *addresses: str) -> list[str]:
-    """Let names have these addresses, each asked for once; the names that were asked for."""
+    """Have DNS answer these addresses in turn; return the list of resolved names."""
     names: list[str] = []
     left = list(addresses)
 
@@ -258,7 +258,7 @@ def resolving(monkeypatch: pytest.MonkeyPatch, *addresses: str) -> list[str]:
     return names
 
 
-def test_a_name_is_asked_for_once(
+def test_a_name_is_resolved_once(
     queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = ended(queue, f"http://hook.example:{receiver.port}/")
@@ -280,7 +280,7 @@ def test_a_name_is_asked_for_once(
     assert receiver.received[0].headers["host"] == f"hook.example:{receiver.port}"
 
 
-def test_a_name_of_somebody_inside_is_refused(
+def test_a_name_of_a_private_address_is_refused(
     queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     job = ended(queue, f"http://hook.example:{receiver.port}/")
@@ -295,7 +295,7 @@ def test_a_name_of_somebody_inside_is_refused(
     assert "no public address" in (told(queue, job).delivery or LOST).model_dump_json()
 
 
-def test_proxies_of_the_environment_are_not_asked(
+def test_proxies_of_the_environment_are_not_used(
     queue: JobQueue, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with receiving() as proxy:
@@ -306,9 +306,7 @@ def test_proxies_of_the_environment_are_not_asked(
     assert len(receiver.received) == 1
 
 
-def test_a_receiver_that_takes_its_time_is_not_waited_for(
-    queue: JobQueue, receiver: Receiver
-) -> None:
+def test_a_slow_receiver_times_out(queue: JobQueue, receiver: Receiver) -> None:
     receiver.pause = 0.3
     settings = SETTINGS.model_copy(update={"webhook_timeout": 0.5, "webhook_attempts": 1})
     job = ended(queue, here(receiver))
@@ -320,7 +318,7 @@ def test_a_receiver_that_takes_its_time_is_not_waited_for(
     assert delivery.error == "the receiver did not answer within 0.5 s"
 
 
-def test_a_receiver_that_is_not_there(queue: JobQueue) -> None:
+def test_a_receiver_that_refuses_connections(queue: JobQueue) -> None:
     with socket.socket() as closed:
         closed.bind(("127.0.0.1", 0))
         port = closed.getsockname()[1]
@@ -332,8 +330,8 @@ def test_a_receiver_that_is_not_there(queue: JobQueue) -> None:
 
 
 @pytest.mark.parametrize("answer", [b"\x1b[31mgarbage\r\n\r\n", b"HTTP/1.1 200 " + b"x" * 70_000])
-def test_a_receiver_that_speaks_no_http(queue: JobQueue, answer: bytes) -> None:
-    """What it says is shown to nobody: it may be meant for their terminals."""
+def test_a_receiver_that_does_not_speak_http(queue: JobQueue, answer: bytes) -> None:
+    """Its bytes are not shown: they may be terminal escapes."""
     settings = SETTINGS.model_copy(update={"webhook_attempts": 1})
     with socket.socket() as listening:
         listening.bind(("127.0.0.1", 0))
@@ -358,7 +356,7 @@ def test_a_receiver_that_speaks_no_http(queue: JobQueue, answer: bytes) -> None:
     assert (delivery.error or "").startswith("the receiver's answer is no HTTP (")
 
 
-def test_certificates_are_those_of_the_name(
+def test_certificates_must_match_the_name(
     queue: JobQueue, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     authority = trustme.CA()
@@ -379,7 +377,7 @@ def test_certificates_are_those_of_the_name(
     assert "certificate" in (deliveries[1] or LOST).model_dump_json()
 
 
-def test_a_try_that_is_on_its_way_is_not_doubled(queue: JobQueue, receiver: Receiver) -> None:
+def test_a_delivery_in_progress_is_not_queued_again(queue: JobQueue, receiver: Receiver) -> None:
     job = ended(queue, here(receiver))
     for _ in range(3):
         dispatch(queue, SETTINGS)
@@ -393,7 +391,7 @@ def test_a_try_that_is_on_its_way_is_not_doubled(queue: JobQueue, receiver: Rece
     assert due > time.time() + LEASE / 2
 
 
-def test_a_try_that_was_lost_is_made_again_but_not_for_ever(
+def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
     queue: JobQueue, receiver: Receiver
 ) -> None:
     job = ended(queue, here(receiver))
@@ -414,9 +412,7 @@ def test_a_try_that_was_lost_is_made_again_but_not_for_ever(
     assert queue.store.webhooks.pending() == 0
 
 
-def test_who_queued_nothing_before_it_died_is_made_up_for(
-    queue: JobQueue, receiver: Receiver
-) -> None:
+def test_a_claim_without_a_delivery_job_expires(queue: JobQueue, receiver: Receiver) -> None:
     job = ended(queue, here(receiver))
     ((name, since),) = queue.store.webhooks.due(time.time() + 1, 10)
     assert name == job
@@ -430,7 +426,7 @@ def test_who_queued_nothing_before_it_died_is_made_up_for(
     assert len(receiver.received) == 1
 
 
-def test_a_job_that_has_expired_is_told_of_no_more(queue: JobQueue, receiver: Receiver) -> None:
+def test_an_expired_job_is_not_delivered(queue: JobQueue, receiver: Receiver) -> None:
     early, late = ended(queue, here(receiver)), ended(queue, here(receiver))
     queue.store.client.delete(keys.job(early))
     dispatch(queue, SETTINGS)

@@ -1,4 +1,4 @@
-"""Whether the worker of a container works, as its health check asks."""
+"""Health check of a worker."""
 
 import os
 import socket
@@ -11,10 +11,10 @@ import pytest
 from rq import Worker
 from rq.utils import utcformat
 
-from broker.queue import SILENCE, JobQueue
+from broker.queue import WORKER_TIMEOUT, JobQueue
 from service.standalone import EmbeddedServer
-from worker.process.health import works_on
-from worker.process.process import why_away
+from worker.process.health import has_live_worker
+from worker.process.process import redis_error
 
 
 def asked(redis_url: str) -> subprocess.CompletedProcess[str]:
@@ -30,44 +30,44 @@ def asked(redis_url: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def born(queue: JobQueue) -> Worker:
-    """A worker that has said that it is there."""
-    worker = Worker(queue.queues(), connection=queue.store.client)
+    """A registered worker."""
+    worker = Worker(queue.rq.all(), connection=queue.store.client)
     worker.register_birth()  # type: ignore[no-untyped-call]
     return worker
 
 
-def test_a_worker_works_while_it_gives_signs_of_life(queue: JobQueue, born: Worker) -> None:
+def test_a_worker_is_live_until_its_heartbeat_is_overdue(queue: JobQueue, born: Worker) -> None:
     client, here = queue.store.client, socket.gethostname()
-    assert works_on(client, here)
-    assert not works_on(client, "elsewhere")
+    assert has_live_worker(client, here)
+    assert not has_live_worker(client, "elsewhere")
     assert born.last_heartbeat is not None
-    silent = born.last_heartbeat - SILENCE - timedelta(seconds=1)
+    silent = born.last_heartbeat - WORKER_TIMEOUT - timedelta(seconds=1)
     client.hset(born.key, "last_heartbeat", utcformat(silent))
-    assert not works_on(client, here)
+    assert not has_live_worker(client, here)
 
 
-def test_a_worker_that_has_left_works_no_more(queue: JobQueue, born: Worker) -> None:
+def test_a_worker_that_has_stopped_is_not_live(queue: JobQueue, born: Worker) -> None:
     born.register_death()  # type: ignore[no-untyped-call]
-    assert not works_on(queue.store.client, socket.gethostname())
+    assert not has_live_worker(queue.store.client, socket.gethostname())
 
 
 def test_the_health_check(queue: JobQueue) -> None:
     url = queue.store.jobs.settings.redis_url
     assert url is not None
     assert asked(url).returncode == 1
-    worker = Worker(queue.queues(), connection=queue.store.client)
+    worker = Worker(queue.rq.all(), connection=queue.store.client)
     worker.register_birth()  # type: ignore[no-untyped-call]
     assert asked(url).returncode == 0
 
 
-def test_a_worker_is_not_blamed_for_redis(queue: JobQueue) -> None:
+def test_a_worker_is_healthy_while_redis_does_not_answer(queue: JobQueue) -> None:
     done = asked("redis://127.0.0.1:1")
     assert done.returncode == 0
     assert "does not answer" in done.stdout
 
 
-def test_a_worker_knows_at_once_that_its_store_is_away(
+def test_a_worker_notices_an_unreachable_store_at_once(
     server: EmbeddedServer, tmp_path: Path
 ) -> None:
-    assert why_away(server.url) is None
-    assert "nobody.sock" in (why_away(f"unix://{tmp_path}/nobody.sock") or "")
+    assert redis_error(server.url) is None
+    assert "nobody.sock" in (redis_error(f"unix://{tmp_path}/nobody.sock") or "")

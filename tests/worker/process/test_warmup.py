@@ -8,8 +8,8 @@ import sys
 from worker.__main__ import ENVIRONMENT
 
 
-def test_jobs_find_every_kernel_ready() -> None:
-    """In a process of its own: here other tests have compiled them."""
+def test_jobs_compile_no_kernel_after_the_warm_up() -> None:
+    """In a process of its own, because other tests have compiled kernels in this one."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.worker.process.warm_start"],
         env={**os.environ, **ENVIRONMENT},

@@ -1,4 +1,4 @@
-"""A process that warms up, works, and prints as JSON what it had to compile or load for that."""
+"""A process that warms up, runs jobs, and prints as JSON the kernels it compiled or loaded then."""
 
 import json
 import sys
@@ -13,14 +13,14 @@ from solver.prototype import PrototypeOptions, connected_examples, learn_prototy
 from solver.shape import Shape
 from tests.worker.families import member
 from tests.worker.figures import blob
-from worker.jobs import Side, match_shapes
+from worker.jobs import MatchInput, match_shapes
 from worker.process.warmup import warm_up
 
 VARIED = {"points": 24}, {"points": 24, "occlusion_cost": 0.05}, {"points": 24, "dense": True}
 
 
 def variants() -> dict[str, int]:
-    """How many variants of each of the solver's kernels this process holds."""
+    """Number of compiled variants of each of the solver's kernels in this process."""
     return {
         f"{name}.{kernel}": len(value.signatures)
         for name, module in list(sys.modules.items())
@@ -31,13 +31,13 @@ def variants() -> dict[str, int]:
 
 
 def work() -> None:
-    """Do what most jobs are: matches, and a prototype that is learned and matched."""
+    """Run the most frequent jobs: matches, and a prototype that is learned and matched."""
     meshes = [triangle_mesh(*member(seed, 3)) for seed in range(3)]
     meshes.append(triangle_mesh(blob(3)[0] * np.array([1.0, 1.5, 0.6]), blob(3)[1]))
     for changes in VARIED:
         parameters = MatchParameters.model_validate(changes)
         payload = MatchPayload(source="a", target="b", parameters=parameters)
-        match_shapes(Side(meshes[0], None), Side(meshes[3], None), payload, Control())
+        match_shapes(MatchInput(meshes[0], None), MatchInput(meshes[3], None), payload, Control())
     options = PrototypeOptions(points=24, components=2)
     examples = connected_examples([Shape(mesh) for mesh in meshes[:3]], options).examples
     prototype = learn_prototype(examples, options)
@@ -45,7 +45,7 @@ def work() -> None:
 
 
 def main() -> None:
-    """Print the kernels that work needed and warming up had not."""
+    """Print the kernels that jobs needed and the warm-up had not compiled."""
     warm_up()
     before = variants()
     work()

@@ -1,4 +1,4 @@
-"""Settings of the worker process."""
+"""Settings of the worker."""
 
 from pydantic import Field
 
@@ -9,7 +9,7 @@ from broker.webhooks import WebhookSettings
 
 
 class WorkerSettings(StoreSettings, QueueSettings, WebhookSettings):
-    """From ``ISOMATCH_*``."""
+    """Settings of the worker, from ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT
 

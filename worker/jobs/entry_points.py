@@ -1,4 +1,4 @@
-"""What RQ calls, by name: each in a process of its own, forked from a warm worker."""
+"""The functions that RQ calls by name, each in a process of its own, forked from a warm worker."""
 
 from functools import cache
 from uuid import uuid4
@@ -11,9 +11,9 @@ from rq.job import Job
 from broker.processes import limit_memory
 from broker.queue import JobQueue
 from broker.store import Store
-from broker.upkeep import LOSSES_AFTER_KILL, give_back
-from worker.jobs import Runner
-from worker.process.settings import WorkerSettings
+from broker.upkeep import LOSSES_AFTER_KILL, handle_lost_process
+from worker.jobs.runner import Runner
+from worker.settings import WorkerSettings
 
 
 @cache
@@ -34,7 +34,7 @@ def run(job_id: str) -> None:
 
 
 def stopped(job: Job, connection: Redis) -> None:
-    """Note that a job was killed because it was cancelled and did not leave; RQ's callback."""
+    """Record that a cancelled job was killed because it did not stop; RQ's callback."""
     settings = worker_settings()
     store = Store.over(connection, settings, settings.redis_patience)
-    give_back(store, job, "stopped", LOSSES_AFTER_KILL)
+    handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL)

@@ -1,4 +1,4 @@
-"""The solver's progress and cancellation, over Redis and not too often."""
+"""Progress and cancellation of a job, exchanged with Redis at a limited rate."""
 
 import time
 from typing import Final
@@ -11,24 +11,26 @@ REPORT_INTERVAL: Final = 0.25
 """Seconds between two reports of the same stage."""
 
 CHECK_INTERVAL: Final = 0.25
-"""Seconds between two looks whether the job is cancelled."""
+"""Seconds between two checks whether the job is cancelled."""
 
 WAITING: Final = "in the queue"
+"""Time before the job starts, beside the times of its stages."""
+
 TOTAL: Final = "total"
-"""What besides the stages of a job is measured: before it begins, and all of it from then on."""
+"""Time from the start of the job to its end."""
 
 
 class Reporter:
-    """What a running job says of itself, and hears.
+    """Progress, times and cancellation of a running job.
 
     Parameters
     ----------
     jobs
-        Where the job's record is.
+        The jobs' records.
     job_id
         The job.
     runner
-        Who runs it; a job that is taken over by another runner is to be left.
+        Its runner; a job that another runner holds counts as cancelled.
     """
 
     def __init__(self, jobs: Jobs, job_id: str, runner: str) -> None:
@@ -43,11 +45,11 @@ class Reporter:
         self._seconds: dict[str, float] = {}
 
     def seconds(self) -> dict[str, float]:
-        """Return how long each stage took that was reported, so far."""
+        """Return the seconds of each reported stage so far."""
         return {**self._seconds, **self._present()}
 
     def control(self, start: float = 0.0, end: float = 1.0) -> Control:
-        """Return the control of a computation that is the part from `start` to `end` of the job."""
+        """Return the control of a computation whose progress is `start` to `end` of the job's."""
 
         def report(stage: str, fraction: float) -> None:
             self._report(stage, start + (end - start) * fraction)
@@ -56,7 +58,7 @@ class Reporter:
 
     def _report(self, stage: str, fraction: float) -> None:
         now = time.monotonic()
-        # Parts of a computation do not always know of each other; a bar that runs back annoys.
+        # Computations estimate their progress separately; the job's never decreases.
         fraction = min(max(fraction, self._progress.fraction), 1.0)
         if stage != self._progress.stage:
             self._seconds |= self._present()
@@ -77,5 +79,5 @@ class Reporter:
         now = time.monotonic()
         if not self._cancelled and now - self._checked >= CHECK_INTERVAL:
             self._checked = now
-            self._cancelled = not self._jobs.wanted(self._job_id, self._runner)
+            self._cancelled = not self._jobs.is_held(self._job_id, self._runner)
         return self._cancelled

@@ -1,4 +1,4 @@
-"""How a job is asked for: in which request, by whom, and how it is known when asked for again."""
+"""Context of the request that submits a job, and the record that makes requests idempotent."""
 
 import hashlib
 from dataclasses import dataclass
@@ -8,17 +8,17 @@ from broker.contracts.webhooks import Webhook
 
 
 @dataclass(frozen=True)
-class Once:
-    """What makes a repeated request the same request (its ``Idempotency-Key``).
+class IdempotencyRecord:
+    """Identity of a request with an ``Idempotency-Key``.
 
     Parameters
     ----------
     name
         Digest of the caller and the key.
     content
-        Digest of everything that was asked; the same key with anything else is a mistake.
+        Digest of the request; the same key with different content is an error.
     seconds
-        How long the key is remembered.
+        Time to live.
     """
 
     name: str
@@ -27,47 +27,47 @@ class Once:
 
     @classmethod
     def of(cls, caller: str | None, key: str, content: tuple[bytes, ...], seconds: int) -> Self:
-        """Return what identifies a request.
+        """Return the record of a request.
 
         Parameters
         ----------
         caller
-            Whose key it is; two callers may use the same.
+            Name of the API key; two callers may use the same idempotency key.
         key
-            The key as the caller sent it.
+            The idempotency key.
         content
             Method, path, body: all that two equal requests have in common.
         seconds
-            How long the key is remembered.
+            Time to live.
         """
         return cls(_digest((caller or "").encode(), key.encode()), _digest(*content), seconds)
 
 
 @dataclass(frozen=True)
-class Order:
-    """How a job is asked for.
+class RequestContext:
+    """The request that submits a job.
 
     Parameters
     ----------
     request_id
-        Name of the request.
+        Id of the request.
     caller
-        Name of the API key it came with; None where none is asked for.
-    once
-        How the request is known again, if its sender wants it to be.
+        Name of its API key; None where none is required.
+    idempotency
+        Its idempotency record, if it has a key.
     webhook
-        Whom to tell when the job has ended.
+        Receiver to notify when the job has ended.
     """
 
     request_id: str | None = None
     caller: str | None = None
-    once: Once | None = None
+    idempotency: IdempotencyRecord | None = None
     webhook: Webhook | None = None
 
 
 def _digest(*parts: bytes) -> str:
     digest = hashlib.sha256()
     for part in parts:
-        # With the lengths, what belongs to one part cannot be taken for the next one's.
+        # The lengths keep the borders between the parts.
         digest.update(len(part).to_bytes(8, "big") + part)
     return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""Jobs done in turns: nobody waits for long, what is done stays done, and none is lost."""
+"""Jobs done in time slices: others wait briefly, finished chunks are kept, none is lost."""
 
 import os
 import signal
@@ -26,7 +26,7 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import Store, keys
-from broker.upkeep import Patience, give_back, recover
+from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover
 from service.standalone import EmbeddedServer
 from solver.arrays import FloatArray
 from solver.similarity import (
@@ -42,30 +42,30 @@ from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
 from tests.workers import ended, horses, worker
 from worker.jobs.options import options_of
-from worker.process.settings import WorkerSettings
+from worker.settings import WorkerSettings
 
 Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
-NOW = Patience(unseen=timedelta(0), silence=timedelta(0), leaving=timedelta(0))
+NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellation=timedelta(0))
 
 HARD = DissimilarityParameters(points=10)
-"""Random metrics of ten points take their time."""
+"""Random metrics of ten points, which take long to compare."""
 
 
 SHAPES = 70
-"""Their pairs take a few seconds."""
+"""Shapes whose pairs take a few seconds."""
 
 MANY = 200
-"""Their pairs take so long that nothing but a failure or a cancellation ends it."""
+"""Shapes whose pairs take so long that only a failure or a cancellation ends the job."""
 
 
 def begun(queue: JobQueue, seed: int, shapes: int = SHAPES) -> "Watched":
     """Submit a comparison, and wait until some of its pairs are compared."""
     payload = imagined(queue.store, shapes, HARD, seed)
     watched = Watched(queue, queue.submit(new_job(payload)), payload)
-    until(lambda: watched.look() or len(watched.parts) >= 2)
+    until(lambda: watched.look() or len(watched.chunks) >= 2)
     assert not watched.ended, "there are too few pairs"
     return watched
 
@@ -78,33 +78,33 @@ def until(true: Callable[[], bool], seconds: float = 240.0) -> None:
 
 
 class Watched:
-    """A comparison that is looked at while it goes on: what is done of it must stay done."""
+    """A comparison that is observed while it runs: finished chunks must stay."""
 
     def __init__(self, queue: JobQueue, job: JobRecord, payload: DissimilaritiesPayload) -> None:
         self.queue, self.job, self.payload = queue, job, payload
-        self.counts = queue.store.parts.counts(job.id)
-        self.parts: dict[int, bytes] = {}
+        self.counts = queue.store.chunks.counts(job.id)
+        self.chunks: dict[int, bytes] = {}
         self.fraction = 0.0
         self.ranges = 0
         self.ended = False
 
     def look(self) -> bool:
-        """Look at it; return whether it has ended."""
-        parts = self.queue.store.parts.results(self.job.id, PAIRS)
-        now = self.queue.store.parts.counts(self.job.id)
+        """Check the progress; return whether the job has ended."""
+        parts = self.queue.store.chunks.results(self.job.id, PAIRS)
+        now = self.queue.store.chunks.counts(self.job.id)
         record = self.queue.store.jobs.get(self.job.id)
         assert record is not None
         self.ended = record.state.ended
         if not self.ended:
-            assert self.parts.items() <= parts.items()
-            assert now.taken >= self.counts.taken
+            assert self.chunks.items() <= parts.items()
+            assert now.claims >= self.counts.claims
             assert record.progress.fraction >= self.fraction
-            self.parts, self.counts, self.fraction = parts, now, record.progress.fraction
+            self.chunks, self.counts, self.fraction = parts, now, record.progress.fraction
             self.ranges = now.count if now.stage == PAIRS else self.ranges
         return self.ended
 
     def result(self) -> DissimilarityResult:
-        """Wait for the end, and return what was computed, which must be right."""
+        """Wait for the end, and return the result, which must be correct."""
         until(self.look, 300.0)
         found = result_of(self.queue, ended(self.queue, self.job.id))
         values = np.array(found.lower_bounds)
@@ -113,15 +113,15 @@ class Watched:
         return found
 
     def is_over(self, process: int) -> bool:
-        """Whether a process that was killed is gone, or nobody needs it any more."""
+        """Whether a killed process has ended, or the job has."""
         return self.look() or not Path(f"/proc/{process}").exists()
 
     def repeated(self) -> int:
-        """How many parts were taken again; the last one is the result."""
-        return self.counts.taken - self.ranges - 1
+        """Number of chunks that were claimed again; the last chunk is the result."""
+        return self.counts.claims - self.ranges - 1
 
     def horse(self, besides: str = "") -> tuple[int, str] | None:
-        """A process that is at it, and the turn that runs there, which is not `besides`.
+        """A process that works on it, and its time slice, which is not `besides`.
 
         None if it has ended.
         """
@@ -130,18 +130,18 @@ class Watched:
             if self.look():
                 return None
             for known in Worker.all(connection=self.queue.store.client):
-                turn = known.get_current_job_id() or ""
-                wanted = turn.startswith(self.job.id) and turn != besides
+                time_slice = known.get_current_job_id() or ""
+                wanted = time_slice.startswith(self.job.id) and time_slice != besides
                 found = horses(known.pid) if wanted and known.pid else []
-                # The process may be that of the next turn already.
-                if found and known.get_current_job_id() == turn:
-                    return found[0], turn
+                # The process may be that of the next time slice already.
+                if found and known.get_current_job_id() == time_slice:
+                    return found[0], time_slice
         raise AssertionError("nobody works on it")
 
     def _expected(self, values: FloatArray) -> FloatArray:
         """All values; every fifteenth is computed here."""
         names = [name_of(shape, HARD) for shape in self.payload.shapes]
-        stored = [data for data in self.queue.store.spectra.signatures(names) if data]
+        stored = [data for data in self.queue.store.spectra.get_many(names) if data]
         collection = SignatureCollection.of([*map(Signature.from_bytes, stored)], HARD.points)
         every = pairs_between(len(stored), 0, len(values))
         correct = values.copy()
@@ -151,28 +151,28 @@ class Watched:
         return correct
 
 
-def test_others_need_not_wait_for_a_large_comparison(served: JobQueue, upload: Upload) -> None:
+def test_other_jobs_do_not_wait_for_a_large_comparison(served: JobQueue, upload: Upload) -> None:
     shape = upload(blob_file(2))
     quick = MatchParameters(points=8, eigenpairs=30)
     matching = MatchPayload(source=shape, target=shape, parameters=quick)
     watched = begun(served, seed=10)
     while not watched.look():
-        record = ended(served, served.submit_match(matching).id)
+        record = ended(served, served.submit_with_spectra(matching).id)
         assert record.state is JobState.SUCCEEDED
         assert record.started is not None
-        # A turn ends within about a second once somebody waits.
+        # A time slice ends within about a second once another job waits.
         assert (record.started - record.created).total_seconds() < 10.0
-        if len(watched.parts) > watched.counts.count // 2:
+        if len(watched.chunks) > watched.counts.count // 2:
             break
-    assert watched.look() or len(watched.parts) > 2
+    assert watched.look() or len(watched.chunks) > 2
     assert len(watched.result().shapes) == SHAPES
 
 
 @linux
-def test_a_killed_process_costs_no_part_that_is_done(served: JobQueue) -> None:
+def test_a_killed_process_loses_no_finished_chunk(served: JobQueue) -> None:
     watched = begun(served, seed=11)
     struck, killed = "", 0
-    # A turn that dies twice fails the comparison.
+    # A time slice that dies twice fails the comparison.
     while killed < 2 and (found := watched.horse(besides=struck)) is not None:
         horse, struck = found
         os.kill(horse, signal.SIGKILL)
@@ -184,7 +184,7 @@ def test_a_killed_process_costs_no_part_that_is_done(served: JobQueue) -> None:
 
 
 @linux
-def test_what_kills_every_process_fails_the_comparison(served: JobQueue) -> None:
+def test_a_chunk_that_kills_every_process_fails_the_comparison(served: JobQueue) -> None:
     watched = begun(served, seed=12, shapes=MANY)
     while (found := watched.horse()) is not None:
         horse, _ = found
@@ -203,54 +203,54 @@ def test_a_cancelled_comparison_ends_at_once(served: JobQueue) -> None:
     assert forgotten(served, watched.job)
     record = ended(served, watched.job.id)
     assert record.state is JobState.CANCELLED
-    assert served.store.jobs.result(watched.job.id) is None
+    assert served.store.results.document(watched.job.id) is None
 
 
 @linux
-def test_a_dead_worker_costs_no_part_that_is_done(queue: JobQueue) -> None:
+def test_a_killed_worker_loses_no_finished_chunk(queue: JobQueue) -> None:
     with worker(queue) as first, worker(queue):
         until(lambda: queue.workers() == 2)
         watched = begun(queue, seed=14)
         first.kill()
         first.wait()
         # The other one does what is left, but for the part that the dead one holds.
-        until(lambda: watched.look() or len(queue.store.parts.turns(watched.job.id)) == 1)
-        recover(queue.store, queue, NOW)
+        until(lambda: watched.look() or len(queue.store.chunks.time_slices(watched.job.id)) == 1)
+        recover(queue, NOW)
         watched.result()
     assert watched.repeated() <= 1
 
 
-def test_a_comparison_whose_turns_are_lost_gets_another(queue: JobQueue) -> None:
+def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -> None:
     job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
     client = queue.store.client
     for _ in range(2):
-        recover(queue.store, queue, NOW)
+        recover(queue, NOW)
     assert queue.store.client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-1".encode()]
-    assert queue.position(job) == 0
-    # Neither the queue nor the store knows of the turn any more.
+    assert queue.rq.position(job) == 0
+    # Delete the time slice from queue and store.
     client.delete("rq:queue:matches", keys.job(f"{job.id}-1"))
-    recover(queue.store, queue, NOW)
-    recover(queue.store, queue, NOW)
+    recover(queue, NOW)
+    recover(queue, NOW)
     assert client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-2".encode()]
     assert queue.store.jobs.state(job.id) is JobState.QUEUED
 
 
-def test_a_turn_that_has_ended_and_counts_as_abandoned_does_no_harm(queue: JobQueue) -> None:
+def test_an_ended_time_slice_that_counts_as_abandoned_does_no_harm(queue: JobQueue) -> None:
     jobs = queue.store.jobs
     job = queue.submit(new_job(imagined(queue.store, 4, HARD)))
-    turn = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
-    assert jobs.claim(turn.id, "runner")
-    assert jobs.succeed(turn.id, "runner")
-    give_back(queue.store, turn, "its worker is gone", 0)
+    time_slice = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
+    assert jobs.claim(time_slice.id, "runner")
+    assert jobs.succeed(time_slice.id, "runner")
+    handle_lost_process(queue.store, time_slice, "its worker is gone", 0)
     assert jobs.state(job.id) is JobState.QUEUED
 
 
 @linux
-def test_a_restart_of_the_store_costs_no_part_that_is_done(tmp_path: Path) -> None:
+def test_a_restart_of_the_store_loses_no_finished_chunk(tmp_path: Path) -> None:
     server = EmbeddedServer(tmp_path)
     server.start()
     settings = WorkerSettings(redis_url=server.url)
-    queue = JobQueue(Store.open(settings, patience=20, pause=0.1), settings)
+    queue = JobQueue(Store.open(settings, retry_seconds=20, pause=0.1), settings)
     try:
         with worker(queue):
             watched = begun(queue, seed=15)
@@ -259,10 +259,10 @@ def test_a_restart_of_the_store_costs_no_part_that_is_done(tmp_path: Path) -> No
             os.kill(server.pid, signal.SIGKILL)
             server.stop()
             server.start()
-            watched.counts = queue.store.parts.counts(watched.job.id)
-            watched.parts = queue.store.parts.results(watched.job.id, PAIRS)
+            watched.counts = queue.store.chunks.counts(watched.job.id)
+            watched.chunks = queue.store.chunks.results(watched.job.id, PAIRS)
             watched.fraction = 0.0
-            assert len(watched.parts) >= 2
+            assert len(watched.chunks) >= 2
             watched.result()
             assert watched.repeated() <= 1
     finally:

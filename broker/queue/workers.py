@@ -1,4 +1,4 @@
-"""Who is there to work, and how much there is to do, as the queue's own records say."""
+"""States of the workers and lengths of the queues, from RQ's own records."""
 
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
@@ -10,14 +10,14 @@ from rq.utils import utcparse
 
 from broker.store import text
 
-SILENCE: Final = timedelta(seconds=30)
-"""After so long without a heartbeat a worker counts as dead; one is due every 15 s at least."""
+WORKER_TIMEOUT: Final = timedelta(seconds=30)
+"""A worker without a heartbeat for so long counts as dead; one is due every 15 s at least."""
 
 
 def worker_states(client: Redis) -> list[str]:
-    """Return what each worker does that is alive and ready: ``idle``, ``busy`` and the like.
+    """Return the state of each live worker, such as ``idle`` or ``busy``.
 
-    One that was killed counts as alive until its heartbeat is overdue.
+    A killed worker counts as alive until its heartbeat is overdue.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def worker_states(client: Redis) -> list[str]:
         for name in Worker.all_keys(connection=client):
             pipe.hmget(name, ["death", "last_heartbeat", "state"])
         replies = pipe.execute()
-    oldest = datetime.now(UTC) - SILENCE
+    oldest = datetime.now(UTC) - WORKER_TIMEOUT
     return [
         text(state or b"?")
         for death, heartbeat, state in replies
@@ -37,7 +37,7 @@ def worker_states(client: Redis) -> list[str]:
 
 
 def depths(queues: Sequence[Queue]) -> dict[str, tuple[int, int]]:
-    """Return how many jobs wait and how many run, by the name of their queue."""
+    """Return the numbers of waiting and running jobs, by queue name."""
     with queues[0].connection.pipeline(transaction=False) as pipe:
         for queue in queues:
             pipe.llen(queue.key)

@@ -1,0 +1,48 @@
+"""Records of new jobs."""
+
+from datetime import UTC, datetime
+from typing import Final
+from uuid import uuid4
+
+from broker.contracts import JobRecord, Payload, RequestContext, TimeSlicePayload
+from broker.store import LISTED_KINDS
+
+NO_REQUEST: Final = RequestContext()
+"""Context of a job that no request submitted."""
+
+
+def new_job(payload: Payload, context: RequestContext = NO_REQUEST) -> JobRecord:
+    """Return the record of a new job.
+
+    Parameters
+    ----------
+    payload
+        Kind and parameters of the job.
+    context
+        The request that submits it.
+    """
+    return JobRecord(
+        id=uuid4().hex,
+        payload=payload,
+        created=datetime.now(UTC),
+        request_id=context.request_id,
+        caller=context.caller,
+        # Jobs that serve a listed one do not notify its receiver.
+        webhook=context.webhook if payload.kind in LISTED_KINDS else None,
+    )
+
+
+def new_time_slice(record: JobRecord, number: int) -> JobRecord:
+    """Return the record of a time slice of a job."""
+    return JobRecord(
+        id=time_slice_id(record, number),
+        payload=TimeSlicePayload(job=record.id),
+        created=datetime.now(UTC),
+        request_id=record.request_id,
+        caller=record.caller,
+    )
+
+
+def time_slice_id(record: JobRecord, number: int) -> str:
+    """Return the id of a time slice, counted from 1."""
+    return f"{record.id}-{number}"

@@ -1,0 +1,216 @@
+"""Chunks of jobs that are done in time slices: their stages, holders and results.
+
+A *time slice* is a small job of its own that works on chunks of a large one and then lets others
+have the worker. A time slice holds a chunk for as long as it is running: when its process is lost,
+and the slice is queued again or has failed, another slice claims the chunk, without any clock. The
+result of a chunk is stored as soon as it is done, and never computed again. Each step is one script
+(:mod:`broker.store.scripts`).
+
+A stage without unfinished chunks is *done*; the time slice that notices opens the next one.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Final
+
+from redis import Redis
+from redis.client import Pipeline
+
+from broker.contracts import STAGES, JobState
+from broker.store import keys, scripts
+from broker.store.connections import DAY, StoreSettings
+from broker.store.replies import blob, text
+
+_LEAST_TTL: Final = 30 * DAY
+"""Seconds a stage without finished chunks is kept at least, even where records expire sooner: a job
+may wait long, and a chunk take long. All of it is deleted when the job ends."""
+
+_NUMBERS: Final = ("next", "count", "done", "base", "share", "size", "taken")
+
+
+class ClaimStatus(StrEnum):
+    """Answer to a time slice that claims a chunk; the values are those of the script."""
+
+    CLAIMED = "part"
+    DONE = "done"
+    BUSY = "busy"
+    ENDED = "ended"
+
+
+@dataclass(frozen=True)
+class ClaimedChunk:
+    """A chunk that a time slice has claimed, or the reason why there is none.
+
+    Parameters
+    ----------
+    status
+        Claimed; or all chunks of the stage are done; or the unfinished ones are held by others; or
+        the job has ended.
+    stage
+        The present stage, empty if the job has ended.
+    number
+        Number of the chunk, -1 for none.
+    """
+
+    status: ClaimStatus
+    stage: str
+    number: int
+
+
+@dataclass(frozen=True)
+class StageCounts:
+    """Progress of the present stage.
+
+    Parameters
+    ----------
+    stage
+        Its name, empty if the job has no chunks (any more).
+    count, done, begun
+        Numbers of chunks: all, done, and claimed at some time or known beforehand.
+    size
+        Size of a chunk, as given to :meth:`Chunks.open_stage`.
+    claims
+        Number of claims in all stages.
+    seconds
+        Sum of the times of the chunks, by stage.
+    """
+
+    stage: str
+    count: int
+    done: int
+    begun: int
+    size: int
+    claims: int
+    seconds: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """The chunks of jobs that are done in time slices.
+
+    Parameters
+    ----------
+    client
+        Connection to Redis.
+    settings
+        Times to live.
+    """
+
+    client: Redis
+    settings: StoreSettings
+
+    @property
+    def _ttl(self) -> int:
+        return max(self.settings.job_ttl, _LEAST_TTL)
+
+    def create(self, job_id: str, pipe: Pipeline) -> None:
+        """Begin with a stage without name and chunks, as part of a transaction."""
+        pipe.hset(keys.job_chunks(job_id), mapping={"stage": "", **dict.fromkeys(_NUMBERS, 0)})
+        pipe.expire(keys.job_chunks(job_id), self._ttl)
+
+    def claim(self, job_id: str, time_slice: str, runner: str) -> ClaimedChunk:
+        """Claim a chunk for a time slice that this runner runs."""
+        prefixes = keys.job(""), keys.chunk_results(job_id, "")
+        status, stage, number = scripts.CLAIM_CHUNK(
+            self.client, _keys(job_id), time_slice, runner, *prefixes
+        )
+        return ClaimedChunk(ClaimStatus(text(status)), text(stage), int(number))
+
+    def open_stage(
+        self, job_id: str, previous: str, stage: str, count: int, share: float, size: int = 1
+    ) -> bool:
+        """Open the next stage; False if another time slice did, or the job has ended.
+
+        Parameters
+        ----------
+        job_id
+            The job.
+        previous
+            The stage that is done.
+        stage, count
+            Name and number of chunks of the next stage; chunks given to :meth:`supply` are done.
+        share
+            Its share of the whole job's progress.
+        size
+            Size of a chunk, for :meth:`counts`.
+        """
+        names = [*_keys(job_id), keys.chunk_results(job_id, stage)]
+        arguments = previous, stage, count, share, size, self._ttl
+        return bool(scripts.OPEN_STAGE(self.client, names, *arguments) == 1)
+
+    def complete(self, job_id: str, chunk: ClaimedChunk, result: bytes, seconds: float) -> bool:
+        """Store the result of a chunk; False if it is known already, or not wanted any more."""
+        names = [*_keys(job_id), keys.chunk_results(job_id, chunk.stage)]
+        arguments = chunk.stage, chunk.number, result, seconds, self._ttl
+        return bool(scripts.COMPLETE_CHUNK(self.client, names, *arguments) == 1)
+
+    def supply(self, job_id: str, stage: str, known: Mapping[int, bytes]) -> None:
+        """Store results of chunks that are known before their stage is opened."""
+        if known:
+            key = keys.chunk_results(job_id, stage)
+            self.client.hset(key, mapping={str(number): data for number, data in known.items()})
+            self.client.expire(key, self._ttl)
+
+    def results(self, job_id: str, stage: str) -> dict[int, bytes]:
+        """Return the results of a stage's chunks that are done, by number."""
+        found: dict[bytes, bytes] = self.client.hgetall(keys.chunk_results(job_id, stage))  # type: ignore[assignment]
+        return {int(number): result for number, result in found.items()}
+
+    def set_input(self, job_id: str, stage: str, data: bytes) -> None:
+        """Store the common input of a stage's chunks."""
+        self.client.set(keys.stage_input(job_id, stage), data, ex=self._ttl)
+
+    def input(self, job_id: str, stage: str) -> bytes | None:
+        """Return the common input of a stage's chunks."""
+        return blob(self.client.get(keys.stage_input(job_id, stage)))
+
+    def counts(self, job_id: str) -> StageCounts:
+        """Return the progress of the present stage."""
+        reply = self.client.hgetall(keys.job_chunks(job_id))
+        fields = {text(name): text(value) for name, value in reply.items()}
+        seconds = {
+            name.partition(":")[2]: float(value)
+            for name, value in fields.items()
+            if name.startswith("seconds:")
+        }
+        count, done, begun, size, claims = (
+            int(fields.get(name, 0)) for name in ("count", "done", "next", "size", "taken")
+        )
+        return StageCounts(fields.get("stage", ""), count, done, begun, size, claims, seconds)
+
+    def add_time_slice(self, job_id: str, time_slice: str, pipe: Pipeline) -> None:
+        """Record that a time slice is queued, as part of a transaction."""
+        pipe.sadd(keys.time_slices(job_id), time_slice)
+        pipe.expire(keys.time_slices(job_id), self._ttl)
+
+    def end_time_slice(self, job_id: str, time_slice: str) -> None:
+        """Record that a time slice has ended."""
+        self.client.srem(keys.time_slices(job_id), time_slice)
+
+    def number_time_slice(self, job_id: str) -> int | None:
+        """Return the number of a new time slice, from 2; None if the job has ended."""
+        return scripts.NUMBER_TIME_SLICE(self.client, [keys.job_chunks(job_id)]) or None
+
+    def time_slices(self, job_id: str) -> dict[str, JobState]:
+        """Return the states of the time slices that have not ended, by id."""
+        found: dict[str, JobState] = {}
+        for member in self.client.smembers(keys.time_slices(job_id)):
+            time_slice = text(member)
+            state = self.client.hget(keys.job(time_slice), "state")
+            if state is not None and not JobState(text(state)).ended:
+                found[time_slice] = JobState(text(state))
+            else:
+                self.end_time_slice(job_id, time_slice)
+        return found
+
+    def delete(self, job_id: str) -> None:
+        """Delete the chunks of a job that has ended."""
+        names = [keys.job_chunks(job_id), keys.chunk_holders(job_id), keys.time_slices(job_id)]
+        for stage in STAGES:
+            names += [keys.chunk_results(job_id, stage), keys.stage_input(job_id, stage)]
+        self.client.delete(*names)
+
+
+def _keys(job_id: str) -> list[str]:
+    return [keys.job(job_id), keys.job_chunks(job_id), keys.chunk_holders(job_id)]

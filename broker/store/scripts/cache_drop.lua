@@ -1,0 +1,2 @@
+-- Remove a blob from the cache.
+drop(ARGV[1])

@@ -1,0 +1,57 @@
+-- Prelude of the scripts that move a job from one state to another.
+--
+-- KEYS  1 job, 2 active jobs, 3 to 7 index of each state, 8 counters, 9 webhooks, 10 result
+-- ARGV  1 job's id
+-- Each script returns the state the job is in afterwards, false if there is no such job.
+local INDEX = {queued = 3, running = 4, succeeded = 5, failed = 6, cancelled = 7}
+local state = redis.call('HGET', KEYS[1], 'state')
+local runner = redis.call('HGET', KEYS[1], 'runner')
+local kind = redis.call('HGET', KEYS[1], 'kind') or '?'
+-- Key of the caller's queued jobs; only listed jobs count towards the quota.
+local quota = redis.call('HGET', KEYS[1], 'quota')
+
+local function count(name, label)
+    redis.call('HINCRBY', KEYS[8], name .. '|' .. kind .. '|' .. label, 1)
+end
+
+local function move(from, to)
+    local created = redis.call('ZSCORE', KEYS[INDEX[from]], ARGV[1])
+    if created then
+        redis.call('ZREM', KEYS[INDEX[from]], ARGV[1])
+        redis.call('ZADD', KEYS[INDEX[to]], created, ARGV[1])
+    end
+    if quota and from == 'queued' then
+        redis.call('ZREM', quota, ARGV[1])
+    end
+    if quota and to == 'queued' then
+        redis.call('ZADD', quota, created or 0, ARGV[1])
+    end
+    redis.call('HSET', KEYS[1], 'state', to)
+end
+
+local function requeue(from)
+    move(from, 'queued')
+    redis.call('HDEL', KEYS[1], 'runner')
+    redis.call('HSET', KEYS[1], 'stage', 'queued', 'fraction', '0')
+end
+
+local function set_error(problem)
+    redis.call('HSET', KEYS[1], 'error', problem)
+    count('failed', cjson.decode(problem)['type'])
+end
+
+local function finish(from, to, now, ttl)
+    move(from, to)
+    count('ended', to)
+    redis.call('ZREM', KEYS[2], ARGV[1])
+    redis.call('HSET', KEYS[1], 'ended', now)
+    redis.call('EXPIRE', KEYS[1], ttl)
+    -- The field 'trace' holds the further seconds for which the tombstone outlives the record.
+    local tombstone_ttl = redis.call('HGET', KEYS[1], 'trace')
+    if tombstone_ttl then
+        redis.call('SET', KEYS[1] .. ':trace', '', 'EX', ttl + tombstone_ttl)
+    end
+    if redis.call('HEXISTS', KEYS[1], 'webhook') == 1 then
+        redis.call('ZADD', KEYS[9], redis.call('TIME')[1], ARGV[1])
+    end
+end

@@ -1,0 +1,16 @@
+-- Queue a job again whose process was lost, or fail it after too many losses.
+-- ARGV  2 now, 3 record's ttl, 4 losses allowed, 5 error
+if state ~= 'queued' and state ~= 'running' then
+    return state
+end
+if redis.call('HEXISTS', KEYS[1], 'cancel') == 1 then
+    finish(state, 'cancelled', ARGV[2], ARGV[3])
+    return 'cancelled'
+end
+if redis.call('HINCRBY', KEYS[1], 'losses', 1) > tonumber(ARGV[4]) then
+    set_error(ARGV[5])
+    finish(state, 'failed', ARGV[2], ARGV[3])
+    return 'failed'
+end
+requeue(state)
+return 'queued'

@@ -1,0 +1,123 @@
+"""Results of matches: the document, and the same as arrays."""
+
+import gzip
+from io import BytesIO
+
+import numpy as np
+
+from broker import contracts
+from broker.contracts import MatchPayload, MatchResult, is_prototype
+from solver.functional_maps import DenseCorrespondence
+from solver.gmds import GmdsRefinement
+from solver.matching import Correspondence, Match
+from solver.mesh import TriangleMesh
+
+
+def document_of(
+    found: Match, payload: MatchPayload, refinement: contracts.Refinement | None = None
+) -> MatchResult:
+    """Return the result document of a match."""
+    best = found.best
+    return MatchResult(
+        source=payload.source,
+        source_kind="prototype" if is_prototype(payload.source) else "shape",
+        target=payload.target,
+        parameters=payload.parameters,
+        correspondences=_pairs(best),
+        distortion=_distortion(best),
+        gromov_hausdorff=best.distortion.gromov_hausdorff,
+        energy=best.energy,
+        lower_bound=found.lower_bound,
+        gap=found.gap,
+        certified=found.certified,
+        alternatives=tuple(
+            contracts.Alternative(
+                energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
+            )
+            for other in found.alternatives
+        ),
+        levels=tuple(
+            contracts.Level.model_validate(level, from_attributes=True) for level in found.levels
+        ),
+        unmatched=tuple(best.unmatched.tolist()),
+        dense=None if found.dense is None else _dense(found.dense),
+        refinement=refinement,
+        misfit=found.misfit,
+        warnings=found.warnings,
+        timings=dict(found.timings),
+    )
+
+
+def refinement_of(
+    found: GmdsRefinement, source: TriangleMesh, target: TriangleMesh
+) -> contracts.Refinement:
+    """Return the refined points, named by the vertices of the two files."""
+    corners = target.vertex_ids[target.faces[found.points.faces]]
+    # Rounding may leave a weight slightly outside [0, 1].
+    weights = np.clip(found.points.barycentric, 0.0, 1.0)
+    rows = zip(
+        source.vertex_ids[found.source].tolist(),
+        corners.tolist(),
+        weights.tolist(),
+        strict=True,
+    )
+    return contracts.Refinement(
+        hypothesis=found.hypothesis,
+        stress=found.stress,
+        initial_stress=found.initial_stress,
+        status=found.status.value,
+        points=tuple(
+            contracts.RefinedPoint(source=vertex, vertices=tuple(three), weights=tuple(shares))
+            for vertex, three, shares in rows
+        ),
+    )
+
+
+def arrays_of(result: MatchResult) -> bytes:
+    """Return a result as the bytes of an ``.npz`` file without pickled objects.
+
+    `source`, `target` (n,) int64 and `costs` (n,) float64 of the pairs, `unmatched` (u,) int64;
+    `dense_source`, `dense_target` (K,) int64 and `refined_vertices` (n, 3) int64,
+    `refined_weights` (n, 3) float64 if the result has them.
+    """
+    arrays = {
+        "source": np.array([pair.source for pair in result.correspondences], dtype=np.int64),
+        "target": np.array([pair.target for pair in result.correspondences], dtype=np.int64),
+        "costs": np.array([pair.cost for pair in result.correspondences], dtype=np.float64),
+        "unmatched": np.array(result.unmatched, dtype=np.int64),
+    }
+    if result.dense is not None:
+        arrays["dense_source"] = np.array(result.dense.source, dtype=np.int64)
+        arrays["dense_target"] = np.array(result.dense.target, dtype=np.int64)
+    if result.refinement is not None:
+        points = result.refinement.points
+        arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
+        arrays["refined_weights"] = np.array([one.weights for one in points], dtype=np.float64)
+    stream = BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def result_from_blob(packed: bytes) -> MatchResult:
+    """Read a stored result."""
+    return MatchResult.model_validate_json(gzip.decompress(packed))
+
+
+def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
+    return contracts.DenseCorrespondence(
+        hypothesis=found.hypothesis,
+        source=tuple(found.source.tolist()),
+        target=tuple(found.target.tolist()),
+    )
+
+
+def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
+    rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
+    return tuple(
+        contracts.Correspondence(source=source, target=target, cost=cost)
+        for source, target, cost in rows
+    )
+
+
+def _distortion(found: Correspondence) -> contracts.Distortion:
+    return contracts.Distortion.model_validate(found.distortion, from_attributes=True)

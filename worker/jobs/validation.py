@@ -1,0 +1,48 @@
+"""Validation of an uploaded mesh: it is read, repaired, measured and stored as a shape."""
+
+from broker.contracts import ShapeRecord, ValidationPayload
+from solver.mesh import read_mesh
+from worker.jobs.context import JobContext
+from worker.jobs.failures import UploadGone
+from worker.jobs.meshes import mesh_to_bytes
+from worker.pictures import packed_geometry
+
+
+def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
+    """Store the shape of a job's upload.
+
+    Raises
+    ------
+    MeshError
+        The upload is not a usable mesh.
+    UploadGone
+        The upload has expired.
+    """
+    store, job, control = context.store, context.record, context.reporter.control()
+    data = store.uploads.candidate(payload.shape, payload.file_type, job.id)
+    if data is None:
+        # Either the job is repeated after it has stored the shape, or the upload has expired.
+        if store.shapes.get(payload.shape) is None:
+            raise UploadGone
+        return
+    control.report("reading the mesh", 0.0)
+    mesh = read_mesh(data, payload.file_type)
+    control.report("measuring the mesh", 0.5)
+    record = ShapeRecord(
+        id=payload.shape,
+        name=payload.name,
+        file_type=payload.file_type,
+        bytes=len(data),
+        vertices=mesh.n_vertices,
+        faces=mesh.n_faces,
+        area=mesh.area,
+        components=mesh.components,
+        closed=mesh.closed,
+        has_colors=mesh.colors is not None,
+        warnings=mesh.warnings,
+        created=job.created,
+    )
+    accepted = store.shapes.accept(record, mesh_to_bytes(mesh), packed_geometry(mesh), job.id)
+    # A run that was given up and came back may have stored the shape meanwhile.
+    if not accepted and store.shapes.get(payload.shape) is None:
+        raise UploadGone
