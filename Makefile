@@ -73,7 +73,7 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (
 	$(BIN)/python -m bench.service
 
 openapi: $(VENV)/dev  ## write openapi/openapi.json from the code
-	$(BIN)/python -m service.http.openapi openapi/openapi.json
+	$(BIN)/python -m service.write_openapi openapi/openapi.json
 
 # The lock files hold versions and hashes, and no address of where they came from.
 LOCK := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \

@@ -40,8 +40,7 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
     body_patience: float = Field(
         default=30.0,
         gt=0,
-        description="Seconds a connection waits for the head of a request, and a request for the"
-        " next piece of its body.",
+        description="Seconds a request waits for the next piece of its body.",
     )
     validation_wait: float = Field(
         default=30.0, ge=0, description="Seconds an upload waits for its validation."

@@ -1,4 +1,4 @@
-"""Round every request: its id, its log line, the limit of its body, and what nobody foresaw."""
+"""Middleware round every request: its id and log line, unexpected errors, limits of its body."""
 
 import asyncio
 import contextlib
@@ -31,9 +31,9 @@ log = logger("isomatch.api")
 
 
 class RequestContext:
-    """Names each request, logs it, and answers what nobody foresaw with a problem.
+    """Gives each request an id, logs it, and answers unexpected errors with a problem document.
 
-    The name is the one the caller gave in ``X-Request-ID`` or a new one; it is on the answer, on
+    The id is the one the caller gave in ``X-Request-ID`` or a new one; it is in the answer and in
     all log lines, and goes with the jobs to the workers.
     """
 
@@ -62,11 +62,10 @@ class RequestContext:
             try:
                 await self._app(scope, receive, named)
             except Exception:
-                log.exception("unforeseen error", method=scope["method"], path=scope["path"])
+                log.exception("unexpected error", method=scope["method"], path=scope["path"])
                 if status == 0:
                     problem = InternalError(
-                        f"Something went wrong on our side; the logs of request {request_id} say"
-                        " what."
+                        f"The service failed; its logs of request {request_id} have the cause."
                     )
                     await response(problem.problem(scope["path"]))(scope, receive, named)
             finally:
@@ -85,27 +84,32 @@ class BodyRefused(HTTPException):
 
 
 class BodyLimit:
-    """Refuses bodies over a limit, by what they say of their length and while they come in.
+    """Refuses bodies that are over a limit, stalled or compressed.
 
-    Refuses those as well of which nothing more comes in, and those that are compressed.
+    A body over the limit is refused by its ``Content-Length``, or as soon as more was received.
 
     Parameters
     ----------
     app
         The application.
     limit
-        Bytes a body may have.
+        Most bytes of a body.
     upload_limit
-        Bytes an upload may have, which comes in a form: the body may be a little longer.
+        Most bytes of an upload; its body may be longer by the multipart form around it.
     upload_paths
-        Where uploads are sent.
+        Addresses that uploads are sent to.
     patience
-        Seconds between two pieces of a body.
+        Seconds until a body of which nothing more is received is given up.
     """
 
     FORM_OVERHEAD: Final = 64 * 1024
+    """Bytes allowed for the boundaries, headers and other parts of an upload's form."""
+
     DRAIN_BYTES: Final = 1024**3
+    """Most bytes of a refused body that are read before the answer is sent."""
+
     DRAIN_SECONDS: Final = 30.0
+    """Longest time for which a refused body is read."""
 
     def __init__(
         self,
@@ -122,16 +126,16 @@ class BodyLimit:
         self._patience = patience
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on if its body is not too long."""
+        """Pass a request on, and refuse it if its body cannot be taken."""
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
         uploads = scope["path"] in self._upload_paths
         limit = self._upload_limit + self.FORM_OVERHEAD if uploads else self._limit
-        told = self._upload_limit if uploads else self._limit
+        shown = self._upload_limit if uploads else self._limit
         headers = Headers(scope=scope)
         length = headers.get("content-length", "")
-        body = _Body(receive, limit, told, self._patience)
+        body = _Body(receive, limit, shown, self._patience)
         too_long = length.isdigit() and int(length) > limit
         problem = _encoded(headers) or (body.too_large if too_long else None)
         if problem is not None:
@@ -141,7 +145,7 @@ class BodyLimit:
             return
 
         async def replaced(message: Message) -> None:
-            # Whatever the application makes of the broken-off body, this is what is wrong.
+            # The application's own answer to the broken-off body is dropped for the refusal.
             if body.refused is None:
                 await send(message)
 
@@ -165,8 +169,7 @@ def _encoded(headers: Headers) -> ApiProblem | None:
     if encoding.lower() in ("", "identity") or not _has_body(headers):
         return None
     return EncodedBody(
-        f"The body came with Content-Encoding {encoding[:40]!r}, which is not undone here; "
-        "send it as it is."
+        f"Content-Encoding {encoding[:40]!r} is not supported in requests; send the body as it is."
     )
 
 
@@ -175,13 +178,13 @@ def _has_body(headers: Headers) -> bool:
 
 
 class _Body:
-    def __init__(self, receive: Receive, limit: int, told: int, patience: float) -> None:
+    def __init__(self, receive: Receive, limit: int, shown: int, patience: float) -> None:
         self._receive = receive
         self._limit = limit
         self._patience = patience
         self._received = 0
         self._ended = False
-        self.too_large = UploadTooLarge(f"The limit is {told} bytes.")
+        self.too_large = UploadTooLarge(f"The limit is {shown} bytes.")
         self.refused: ApiProblem | None = None
 
     async def receive(self) -> Message:
@@ -192,7 +195,7 @@ class _Body:
                 message = await self._receive()
         except TimeoutError:
             self.refused = BodyStalled(
-                f"Nothing more of the body came for {self._patience:g} seconds; send it again."
+                f"The body stalled for {self._patience:g} seconds; send it again."
             )
             raise BodyRefused(self.refused.status) from None
         self._note(message)
@@ -202,7 +205,7 @@ class _Body:
         return message
 
     async def drain(self, count: int, seconds: float) -> None:
-        """Take in what still comes, or a client that is busy sending never reads the answer."""
+        """Read on for a while: a client that is still sending would never read the answer."""
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(min(seconds, self._patience)):
                 while not self._ended and count > 0:

@@ -1,5 +1,32 @@
-"""Jobs: their state, their results, and cancelling them."""
+"""Jobs: requesting them, following and cancelling them, and their results."""
 
+from service.jobs import endpoints, results
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
+from service.jobs.requests import (
+    IdempotencyKey,
+    JobOrder,
+    JobRequest,
+    accepted,
+    answers,
+    with_webhook,
+)
+from service.jobs.schemas import Job
+from service.jobs.webhooks import router as webhooks_router
 
-__all__ = ["JobId", "job_with_result", "json_answer", "packed_result"]
+ROUTERS = (endpoints.router, results.router)
+
+__all__ = [
+    "ROUTERS",
+    "IdempotencyKey",
+    "Job",
+    "JobId",
+    "JobOrder",
+    "JobRequest",
+    "accepted",
+    "answers",
+    "job_with_result",
+    "json_answer",
+    "packed_result",
+    "webhooks_router",
+    "with_webhook",
+]

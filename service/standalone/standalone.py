@@ -22,7 +22,6 @@ from broker.store import Store
 from broker.telemetry import logger
 from broker.upkeep import forget_workers
 from service.app import create_app
-from service.http import Connection
 from service.settings import Settings
 from service.standalone.embedded import EmbeddedServer, EmbeddedServerError
 from service.standalone.pool import WorkerPool
@@ -84,7 +83,6 @@ async def _run(
     closing = asyncio.Event()
     config = uvicorn.Config(
         create_app(settings, closing),
-        http=Connection,
         log_config=None,
         access_log=False,
         server_header=False,

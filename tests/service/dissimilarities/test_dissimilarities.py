@@ -18,6 +18,7 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import keys
+from service.dependencies import Service
 from service.dissimilarities import (
     PartialDissimilarities,
     known_matrix,
@@ -27,7 +28,6 @@ from service.dissimilarities import (
 from service.http import JobExpired
 from service.settings import Settings
 from service.standalone import EmbeddedServer
-from service.state import Service
 from tests.service.conftest import Api, Json, idle_api, problem
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined

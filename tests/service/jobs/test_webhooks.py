@@ -96,11 +96,11 @@ def test_nobody_is_told_unless_it_is_asked_for(http: httpx2.Client, api: Api) ->
         ("http://example.org/\r\nHost: x", "ASCII"),
         ("http://example.org/a b", "ASCII"),
         ("http://" + "a" * 2000, "at most 2000"),
-        ("http://10.0.0.1/", "no public address"),
-        ("http://169.254.169.254/latest/meta-data/", "no public address"),
-        ("http://[::1]/", "no public address"),
-        ("http://[::ffff:10.0.0.1]/", "no public address"),
-        ("http://0xa000001/", "no public address"),
+        ("http://10.0.0.1/", "not a public address"),
+        ("http://169.254.169.254/latest/meta-data/", "not a public address"),
+        ("http://[::1]/", "not a public address"),
+        ("http://[::ffff:10.0.0.1]/", "not a public address"),
+        ("http://0xa000001/", "not a public address"),
     ],
 )
 def test_addresses_that_webhooks_may_not_go_to(

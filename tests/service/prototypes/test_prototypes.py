@@ -276,7 +276,7 @@ def test_what_is_found_out_while_learning_is_told_with_its_field(
         ({"refine": "gmds"}, "body.refine", "surface"),
         ({"dense": True}, "body.dense", "surface"),
         ({"landmarks": [[0, 3]]}, "body.landmarks", "surface"),
-        ({"objective": "linf", "points": 8}, "body.objective", "likelihood"),
+        ({"objective": "linf", "points": 8}, "body.objective", "only \"l2\""),
         ({"metric": "diffusion"}, "body.metric", "its own"),
         ({"descriptor": "none"}, "body.descriptor", "its own"),
         ({"eigenpairs": 60}, "body.eigenpairs", "its own"),

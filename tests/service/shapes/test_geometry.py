@@ -10,11 +10,11 @@ import pytest
 
 from broker.queue import JobQueue
 from broker.store import Shapes, keys
+from service.dependencies import Service
 from service.http import ShapeNotFound
 from service.settings import Settings
 from service.shapes import get_geometry
 from service.standalone import EmbeddedServer
-from service.state import Service
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file
 

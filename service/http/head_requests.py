@@ -1,7 +1,7 @@
-"""HEAD, answered wherever GET is: with the same headers, and no body.
+"""HEAD requests, answered wherever GET is, with the same headers and without a body.
 
-Load balancers, caches and download tools ask so. What would be long to make only to be thrown away,
-a picture or a stream of events, is not made.
+Load balancers, caches and download tools send them. Bodies that take long to make, pictures and
+event streams, are not made for them.
 """
 
 from typing import Final
@@ -14,19 +14,19 @@ _HEAD: Final = "isomatch.head"
 
 
 def body_wanted(request: HTTPConnection) -> bool:
-    """Whether the body of an answer to a GET is sent at all."""
+    """Whether the body of the answer is sent: not for a HEAD request passed on as GET."""
     return _HEAD not in request.scope
 
 
 class HeadLikeGet:
-    """Passes HEAD on as GET, and leaves the body of the answer out.
+    """ASGI middleware that passes HEAD on as GET and drops the body of the answer.
 
     Parameters
     ----------
     app
         The application.
     routes
-        Its routes: where none of them answers GET, there is nothing to be answered.
+        Its routes; HEAD is passed on as GET where one of them answers GET.
     """
 
     def __init__(self, app: ASGIApp, routes: list[BaseRoute]) -> None:
@@ -47,7 +47,7 @@ class HeadLikeGet:
             if message["type"] == "http.response.body":
                 message = {**message, "body": b""}
             elif "route" in asked:
-                scope["route"] = asked["route"]  # requests are measured by it
+                scope["route"] = asked["route"]  # the label of the request's metrics
             await send(message)
 
         await self._app(asked, receive, without_body)

@@ -1,4 +1,4 @@
-"""What is wrong with a request: the words of those who read it, made fit for who sent it."""
+"""Validation errors of Pydantic as problems of fields."""
 
 import re
 from collections.abc import Sequence
@@ -9,14 +9,16 @@ from fastapi import Request
 from broker.contracts import FieldProblem
 
 MOST_FIELDS: Final = 20
-"""So many fields are named; a body of wrong fields only would have an answer many times as long."""
+"""Fields named in one answer, so that it is not many times as long as the request."""
 
 MOST_CONSIDERED: Final = 1000
-"""So many errors are looked at: formatting hundreds of thousands would keep everybody waiting."""
+"""Errors that are formatted; a body may have hundreds of thousands, and formatting blocks."""
 
 _LONGEST_FIELD: Final = 100
+"""Characters of the name of a field."""
+
 _BRANCH: Final = re.compile(r"(literal|tuple|choice)\[.*\]", re.DOTALL)
-"""Where Pydantic says which of several types it tried, which is no part of the field's address."""
+"""Parts of an error's location that name the branch of a union, and no field."""
 
 _NOT_AN_OBJECT: Final = ("missing", "model_attributes_type", "model_type", "dict_type")
 _BOUNDS: Final = {
@@ -25,30 +27,30 @@ _BOUNDS: Final = {
     "less_than": ("lt", "less than"),
     "less_than_equal": ("le", "less than or equal to"),
 }
-"""Pydantic writes 1e30 with all its zeros."""
+"""Bounds are formatted here, as Pydantic writes 1e30 with all its zeros."""
 
 _LENGTHS: Final = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 _WORDS: Final = {
-    "extra_forbidden": "There is no such field; /docs says which there are",
+    "extra_forbidden": "There is no such field; /docs lists the fields",
     "tuple_type": "Input should be a list of such names",
     "upload_file": "Input should be a file: a part of the form that has a `filename`",
-    "no_file": "There is no such part in the form, or the form is cut off before its end; send"
-    " multipart/form-data with a part `file` that has a `filename`",
+    "no_file": "The form has no such part, or is truncated; send multipart/form-data with a part"
+    " `file` that has a `filename`",
     "not_an_object": "Input should be a JSON object, sent as application/json",
 }
 
 
 def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
-    """Return what is wrong with which field, each field once.
+    """Return the problems of fields, each field once.
 
     Parameters
     ----------
     errors
-        As Pydantic lists them; the first `MOST_CONSIDERED` are looked at.
+        As Pydantic lists them; all but the first `MOST_CONSIDERED` are ignored.
     """
     errors = errors[:MOST_CONSIDERED]
     messages: dict[str, list[str]] = {}
-    # Pydantic counts the items that are right: a list of one that is wrong is too short to it.
+    # Pydantic counts only valid items: it reports a list with an invalid one as too short as well.
     within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}
     for error in errors:
         if error["type"] == "too_short" and error["loc"] in within:
@@ -63,28 +65,28 @@ def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
     )
 
 
-def no_json(errors: Sequence[Any]) -> str | None:
-    """Return where the body stops being JSON, if that is what is wrong."""
+def json_error(errors: Sequence[Any]) -> str | None:
+    """Return the position and cause of a syntax error in the JSON body, if there is one."""
     for error in errors:
         if error["type"] == "json_invalid":
             return f"{error['ctx']['error']} at character {error['loc'][-1]}"
     return None
 
 
-def unreadable(request: Request, reason: str) -> str:
-    """Say that a body cannot be read, and what would be read.
+def unreadable_body(request: Request, reason: str) -> str:
+    """Return the detail of the problem that a body cannot be parsed.
 
     Parameters
     ----------
     request
         The request.
     reason
-        What is wrong, in the words of who could not read it.
+        Message of the parser.
     """
     if request.headers.get("content-type", "").startswith("multipart/form-data"):
         wanted = "send multipart/form-data with the mesh as `file`, a part with a `filename`"
     else:
-        wanted = "send a JSON object in UTF-8, neither deeply nested nor with endless numbers"
+        wanted = "send a JSON object in UTF-8, without deep nesting or numbers of very many digits"
     return f"The body cannot be read ({reason.rstrip('.')}); {wanted}."
 
 

@@ -1,4 +1,4 @@
-"""Answers that are kept in gzip, and answers that the client has already."""
+"""Content negotiation of gzip, and conditional requests (RFC 9110, sections 12.5.3 and 13.1.2)."""
 
 import gzip
 import re
@@ -12,19 +12,19 @@ _REFUSED: Final = re.compile(r"q=0(\.0{0,3})?")
 AcceptEncoding = Annotated[str, Header(include_in_schema=False)]
 
 
-def unpacked_if_need_be(
+def gzip_response(
     packed: bytes, media_type: str, accept_encoding: str, headers: Mapping[str, str] | None = None
 ) -> Response:
-    """Return an answer kept in gzip, unpacked for those who do not take that.
+    """Return an answer stored in gzip, decompressed for clients that do not accept gzip.
 
     Parameters
     ----------
     packed
-        Its body in gzip.
+        The body in gzip.
     media_type
-        What it is once unpacked.
+        Media type of the decompressed body.
     accept_encoding
-        What the client takes, as its header says.
+        The request's header ``Accept-Encoding``.
     headers
         Further headers.
     """
@@ -42,7 +42,7 @@ def _takes_gzip(accept_encoding: str) -> bool:
     return False
 
 
-def names(if_none_match: str, etag: str) -> bool:
-    """Whether a header ``If-None-Match`` names an entity tag."""
+def etag_matches(if_none_match: str, etag: str) -> bool:
+    """Whether a header ``If-None-Match`` lists an entity tag."""
     tags = [tag.strip().removeprefix("W/") for tag in if_none_match.split(",")]
     return "*" in tags or etag in tags

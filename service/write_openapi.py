@@ -1,4 +1,4 @@
-"""Write the OpenAPI document: ``python -m service.http.openapi PATH``."""
+"""Write the OpenAPI document: ``python -m service.write_openapi PATH``."""
 
 import argparse
 import sys
@@ -11,7 +11,7 @@ from service.settings import Settings
 
 def main() -> int:
     """Write the document to the path given on the command line."""
-    parser = argparse.ArgumentParser(prog="python -m service.http.openapi", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m service.write_openapi", description=__doc__)
     parser.add_argument("path", type=Path)
     path: Path = parser.parse_args().path
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""How long requests took, by what was asked and how it was answered."""
+"""Durations of requests by method, route and status, for Prometheus."""
 
 import time
 from typing import Final
@@ -7,6 +7,8 @@ from prometheus_client import CollectorRegistry, Gauge, Histogram
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 _BOUNDS: Final = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 60.0)
+"""Upper bounds of the buckets in seconds, about half a decade apart."""
+
 _METHODS: Final = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 
 
@@ -16,7 +18,7 @@ class RequestTimes:
     Parameters
     ----------
     registry
-        Where they are shown.
+        Registry that they are added to.
     """
 
     def __init__(self, registry: CollectorRegistry) -> None:
@@ -35,14 +37,14 @@ class RequestTimes:
 
 
 class MeasureRequests:
-    """Measures each request.
+    """ASGI middleware that measures each request.
 
     Parameters
     ----------
     app
         The application.
     times
-        Where to.
+        The measurements.
     """
 
     def __init__(self, app: ASGIApp, times: RequestTimes) -> None:
@@ -68,5 +70,5 @@ class MeasureRequests:
 
 
 def _route(scope: Scope) -> str:
-    # What is asked under addresses of nothing is up to strangers: it is one label for all.
+    # Unknown addresses share one label, or clients could make any number of them.
     return str(getattr(scope.get("route"), "path", "none"))

@@ -1,4 +1,4 @@
-"""What the store knows of jobs, workers and caches, read when Prometheus asks."""
+"""Metrics of jobs, workers and caches, read from the store when Prometheus scrapes."""
 
 from collections.abc import Iterator
 from itertools import accumulate
@@ -21,7 +21,7 @@ log = logger("isomatch.api")
 
 
 class StoreCollector(Collector):
-    """Shows what the store knows.
+    """Collector of the metrics that are kept in the store.
 
     Parameters
     ----------
@@ -33,18 +33,18 @@ class StoreCollector(Collector):
         self._queue = queue
 
     def describe(self) -> Iterator[Metric]:
-        """Describe nothing: what there is depends on what has happened."""
+        """Describe nothing: the labels are only known when the store is read."""
         return iter(())
 
     def collect(self) -> Iterator[Metric]:
-        """Read everything; where the store is away, say only that."""
+        """Read all metrics; if the store cannot be reached, report only that."""
         metrics: list[Metric] = []
         try:
             metrics += _present(self._queue)
             metrics += _counted(self._queue.store.tallies.read())
             metrics += _spectra(self._queue.store)
         except RedisError as error:
-            log.warning("no metrics of the store", error=str(error))
+            log.warning("metrics of the store cannot be read", error=str(error))
             metrics = []
         there = float(bool(metrics))
         yield GaugeMetricFamily("isomatch_store_up", "Whether the store answers.", value=there)

@@ -1,4 +1,4 @@
-"""What every request may use, made once when the application starts."""
+"""Dependencies of the endpoints: the service's state, and the id and caller of a request."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -15,31 +15,34 @@ from broker.store import Store
 from service.settings import Settings
 
 FIRST_POLL: Final = 0.01
+"""Seconds until the store is asked again for the first time."""
+
 LONGEST_POLL: Final = 0.25
+"""Longest such pause in seconds; they grow by half each time."""
 
 UPLOADS_AT_ONCE: Final = 4
-"""Uploads that are held in memory at a time; others wait in files. One may be 256 MiB, twice over
-while it is stored."""
+"""Uploads in memory at a time; others wait in temporary files. One may have 256 MiB, and takes
+twice that while it is stored."""
 
 ResultT = TypeVar("ResultT")
 
 
 @dataclass(frozen=True)
 class Service:
-    """What the endpoints work with.
+    """The state of the application that endpoints work with.
 
     Parameters
     ----------
     settings
         The settings in force.
     store
-        Shapes, jobs and results.
+        Shapes, prototypes, jobs and results.
     queue
-        The way to the workers.
+        The queue of the workers.
     closing
-        Set when the server is to stop, so that nobody is kept waiting.
+        Set when the server stops, so that waiting requests are answered.
     metrics
-        What Prometheus is told.
+        Metrics for Prometheus.
     uploading
         Held while an upload is in memory.
     """
@@ -52,9 +55,9 @@ class Service:
     uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
 
     async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
-        """Wait until a job has ended, but not longer than `seconds`; return it as it is then.
+        """Wait until a job has ended, at most `seconds`, and return its state then.
 
-        The wait also ends when the server stops or the caller has gone away.
+        The wait also ends when the server stops or the client disconnects.
         """
         return await wait_until(
             lambda: run_in_threadpool(self.store.jobs.get, job_id),
@@ -72,7 +75,7 @@ async def wait_until(
     closing: asyncio.Event,
     request: Request,
 ) -> ResultT:
-    """Ask again and again, less and less often, until the answer is enough or time is up."""
+    """Poll with growing pauses until the answer is enough or time is up."""
     loop = asyncio.get_running_loop()
     deadline = loop.time() + seconds
     pause = FIRST_POLL
@@ -106,4 +109,4 @@ def _caller(request: Request) -> str | None:
 ServiceOf = Annotated[Service, Depends(_service)]
 RequestId = Annotated[str, Depends(_request_id)]
 Caller = Annotated[str | None, Depends(_caller)]
-"""Name of the key that a request came with; None where no keys are asked for."""
+"""Name of the API key of a request; None if none are configured."""

@@ -10,28 +10,28 @@ from broker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Pr
 from broker.queue import JobQueue
 
 MOST_NAMED: Final = 20
-"""Shapes that are named by a job: of a collection there may be thousands, and each event tells."""
+"""Shapes listed in a job. A collection may have thousands, and each event repeats the job."""
 
 
 class JobLinks(BaseModel):
-    """Where what belongs to a job is found."""
+    """Addresses of a job and its results."""
 
     model_config = ConfigDict(frozen=True)
 
     self: str = Field(description="The job.")
-    events: str = Field(description="The job as it changes, as server-sent events.")
+    events: str = Field(description="The changes of the job, as server-sent events.")
     result: str | None = Field(description="Its result, for kinds that have one.")
     picture: str | None = Field(description="Its result as a picture.")
     arrays: str | None = Field(description="Its result as NumPy arrays, for kinds that have them.")
     partial: str | None = Field(
-        description="What is known of its result while it runs, for kinds that are done in parts."
+        description="Its result as far as it is known while the job runs, for kinds done in parts."
     )
 
 
 class JobWebhook(Delivery):
-    """Whom the end of a job is told to, and how that went."""
+    """Receiver of the notification that a job has ended, and the state of its delivery."""
 
-    url: str = Field(description="The receiver's address, without its query.")
+    url: str = Field(description="Address of the receiver, without its query.")
 
 
 class Job(BaseModel):
@@ -84,39 +84,38 @@ class Job(BaseModel):
     )
 
     id: str
-    kind: JobKind = Field(description="What the job does.")
+    kind: JobKind = Field(description="Kind of the job.")
     state: JobState = Field(
-        description="queued, running, and then for good succeeded, failed or cancelled."
+        description="queued, then running, and finally succeeded, failed or cancelled."
     )
     source: str | None = Field(
         description="Id of the source of a match, a shape or a prototype; null for other kinds."
     )
     target: str | None = Field(description="Id of the target of a match; null for other kinds.")
     shapes: tuple[str, ...] = Field(
-        description=f"Ids of the shapes it is of, each once; of more than {MOST_NAMED}, the first"
-        f" {MOST_NAMED}."
+        description=f"Ids of its shapes, each once; only the first {MOST_NAMED} if there are more."
     )
-    shape_count: int = Field(description="How many shapes it is of.")
+    shape_count: int = Field(description="Number of its shapes.")
     prototype: str | None = Field(
-        description="Id of the prototype that is matched, or that was uploaded; null for none. The"
-        " one that is learned is named by the job's result."
+        description="Id of the prototype that is matched, or that was uploaded; null for none. A"
+        " prototype that is learned is named by the job's result."
     )
     name: str | None = Field(
-        description="Name of the prototype that is learned, or of an upload; null for other kinds."
+        description="Name of the prototype that is learned, or of the upload; null for other kinds."
     )
     progress: Progress
     created: datetime
     started: datetime | None
     ended: datetime | None
     position: int | None = Field(
-        description="How many jobs will be begun before this one; null once it has begun."
+        description="Number of jobs ahead of it in the queue; null once it has begun."
     )
     error: Problem | None = Field(description="Why it failed.")
     caller: str | None = Field(
-        description="Name of the API key it was asked for with; null where none is needed."
+        description="Name of the API key it was requested with; null where none is needed."
     )
     webhook: JobWebhook | None = Field(
-        description="Whom its end is told to and how that went; null for nobody."
+        description="Its webhook and the state of the delivery; null for none."
     )
     links: JobLinks
 
@@ -159,7 +158,7 @@ class Job(BaseModel):
 def _webhook(record: JobRecord) -> JobWebhook | None:
     if record.webhook is None:
         return None
-    # Receivers often put what is secret in the query.
+    # Receivers often put a secret in the query.
     url = urlsplit(record.webhook.url)._replace(query="", fragment="").geturl()
     delivery = record.delivery or Delivery()
     return JobWebhook(url=url, **dict(delivery))
