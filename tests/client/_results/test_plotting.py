@@ -244,7 +244,7 @@ def test_a_matrix_is_drawn_in_the_order_of_its_labels(
     assert drawn is not None
     np.testing.assert_array_equal(drawn, found.matrix[np.ix_([1, 0, 2], [1, 0, 2])])
     assert [text.get_text() for text in axes.get_xticklabels()] == ["long", "round", "round"]
-    with pytest.raises(ValueError, match="only supported for matches"):
+    with pytest.raises(ValueError, match="only matches have alternatives"):
         found.plot(alternative=0)
 
 

@@ -186,7 +186,7 @@ def test_a_store_that_is_full_is_not_ready(idle: tuple[httpx2.Client, Api]) -> N
     api.store.client.config_set("maxmemory", 1)
     try:
         document = problem(http.get("/health/ready"), 503, "not-ready")
-        assert "takes nothing" in document["detail"]
+        assert "refuses writes" in document["detail"]
         files = {"file": ("a.off", blob_file(1))}
         problem(http.post("/v1/shapes", files=files), 503, "store-away")
         assert http.get("/health/live").status_code == 200
