@@ -76,6 +76,11 @@ def prototype_archive(prototype_id: str) -> str:
     return f"{PREFIX}prototype:{prototype_id}:archive"
 
 
+def prototype_geometry(prototype_id: str) -> str:
+    """Points and a surface of a prototype, JSON in gzip."""
+    return f"{PREFIX}prototype:{prototype_id}:geometry"
+
+
 def prototype_trace(prototype_id: str) -> str:
     """Says that there is or was a prototype; outlives it, unless it was deleted."""
     return f"{PREFIX}prototype:{prototype_id}:trace"

@@ -40,6 +40,11 @@ class Prototypes(Uploads):
         self.use(prototype_id)
         return blob(self.client.get(keys.prototype_archive(prototype_id)))
 
+    def geometry(self, prototype_id: str) -> bytes | None:
+        """Return the points and a surface of a prototype, JSON in gzip, and keep it for longer."""
+        self.use(prototype_id)
+        return blob(self.client.get(keys.prototype_geometry(prototype_id)))
+
     def expired(self, prototype_id: str) -> bool:
         """Whether a prototype that is not there was there, and nobody deleted it."""
         return bool(self.client.exists(keys.prototype_trace(prototype_id)))
@@ -63,7 +68,11 @@ class Prototypes(Uploads):
         return Listing(self.client, key, keys.prototype).page(limit, cursor, self.get, suits)
 
     def add(
-        self, record: PrototypeRecord, archive: bytes, job_id: str | None = None
+        self,
+        record: PrototypeRecord,
+        archive: bytes,
+        geometry: bytes,
+        job_id: str | None = None,
     ) -> PrototypeRecord:
         """Store a prototype, unless it is there already.
 
@@ -73,6 +82,8 @@ class Prototypes(Uploads):
             What is known of it; the version is given here.
         archive
             The prototype.
+        geometry
+            Its points and a surface, `PrototypeGeometry` as JSON in gzip.
         job_id
             The job that validated it, if it was uploaded; its candidate is forgotten.
 
@@ -90,7 +101,7 @@ class Prototypes(Uploads):
                 try:
                     pipe.multi()
                     if known is None:
-                        self._put(stored, archive, pipe)
+                        self._put(stored, archive, geometry, pipe)
                     self._keep(stored, pipe)
                     if job_id is not None:
                         pipe.delete(keys.candidate(record.id, ARCHIVE_TYPE, job_id))
@@ -107,14 +118,18 @@ class Prototypes(Uploads):
         with self.client.pipeline() as pipe:
             pipe.delete(keys.prototype(prototype_id))
             pipe.delete(keys.prototype_archive(prototype_id), keys.prototype_trace(prototype_id))
+            pipe.delete(keys.prototype_geometry(prototype_id))
             pipe.zrem(keys.PROTOTYPES, prototype_id)
             if record is not None:
                 pipe.zrem(keys.prototypes_named(record.name), prototype_id)
             return bool(pipe.execute()[0])
 
-    def _put(self, record: PrototypeRecord, archive: bytes, pipe: Pipeline) -> None:
+    def _put(
+        self, record: PrototypeRecord, archive: bytes, geometry: bytes, pipe: Pipeline
+    ) -> None:
         created = record.created.timestamp()
         pipe.set(keys.prototype_archive(record.id), archive)
+        pipe.set(keys.prototype_geometry(record.id), geometry)
         pipe.set(keys.prototype(record.id), record.model_dump_json())
         pipe.set(keys.prototype_trace(record.id), b"")
         pipe.set(keys.prototype_versions(record.name), record.version)
@@ -123,8 +138,8 @@ class Prototypes(Uploads):
 
     def _keep(self, record: PrototypeRecord, pipe: Pipeline) -> None:
         ttl, longer = self.settings.shape_ttl, self.settings.shape_ttl + self.settings.trace_ttl
-        for key in (keys.prototype(record.id), keys.prototype_archive(record.id)):
-            pipe.expire(key, ttl)
+        for key in (keys.prototype, keys.prototype_archive, keys.prototype_geometry):
+            pipe.expire(key(record.id), ttl)
         # What belongs to a name outlives the last prototype that has it.
         pipe.expire(keys.prototype_trace(record.id), longer)
         pipe.expire(keys.prototypes_named(record.name), longer)

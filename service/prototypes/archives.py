@@ -1,4 +1,4 @@
-"""``/v1/prototype-archives``: uploading prototypes; ``/v1/prototypes/{id}/archive``."""
+"""``/v1/prototype-archives``; ``/v1/prototypes/{id}/archive`` and ``/geometry``."""
 
 from typing import Annotated, Final
 
@@ -6,18 +6,22 @@ from fastapi import APIRouter, File, Response, UploadFile
 
 from broker.contracts import (
     ARCHIVE_TYPE,
+    PrototypeGeometry,
     PrototypeRecord,
     PrototypeValidationPayload,
     prototype_id,
 )
 from service.dependencies import ServiceOf
 from service.http import (
+    AcceptEncoding,
+    GeometryNotKept,
     InvalidRequest,
     PrototypeDeleted,
     PrototypeExpired,
     PrototypeNotFound,
     UnusablePrototype,
     binary_file,
+    gzip_response,
     responses,
 )
 from service.names import LONGEST, base_name
@@ -88,3 +92,24 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
         raise missing_prototype(service, prototype)
     headers = {"Content-Disposition": f'attachment; filename="{prototype}.npz"'}
     return Response(data, media_type="application/octet-stream", headers=headers)
+
+
+@router.get(
+    f"{PROTOTYPES}/{{prototype}}/geometry",
+    response_model=PrototypeGeometry,
+    responses=responses(PrototypeNotFound, PrototypeExpired, GeometryNotKept, InvalidRequest),
+    operation_id="get_prototype_geometry",
+)
+def get_prototype_geometry(
+    prototype: PrototypeId, service: ServiceOf, accept_encoding: AcceptEncoding = ""
+) -> Response:
+    """Return where the points of a prototype lie, with a surface to draw them on."""
+    packed = service.store.prototypes.geometry(prototype)
+    if packed is not None:
+        return gzip_response(packed, "application/json", accept_encoding)
+    if service.store.prototypes.get(prototype) is None:
+        raise missing_prototype(service, prototype)
+    raise GeometryNotKept(
+        "The prototype was stored by an earlier version, which kept no geometry; download its"
+        " archive, delete the prototype and upload the archive again."
+    )

@@ -26,6 +26,7 @@ from solver.shape.choices import NoDescriptor
 from worker.jobs.failures import PrototypeGone, UploadGone
 from worker.jobs.structures import choice_of
 from worker.jobs.torus import torus_file
+from worker.pictures import packed_prototype
 
 _MOST_WARNINGS: Final = 300
 _LONGEST_WARNING: Final = 300
@@ -51,7 +52,7 @@ def validate(payload: PrototypeValidationPayload, job: JobRecord, store: Store) 
     prototype = prototype_from_bytes(data)
     _check(prototype)
     record = record_of(prototype, data, payload.name, job.created)
-    prototypes.add(record, data, job.id)
+    prototypes.add(record, data, packed_prototype(prototype), job.id)
 
 
 def _check(prototype: Prototype) -> None:

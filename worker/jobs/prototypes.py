@@ -35,6 +35,7 @@ from worker.jobs.meshes import mesh_from_bytes, mesh_of
 from worker.jobs.reporting import TOTAL, Reporter
 from worker.jobs.spectra import spectrum_of
 from worker.jobs.structures import descriptor_of, metric_of
+from worker.pictures import packed_prototype
 
 SPECTRA: Final = "spectra of the examples"
 
@@ -102,7 +103,9 @@ def learn(
         "learned_from": _reports(payload, found),
         "reference": payload.shapes[payload.reference],
     }
-    stored = store.prototypes.add(record.model_copy(update=own), archive)
+    stored = store.prototypes.add(
+        record.model_copy(update=own), archive, packed_prototype(prototype)
+    )
     warnings = list(prototype.warnings)
     for place, shape in enumerate(shapes):
         warnings += [f"shapes.{place}: {warning}" for warning in shape.mesh.warnings]

@@ -17,7 +17,8 @@ _OF_A_SHAPE: Final = {
     "delete_shape": {"shape": _ID},
 }
 _OF_A_PROTOTYPE: Final = {
-    name: {"prototype": _ID} for name in ("get_prototype", "get_archive", "delete_prototype")
+    name: {"prototype": _ID}
+    for name in ("get_prototype", "get_archive", "get_prototype_geometry", "delete_prototype")
 }
 _OF_A_JOB: Final = {
     name: {"job_id": _ID}

@@ -51,7 +51,7 @@ def press(page: Page, drawn: Locator, vertex: int, drag: int = 0) -> None:
 
 def test_points_are_clicked_and_matched(page: Page, api: Api, shapes: list[str]) -> None:
     page.goto(f"/#/with/{'/'.join(shapes)}")
-    page.get_by_text("Landmarks: points that are known").click()
+    page.get_by_text("Landmarks: points known").click()
     page.locator(".landmarks .pair[data-ready]").wait_for()
     source, target = scene(page, "source"), scene(page, "target")
     # Turning a shape chooses nothing.
@@ -62,7 +62,7 @@ def test_points_are_clicked_and_matched(page: Page, api: Api, shapes: list[str])
     other = target.evaluate(HIGHEST)
     press(page, target, other)
     expect(page.get_by_label("Vertex of the target")).not_to_have_value("")
-    expect(page.locator(".landmarks")).to_contain_text("Now the same point on")
+    expect(page.locator(".landmarks")).to_contain_text("Now choose the corresponding point on")
     eventually(lambda: target.evaluate(VERTICES) == 1)
     assert chosen(page) == []
     press(page, source, top)

@@ -134,7 +134,7 @@ def test_addresses_of_nothing(page: Page) -> None:
     page.goto("/#/jobs/none")
     expect(page.get_by_role("alert")).to_contain_text("There is no job none.")
     page.goto("/#/nowhere")
-    expect(page.get_by_role("main")).to_contain_text("There is nothing here")
+    expect(page.get_by_role("main")).to_contain_text("This address does not exist")
 
 
 def test_a_collection_is_compared_on_a_telephone(

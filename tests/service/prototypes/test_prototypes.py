@@ -351,7 +351,7 @@ def test_a_shape_is_not_simplified_below_the_points_of_a_prototype(
         large = shape_record(target).model_copy(update={"vertices": 500})
         api.store.client.set(keys.shape(target), large.model_dump_json())
         record = PrototypeRecord.model_validate_json(send(http, archive).content)
-        api.store.prototypes.add(record.model_copy(update={"points": 120}), archive)
+        api.store.prototypes.add(record.model_copy(update={"points": 120}), archive, b"")
         body = {"source": record.id, "target": target, "simplify": 100, "points": 101}
         document = problem(idle.post("/v1/matches", json=body), 422, "invalid-request")
         assert [error["field"] for error in document["errors"]] == ["body.simplify"]
@@ -423,7 +423,7 @@ def test_a_match_whose_prototype_is_deleted_meanwhile(
     with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=60.0) as idle:
         (target, _) = put_shapes(api)
         record = PrototypeRecord.model_validate_json(send(http, archive).content)
-        api.store.prototypes.add(record, archive)
+        api.store.prototypes.add(record, archive, b"")
         api.store.spectra.put(f"{record.id}:surface0", b"spectrum")
         body = {"source": record.id, "target": target}
         job = idle.post("/v1/matches", json=body).json()["id"]
@@ -442,8 +442,9 @@ def test_one_that_expired_was_there(http: httpx2.Client, api: Api, archive: byte
     path = f"/v1/prototypes/{record['id']}"
     store = api.store.client
     assert 0 < store.ttl(keys.prototype(record["id"])) <= api.store.prototypes.settings.shape_ttl
-    store.delete(keys.prototype(record["id"]), keys.prototype_archive(record["id"]))
-    for gone in (http.get(path), http.get(f"{path}/archive")):
+    names = (keys.prototype, keys.prototype_archive, keys.prototype_geometry)
+    store.delete(*(name(record["id"]) for name in names))
+    for gone in (http.get(path), http.get(f"{path}/archive"), http.get(f"{path}/geometry")):
         problem(gone, 410, "prototype-expired")
     match = http.post("/v1/matches", json={"source": record["id"], "target": "x"})
     assert "no longer kept" in problem(match, 422, "unknown-prototype")["errors"][0]["message"]

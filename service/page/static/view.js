@@ -1,10 +1,10 @@
-// From which side a shape is looked at, as in the service's own pictures: with its y or z axis up,
-// along its thinnest direction; and a second shape turned until matched points lie alike.
+// Views of shapes, as in the service's pictures: the y or z axis up, looking along the thinnest
+// direction; a target is rotated about the vertical until its matched points align.
 
 const AXES = [0, 1, 2];
 
-/** Rows of a rotation: the direction to the right, the one up, the one towards the viewer. */
-export function stance(positions) {
+/** Rows of a rotation: the directions to the right, up, and towards the viewer. */
+export function sourceView(positions) {
   const extent = AXES.map((axis) => {
     const [low, high] = range(positions, axis);
     return high - low;
@@ -18,8 +18,8 @@ export function stance(positions) {
   return [cross(unit(up), unit(towards)), unit(up), unit(towards)];
 }
 
-/** The stance of a target: that of the source, turned about the vertical. */
-export function turned(rows, sourcePoints, targetPoints) {
+/** The view of a target: that of the source, rotated about the vertical to align matched points. */
+export function targetView(rows, sourcePoints, targetPoints) {
   const here = level(rows, sourcePoints);
   const there = level(rows, targetPoints);
   let [real, imaginary] = [0, 0];
@@ -34,8 +34,8 @@ export function turned(rows, sourcePoints, targetPoints) {
   return turn.map((row) => AXES.map((k) => AXES.reduce((sum, j) => sum + row[j] * rows[j][k], 0)));
 }
 
-/** (3 V) positions as they are seen. */
-export function seen(rows, positions) {
+/** (3 V) positions or normals in the coordinates of a view. */
+export function rotated(rows, positions) {
   const out = new Float32Array(positions.length);
   for (let at = 0; at < positions.length; at += 3) {
     for (const k of AXES) {
@@ -48,7 +48,7 @@ export function seen(rows, positions) {
 
 function level(rows, points) {
   const flat = points.map((point) => {
-    const [x, , z] = seen(rows, point);
+    const [x, , z] = rotated(rows, point);
     return [x, z];
   });
   const middle = [0, 1].map((k) => flat.reduce((sum, place) => sum + place[k], 0) / flat.length);
@@ -64,7 +64,7 @@ function range(positions, axis) {
   return [low, high];
 }
 
-// How far apart the lowest vertices lie when an axis points up: how firmly the shape stands.
+// Spread of the lowest vertices when an axis points up: how firmly the shape stands.
 function support(positions, up) {
   const [low, high] = range(positions, up);
   const limit = low + 0.1 * (high - low);

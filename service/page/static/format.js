@@ -1,4 +1,4 @@
-// Numbers and states, as they are read.
+// Numbers, times, states and certificates as text.
 
 import { h } from "./dom.js";
 
@@ -47,19 +47,23 @@ export function percent(share) {
   return `${value.toFixed(value < 10 ? 2 : 0)} %`;
 }
 
-/** A number that is shown shortened, and has all its digits in its markup. */
+/** A rounded number whose element has all digits. */
 export function figure(number) {
   return number === null || number === undefined
     ? "none"
     : h("data", { value: number, title: String(number) }, digits(number));
 }
 
-/** What is proven of an answer. */
+/** A badge that says whether a result is certified. */
+export const certifiedBadge = ({ certified }) =>
+  h("span", { class: certified ? "badge good" : "badge" }, certified ? "certified" : "not certified");
+
+/** The certificate of a match as a sentence. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
   if (certified) {
-    return "Proven optimal: no other correspondence of the same candidates has less energy.";
+    return "Proven optimal: no other correspondence of the same candidates has lower energy.";
   }
-  if (energy > 0 && bound <= 0) return "Nothing is proven of how good this answer is.";
+  if (energy > 0 && bound <= 0) return "No useful lower bound is known for this match.";
   return (
     `Within ${percent(gap)} of the optimum: no correspondence of the same candidates has an energy`
     + ` below ${digits(bound)}.`

@@ -1,4 +1,4 @@
-// The API key: kept as long as the tab, asked for when the service wants one.
+// The API key: kept in the tab, and asked for when the service needs one.
 
 import { h, fill } from "./dom.js";
 
@@ -10,8 +10,8 @@ export const key = () => sessionStorage.getItem(NAME);
 export const authorization = () => (key() ? { Authorization: `Bearer ${key()}` } : {});
 
 /**
- * Ask for the key, once for all who need it.
- * @param {string} reason what the service said
+ * Ask for the key; concurrent calls share one dialog.
+ * @param {string} reason detail of the problem
  * @returns {Promise<boolean>} whether one was given
  */
 export function askForKey(reason) {
@@ -31,7 +31,7 @@ function ask(reason) {
       h("h2", { id: "key-title" }, "API key"),
       h("p", {}, reason),
       h("label", { for: "key-input" }, "Key"), input,
-      h("p", { class: "faint" }, "It stays in this tab, and is forgotten with it."),
+      h("p", { class: "faint" }, "It is kept in this tab only, until the tab is closed."),
       h("p", { class: "actions" },
         h("button", { type: "submit", class: "primary" }, "Use this key"),
         h("button", { type: "button", onclick: () => dialog.close() }, "Cancel")));

@@ -1,27 +1,23 @@
-// The matched pairs as a table whose rows can be pointed at.
+// The table of matched pairs; the pair of a row is highlighted on both shapes.
 
-import { h } from "./dom.js";
-import { css } from "./tint.js";
-import { figure } from "./words.js";
+import { css } from "./colors.js";
+import { h, table } from "./dom.js";
+import { figure } from "./format.js";
 
 /**
  * @param {Array<Object>} pairs correspondences
- * @param {Array<Array<number>>|null} colors those that they have in the drawing
+ * @param {Array<Array<number>>|null} colors colours of the pairs in the drawing
  * @param {boolean} learned whether the source is a prototype
  */
 export function pairTable(pairs, colors, selection, learned) {
   const rows = pairs.map((pair, at) => row(pair, at, colors?.[at], selection));
-  const head = ["Pair", learned ? "Point of the prototype" : "Source vertex", "Target vertex", "Cost"];
-  const table = h("table", { class: "pairs" },
-    h("caption", {}, "Matched pairs. Point at one, or choose it, to find it on both shapes."),
-    h("thead", {}, h("tr", {}, head.map((text) => h("th", { scope: "col" }, text)))),
-    h("tbody", {}, rows));
+  const heads = ["Pair", learned ? "Point of the prototype" : "Source vertex", "Target vertex", "Cost"];
   const show = () => rows.forEach((line, at) => {
     line.classList.toggle("shown", at === selection.shown);
     line.querySelector("button").setAttribute("aria-pressed", String(at === selection.chosen));
   });
   selection.addEventListener("change", show);
-  return h("div", { class: "scroll" }, table);
+  return table("Matched pairs. Hover over or choose a pair to highlight it on both shapes.", heads, rows, { class: "pairs" });
 }
 
 function row(pair, at, color, selection) {

@@ -1,11 +1,19 @@
-// Colours: one for each matched point, the same on both shapes, and surfaces tinted by them.
+// Colours of matched points, the same on both shapes, and of the surfaces around them.
 
+import { nearestVertex } from "./geometry.js";
+import { simplified } from "./vertex_clustering.js";
+
+/** Share of the points' colours in the surface's; the rest is light grey. */
 const PALE = 0.5;
+const LIGHT = 235;
+/** Rounds of smoothing of the borders between the colours of points. */
 const ROUNDS = 24;
+/** Grey level of vertices that a dense map leaves out. */
+const UNMAPPED = 200;
 
 /**
- * Colours of points: hue by direction from the middle, paler near it, so that neighbours are alike.
- * @param {Array<Array<number>>} points as they are seen
+ * Colours of points: hue by direction from the middle, paler near it, so that neighbours are similar.
+ * @param {Array<Array<number>>} points in the coordinates of the view
  * @returns {Array<Array<number>>} red, green and blue, 0..255
  */
 export function pointColors(points) {
@@ -21,25 +29,25 @@ export function pointColors(points) {
     fromHsv((Math.atan2(y, x) / (2 * Math.PI) + 1) % 1, 0.55 + (0.4 * reach[i]) / most, 0.84));
 }
 
-/** Colours that differ from one another: that of the i-th of any number. */
+/** The i-th of a sequence of distinct colours; hues advance by the golden ratio. */
 export const distinct = (i) => fromHsv((0.05 + 0.618034 * i) % 1, 0.85, 0.8);
 
 export const css = ([red, green, blue]) => `rgb(${red},${green},${blue})`;
 
 /**
- * Tint a surface: each vertex has the colour of the matched point that is nearest over edges, and
- * the borders between them are smoothed.
+ * Colour a surface: each vertex has the colour of the matched point that is the fewest edges away;
+ * the borders between colours are smoothed.
  * @param {Object} mesh `positions` and `faces`
- * @param {Array<Array<number>>} points where the matched points lie
- * @param {Array<Array<number>>} colors theirs
+ * @param {Array<Array<number>>} points positions of the matched points
+ * @param {Array<Array<number>>} colors colours of the matched points
  * @returns {Float64Array} (3 V), 0..255
  */
-export function tinted({ positions, faces }, points, colors) {
+export function surfaceColors({ positions, faces }, points, colors) {
   const count = positions.length / 3;
   const { first, beside } = neighbours(faces, count);
   const owner = new Int32Array(count).fill(-1);
   let front = points.map((point, i) => {
-    const place = nearest(positions, point);
+    const place = nearestVertex(positions, point);
     owner[place] = i;
     return place;
   });
@@ -60,7 +68,25 @@ export function tinted({ positions, faces }, points, colors) {
   let shades = new Float64Array(3 * count);
   owner.forEach((i, v) => shades.set(i < 0 ? grey : colors[i], 3 * v));
   for (let round = 0; round < ROUNDS; round++) shades = smoothed(shades, first, beside, fixed);
-  return shades.map((value) => PALE * value + (1 - PALE) * 235);
+  return shades.map((value) => PALE * value + (1 - PALE) * LIGHT);
+}
+
+/**
+ * Transfer colours from the target to the source by a dense map.
+ * @param {Array<Object>} shapes source and target as they are drawn
+ * @param {Object} dense the map, of indices in the users' files
+ * @param {Float64Array} colors (3 V) colours of the target's vertices
+ * @returns {ArrayLike<number>} (3 V) colours of the drawn vertices of the source
+ */
+export function transferredColors([source, target], dense, colors) {
+  const found = new Uint8Array(source.geometry.positions.length).fill(UNMAPPED);
+  dense.source.forEach((number, at) => {
+    const here = source.place(number);
+    const there = target.place(dense.target[at]);
+    if (here === undefined || there === undefined) return;
+    for (let k = 0; k < 3; k++) found[3 * here + k] = colors[3 * there + k];
+  });
+  return source.mesh.share === 1 ? found : simplified({ ...source.unrotated, colors: found }).colors;
 }
 
 function smoothed(shades, first, beside, fixed) {
@@ -92,16 +118,6 @@ function neighbours(faces, count) {
     }
   }
   return { first, beside };
-}
-
-function nearest(positions, [x, y, z]) {
-  let [best, least] = [0, Infinity];
-  for (let v = 0; 3 * v < positions.length; v++) {
-    const distance = (positions[3 * v] - x) ** 2 + (positions[3 * v + 1] - y) ** 2
-      + (positions[3 * v + 2] - z) ** 2;
-    if (distance < least) [best, least] = [v, distance];
-  }
-  return best;
 }
 
 function fromHsv(hue, saturation, value) {

@@ -1,10 +1,11 @@
-// Links to what the page shows, to be given to others.
+// Links to results, for sharing.
 
 import { h } from "./dom.js";
 
-const PRAISE = 2000;
+/** Milliseconds for which the page says that a link was copied. */
+const SHOWN = 2000;
 
-/** A button that copies the address of a job; where that is not allowed, the address is shown. */
+/** A button that copies the address of a job, or shows it where copying is not allowed. */
 export function linkButton(id) {
   const address = `${location.origin}${location.pathname}#job=${encodeURIComponent(id)}`;
   const said = h("span", { class: "faint", role: "status" });
@@ -12,7 +13,7 @@ export function linkButton(id) {
     try {
       await navigator.clipboard.writeText(address);
       said.textContent = "Copied.";
-      setTimeout(() => { said.textContent = ""; }, PRAISE);
+      setTimeout(() => { said.textContent = ""; }, SHOWN);
     } catch {
       const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Address of this result", class: "address" });
       copy.replaceWith(field);

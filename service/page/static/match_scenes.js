@@ -1,34 +1,33 @@
-// The shapes of a match, side by side, and what is done to both at once.
+// The shapes of a match side by side, turned together and with matched points in the same colours.
 
-import { carried } from "./carry.js";
+import { pointColors, surfaceColors, transferredColors } from "./colors.js";
 import { h, fill } from "./dom.js";
+import { drawnPrototype, drawnShape, lifted, rotate } from "./drawn_shape.js";
 import { pointAt } from "./geometry.js";
-import { canDraw } from "./plotly.js";
+import { NO_WEBGL, canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
 import { shareDrawn } from "./shape.js";
-import { lifted, prototypeSide, sideOf, stand } from "./side.js";
-import { stance, turned } from "./stance.js";
-import { pointColors, tinted } from "./tint.js";
+import { sourceView, targetView } from "./view.js";
 
 /**
  * Draw the shapes of a match.
  * @param {Object} source its record, or that of the prototype
  * @param {Object} target its record
- * @returns {Promise<Object|null>} `show`, which draws one of the answers and returns the colours of
- *   its pairs; null where nothing can be drawn
+ * @returns {Promise<Object|null>} `show`, which draws the match or an alternative and returns the
+ *   colours of its pairs; null if nothing can be drawn
  */
-export async function pairOfScenes(place, result, source, target, selection, signal) {
+export async function matchScenes(place, result, source, target, selection, signal) {
   const learned = result.source_kind === "prototype";
-  const lacking = whatIsLacking(learned ? [target] : [source, target]);
-  if (lacking !== null) {
-    fill(place, h("p", { class: "faint" }, lacking));
+  const reason = obstacle(learned ? [target] : [source, target]);
+  if (reason !== null) {
+    fill(place, h("p", { class: "faint" }, reason));
     return null;
   }
   const sides = (await Promise.all([
-    learned ? prototypeSide(source, signal) : sideOf(source, "source", signal), sideOf(target, "target", signal),
+    learned ? drawnPrototype(source, signal) : drawnShape(source, "source", signal), drawnShape(target, "target", signal),
   ])).filter((side) => side !== null);
-  turn(sides, result.correspondences);
-  const options = { numbered: true, together: true, tinted: true };
+  rotateAll(sides, result.correspondences);
+  const options = { numbered: true, together: true, colored: true };
   let again = () => {};
   const nodes = sides.map(({ shape, end }) => h("div", {
     class: "scene", role: "img", "data-side": end,
@@ -37,7 +36,7 @@ export async function pairOfScenes(place, result, source, target, selection, sig
   fill(place, h("div", { class: "pair" }, sides.map(caption(nodes))), h("p", { class: "checks" },
     toggle("Numbers", options, "numbered", () => again()),
     sides.length === 1 ? null : toggle("Turn both together", options, "together", () => {}),
-    toggle(tintText(result, sides), options, "tinted", () => again())));
+    toggle(colorText(result, sides), options, "colored", () => again())));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal));
 
   const show = async ({ correspondences, refined, dense }) => {
@@ -46,7 +45,7 @@ export async function pairOfScenes(place, result, source, target, selection, sig
     const names = correspondences.map((_, pair) => String(pair + 1));
     const shades = shadesOf(sides, points, colors, dense);
     again = () => Promise.all(scenes.map((scene, at) =>
-      scene.show(options.tinted && colors.length > 0 ? shades(at) : sides[at].mesh.colors, {
+      scene.show(options.colored && colors.length > 0 ? shades(at) : sides[at].mesh.colors, {
         points: points[at], colors, names, numbered: options.numbered, ring: selection.shown,
       })));
     await again();
@@ -58,17 +57,17 @@ export async function pairOfScenes(place, result, source, target, selection, sig
   return { show };
 }
 
-function whatIsLacking(shapes) {
-  if (shapes.some((shape) => shape.id === null)) return "A shape is no longer kept: nothing can be drawn.";
-  return canDraw() ? null : "This browser has no WebGL, which shapes are drawn with.";
+function obstacle(shapes) {
+  if (shapes.some((shape) => shape.id === null)) return "A shape is no longer kept, so nothing is drawn.";
+  return canDraw() ? null : NO_WEBGL;
 }
 
 const caption = (nodes) => ({ shape, mesh }, at) => h("figure", {}, nodes[at],
   h("figcaption", {}, shape.name, h("span", { class: "faint" }, " ", shareDrawn(mesh.share, shape.faces))));
 
-const tintText = (result, sides) => (result.dense && sides.length === 2
-  ? "Colours of the target, carried to the source by the dense map"
-  : "Surfaces in the colours of the nearest matched points");
+const colorText = (result, sides) => (result.dense && sides.length === 2
+  ? "Colour the source by the dense map to the target"
+  : "Colour surfaces by the nearest matched points");
 
 function toggle(text, options, name, changed) {
   return h("label", { class: "check" }, h("input", {
@@ -80,18 +79,18 @@ function toggle(text, options, name, changed) {
   }), " ", text);
 }
 
-// All stand upright, seen from the same side; all places are then as they are seen.
-function turn(sides, pairs) {
-  const rows = [stance(sides[0].geometry.positions)];
-  if (sides.length === 2) rows.push(turnedTarget(rows[0], sides, pairs));
-  sides.forEach((side, k) => stand(side, rows[k]));
+// Rotates all shapes upright, and the target to align matched points.
+function rotateAll(sides, pairs) {
+  const rows = [sourceView(sides[0].geometry.positions)];
+  if (sides.length === 2) rows.push(alignedView(rows[0], sides, pairs));
+  sides.forEach((side, k) => rotate(side, rows[k]));
 }
 
-function turnedTarget(rows, sides, pairs) {
+function alignedView(rows, sides, pairs) {
   const matched = pairs.map((pair) => sides.map((side) => side.place(pair[side.end])))
     .filter((both) => both.every((place) => place !== undefined));
   const [here, there] = sides.map((side, k) => matched.map((both) => pointAt(side.geometry.positions, both[k])));
-  return matched.length >= 3 ? turned(rows, here, there) : rows;
+  return matched.length >= 3 ? targetView(rows, here, there) : rows;
 }
 
 function pointsOf(side, pairs, refined) {
@@ -100,12 +99,12 @@ function pointsOf(side, pairs, refined) {
     : lifted(side, [side.place(pair[side.end])], [1])));
 }
 
-// Colours of the surfaces, computed when they are first wanted.
+// Colours of the surfaces, computed on first use.
 function shadesOf(sides, points, colors, dense) {
   const known = [];
   const make = (at) => (dense !== null && sides.length === 2 && at === 0
-    ? carried(sides, dense, tinted(sides[1].geometry, points[1], colors))
-    : tinted(sides[at].mesh, points[at], colors));
+    ? transferredColors(sides, dense, surfaceColors(sides[1].geometry, points[1], colors))
+    : surfaceColors(sides[at].mesh, points[at], colors));
   return (at) => (known[at] ??= make(at));
 }
 

@@ -1,17 +1,18 @@
-// Fewer triangles for drawing: vertices of one cell of a grid become one.
+// Simplification for drawing by vertex clustering: the vertices in one cell of a grid become one.
 
-/** Triangles that are drawn smoothly on a telephone as well. */
+/** Most triangles to draw, so that turning a shape is smooth on a phone. */
 export const MOST = 24000;
+/** Most attempts to find the grid size that leaves nearly MOST triangles. */
 const ROUNDS = 4;
 
 /**
- * Reduce a mesh for drawing; one that is small enough stays as it is.
- * @returns {Object} `positions`, `faces`, `colors`, and `share`, that of the triangles which is left
+ * Simplify a mesh of more than `most` triangles.
+ * @returns {Object} `positions`, `faces`, `colors`, and `share`, the fraction of triangles that is left
  */
-export function coarsened({ positions, faces, colors }, most = MOST) {
+export function simplified({ positions, faces, colors }, most = MOST) {
   const count = faces.length / 3;
   if (count <= most) return { positions, faces, colors, share: 1 };
-  // A surface in a box of n³ cells meets some n² of them.
+  // A surface in a grid of n³ cells meets about n² of them.
   let cells = Math.sqrt(most / 2);
   let coarse = clustered(positions, faces, colors, cells);
   for (let round = 0; round < ROUNDS; round++) {

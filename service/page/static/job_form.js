@@ -1,4 +1,4 @@
-// What is asked of the chosen shapes.
+// The form that requests a job for the chosen shapes.
 
 import { get, post } from "./api.js";
 import { h, fill } from "./dom.js";
@@ -8,8 +8,8 @@ import { TASKS } from "./tasks.js";
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
-/** A form for a match of two shapes, for a comparison of all, or for what is usual of them. */
-export function orderForm(shapes, signal) {
+/** A form for a match, a comparison or a prototype of the chosen shapes. */
+export function jobForm(shapes, signal) {
   const learned = isPrototype(shapes[0]);
   if (learned && shapes.length > 2) {
     return h("p", { class: "faint" }, "A prototype is matched with one shape: remove the others.");
@@ -17,12 +17,12 @@ export function orderForm(shapes, signal) {
   const parts = h("div", { class: "fields" });
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" });
-  const form = h("form", { novalidate: true, "aria-label": "What is to be done" });
+  const form = h("form", { novalidate: true, "aria-label": "Task" });
   let task;
   const take = (name) => {
     task = TASKS[name];
     submit.textContent = task.title;
-    fill(parts, h("p", { class: "faint" }, "Loading what can be chosen."));
+    fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
     get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes, signal)))
       .catch((error) => fill(parts, problemBox(error)));
   };
@@ -52,7 +52,7 @@ function choiceOf(names, take) {
       type: "radio", name: "task", value: name, checked: at === 0, "data-form": true,
       onchange: () => take(name),
     }), " ", TASKS[name].about);
-  return h("fieldset", {}, h("legend", {}, "What is to be done"), names.map(option));
+  return h("fieldset", {}, h("legend", {}, "Task"), names.map(option));
 }
 
 function values(form) {
