@@ -7,7 +7,7 @@ from typing import Final
 
 from fastapi import APIRouter, Response
 
-from broker.contracts import PAIRS, RESULT, DissimilaritiesPayload, JobRecord, JobState
+from broker.contracts import PAIRS, RESULT, DissimilaritiesPayload, JobRecord, JobState, Order
 from broker.queue import new_job
 from service.dependencies import Service, ServiceOf
 from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
@@ -25,12 +25,11 @@ from service.jobs import (
     Job,
     JobId,
     JobOrder,
-    accepted,
     answers,
     job_with_result,
     json_answer,
     packed_result,
-    with_webhook,
+    requested_job,
 )
 from service.shapes import (
     check_shapes,
@@ -61,11 +60,11 @@ def create_dissimilarities(
     proven optimality. Workers share the pairs, and run other jobs in between; `partial` links to
     the dissimilarities known so far.
     """
-    record = service.queue.asked_before(order)
-    if record is None:
-        order = with_webhook(service, asked, order)
-        record = service.queue.submit(new_job(_payload(asked, service), order), order.once)
-    return accepted(record, service, response)
+
+    def submit(order: Order) -> JobRecord:
+        return service.queue.submit(new_job(_payload(asked, service), order), order.once)
+
+    return requested_job(service, asked, order, response, submit)
 
 
 @router.get(

@@ -1,7 +1,7 @@
 """HTTP: middleware, authentication, paging, problem documents and the OpenAPI document."""
 
+from service.http.body_limit import BodyLimit
 from service.http.head_requests import HeadLikeGet, body_wanted
-from service.http.middleware import BodyLimit, RequestContext
 from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response
 from service.http.paging import Cursor, Limit, page_of
 from service.http.problem_documents import binary_file, responses
@@ -38,6 +38,7 @@ from service.http.problems import (
     UploadCancelled,
     UploadTooLarge,
 )
+from service.http.request_context import RequestContext
 from service.http.security import ApiKey, ApiKeys, Authentication, caller_of, read_keys
 from service.http.validation_errors import MOST_CONSIDERED, MOST_FIELDS, field_problems
 

@@ -6,8 +6,6 @@ caller, for the log, for jobs and for the limit of queued jobs; shapes and jobs 
 keys of a service.
 """
 
-import asyncio
-import contextlib
 import hashlib
 import hmac
 import re
@@ -18,17 +16,14 @@ import structlog
 from pydantic import BeforeValidator
 from pydantic_settings import NoDecode
 from starlette.datastructures import Headers
-from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from service.http.body_limit import drain
 from service.http.problem_documents import response
 from service.http.problems import Unauthorized
 
 PROTECTED: Final = "/v1"
 """Paths below this need a key, if there are keys."""
-
-DRAIN_SECONDS: Final = 30.0
-"""Longest time for which the body of a refused request is read."""
 
 _HASHED: Final = "sha256:"
 _NAME: Final = re.compile(r"[A-Za-z0-9._-]{1,64}")
@@ -132,7 +127,7 @@ class Authentication:
         caller = caller_of(authorization, self._keys)
         if caller is None:
             if headers.get("expect", "").lower() != "100-continue":
-                await _drain(receive)
+                await drain(receive)
             refused = Unauthorized(_reason(authorization))
             answer = response(refused.problem(scope["path"]), refused.headers)
             await answer(scope, receive, send)
@@ -152,12 +147,3 @@ def _reason(authorization: str) -> str:
     return (
         "The API key is unknown to this service; send a valid one as `Authorization: Bearer KEY`."
     )
-
-
-async def _drain(receive: Receive) -> None:
-    # A client that is still sending would never read the answer.
-    with contextlib.suppress(TimeoutError, HTTPException):
-        async with asyncio.timeout(DRAIN_SECONDS):
-            message = await receive()
-            while message["type"] == "http.request" and message.get("more_body", False):
-                message = await receive()

@@ -6,9 +6,8 @@ from service.jobs.requests import (
     IdempotencyKey,
     JobOrder,
     JobRequest,
-    accepted,
     answers,
-    with_webhook,
+    requested_job,
 )
 from service.jobs.schemas import Job
 from service.jobs.webhooks import router as webhooks_router
@@ -22,11 +21,10 @@ __all__ = [
     "JobId",
     "JobOrder",
     "JobRequest",
-    "accepted",
     "answers",
     "job_with_result",
     "json_answer",
     "packed_result",
+    "requested_job",
     "webhooks_router",
-    "with_webhook",
 ]

@@ -1,5 +1,6 @@
 """Requests for jobs: idempotency keys, webhooks, and the answers common to all of them."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Annotated, Any, Final
 from urllib.parse import urlsplit
@@ -95,13 +96,6 @@ JobOrder = Annotated[Order, Depends(_order)]
 """Request id, caller and idempotency key of a request with a JSON body."""
 
 
-def accepted(record: JobRecord, service: Service, response: Response) -> Job:
-    """Return the job a request made, and set the `Location` header to its address."""
-    job = Job.of(record, service.queue)
-    response.headers["Location"] = job.links.self
-    return job
-
-
 class JobRequest(BaseModel):
     """Fields of the requests for all kinds of jobs."""
 
@@ -111,7 +105,7 @@ class JobRequest(BaseModel):
     )
 
 
-def with_webhook(service: Service, asked: JobRequest, order: Order) -> Order:
+def _with_webhook(service: Service, asked: JobRequest, order: Order) -> Order:
     """Return an order with the webhook that the request names.
 
     Raises
@@ -129,3 +123,33 @@ def with_webhook(service: Service, asked: JobRequest, order: Order) -> Order:
         fields = (FieldProblem(field="body.webhook.url", message=message),)
         raise InvalidRequest(INVALID, fields)
     return replace(order, webhook=asked.webhook)
+
+
+def requested_job(
+    service: Service,
+    asked: JobRequest,
+    order: Order,
+    response: Response,
+    submit: Callable[[Order], JobRecord],
+) -> Job:
+    """Return the job that a request makes, or made before with the same idempotency key.
+
+    Parameters
+    ----------
+    service
+        The service that queues it.
+    asked
+        The body of the request.
+    order
+        Its id, caller and idempotency key.
+    response
+        The answer, whose header `Location` is set.
+    submit
+        Checks the request and queues its job.
+    """
+    record = service.queue.asked_before(order)
+    if record is None:
+        record = submit(_with_webhook(service, asked, order))
+    job = Job.of(record, service.queue)
+    response.headers["Location"] = job.links.self
+    return job

@@ -2,10 +2,10 @@
 
 from fastapi import APIRouter, Response
 
-from broker.contracts import MatchPayload, is_prototype
+from broker.contracts import JobRecord, MatchPayload, Order, is_prototype
 from service.dependencies import Service, ServiceOf
 from service.http import UnknownPrototype
-from service.jobs import Job, JobOrder, accepted, answers, with_webhook
+from service.jobs import Job, JobOrder, answers, requested_job
 from service.matches.prototypes import REFUSED, prototype_match
 from service.matches.schemas import MatchRequest
 from service.shapes import check_shapes, use_shapes
@@ -28,11 +28,11 @@ def create_match(
     Then `metric`, `descriptor`, `normalise`, `eigenpairs` and `geodesic_method` are those of the
     prototype, and `refine`, `dense`, `landmarks` and the objective "linf" are not supported.
     """
-    record = service.queue.asked_before(order)
-    if record is None:
-        order = with_webhook(service, asked, order)
-        record = service.queue.submit_match(_payload(asked, service), order)
-    return accepted(record, service, response)
+
+    def submit(order: Order) -> JobRecord:
+        return service.queue.submit_match(_payload(asked, service), order)
+
+    return requested_job(service, asked, order, response, submit)
 
 
 def _payload(asked: MatchRequest, service: Service) -> MatchPayload:

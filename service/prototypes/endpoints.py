@@ -5,7 +5,7 @@ from typing import Annotated, Final
 
 from fastapi import APIRouter, Query, Response
 
-from broker.contracts import FieldProblem, PrototypePayload, ShapeRecord
+from broker.contracts import FieldProblem, JobRecord, Order, PrototypePayload, ShapeRecord
 from service.dependencies import Service, ServiceOf
 from service.http import (
     Cursor,
@@ -17,7 +17,7 @@ from service.http import (
     page_of,
     responses,
 )
-from service.jobs import Job, JobOrder, accepted, answers, with_webhook
+from service.jobs import Job, JobOrder, answers, requested_job
 from service.names import LONGEST
 from service.prototypes.archives import PROTOTYPES, UPLOADS
 from service.prototypes.lookup import PrototypeId, missing_prototype
@@ -51,11 +51,11 @@ def create_prototype(
     It describes the class by distributions of the distances between points and of the descriptors
     at them. The job's result names it. The spectra of the examples are computed by all workers.
     """
-    record = service.queue.asked_before(order)
-    if record is None:
-        order = with_webhook(service, asked, order)
-        record = service.queue.submit_prototype(_payload(asked, service), order)
-    return accepted(record, service, response)
+
+    def submit(order: Order) -> JobRecord:
+        return service.queue.submit_prototype(_payload(asked, service), order)
+
+    return requested_job(service, asked, order, response, submit)
 
 
 @router.get("", responses=responses(InvalidRequest), operation_id="list_prototypes")

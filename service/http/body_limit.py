@@ -1,82 +1,36 @@
-"""Middleware round every request: its id and log line, unexpected errors, limits of its body."""
+"""Middleware that refuses bodies that are too long, stalled or compressed."""
 
 import asyncio
 import contextlib
-import re
-import time
 from collections.abc import Collection
 from typing import Final
-from uuid import uuid4
 
-import structlog
-from starlette.datastructures import Headers, MutableHeaders
+from starlette.datastructures import Headers
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from broker.telemetry import logger
 from service.http.problem_documents import response
-from service.http.problems import (
-    ApiProblem,
-    BodyStalled,
-    EncodedBody,
-    InternalError,
-    UploadTooLarge,
-)
+from service.http.problems import ApiProblem, BodyStalled, EncodedBody, UploadTooLarge
 
-REQUEST_ID: Final = "X-Request-ID"
-_ACCEPTED_ID: Final = re.compile(r"[A-Za-z0-9._-]{1,128}")
-_QUIET: Final = ("/health/", "/metrics")
+FORM_OVERHEAD: Final = 64 * 1024
+"""Bytes allowed for the boundaries, headers and other parts of an upload's form."""
 
-log = logger("isomatch.api")
+DRAIN_BYTES: Final = 1024**3
+"""Most bytes of a refused body that are read before the answer is sent."""
+
+DRAIN_SECONDS: Final = 30.0
+"""Longest time for which a refused body is read."""
 
 
-class RequestContext:
-    """Gives each request an id, logs it, and answers unexpected errors with a problem document.
-
-    The id is the one the caller gave in ``X-Request-ID`` or a new one; it is in the answer and in
-    all log lines, and goes with the jobs to the workers.
-    """
-
-    def __init__(self, app: ASGIApp) -> None:
-        self._app = app
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on."""
-        if scope["type"] != "http":
-            await self._app(scope, receive, send)
-            return
-        given = Headers(scope=scope).get(REQUEST_ID, "")
-        request_id = given if _ACCEPTED_ID.fullmatch(given) else uuid4().hex
-        scope["state"] = {**scope.get("state", {}), "request_id": request_id}
-        status = 0
-
-        async def named(message: Message) -> None:
-            nonlocal status
-            if message["type"] == "http.response.start":
-                status = message["status"]
-                MutableHeaders(scope=message)[REQUEST_ID] = request_id
-            await send(message)
-
-        start = time.perf_counter()
-        with structlog.contextvars.bound_contextvars(request_id=request_id):
-            try:
-                await self._app(scope, receive, named)
-            except Exception:
-                log.exception("unexpected error", method=scope["method"], path=scope["path"])
-                if status == 0:
-                    problem = InternalError(
-                        f"The service failed; its logs of request {request_id} have the cause."
-                    )
-                    await response(problem.problem(scope["path"]))(scope, receive, named)
-            finally:
-                quiet = scope["path"].startswith(_QUIET)
-                (log.debug if quiet else log.info)(
-                    "request",
-                    method=scope["method"],
-                    path=scope["path"],
-                    status=status,
-                    seconds=round(time.perf_counter() - start, 4),
-                )
+async def drain(receive: Receive, seconds: float = DRAIN_SECONDS) -> None:
+    """Read on in a refused body: a client that is still sending would never read the answer."""
+    most, more = DRAIN_BYTES, True
+    with contextlib.suppress(TimeoutError, BodyRefused):
+        async with asyncio.timeout(seconds):
+            while more and most > 0:
+                message = await receive()
+                most -= len(message.get("body", b""))
+                more = message["type"] == "http.request" and message.get("more_body", False)
 
 
 class BodyRefused(HTTPException):
@@ -102,15 +56,6 @@ class BodyLimit:
         Seconds until a body of which nothing more is received is given up.
     """
 
-    FORM_OVERHEAD: Final = 64 * 1024
-    """Bytes allowed for the boundaries, headers and other parts of an upload's form."""
-
-    DRAIN_BYTES: Final = 1024**3
-    """Most bytes of a refused body that are read before the answer is sent."""
-
-    DRAIN_SECONDS: Final = 30.0
-    """Longest time for which a refused body is read."""
-
     def __init__(
         self,
         app: ASGIApp,
@@ -131,7 +76,7 @@ class BodyLimit:
             await self._app(scope, receive, send)
             return
         uploads = scope["path"] in self._upload_paths
-        limit = self._upload_limit + self.FORM_OVERHEAD if uploads else self._limit
+        limit = self._upload_limit + FORM_OVERHEAD if uploads else self._limit
         shown = self._upload_limit if uploads else self._limit
         headers = Headers(scope=scope)
         length = headers.get("content-length", "")
@@ -140,7 +85,7 @@ class BodyLimit:
         problem = _encoded(headers) or (body.too_large if too_long else None)
         if problem is not None:
             if headers.get("expect", "").lower() != "100-continue":
-                await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
+                await body.drain()
             await self._refuse(problem, scope, receive, send)
             return
 
@@ -154,7 +99,7 @@ class BodyLimit:
         finally:
             if body.refused is not None:
                 if body.refused is body.too_large:
-                    await body.drain(self.DRAIN_BYTES, self.DRAIN_SECONDS)
+                    await body.drain()
                 await self._refuse(body.refused, scope, receive, send)
 
     async def _refuse(
@@ -204,14 +149,9 @@ class _Body:
             raise BodyRefused(self.refused.status)
         return message
 
-    async def drain(self, count: int, seconds: float) -> None:
-        """Read on for a while: a client that is still sending would never read the answer."""
-        with contextlib.suppress(TimeoutError):
-            async with asyncio.timeout(min(seconds, self._patience)):
-                while not self._ended and count > 0:
-                    message = await self._receive()
-                    self._note(message)
-                    count -= len(message.get("body", b""))
+    async def drain(self) -> None:
+        if not self._ended:
+            await drain(self._receive, min(DRAIN_SECONDS, self._patience))
 
     def _note(self, message: Message) -> None:
         self._received += len(message.get("body", b""))
