@@ -1,4 +1,4 @@
-"""What Prometheus is told, and whether the service says truly that it is ready."""
+"""Metrics for Prometheus, and readiness."""
 
 import math
 import time
@@ -114,7 +114,7 @@ def test_requests_are_counted_by_route(idle: tuple[httpx2.Client, Api]) -> None:
     assert told["isomatch_http_requests_open"] == 1
 
 
-def test_what_workers_measure_is_told(
+def test_measurements_of_workers_are_exported(
     http: httpx2.Client, api: Api, upload: Callable[..., Json]
 ) -> None:
     def matches() -> float:

@@ -64,7 +64,7 @@ def test_modules_import_what_there_is(path: str) -> None:
     assert max(map(len, text.splitlines())) <= 160
 
 
-def test_what_draws_is_found_and_not_imported() -> None:
+def test_plotly_js_is_found_without_importing_plotly() -> None:
     program = (
         "import sys, service.app\n"
         "from pathlib import PurePosixPath\n"

@@ -1,4 +1,4 @@
-"""Landmarks: pointed at on both shapes, or typed; refused beside the field; and obeyed."""
+"""Landmarks: clicked on both shapes or typed, refused beside the field, and used by the match."""
 
 import json
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What is refused is said; names are text; a key is asked for; and no mouse is needed."""
+"""Refusals on the page; names as plain text; the API key; use by keyboard."""
 
 from collections.abc import Callable
 

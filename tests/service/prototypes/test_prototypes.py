@@ -114,7 +114,7 @@ def test_listing(http: httpx2.Client, prototype: PrototypeRecord) -> None:
     assert problem(refused, 422, "invalid-request")["errors"][0]["field"] == "query.cursor"
 
 
-def test_what_is_downloaded_is_the_same_when_it_comes_back(
+def test_a_downloaded_archive_uploads_as_the_same_prototype(
     http: httpx2.Client, prototype: PrototypeRecord, archive: bytes
 ) -> None:
     answer = http.get(f"/v1/prototypes/{prototype.id}/archive")
@@ -254,7 +254,7 @@ def failed(http: httpx2.Client, body: Json) -> Json:
     return error
 
 
-def test_what_is_found_out_while_learning_is_told_with_its_field(
+def test_errors_found_while_learning_name_the_field(
     http: httpx2.Client, upload: Upload, examples: list[str]
 ) -> None:
     vertices = [[0, 1, 2], [0, 1, 9999]]
@@ -284,7 +284,7 @@ def test_what_is_found_out_while_learning_is_told_with_its_field(
         ({"points": 2}, "body.points", "3"),
     ],
 )
-def test_what_has_no_meaning_for_a_prototype(
+def test_parameters_not_supported_with_a_prototype(
     http: httpx2.Client, archive: bytes, examples: list[str], change: Json, field: str, word: str
 ) -> None:
     body = {"source": send(http, archive).json()["id"], "target": examples[0], **change}
@@ -318,7 +318,7 @@ def test_orientation_is_the_default_of_prototypes_with_surfaces(
     assert "surfaces" in document["errors"][0]["message"]
 
 
-def test_what_cannot_be_matched_with_a_prototype(
+def test_shapes_that_cannot_be_matched_with_a_prototype(
     http: httpx2.Client, archive: bytes, upload: Upload, examples: list[str]
 ) -> None:
     prototype = send(http, archive).json()["id"]
@@ -437,7 +437,9 @@ def test_a_match_whose_prototype_is_deleted_meanwhile(
         assert record.id in ended["error"]["detail"]
 
 
-def test_one_that_expired_was_there(http: httpx2.Client, api: Api, archive: bytes) -> None:
+def test_an_expired_prototype_is_reported_as_expired(
+    http: httpx2.Client, api: Api, archive: bytes
+) -> None:
     record = send(http, archive).json()
     path = f"/v1/prototypes/{record['id']}"
     store = api.store.client

@@ -33,7 +33,9 @@ def test_the_geometry_of_a_shape(http: httpx2.Client, upload: Callable[..., Json
     assert plain.headers["vary"] == answer.headers["vary"] == "Accept-Encoding"
 
 
-def test_what_one_has_is_not_sent_again(http: httpx2.Client, upload: Callable[..., Json]) -> None:
+def test_unchanged_geometry_is_not_sent_again(
+    http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
     data = blob_file(2, seed=71)
     where = f"/v1/shapes/{upload(data)['id']}/geometry"
     etag = http.get(where).headers["etag"]

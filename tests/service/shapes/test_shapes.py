@@ -182,7 +182,7 @@ NO_MESHES = {
 
 
 @pytest.mark.parametrize("what", NO_MESHES)
-def test_what_is_no_mesh_is_refused_and_leaves_nothing(
+def test_unreadable_meshes_are_refused_and_leave_nothing(
     http: httpx2.Client, api: Api, what: str
 ) -> None:
     data = NO_MESHES[what]

@@ -109,7 +109,7 @@ def test_a_key_whose_request_was_one_too_many(http: httpx2.Client, api: Api) -> 
 
 
 @pytest.mark.parametrize("key", ["", "a" * 256, "a\tb", b"\xe4"])
-def test_what_is_no_key(http: httpx2.Client, key: str | bytes) -> None:
+def test_invalid_idempotency_keys_are_refused(http: httpx2.Client, key: str | bytes) -> None:
     headers = {KEY.encode(): key if isinstance(key, bytes) else key.encode()}
     document = problem(http.post("/v1/matches", json=BODY, headers=headers), 422, "invalid-request")
     assert document["errors"][0]["field"] == f"header.{KEY}"

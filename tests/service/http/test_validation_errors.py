@@ -57,7 +57,7 @@ def test_parameters_of_a_descriptor_are_named_by_their_place(http: httpx2.Client
     assert named["body.descriptor.2.times.1"] == "Input should be greater than or equal to 1e-30"
 
 
-def test_what_is_wrong_is_said_in_words_for_users(http: httpx2.Client) -> None:
+def test_messages_of_invalid_fields_are_for_users(http: httpx2.Client) -> None:
     body = {"source": "a", "target": "b", "metric": [], "pionts": 3}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert named["body.metric"] == "Input should have at least 1 item, not 0"
@@ -90,7 +90,7 @@ def test_answers_are_short_whatever_is_asked(http: httpx2.Client, body: dict[str
     assert len(answer.content) < 10_000
 
 
-def test_how_many_fields_are_wrong_is_said(http: httpx2.Client) -> None:
+def test_the_number_of_invalid_fields_is_reported(http: httpx2.Client) -> None:
     body = {"source": "a", "target": "b"} | {f"k{n}": 0 for n in range(21)}
     document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
     assert "20 of 21" in document["detail"]
@@ -108,7 +108,7 @@ def test_json_that_is_sent_as_something_else(http: httpx2.Client, media_type: st
     [b"{", b'{"source": "a",}', b"{} {}", b"\0", b"\xff", b"[" * 500_000, b"9" * 5000],
     ids=["cut", "comma", "two", "zero", "bytes", "deep", "digits"],
 )
-def test_what_is_no_json_cannot_be_read(http: httpx2.Client, body: bytes) -> None:
+def test_bodies_that_are_not_json_are_refused(http: httpx2.Client, body: bytes) -> None:
     document = problem(ask(http, body), 400, "bad-request")
     assert "send a JSON object" in document["detail"]
 
@@ -193,7 +193,7 @@ def test_a_form_that_is_cut_off_is_told(http: httpx2.Client) -> None:
         assert "or is truncated" in fields(refused)["body.file"]
 
 
-def test_who_does_not_take_gzip_gets_none(http: httpx2.Client) -> None:
+def test_gzip_is_not_sent_to_clients_that_do_not_accept_it(http: httpx2.Client) -> None:
     for accepted in ("gzip", "br, gzip;q=0.5", "GZIP ; q=1"):
         answer = http.get("/page/style.css", headers={"accept-encoding": accepted})
         assert answer.headers["content-encoding"] == "gzip"
