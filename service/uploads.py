@@ -70,7 +70,7 @@ EachPartOnce: Final = Depends(_each_part_once)
 
 @dataclass(frozen=True)
 class Sender:
-    """Who sends an upload, and to which service."""
+    """The request that sends an upload, and the service that receives it."""
 
     service: ServiceOf
     request: Request
