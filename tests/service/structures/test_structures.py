@@ -88,7 +88,7 @@ def test_colours_that_are_not_there(http: httpx2.Client, shapes: Shapes) -> None
         asked = body | {"descriptor": descriptor}
         document = problem(http.post("/v1/matches", json=asked), 422, "invalid-request")
         assert [error["field"] for error in document["errors"]] == [field]
-        assert "none in source, target" in document["errors"][0]["message"]
+        assert "missing in source, target" in document["errors"][0]["message"]
     unweighed = body | {"descriptor": "photometric", "first_order_weight": 0.0}
     assert done(http, unweighed)["state"] == "succeeded"
 
