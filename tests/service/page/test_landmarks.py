@@ -98,7 +98,7 @@ def test_vertices_are_typed(browser: Browser, api: Api, shapes: list[str]) -> No
         page.get_by_label("Vertex of the source").focus()
         page.keyboard.type("17")
         page.keyboard.press("Enter")
-        expect(refused).to_have_text("Which vertex of the target?")
+        expect(refused).to_have_text("Give a vertex of the target.")
         page.keyboard.press("Tab")
         page.keyboard.type("1200")
         page.keyboard.press("Enter")
