@@ -17,30 +17,28 @@ from broker.telemetry import logger
 from broker.upkeep import Sweep, recover
 from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
 from broker.webhooks import dispatch
-from service import health, webhooks
-from service.dissimilarities import endpoints as dissimilarities
+from service import (
+    dissimilarities,
+    jobs,
+    matches,
+    monitoring,
+    page,
+    prototypes,
+    shapes,
+    structures,
+)
+from service.dependencies import Service, State
 from service.http import Authentication, BodyLimit, HeadLikeGet, RequestContext, error_handlers
 from service.http.openapi import document
-from service.jobs import endpoints as jobs
-from service.jobs import results
-from service.matches import endpoints as matches
-from service.metrics import MeasureRequests, RequestTimes, StoreCollector
-from service.metrics import endpoints as metrics
-from service.page import endpoints as page
-from service.prototypes import archives
-from service.prototypes import endpoints as prototypes
+from service.monitoring import MeasureRequests, RequestTimes, StoreCollector
 from service.settings import Settings
-from service.shapes import endpoints as shapes
-from service.shapes import files
-from service.state import Service, State
-from service.structures import endpoints as structures
 
 BODY_LIMIT: Final = 1024**2
-"""Bytes of a request that is not an upload."""
+"""Most bytes of a body that is not an upload."""
 
 REDIS_TIMEOUT: Final = 30.0
-"""Seconds after which a Redis that is there and does not answer, hung or cut off, is given up. Less
-would be too little for large uploads, of which several are written at a time."""
+"""Seconds after which a Redis that is connected but does not answer is given up; long enough for
+several large uploads to be written at a time."""
 
 log = logger("isomatch.api")
 
@@ -53,7 +51,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     settings
         The settings in force; `redis_url` must be set by the time the application starts.
     closing
-        Set by the server when it is to stop, so that long polls end.
+        Set by the server when it stops, so that long polls end.
     """
     registry = CollectorRegistry()
     app = FastAPIOffline(
@@ -69,27 +67,16 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         BodyLimit,
         limit=BODY_LIMIT,
         upload_limit=settings.max_upload_bytes,
-        upload_paths=(shapes.PATH, archives.PATH),
+        upload_paths=(shapes.SHAPES_PATH, prototypes.ARCHIVES_PATH),
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
-    app.webhooks.include_router(webhooks.router)
-    for part in (
-        shapes,
-        files,
-        structures,
-        matches,
-        dissimilarities,
-        archives,
-        prototypes,
-        jobs,
-        results,
-        health,
-        metrics,
-        page,
-    ):
-        app.include_router(part.router)
+    app.webhooks.include_router(jobs.webhooks_router)
+    rooms = (shapes, structures, matches, dissimilarities, prototypes, jobs, monitoring, page)
+    for room in rooms:
+        for router in room.ROUTERS:
+            app.include_router(router)
 
     def openapi() -> dict[str, Any]:
         app.openapi_schema = app.openapi_schema or document(app)
@@ -136,12 +123,12 @@ def _webhooks(service: Service) -> Callable[[], None]:
     return lambda: dispatch(service.queue, service.settings)
 
 
-async def _regularly(interval: float, chore: Callable[[], None]) -> None:
+async def _regularly(interval: float, task: Callable[[], None]) -> None:
     while True:
         try:
-            await run_in_threadpool(chore)
+            await run_in_threadpool(task)
         except RedisError as error:
-            log.warning("a chore has to wait for the store", error=str(error))
+            log.warning("periodic task postponed: the store cannot be reached", error=str(error))
         except Exception:
-            log.exception("a chore failed")
+            log.exception("periodic task failed")
         await asyncio.sleep(interval)

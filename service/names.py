@@ -1,24 +1,33 @@
-"""Names of shapes: one line of text that can be shown anywhere."""
+"""Ids and names as requests give them."""
 
 import re
 from pathlib import PureWindowsPath
-from typing import Final
+from typing import Annotated, Final
+
+from pydantic import Field
+
+ID_PATTERN: Final = r"^[0-9a-zA-Z_-]{1,64}$"
+"""Ids of shapes, prototypes and jobs."""
+
+NamedId = Annotated[str, Field(pattern=ID_PATTERN)]
+"""An id in the body of a request."""
 
 LONGEST: Final = 200
+"""Characters of a name."""
 
 _UNSHOWABLE: Final = re.compile(
     "[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-"""Controls of terminals, breaks of lines, and what turns the direction of the text round it."""
+"""Control characters, line breaks, marks of writing direction, and lone surrogates."""
 
 
 def showable(name: str) -> str:
-    """Return a name as it is.
+    """Return a name unchanged if it can be shown as one line of text.
 
     Raises
     ------
     ValueError
-        It has characters that are no part of a line of text.
+        It has control characters or line breaks.
     """
     if _UNSHOWABLE.search(name):
         raise ValueError("Input should be one line of text, without control characters")
@@ -26,5 +35,5 @@ def showable(name: str) -> str:
 
 
 def base_name(path: str) -> str:
-    """Return the last part of a path, of either kind of system, as far as it can be shown."""
+    """Return the last part of a POSIX or Windows path, without characters that cannot be shown."""
     return PureWindowsPath(_UNSHOWABLE.sub("", path)).name

@@ -35,13 +35,12 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         " only when there are jobs.",
     )
     max_upload_bytes: int = Field(
-        default=256 * 1024**2, ge=1, description="Largest mesh file that is taken."
+        default=256 * 1024**2, ge=1, description="Largest upload that is accepted, in bytes."
     )
     body_patience: float = Field(
         default=30.0,
         gt=0,
-        description="Seconds a connection waits for the head of a request, and a request for the"
-        " next piece of its body.",
+        description="Seconds a request waits for the next piece of its body.",
     )
     validation_wait: float = Field(
         default=30.0, ge=0, description="Seconds an upload waits for its validation."
@@ -50,7 +49,7 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         default=60.0, ge=0, description="Seconds a request waits for its picture."
     )
     redis_patience: float = Field(
-        default=2.0, ge=0, description="Seconds a request waits while Redis is away."
+        default=2.0, ge=0, description="Seconds a request waits while Redis cannot be reached."
     )
     api_keys: ApiKeys = Field(
         default=(),
@@ -64,12 +63,12 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
     events_lifetime: float = Field(
         default=300.0,
         gt=0,
-        description="Seconds after which a stream of events ends; clients come back by themselves.",
+        description="Seconds after which a stream of events ends; clients reconnect by themselves.",
     )
     events_heartbeat: float = Field(
         default=15.0,
         gt=0,
-        description="Seconds of silence after which a stream of events says that it is there.",
+        description="Seconds of silence after which a stream of events sends a comment.",
     )
     log_level: LogLevel = Field(default="INFO", description="Lowest level that is logged.")
 

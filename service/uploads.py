@@ -1,134 +1,270 @@
-"""Uploads: answered when a job has read them, or before that if it takes long."""
+"""Uploads of meshes and prototypes: stored, validated by a worker, answered with what they became.
+
+An upload that takes long to validate is answered with its job (202); the client then asks for what
+it becomes.
+"""
 
 from collections.abc import Callable
-from typing import Any, Final, TypeVar
+from dataclasses import dataclass
+from typing import Annotated, Any, Final, Generic, Protocol, TypeVar
 
-from fastapi import Depends, Request, Response
+from fastapi import Depends, Form, Request, Response, UploadFile
+from pydantic import AfterValidator, BaseModel
 from starlette.concurrency import run_in_threadpool
 
-from broker.contracts import FieldProblem, IdempotencyRecord, JobRecord, JobState, UploadPayload
-from service.http import InvalidRequest, Reported, UploadCancelled
-from service.job_schema import Job
-from service.state import Service
+from broker.contracts import (
+    FieldProblem,
+    IdempotencyRecord,
+    JobRecord,
+    JobState,
+    PrototypeRecord,
+    RequestOrigin,
+    ShapeRecord,
+    UploadPayload,
+)
+from broker.store import Store
+from service.dependencies import Caller, RequestId, Service, ServiceOf
+from service.http import (
+    INVALID,
+    MOST_FIELDS,
+    ApiProblem,
+    BadRequest,
+    BodyStalled,
+    EncodedBody,
+    IdempotencyKeyReused,
+    InvalidRequest,
+    Reported,
+    UploadCancelled,
+    UploadTooLarge,
+    responses,
+)
+from service.jobs import IdempotencyKey, Job
+from service.names import LONGEST, showable
 
-RecordT = TypeVar("RecordT")
+RecordT = TypeVar("RecordT", ShapeRecord, PrototypeRecord)
+KeptT = TypeVar("KeptT", covariant=True)
 
-VALIDATING: Final[dict[str, Any]] = {
-    "model": Job,
-    "description": "Still being read: the job that does it. Ask for what it makes again.",
-}
-"""The OpenAPI entry of the answer to an upload that takes long to read."""
+UploadName = Annotated[
+    Annotated[str, AfterValidator(showable)] | None,
+    Form(min_length=1, max_length=LONGEST, description="A name; default: that of the file."),
+]
 
 
 async def _each_part_once(request: Request) -> None:
     form = await request.form()
-    twice = sorted({name for name in form if len(form.getlist(name)) > 1})
-    if twice:
-        message = "the form has several such parts, of which one would be used; send one"
+    repeated = sorted({name for name in form if len(form.getlist(name)) > 1})
+    if repeated:
+        message = "the form has several parts of this name; send one"
         raise InvalidRequest(
-            "The request is not valid; `errors` says where.",
-            tuple(FieldProblem(field=f"body.{name}", message=message) for name in twice[:20]),
+            INVALID,
+            tuple(
+                FieldProblem(field=f"body.{name}", message=message)
+                for name in repeated[:MOST_FIELDS]
+            ),
         )
 
 
 EachPartOnce: Final = Depends(_each_part_once)
-"""Refuses an upload whose form has a part twice: nobody was told which of two files was taken."""
+"""Refuses a form that has a part twice: it would be unclear which of two files was used."""
 
 
-def bind(
-    service: Service, payload: UploadPayload, caller: str | None, path: str, key: str | None
-) -> None:
-    """Remember an upload by the idempotency key it came with.
+@dataclass(frozen=True)
+class Sender:
+    """The request that sends an upload, and the service that receives it."""
 
-    Raises
-    ------
-    KeyReused
-        The key came with another request.
-    """
-    if key is None:
-        return
-    # The body itself is never the same twice: its parts have a boundary made up for each.
-    content = (b"POST", path.encode(), payload.model_dump_json().encode())
-    service.store.admission.bind(
-        IdempotencyRecord.of(caller, key, content, service.settings.idempotency_ttl)
-    )
+    service: ServiceOf
+    request: Request
+    request_id: RequestId
+    caller: Caller
+    key: IdempotencyKey = None
 
 
-async def read(
-    service: Service,
-    payload: UploadPayload,
-    job_id: str,
-    request: Request,
-    stored: Callable[[str], RecordT | None],
-) -> RecordT | JobRecord | None:
-    """Wait for what becomes of an upload.
+SenderOf = Annotated[Sender, Depends()]
+
+
+class _Records(Protocol[KeptT]):
+    """The part of the store that keeps what uploads of one kind become."""
+
+    def get(self, record_id: str, /) -> KeptT | None: ...
+
+    def use(self, record_id: str, /) -> KeptT | None: ...
+
+
+@dataclass(frozen=True)
+class UploadKind(Generic[RecordT]):
+    """One kind of uploads.
 
     Parameters
     ----------
-    service
-        Where it is read.
-    payload
-        What is known of it.
-    job_id
-        The job that reads it.
-    request
-        Who waits.
-    stored
-        Returns what it has become, by its id, once it has.
-
-    Returns
-    -------
-    What it has become; or the job that still reads it; or None if it was deleted at once.
-
-    Raises
-    ------
-    Reported
-        It is not usable.
-    UploadCancelled
-        The job was cancelled.
+    noun
+        What an upload becomes: "shape".
+    path
+        Address that uploads are sent to.
+    location
+        Address under which the records are found.
+    records
+        The part of the store that keeps them.
+    deleted
+        The problem reported if the record is deleted before the upload is answered.
     """
-    record = await service.wait_for(job_id, service.settings.validation_wait, request)
-    if record is not None and record.state is JobState.FAILED and record.error is not None:
-        raise Reported(record.error)
-    found = await run_in_threadpool(stored, payload.upload)
-    if found is not None:
-        return found
-    if record is not None and record.state is JobState.SUCCEEDED:
+
+    noun: str
+    path: str
+    location: str
+    records: Callable[[Store], _Records[RecordT]]
+    deleted: type[ApiProblem]
+
+    @property
+    def location_header(self) -> dict[str, Any]:
+        """OpenAPI entry of the header that names the record."""
+        return {"Location": {"description": f"The {self.noun}.", "schema": {"type": "string"}}}
+
+    @property
+    def validating(self) -> dict[str, Any]:
+        """OpenAPI entry of the answer while the upload is still being validated."""
+        return {
+            "model": Job,
+            "description": f"The upload is still being validated by this job; ask for the"
+            f" {self.noun} again",
+            "headers": self.location_header,
+        }
+
+    def answers(
+        self, model: type[BaseModel], known: str, *further: type[ApiProblem]
+    ) -> dict[int | str, dict[str, Any]]:
+        """Return the OpenAPI entries of the answers to an upload.
+
+        Parameters
+        ----------
+        model
+            Schema of the record.
+        known
+            Description of the answer for bytes that were uploaded before.
+        further
+            Problems besides those of every upload.
+        """
+        return {
+            200: {"model": model, "description": known, "headers": self.location_header},
+            201: {"description": f"A new {self.noun}", "headers": self.location_header},
+            202: self.validating,
+            **responses(
+                *further,
+                InvalidRequest,
+                UploadTooLarge,
+                BadRequest,
+                BodyStalled,
+                EncodedBody,
+                IdempotencyKeyReused,
+                UploadCancelled,
+                self.deleted,
+            ),
+        }
+
+    async def receive(
+        self, sender: Sender, file: UploadFile, describe: Callable[[bytes], UploadPayload]
+    ) -> Response:
+        """Store an upload, wait until it is validated, and return the answer.
+
+        Parameters
+        ----------
+        sender
+            The request.
+        file
+            The upload.
+        describe
+            Returns the payload of the validation job for the bytes of the file.
+
+        Raises
+        ------
+        UploadTooLarge, KeyReused
+            The upload is refused unread.
+        Reported
+            The upload is not usable.
+        UploadCancelled, ApiProblem
+            The job was cancelled, or the record was deleted.
+        """
+        service = sender.service
+        if file.size is not None and file.size > service.settings.max_upload_bytes:
+            raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
+        async with service.uploading:
+            data = await file.read()
+            payload = await run_in_threadpool(describe, data)
+            known, job_id = await run_in_threadpool(self._submit, sender, data, payload)
+            del data  # frees the memory while the validation is awaited
+        if known is not None:
+            return self.show(known, 200)
+        job = await service.wait_for(job_id, service.settings.validation_wait, sender.request)
+        return await run_in_threadpool(self._validated, service, payload, job_id, job)
+
+    def show(self, record: RecordT, status: int = 200) -> Response:
+        """Return the answer with a record and its address."""
+        return Response(
+            record.model_dump_json(),
+            status_code=status,
+            media_type="application/json",
+            headers={"Location": f"{self.location}/{record.id}"},
+        )
+
+    def find(self, service: Service, record_id: str) -> Response | None:
+        """Return the answer with a record, or with the job that still validates it, if either is.
+
+        Raises
+        ------
+        Reported
+            The upload turned out not to be usable after its sender was told to ask again.
+        """
+        records = self.records(service.store)
+        record = records.get(record_id)
+        if record is not None:
+            return self.show(record)
+        deferred = service.store.uploads.deferred(record_id)
+        job = None if deferred is None else service.store.jobs.get(deferred)
+        if job is not None and not job.state.ended:
+            return self._still_validating(service, record_id, job)
+        if job is not None and job.error is not None:
+            raise Reported(job.error)
         return None
-    if record is None or record.state.ended:
-        raise UploadCancelled("The upload was cancelled before it was read; send it again.")
-    await run_in_threadpool(service.store.uploads.defer, payload.upload, job_id)
-    return record
 
+    def _submit(
+        self, sender: Sender, data: bytes, payload: UploadPayload
+    ) -> tuple[RecordT | None, str]:
+        service = sender.service
+        if sender.key is not None:
+            # Not the body as it was sent: its boundary differs each time.
+            content = (b"POST", self.path.encode(), payload.model_dump_json().encode())
+            ttl = service.settings.idempotency_ttl
+            service.store.admission.bind(
+                IdempotencyRecord.of(sender.caller, sender.key, content, ttl)
+            )
+        known = self.records(service.store).use(payload.upload)
+        if known is not None:
+            return known, ""
+        order = RequestOrigin(sender.request_id, sender.caller)
+        return None, service.queue.submit_validation(payload, data, order)
 
-def reader(service: Service, deferred: str | None) -> JobRecord | None:
-    """Return the job that still reads an upload whose sender was told to ask again.
+    def _validated(
+        self, service: Service, payload: UploadPayload, job_id: str, job: JobRecord | None
+    ) -> Response:
+        if job is not None and job.state is JobState.FAILED and job.error is not None:
+            raise Reported(job.error)
+        record = self.records(service.store).get(payload.upload)
+        if record is not None:
+            return self.show(record, 201)
+        if job is not None and job.state is JobState.SUCCEEDED:
+            raise self.deleted(
+                f"The {self.noun} was deleted as soon as it was validated; upload it again."
+            )
+        if job is None or job.state.ended:
+            raise UploadCancelled(
+                "The upload was cancelled before it was validated; send it again."
+            )
+        service.store.uploads.defer(payload.upload, job_id)
+        return self._still_validating(service, payload.upload, job)
 
-    Parameters
-    ----------
-    service
-        Where it is read.
-    deferred
-        The job that was to read it, if there was one.
-
-    Raises
-    ------
-    Reported
-        The upload was refused since: the sender is owed the reason.
-    """
-    job = None if deferred is None else service.store.jobs.get(deferred)
-    if job is not None and not job.state.ended:
-        return job
-    if job is not None and job.error is not None:
-        raise Reported(job.error)
-    return None
-
-
-def still_reading(service: Service, record: JobRecord, location: str) -> Response:
-    """Return the answer that an upload is still being read, and where to ask again."""
-    return Response(
-        Job.of(record, service.queue).model_dump_json(),
-        status_code=202,
-        media_type="application/json",
-        headers={"Location": location, "Retry-After": "1"},
-    )
+    def _still_validating(self, service: Service, record_id: str, job: JobRecord) -> Response:
+        return Response(
+            Job.of(job, service.queue).model_dump_json(),
+            status_code=202,
+            media_type="application/json",
+            headers={"Location": f"{self.location}/{record_id}", "Retry-After": "1"},
+        )

@@ -101,6 +101,50 @@ class PrototypeRecord(BaseModel):
     created: datetime = Field(description="When it was learned or uploaded.")
 
 
+class PrototypeSurface(BaseModel):
+    """The simplified surface of an example of a prototype, and the prototype's points on it."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    positions: tuple[tuple[float, float, float], ...] = Field(
+        description="Positions of the vertices relative to the middle of the surface, scaled so"
+        " that its largest extent is from -1 to 1."
+    )
+    faces: tuple[tuple[int, int, int], ...] = Field(
+        description="Corners of the triangles, as indices of positions."
+    )
+    points: tuple[int, ...] = Field(
+        description="Index of the position at or nearest to each point of the prototype."
+    )
+
+
+class PrototypeGeometry(BaseModel):
+    """Where the points of a prototype lie, for drawing."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        json_schema_extra={
+            "examples": [
+                {
+                    "vertices": [17, 204, 31],
+                    "surface": {
+                        "positions": [[-1, 0, 0], [0, 1, 0], [1, 0, 0]],
+                        "faces": [[0, 1, 2]],
+                        "points": [0, 1, 2],
+                    },
+                }
+            ]
+        },
+    )
+
+    vertices: tuple[int, ...] = Field(
+        description="0-based vertex index of each point in the file of the reference shape."
+    )
+    surface: PrototypeSurface | None = Field(
+        description="A surface to draw the points on; null for a prototype that keeps none."
+    )
+
+
 class PrototypeResult(BaseModel):
     """What came of learning a prototype."""
 

@@ -44,7 +44,7 @@ class IdempotencyRecord:
 
 
 @dataclass(frozen=True)
-class RequestContext:
+class RequestOrigin:
     """The request that submits a job.
 
     Parameters

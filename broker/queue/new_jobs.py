@@ -4,14 +4,14 @@ from datetime import UTC, datetime
 from typing import Final
 from uuid import uuid4
 
-from broker.contracts import JobRecord, Payload, RequestContext, TimeSlicePayload
+from broker.contracts import JobRecord, Payload, RequestOrigin, TimeSlicePayload
 from broker.store import LISTED_KINDS
 
-NO_REQUEST: Final = RequestContext()
+NO_REQUEST: Final = RequestOrigin()
 """Context of a job that no request submitted."""
 
 
-def new_job(payload: Payload, context: RequestContext = NO_REQUEST) -> JobRecord:
+def new_job(payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
     """Return the record of a new job.
 
     Parameters

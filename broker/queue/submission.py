@@ -16,7 +16,7 @@ from broker.contracts import (
     JobState,
     MatchPayload,
     PrototypePayload,
-    RequestContext,
+    RequestOrigin,
     SpectrumKey,
     SpectrumPayload,
     UploadPayload,
@@ -96,7 +96,7 @@ class JobQueue:
                 _log_queued(record)
                 return record
 
-    def earlier_job(self, context: RequestContext) -> JobRecord | None:
+    def earlier_job(self, context: RequestOrigin) -> JobRecord | None:
         """Return the job of an equal request with the same idempotency key, if there was one.
 
         Raises
@@ -109,7 +109,7 @@ class JobQueue:
         return None if job_id is None else self.store.jobs.get(job_id)
 
     def submit_validation(
-        self, payload: UploadPayload, data: bytes, context: RequestContext = NO_REQUEST
+        self, payload: UploadPayload, data: bytes, context: RequestOrigin = NO_REQUEST
     ) -> str:
         """Queue the validation of an upload, unless an equal one is being validated.
 
@@ -147,7 +147,7 @@ class JobQueue:
                 return record.id
 
     def submit_with_spectra(
-        self, payload: MatchPayload | PrototypePayload, context: RequestContext = NO_REQUEST
+        self, payload: MatchPayload | PrototypePayload, context: RequestOrigin = NO_REQUEST
     ) -> JobRecord:
         """Queue a job, and before it the spectra it needs that are neither cached nor queued.
 
@@ -214,7 +214,7 @@ class JobQueue:
         reserved = self.store.admission.reserve(idempotency, record.id)
         return record.model_copy(update={"id": reserved})
 
-    def _submit_spectrum(self, key: SpectrumKey, context: RequestContext) -> None:
+    def _submit_spectrum(self, key: SpectrumKey, context: RequestOrigin) -> None:
         spectra = self.store.spectra
         job = new_job(
             SpectrumPayload(

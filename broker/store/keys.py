@@ -81,6 +81,11 @@ def prototype_archive(prototype_id: str) -> str:
     return f"{PREFIX}prototype:{prototype_id}:archive"
 
 
+def prototype_geometry(prototype_id: str) -> str:
+    """Points and a surface of a prototype, JSON in gzip."""
+    return f"{PREFIX}prototype:{prototype_id}:geometry"
+
+
 def prototype_tombstone(prototype_id: str) -> str:
     """Tombstone of a prototype: outlives its record unless the prototype was deleted."""
     return f"{PREFIX}prototype:{prototype_id}:trace"

@@ -52,6 +52,11 @@ class Prototypes:
         self.use(prototype_id)
         return blob(self.client.get(keys.prototype_archive(prototype_id)))
 
+    def geometry(self, prototype_id: str) -> bytes | None:
+        """Return the points and a surface of a prototype, JSON in gzip, and keep it for longer."""
+        self.use(prototype_id)
+        return blob(self.client.get(keys.prototype_geometry(prototype_id)))
+
     def expired(self, prototype_id: str) -> bool:
         """Whether a prototype that does not exist has expired (and was not deleted)."""
         return bool(self.client.exists(keys.prototype_tombstone(prototype_id)))
@@ -75,7 +80,11 @@ class Prototypes:
         return Listing(self.client, key, keys.prototype).page(limit, cursor, self.get, matches)
 
     def add(
-        self, record: PrototypeRecord, archive: bytes, job_id: str | None = None
+        self,
+        record: PrototypeRecord,
+        archive: bytes,
+        geometry: bytes,
+        job_id: str | None = None,
     ) -> PrototypeRecord:
         """Store a prototype, unless it exists already.
 
@@ -84,7 +93,9 @@ class Prototypes:
         record
             Its record; the version is set here.
         archive
-            The prototype, npz.
+            The prototype.
+        geometry
+            Its points and a surface, `PrototypeGeometry` as JSON in gzip.
         job_id
             The job that validated it, if it was uploaded; its candidate is deleted.
 
@@ -103,7 +114,7 @@ class Prototypes:
                 try:
                     pipe.multi()
                     if known is None:
-                        self._put(stored, archive, pipe)
+                        self._put(stored, archive, geometry, pipe)
                     self._extend(stored, pipe)
                     if job_id is not None:
                         delete_candidate(record.id, ARCHIVE_TYPE, job_id, pipe)
@@ -121,14 +132,18 @@ class Prototypes:
             pipe.delete(
                 keys.prototype_archive(prototype_id), keys.prototype_tombstone(prototype_id)
             )
+            pipe.delete(keys.prototype_geometry(prototype_id))
             pipe.zrem(keys.PROTOTYPES, prototype_id)
             if record is not None:
                 pipe.zrem(keys.prototypes_named(record.name), prototype_id)
             return bool(pipe.execute()[0])
 
-    def _put(self, record: PrototypeRecord, archive: bytes, pipe: Pipeline) -> None:
+    def _put(
+        self, record: PrototypeRecord, archive: bytes, geometry: bytes, pipe: Pipeline
+    ) -> None:
         created = record.created.timestamp()
         pipe.set(keys.prototype_archive(record.id), archive)
+        pipe.set(keys.prototype_geometry(record.id), geometry)
         pipe.set(keys.prototype(record.id), record.model_dump_json())
         pipe.set(keys.prototype_tombstone(record.id), b"")
         pipe.set(keys.prototype_versions(record.name), record.version)
@@ -137,9 +152,9 @@ class Prototypes:
 
     def _extend(self, record: PrototypeRecord, pipe: Pipeline) -> None:
         ttl, longer = self.settings.shape_ttl, self.settings.shape_ttl + self.settings.trace_ttl
-        for key in (keys.prototype(record.id), keys.prototype_archive(record.id)):
-            pipe.expire(key, ttl)
-        # The versions of a name outlive its last prototype.
+        for key in (keys.prototype, keys.prototype_archive, keys.prototype_geometry):
+            pipe.expire(key(record.id), ttl)
+        # What belongs to a name outlives the last prototype that has it.
         pipe.expire(keys.prototype_tombstone(record.id), longer)
         pipe.expire(keys.prototypes_named(record.name), longer)
         pipe.expire(keys.prototype_versions(record.name), longer)

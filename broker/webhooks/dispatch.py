@@ -12,7 +12,7 @@ from typing import Annotated, Final
 from pydantic import BeforeValidator, Field
 from pydantic_settings import BaseSettings, NoDecode
 
-from broker.contracts import Delivery, DeliveryPayload, DeliveryState, JobRecord, RequestContext
+from broker.contracts import Delivery, DeliveryPayload, DeliveryState, JobRecord, RequestOrigin
 from broker.environment import FROM_ENVIRONMENT
 from broker.queue import JobQueue, new_job
 from broker.store import NewerRecord
@@ -105,7 +105,7 @@ def _queue_delivery(queue: JobQueue, record: JobRecord, settings: WebhookSetting
         webhooks.record(record.id, lost)
         log.warning("webhook given up", job_id=record.id, error=lost.error)
         return
-    context = RequestContext(record.request_id, record.caller)
+    context = RequestOrigin(record.request_id, record.caller)
     attempt = webhooks.attempts(record.id) + 1
     job = new_job(DeliveryPayload(job=record.id, attempt=attempt), context)
     if webhooks.begin(record.id, job.id, attempt):

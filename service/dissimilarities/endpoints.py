@@ -7,8 +7,16 @@ from typing import Final
 
 from fastapi import APIRouter, Response
 
-from broker.contracts import PAIRS, RESULT, DissimilaritiesPayload, JobRecord, JobState
+from broker.contracts import (
+    PAIRS,
+    RESULT,
+    DissimilaritiesPayload,
+    JobRecord,
+    JobState,
+    RequestOrigin,
+)
 from broker.queue import new_job
+from service.dependencies import Service, ServiceOf
 from service.dissimilarities.partial import Matrix, known_matrix, number_of_pairs
 from service.dissimilarities.schemas import DissimilaritiesRequest, PartialDissimilarities
 from service.http import (
@@ -20,11 +28,24 @@ from service.http import (
     ResultExpired,
     responses,
 )
-from service.job_schema import Job
-from service.jobs import JobId, job_with_result, json_answer, packed_result
-from service.orders import JobOrder, accepted, answers, told_to, use_shapes
-from service.state import Service, ServiceOf
-from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices
+from service.jobs import (
+    Job,
+    JobId,
+    JobOrder,
+    answers,
+    job_with_result,
+    json_answer,
+    packed_result,
+    requested_job,
+)
+from service.shapes import (
+    check_shapes,
+    few_vertices,
+    refuse,
+    repeated_shapes,
+    shape_fields,
+    use_shapes,
+)
 
 _REFUSED: Final = "These shapes cannot be compared; `errors` says why."
 
@@ -40,16 +61,17 @@ router = APIRouter(prefix="/v1/dissimilarities", tags=["dissimilarities"])
 def create_dissimilarities(
     asked: DissimilaritiesRequest, service: ServiceOf, order: JobOrder, response: Response
 ) -> Job:
-    """Compare shapes, all with all: the least distortion of a few points of each two, proven.
+    """Compare all pairs of a collection of shapes.
 
-    Workers share the pairs among them; what is known already can be looked at meanwhile. Other jobs
-    are begun in between.
+    The dissimilarity of two shapes is the minimum distortion of a match of a few points, solved to
+    proven optimality. Workers share the pairs, and run other jobs in between; `partial` links to
+    the dissimilarities known so far.
     """
-    record = service.queue.earlier_job(order)
-    if record is None:
-        order = told_to(service, asked, order)
-        record = service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
-    return accepted(record, service, response)
+
+    def submit(order: RequestOrigin) -> JobRecord:
+        return service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
+
+    return requested_job(service, asked, order, response, submit)
 
 
 @router.get(
@@ -61,11 +83,11 @@ def create_dissimilarities(
 def get_dissimilarities(
     job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = ""
 ) -> Response:
-    """Return the dissimilarities that are known so far of a job that compares shapes."""
+    """Return the dissimilarities known so far of a job that compares shapes."""
     record = job_with_result(service, job_id)
     payload = record.payload
     if not isinstance(payload, DissimilaritiesPayload):
-        raise JobWithoutResult(f"A {record.kind.value} compares no collection.")
+        raise JobWithoutResult(f"A {record.kind.value} has no dissimilarities; ask for its result.")
     count = len(payload.shapes)
     matrix, done = known_so_far(service, record, count)
     fields = {
@@ -82,12 +104,12 @@ def get_dissimilarities(
 
 
 def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matrix, int]:
-    """Return the matrix of a job as far as it is known, and of how many pairs.
+    """Return the dissimilarities of a job known so far, and the number of pairs known.
 
     Parameters
     ----------
     service
-        Where it is.
+        The service that runs the job.
     record
         The job as it was a moment ago.
     count
@@ -96,7 +118,7 @@ def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matri
     Raises
     ------
     JobExpired, JobWithoutResult, ResultExpired
-        It has ended meanwhile.
+        It has ended meanwhile, without a result or with one that has expired.
     """
     parts = service.store.chunks
     if record.state is JobState.RUNNING:
@@ -106,7 +128,7 @@ def known_so_far(service: Service, record: JobRecord, count: int) -> tuple[Matri
         forgotten = counts.stage == RESULT or (counts.done > 0 and counts.stage == PAIRS)
         if found or (counts.stage and not forgotten):
             return known_matrix(count, size, found.items())
-        # It has ended just now, or not begun.
+        # It has ended a moment ago, or no part of it has begun.
         record = job_with_result(service, record.id)
     if record.state is JobState.SUCCEEDED:
         matrix: Matrix = json.loads(gzip.decompress(packed_result(service, record.id)))["matrix"]
@@ -120,9 +142,9 @@ def _size(size: int, stage: str, found: Mapping[int, bytes], count: int) -> int:
 
 
 def _payload(asked: DissimilaritiesRequest, service: Service) -> DissimilaritiesPayload:
-    refuse(repeated(asked.shapes), _REFUSED)
-    shapes = use_shapes(service, named(asked.shapes))
-    check_shapes(asked, shapes, _REFUSED, too_few_vertices(shapes, asked.points, "are matched"))
+    refuse(repeated_shapes(asked.shapes), _REFUSED)
+    shapes = use_shapes(service, shape_fields(asked.shapes))
+    check_shapes(asked, shapes, _REFUSED, few_vertices(shapes, asked.points))
     return DissimilaritiesPayload(
         shapes=asked.shapes, labels=asked.labels, parameters=asked.parameters()
     )

@@ -1,14 +1,13 @@
-"""What is asked when a collection of shapes is to be compared, and what is known meanwhile."""
+"""Requests to compare a collection of shapes, and the dissimilarities known while it runs."""
 
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from broker.contracts import MOST_SHAPES, DissimilarityParameters, JobState
-from service.names import showable
-from service.orders import JobRequest
+from service.jobs import JobRequest
+from service.names import NamedId, showable
 
-ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 Label = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
 
 _ONE = "9b74c9897bac770ffc029102a200c5de"
@@ -34,7 +33,7 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
     )
 
     # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[ShapeId, ...] = Field(
+    shapes: tuple[NamedId, ...] = Field(
         min_length=2,
         max_length=MOST_SHAPES,
         strict=False,
@@ -61,22 +60,22 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
         return labels
 
     def parameters(self) -> DissimilarityParameters:
-        """Return only how to compare."""
+        """Return the parameters of the comparison alone."""
         values = {name: getattr(self, name) for name in DissimilarityParameters.model_fields}
         return DissimilarityParameters.model_construct(**values)
 
 
 class PartialDissimilarities(BaseModel):
-    """Dissimilarities as far as they are known."""
+    """Dissimilarities known so far."""
 
     model_config = ConfigDict(frozen=True)
 
     job: str = Field(description="Id of the job that computes them.")
     state: JobState = Field(description="State of that job.")
     shapes: tuple[str, ...] = Field(description="Ids of the shapes, K of them.")
-    labels: tuple[str, ...] | None = Field(description="Their labels, if any were given.")
-    pairs: int = Field(description="Pairs of shapes there are.")
-    pairs_done: int = Field(description="Pairs of shapes whose dissimilarity is known.")
+    labels: tuple[str, ...] | None = Field(description="Labels of the shapes, if any were given.")
+    pairs: int = Field(description="Number of pairs of shapes.")
+    pairs_done: int = Field(description="Number of pairs whose dissimilarity is known.")
     matrix: tuple[tuple[float | None, ...], ...] = Field(
-        description="Dissimilarities, K rows of K; null where they are not known yet."
+        description="K rows of K dissimilarities; null for pairs not compared yet."
     )

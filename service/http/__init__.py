@@ -1,12 +1,12 @@
-"""HTTP itself: middleware, security, paging, problems (RFC 9457) and the OpenAPI document."""
+"""HTTP: middleware, authentication, paging, problem documents and the OpenAPI document."""
 
-from service.http.answers import AcceptEncoding, names, unpacked_if_need_be
-from service.http.connections import Connection
-from service.http.head import HeadLikeGet, body_wanted
-from service.http.middleware import BodyLimit, RequestContext
+from service.http.body_limit import BodyLimit
+from service.http.head_requests import HeadLikeGet, body_wanted
+from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response
 from service.http.paging import Cursor, Limit, page_of
-from service.http.problem_documents import responses
+from service.http.problem_documents import binary_file, responses
 from service.http.problems import (
+    INVALID,
     ApiProblem,
     BadRequest,
     BodyStalled,
@@ -38,10 +38,12 @@ from service.http.problems import (
     UploadCancelled,
     UploadTooLarge,
 )
-from service.http.requests import MOST_CONSIDERED, MOST_FIELDS, field_problems
+from service.http.request_context import RequestContext
 from service.http.security import ApiKey, ApiKeys, Authentication, caller_of, read_keys
+from service.http.validation_errors import MOST_CONSIDERED, MOST_FIELDS, field_problems
 
 __all__ = [
+    "INVALID",
     "MOST_CONSIDERED",
     "MOST_FIELDS",
     "AcceptEncoding",
@@ -52,7 +54,6 @@ __all__ = [
     "BadRequest",
     "BodyLimit",
     "BodyStalled",
-    "Connection",
     "Cursor",
     "EncodedBody",
     "GeometryNotKept",
@@ -84,12 +85,13 @@ __all__ = [
     "UnusablePrototype",
     "UploadCancelled",
     "UploadTooLarge",
+    "binary_file",
     "body_wanted",
     "caller_of",
+    "etag_matches",
     "field_problems",
-    "names",
+    "gzip_response",
     "page_of",
     "read_keys",
     "responses",
-    "unpacked_if_need_be",
 ]

@@ -1,4 +1,4 @@
-"""Every error of an application, its own or its parts', told as a problem document."""
+"""Exception handlers: every error of the application is answered with a problem document."""
 
 from typing import Final
 
@@ -14,6 +14,7 @@ from broker.store import KeyReused, NewerRecord, TooManyQueued
 from broker.telemetry import logger
 from service.http.problem_documents import response
 from service.http.problems import (
+    INVALID,
     ApiProblem,
     BadRequest,
     IdempotencyKeyReused,
@@ -24,7 +25,13 @@ from service.http.problems import (
     StoreAway,
     TooManyJobs,
 )
-from service.http.requests import MOST_CONSIDERED, MOST_FIELDS, field_problems, no_json, unreadable
+from service.http.validation_errors import (
+    MOST_CONSIDERED,
+    MOST_FIELDS,
+    field_problems,
+    json_error,
+    unreadable_body,
+)
 
 _METHODS: Final = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
 
@@ -32,7 +39,7 @@ log = logger("isomatch.api")
 
 
 def install(app: FastAPI) -> None:
-    """Let every error of an application be told as a problem document."""
+    """Install the handlers in an application."""
     app.add_exception_handler(ApiProblem, _refused)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
@@ -48,20 +55,20 @@ def _refused(request: Request, error: Exception) -> Response:
 
 
 def _key_reused(request: Request, error: Exception) -> Response:
-    detail = "This Idempotency-Key came with another request before; make a new one for this."
+    detail = "This Idempotency-Key was used for a different request; use a new one."
     return _refused(request, IdempotencyKeyReused(detail))
 
 
 def _too_many(request: Request, error: Exception) -> Response:
     assert isinstance(error, TooManyQueued)
-    detail = (
-        f"There are {error.limit} of your jobs in the queue already; wait until some have begun."
-    )
+    detail = f"You have {error.limit} queued jobs, the most allowed; wait until some have begun."
     return _refused(request, TooManyJobs(detail))
 
 
 def _newer(request: Request, error: Exception) -> Response:
-    detail = "A newer version of the service stored this; ask again when all of it is upgraded."
+    detail = (
+        "A newer version of the service stored this; ask again when all processes are upgraded."
+    )
     return _refused(request, NewerVersion(detail))
 
 
@@ -69,11 +76,11 @@ def _invalid(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     path = request.url.path
     errors = error.errors()
-    broken = no_json(errors)
+    broken = json_error(errors)
     if broken is not None:
-        return response(BadRequest(unreadable(request, broken)).problem(path))
+        return response(BadRequest(unreadable_body(request, broken)).problem(path))
     fields = field_problems(errors)
-    detail = "The request is not valid; `errors` says where."
+    detail = INVALID
     if len(fields) > MOST_FIELDS:
         many = "more than " if len(errors) > MOST_CONSIDERED else ""
         detail += f" The first {MOST_FIELDS} of {many}{len(fields)} fields are named."
@@ -85,12 +92,12 @@ def _http(request: Request, error: Exception) -> Response:
     path = request.url.path
     headers = dict(error.headers or {})
     kinds: dict[int, ApiProblem] = {
-        400: BadRequest(unreadable(request, str(error.detail))),
-        404: NotFound(f"There is nothing at {path}; /docs says what there is."),
-        405: MethodNotAllowed(f"{request.method} cannot be done at {path}."),
+        400: BadRequest(unreadable_body(request, str(error.detail))),
+        404: NotFound(f"There is nothing at {path}; /docs lists the addresses."),
+        405: MethodNotAllowed(f"{request.method} is not supported at {path}."),
     }
     if error.status_code == MethodNotAllowed.status:
-        # The router names the methods of the first route only that has this path.
+        # Starlette names only the methods of the first route with this path.
         headers["Allow"] = ", ".join(_methods_at(request))
     known = kinds.get(error.status_code)
     if known is not None:
@@ -111,5 +118,5 @@ def _methods_at(request: Request) -> list[str]:
 
 def _store_away(request: Request, error: Exception) -> Response:
     log.error("store cannot be reached", error=str(error))
-    problem = StoreAway("The store cannot be reached just now; try again in a moment.")
+    problem = StoreAway("The store cannot be reached at the moment; try again later.")
     return response(problem.problem(request.url.path), {"Retry-After": "5"})

@@ -1,4 +1,4 @@
-"""Problems as answers: the documents, and what the OpenAPI document says of them."""
+"""Problem documents (RFC 9457) as HTTP responses and as OpenAPI entries."""
 
 from typing import Any, Final
 
@@ -11,7 +11,7 @@ MEDIA_TYPE: Final = "application/problem+json"
 
 
 def responses(*kinds: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
-    """Return the OpenAPI entries of the problems that a call may answer with."""
+    """Return the OpenAPI entries of the problems that an operation may answer with."""
     entries: dict[int | str, dict[str, Any]] = {}
     every: tuple[type[ApiProblem], ...] = (*kinds, InternalError, StoreAway)
     for kind in every:
@@ -29,6 +29,18 @@ def responses(*kinds: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
         entry["description"] += ("; " if entry["description"] else "") + text
         entry["content"][MEDIA_TYPE]["examples"][kind.slug] = {"value": example}
     return entries
+
+
+def binary_file(
+    description: str, *media_types: str, headers: dict[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return the OpenAPI entry of an answer that is a file, by default of bytes."""
+    content = {"schema": {"type": "string", "format": "binary"}}
+    entry = {
+        "description": description,
+        "content": dict.fromkeys(media_types or ("application/octet-stream",), content),
+    }
+    return entry if headers is None else {**entry, "headers": headers}
 
 
 def response(problem: Problem, headers: dict[str, str] | None = None) -> Response:

@@ -1,65 +1,66 @@
-"""What the API refuses, and how it says so: one class for each kind of problem.
+"""Problems that the API answers with, one class for each type (RFC 9457).
 
 ::
 
     ApiProblem
-    ├── InvalidRequest              422  a field of the request has no meaning; `errors` says which
-    ├── BadRequest                  400  the request cannot be understood at all
-    ├── Unauthorized                401  no API key came with the request, or none of ours
+    ├── InvalidRequest              422  a field of the request is not valid; `errors` says which
+    ├── BadRequest                  400  the request cannot be parsed
+    ├── Unauthorized                401  the request has no API key, or an unknown one
     ├── NotFound                    404  there is nothing at this address
     │   ├── ShapeNotFound
     │   ├── PrototypeNotFound
     │   └── JobNotFound
-    ├── MethodNotAllowed            405  not what can be done at this address
-    ├── HeadStalled                 408  the head of the request does not come in
-    ├── BodyStalled                 408  the body of the request does not come in
+    ├── MethodNotAllowed            405  the method is not supported at this address
+    ├── BodyStalled                 408  the body of the request stalled
     ├── ResultNotReady              409  the job has not ended
-    ├── JobWithoutResult            409  the job failed or was cancelled, or makes no result
+    ├── JobWithoutResult            409  the job failed or was cancelled, or has none
     ├── UploadCancelled             409  the validation of the upload was cancelled
-    ├── IdempotencyKeyReused        409  the key came with another request before
+    ├── IdempotencyKeyReused        409  the key was used for a different request
     ├── ResultExpired               410  the result is no longer kept
     ├── ShapeExpired                410  the shape was not used for long
     ├── PrototypeExpired            410  the prototype was not used for long
     ├── JobExpired                  410  the job ended long ago
-    ├── GeometryNotKept             410  the shape was stored before its geometry was
-    ├── ShapeDeleted                410  a shape was deleted meanwhile
-    ├── PrototypeDeleted            410  a prototype was deleted meanwhile
+    ├── GeometryNotKept             410  stored by a version that kept no geometry
+    ├── ShapeDeleted                410  a shape was deleted in the meantime
+    ├── PrototypeDeleted            410  a prototype was deleted in the meantime
     ├── UploadTooLarge              413  the upload is over the limit
-    ├── UnsupportedFormat           415  not a mesh format that is read
+    ├── UnsupportedFormat           415  the mesh format is not supported
     ├── EncodedBody                 415  the body is compressed
-    ├── UnknownShape                422  a match names a shape that does not exist
-    ├── UnknownPrototype            422  a match names a prototype that does not exist
+    ├── UnknownShape                422  the request names a shape that does not exist
+    ├── UnknownPrototype            422  the request names a prototype that does not exist
     ├── UnusableMesh                422  the file is not a usable mesh
-    ├── UnusablePrototype           422  the file is not the archive of a prototype
+    ├── UnusablePrototype           422  the file is not a usable archive of a prototype
     ├── TooManyJobs                 429  the caller has as many jobs queued as it may have
-    ├── InternalError               500  our fault
+    ├── InternalError               500  an error of the service
     ├── StoreAway                   503  Redis cannot be reached
-    ├── NewerVersion                503  a newer version stored it, and this one cannot read it
-    ├── PictureNotReady             503  the picture takes longer to draw than a call may take
-    └── NotReady                    503  stopping, nowhere to store anything, or no worker
+    ├── NewerVersion                503  stored by a newer version; this one cannot read it
+    ├── PictureNotReady             503  the picture is still being drawn
+    └── NotReady                    503  stopping, the store takes nothing, or no worker
 """
 
-from typing import ClassVar
+from typing import ClassVar, Final
 
 from broker.contracts import FieldProblem, Problem
 
+INVALID: Final = "The request is not valid; `errors` says where."
 
-class ApiProblem(Exception):  # noqa: N818 - a problem is what HTTP calls it
-    """Root of what the API refuses.
+
+class ApiProblem(Exception):  # noqa: N818 - the term of RFC 9457
+    """Root of the problems that the API answers with.
 
     Parameters
     ----------
     detail
-        This occurrence in words, and what to do about it.
+        What is wrong in this request, and what to do about it.
     errors
-        What is wrong with which field.
+        Problems of single fields.
     """
 
     status: ClassVar[int] = 500
     slug: ClassVar[str] = "internal-error"
     title: ClassVar[str] = "Internal error"
     headers: ClassVar[dict[str, str]] = {}
-    """Headers of the answer, besides those every answer has."""
+    """Headers of the answer besides those of every answer."""
 
     def __init__(self, detail: str, errors: tuple[FieldProblem, ...] = ()) -> None:
         super().__init__(detail)
@@ -74,19 +75,19 @@ class ApiProblem(Exception):  # noqa: N818 - a problem is what HTTP calls it
 
 
 class InvalidRequest(ApiProblem):
-    """A field of the request has no meaning."""
+    """A field of the request is not valid."""
 
     status, slug, title = 422, "invalid-request", "Invalid request"
 
 
 class BadRequest(ApiProblem):
-    """The request cannot be understood at all."""
+    """The request cannot be parsed."""
 
     status, slug, title = 400, "bad-request", "Bad request"
 
 
 class Unauthorized(ApiProblem):
-    """No API key came with the request, or none that this service knows."""
+    """The request has no API key, or one that this service does not know."""
 
     status, slug, title = 401, "unauthorized", "API key needed"
     headers: ClassVar[dict[str, str]] = {"WWW-Authenticate": 'Bearer realm="isomatch"'}
@@ -117,19 +118,13 @@ class JobNotFound(NotFound):
 
 
 class MethodNotAllowed(ApiProblem):
-    """Not what can be done at this address."""
+    """The method is not supported at this address."""
 
     status, slug, title = 405, "method-not-allowed", "Method not allowed"
 
 
-class HeadStalled(ApiProblem):
-    """The head of the request does not come in."""
-
-    status, slug, title = 408, "head-stalled", "Request timed out"
-
-
 class BodyStalled(ApiProblem):
-    """The body of the request does not come in."""
+    """The body of the request stalled."""
 
     status, slug, title = 408, "body-stalled", "Request timed out"
 
@@ -141,7 +136,7 @@ class ResultNotReady(ApiProblem):
 
 
 class JobWithoutResult(ApiProblem):
-    """The job failed or was cancelled, or is of a kind that makes no result."""
+    """The job failed or was cancelled, or is of a kind without a result."""
 
     status, slug, title = 409, "job-without-result", "Job without a result"
 
@@ -153,7 +148,7 @@ class UploadCancelled(ApiProblem):
 
 
 class IdempotencyKeyReused(ApiProblem):
-    """The idempotency key came with another request before."""
+    """The idempotency key was used for a different request."""
 
     status, slug, title = 409, "idempotency-key-reused", "Idempotency key reused"
 
@@ -171,7 +166,7 @@ class ShapeExpired(ApiProblem):
 
 
 class GeometryNotKept(ApiProblem):
-    """The shape was stored by a version that kept no geometry."""
+    """The record was stored by a version that kept no geometry."""
 
     status, slug, title = 410, "geometry-not-kept", "Geometry not kept"
 
@@ -207,25 +202,25 @@ class UploadTooLarge(ApiProblem):
 
 
 class UnsupportedFormat(ApiProblem):
-    """Not a mesh format that is read."""
+    """The mesh format is not supported."""
 
     status, slug, title = 415, "unsupported-format", "Unsupported mesh format"
 
 
 class EncodedBody(ApiProblem):
-    """The body of the request is compressed, or encoded in another way."""
+    """The body of the request has a content encoding, such as gzip."""
 
     status, slug, title = 415, "encoded-body", "Encoded body"
 
 
 class UnknownShape(ApiProblem):
-    """A match names a shape that does not exist."""
+    """The request names a shape that does not exist."""
 
     status, slug, title = 422, "unknown-shape", "Unknown shape"
 
 
 class UnknownPrototype(ApiProblem):
-    """A match names a prototype that does not exist."""
+    """The request names a prototype that does not exist."""
 
     status, slug, title = 422, "unknown-prototype", "Unknown prototype"
 
@@ -250,17 +245,17 @@ class TooManyJobs(ApiProblem):
 
 
 class InternalError(ApiProblem):
-    """Our fault."""
+    """An error of the service."""
 
 
 class PictureNotReady(ApiProblem):
-    """The picture takes longer to draw than a call may take."""
+    """The picture is still being drawn."""
 
     status, slug, title = 503, "picture-not-ready", "Picture not ready"
 
 
 class NewerVersion(ApiProblem):
-    """A newer version stored this, and this one cannot read it."""
+    """The record was stored by a newer version; this one cannot read it."""
 
     status, slug, title = 503, "newer-version", "Stored by a newer version"
     headers: ClassVar[dict[str, str]] = {"Retry-After": "10"}
@@ -279,12 +274,12 @@ class NotReady(ApiProblem):
 
 
 class Reported(ApiProblem):
-    """A problem that somebody else stated, such as the job that validated an upload."""
+    """The problem that a job reported, such as the validation of an upload."""
 
-    def __init__(self, stated: Problem) -> None:
-        super().__init__(stated.detail, stated.errors)
-        self.stated = stated
+    def __init__(self, reported: Problem) -> None:
+        super().__init__(reported.detail, reported.errors)
+        self.reported = reported
 
     def problem(self, instance: str | None = None) -> Problem:
-        """Return the problem document as it was stated."""
-        return self.stated.model_copy(update={"instance": instance})
+        """Return the problem document as it was reported."""
+        return self.reported.model_copy(update={"instance": instance})

@@ -1,13 +1,11 @@
-"""Who calls: API keys, compared without telling how much of one was right.
+"""Authentication with API keys.
 
-Without ``ISOMATCH_API_KEYS`` everybody may call. With it, everything under ``/v1`` needs a key; the
-probes, the metrics and the pages need none, for they show nothing that was uploaded. Keys say who
-is let in, who asked for a job, and how many jobs he may have queued; shapes and jobs are common to
-all keys of a service.
+Without ``ISOMATCH_API_KEYS`` everybody may call. With it, everything under ``/v1`` needs a key;
+probes, metrics and pages need none, as they show nothing that was uploaded. A key identifies the
+caller, for the log, for jobs and for the limit of queued jobs; shapes and jobs are shared by all
+keys of a service.
 """
 
-import asyncio
-import contextlib
 import hashlib
 import hmac
 import re
@@ -18,16 +16,14 @@ import structlog
 from pydantic import BeforeValidator
 from pydantic_settings import NoDecode
 from starlette.datastructures import Headers
-from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from service.http.body_limit import drain
 from service.http.problem_documents import response
 from service.http.problems import Unauthorized
 
 PROTECTED: Final = "/v1"
-"""What lies under this needs a key, where there are keys."""
-
-DRAIN_SECONDS: Final = 30.0
+"""Paths below this need a key, if there are keys."""
 
 _HASHED: Final = "sha256:"
 _NAME: Final = re.compile(r"[A-Za-z0-9._-]{1,64}")
@@ -36,14 +32,14 @@ _DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 
 @dataclass(frozen=True)
 class ApiKey:
-    """A key that is accepted.
+    """An accepted key.
 
     Parameters
     ----------
     name
-        Whose it is, as jobs and logs show it.
+        Name of the caller, as jobs and logs show it.
     digest
-        SHA-256 of the key; the key itself is not kept.
+        SHA-256 of the key, which is not stored itself.
     """
 
     name: str
@@ -56,14 +52,14 @@ def read_keys(listing: object) -> object:
     Raises
     ------
     ValueError
-        It is not such a list, or has a name or a key twice; the message shows no key.
+        It is not such a list, or repeats a name or a key; the message shows no key.
     """
     if not isinstance(listing, str):
         return listing
     keys = tuple(_read_key(entry) for entry in re.split(r"[,\s]+", listing) if entry)
     for values in ([key.name for key in keys], [key.digest for key in keys]):
         if len(set(values)) < len(values):
-            raise ValueError("each name and each key may be there once")
+            raise ValueError("a name or a key is repeated; give each once")
     return keys
 
 
@@ -83,38 +79,38 @@ def _read_key(entry: str) -> ApiKey:
 
 
 ApiKeys: TypeAlias = Annotated[tuple[ApiKey, ...], NoDecode, BeforeValidator(read_keys)]
-"""The keys that are accepted; none: everybody may call."""
+"""The accepted keys; none: everybody may call."""
 
 
 def caller_of(authorization: str, keys: tuple[ApiKey, ...]) -> str | None:
-    """Return the name of the key in an ``Authorization`` header, or None if it has none of ours.
+    """Return the name of the key in an ``Authorization`` header, or None if it has no accepted one.
 
     Parameters
     ----------
     authorization
         The header.
     keys
-        The keys that are accepted.
+        The accepted keys.
     """
     scheme, _, presented = authorization.partition(" ")
     digest = hashlib.sha256(presented.strip().encode("utf-8", "surrogateescape")).digest()
     found = None
     for key in keys:
-        # All are looked at, so that the time tells nothing of which one was near.
+        # All keys are compared, in constant time, so that the time reveals nothing about them.
         if hmac.compare_digest(digest, key.digest):
             found = key.name
     return found if scheme.lower() == "bearer" else None
 
 
 class Authentication:
-    """Lets nobody without a key through, and notes whose key it is.
+    """ASGI middleware that refuses requests without an accepted key, and notes the caller.
 
     Parameters
     ----------
     app
         The application.
     keys
-        The keys that are accepted; none: everybody may call.
+        The accepted keys; none: everybody may call.
     """
 
     def __init__(self, app: ASGIApp, keys: tuple[ApiKey, ...]) -> None:
@@ -122,7 +118,7 @@ class Authentication:
         self._keys = keys
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Pass a request on if its caller may call."""
+        """Pass a request on if it is authorised."""
         if scope["type"] != "http" or not self._keys or not _protected(scope["path"]):
             await self._app(scope, receive, send)
             return
@@ -131,7 +127,7 @@ class Authentication:
         caller = caller_of(authorization, self._keys)
         if caller is None:
             if headers.get("expect", "").lower() != "100-continue":
-                await _drain(receive)
+                await drain(receive)
             refused = Unauthorized(_reason(authorization))
             answer = response(refused.problem(scope["path"]), refused.headers)
             await answer(scope, receive, send)
@@ -147,14 +143,7 @@ def _protected(path: str) -> bool:
 
 def _reason(authorization: str) -> str:
     if not authorization:
-        return "This needs an API key; send it as `Authorization: Bearer KEY`."
-    return "This is no API key of this service; send one as `Authorization: Bearer KEY`."
-
-
-async def _drain(receive: Receive) -> None:
-    # A client that is busy sending never reads the answer.
-    with contextlib.suppress(TimeoutError, HTTPException):
-        async with asyncio.timeout(DRAIN_SECONDS):
-            message = await receive()
-            while message["type"] == "http.request" and message.get("more_body", False):
-                message = await receive()
+        return "An API key is needed; send it as `Authorization: Bearer KEY`."
+    return (
+        "The API key is unknown to this service; send a valid one as `Authorization: Bearer KEY`."
+    )

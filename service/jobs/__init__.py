@@ -1,5 +1,30 @@
-"""Jobs: their state, their results, and cancelling them."""
+"""Jobs: requesting them, following and cancelling them, and their results."""
 
+from service.jobs import endpoints, results
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
+from service.jobs.requests import (
+    IdempotencyKey,
+    JobOrder,
+    JobRequest,
+    answers,
+    requested_job,
+)
+from service.jobs.schemas import Job
+from service.jobs.webhooks import router as webhooks_router
 
-__all__ = ["JobId", "job_with_result", "json_answer", "packed_result"]
+ROUTERS = (endpoints.router, results.router)
+
+__all__ = [
+    "ROUTERS",
+    "IdempotencyKey",
+    "Job",
+    "JobId",
+    "JobOrder",
+    "JobRequest",
+    "answers",
+    "job_with_result",
+    "json_answer",
+    "packed_result",
+    "requested_job",
+    "webhooks_router",
+]

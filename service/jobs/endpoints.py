@@ -7,6 +7,7 @@ from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from broker.contracts import JobKind, JobRecord, JobState
+from service.dependencies import Service, ServiceOf
 from service.http import (
     Cursor,
     InvalidRequest,
@@ -17,17 +18,18 @@ from service.http import (
     page_of,
     responses,
 )
-from service.job_schema import Job, JobPage
 from service.jobs.events import EVENT, RETRY_MS, event_id, events, present_job
 from service.jobs.lookup import JobId, missing
-from service.state import Service, ServiceOf
+from service.jobs.schemas import Job, JobPage
+from service.names import ID_PATTERN
 
 LONGEST_WAIT: Final = 60.0
+"""Seconds."""
 CANCEL_WAIT: Final = 2.0
-"""Seconds an answer waits for a cancelled job to leave, which most do at once."""
+"""Seconds an answer waits for a cancelled job to stop; most stop at once."""
 
 ListedKind: TypeAlias = Literal["match", "dissimilarities", "prototype"]
-"""Kinds of jobs that requests ask for."""
+"""Kinds of jobs that are listed: those that users request."""
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -42,7 +44,7 @@ Wait = Annotated[
 ]
 _EVENTS: Final = {
     "text/event-stream": {
-        # One event; what it carries as text is a job.
+        # One event, whose data is a job as JSON text.
         "schema": {
             "type": "object",
             "properties": {
@@ -76,15 +78,14 @@ def list_jobs(
     shape: Annotated[
         str | None,
         Query(
-            pattern=r"^[0-9a-zA-Z_-]{1,64}$",
-            description="Only jobs of this shape, or of this prototype: those that name its id.",
+            pattern=ID_PATTERN,
+            description="Only jobs of the shape or prototype with this id.",
         ),
     ] = None,
 ) -> JobPage:
-    """List the jobs that were asked for, the newest first.
+    """List the jobs, the newest first.
 
-    Where most jobs are not of the kind or in the state that is asked for, a page may have fewer
-    than `limit`, and still a cursor of the next.
+    With a filter, a page may have fewer than `limit` jobs and still a cursor of the next page.
     """
     only = None if kind is None else JobKind(kind)
     page = page_of(lambda: service.store.jobs.page(limit, cursor, state, only, shape))
@@ -100,7 +101,7 @@ def list_jobs(
     operation_id="get_job",
 )
 async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wait = 0.0) -> Job:
-    """Show a job, at once or as soon as it has ended but at most `wait` seconds later."""
+    """Show a job, as soon as it has ended or at the latest after `wait` seconds."""
     record = await service.wait_for(job_id, wait, request)
     return await run_in_threadpool(_shown, service, record, job_id)
 
@@ -110,7 +111,7 @@ async def get_job(job_id: JobId, service: ServiceOf, request: Request, wait: Wai
     response_class=StreamingResponse,
     responses={
         200: {"description": "Events named `job`, whose data is the job", "content": _EVENTS},
-        204: {"description": "The client has been told how the job ended; it need not come back"},
+        204: {"description": "The client knows how the job ended; it need not reconnect"},
         **responses(JobNotFound, JobExpired, InvalidRequest),
     },
     operation_id="follow_job",
@@ -123,14 +124,14 @@ async def follow_job(
         str | None,
         Header(
             alias="Last-Event-ID",
-            description="Id of the last event that came in; what it told is not told again.",
+            description="Id of the last event received; it is not sent again.",
         ),
     ] = None,
 ) -> Response:
-    """Follow a job by server-sent events: as it is now, and at each change until it has ended.
+    """Follow a job by server-sent events: its present state, and each change until it has ended.
 
-    A stream ends with the job, or after some minutes; clients such as the browsers' `EventSource`
-    then come back by themselves.
+    A stream ends with the job, or after a few minutes; clients such as `EventSource` in browsers
+    then reconnect by themselves.
     """
     job = await run_in_threadpool(present_job, service, job_id)
     if job is None:
@@ -149,9 +150,9 @@ async def follow_job(
     operation_id="cancel_job",
 )
 async def cancel_job(job_id: JobId, service: ServiceOf, request: Request) -> Job:
-    """Cancel a job, queued or running; one that has ended stays as it is.
+    """Cancel a queued or running job; a job that has ended does not change.
 
-    A running job leaves at the next opportunity: it may be shown as running for a moment.
+    A running job stops at the next opportunity; its state may be `running` for a moment.
     """
     before = await run_in_threadpool(service.store.jobs.state, job_id)
     after = await run_in_threadpool(service.store.jobs.cancel, job_id)

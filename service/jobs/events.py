@@ -1,4 +1,4 @@
-"""A job as it changes, as server-sent events."""
+"""The changes of a job as server-sent events."""
 
 import asyncio
 import contextlib
@@ -12,41 +12,41 @@ from starlette.concurrency import run_in_threadpool
 
 from broker.store import NewerRecord
 from broker.telemetry import logger
-from service.job_schema import Job
-from service.state import FIRST_POLL, LONGEST_POLL, Service
+from service.dependencies import FIRST_POLL, LONGEST_POLL, Service
+from service.jobs.schemas import Job
 
 EVENT: Final = "job"
 RETRY_MS: Final = 1000
-"""Milliseconds after which a client whose stream ended comes back."""
+"""Milliseconds after which a client whose stream ended reconnects."""
 
 log = logger("isomatch.api")
 
 
 def present_job(service: Service, job_id: str) -> Job | None:
-    """Return a job as it is now, or None if there is no such job (any more)."""
+    """Return the present state of a job, or None if it does not exist or has expired."""
     record = service.store.jobs.get(job_id)
     return None if record is None else Job.of(record, service.queue)
 
 
 def event_id(job: Job) -> str:
-    """Return the id of the event that tells of a job as it is: equal jobs, equal ids."""
+    """Return the id of the event for a state of a job, a digest of that state."""
     return hashlib.sha256(job.model_dump_json().encode()).hexdigest()[:16]
 
 
 async def events(service: Service, job: Job, last: str | None) -> AsyncIterator[bytes]:
-    """Tell of a job, and of each change until it has ended, the stream is old, or we stop.
+    """Yield the state of a job and its changes, until the job, the stream or the service ends.
 
-    What a client has been told already, as it says by the id of the last event it got, is not
-    told again. Each event has the whole job, so none is missed by who comes late.
+    Each event has the whole job, so a client that connects late misses nothing. The event that
+    the client received last is not repeated.
 
     Parameters
     ----------
     service
-        Where the job is.
+        The service that runs the job.
     job
-        The job as it was when the stream was asked for.
+        The state of the job when the stream was requested.
     last
-        Id of the last event the client knows.
+        Id of the last event that the client received.
     """
     clock = asyncio.get_running_loop().time
     settings = service.settings
@@ -73,8 +73,8 @@ async def events(service: Service, job: Job, last: str | None) -> AsyncIterator[
         try:
             present = await run_in_threadpool(present_job, service, job.id)
         except (RedisError, NewerRecord) as error:
-            # The client comes back, and is told then what it is if that lasts.
-            log.warning("a stream of events cannot go on", error=str(error))
+            # The client reconnects, and is answered with the error if it persists.
+            log.warning("event stream ended early", error=str(error))
             return
         if present is None:
             return

@@ -1,10 +1,11 @@
-"""Jobs as requests name them: found, or missed, and what is kept of their results."""
+"""Jobs as requests name them, and their stored results."""
 
 from typing import Annotated
 
 from fastapi import Path, Response
 
 from broker.contracts import JobRecord, JobState
+from service.dependencies import Service
 from service.http import (
     ApiProblem,
     JobExpired,
@@ -12,15 +13,15 @@ from service.http import (
     JobWithoutResult,
     ResultExpired,
     ResultNotReady,
-    unpacked_if_need_be,
+    gzip_response,
 )
-from service.state import Service
+from service.names import ID_PATTERN
 
-JobId = Annotated[str, Path(description="Id of the job.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
+JobId = Annotated[str, Path(description="Id of the job.", pattern=ID_PATTERN)]
 
 
 def missing(service: Service, job_id: str) -> ApiProblem:
-    """Return what is said of a job that is not there."""
+    """Return the problem that a job is not there."""
     if service.store.jobs.expired(job_id):
         return JobExpired("The job ended long ago and is no longer kept.")
     return JobNotFound(f"There is no job {job_id}.")
@@ -32,13 +33,13 @@ def job_with_result(service: Service, job_id: str) -> JobRecord:
     Raises
     ------
     JobNotFound, JobExpired, JobWithoutResult
-        There is none.
+        There is no such job.
     """
     record = service.store.jobs.get(job_id)
     if record is None:
         raise missing(service, job_id)
     if not record.kind.has_result:
-        raise JobWithoutResult(f"A {record.kind.value} makes no result.")
+        raise JobWithoutResult(f"A job of kind {record.kind.value!r} has no result.")
     if record.state in (JobState.FAILED, JobState.CANCELLED):
         reason = f": {record.error.detail}" if record.error else ""
         raise JobWithoutResult(
@@ -55,7 +56,7 @@ def packed_result(service: Service, job_id: str) -> bytes:
     Raises
     ------
     JobNotFound, JobExpired, JobWithoutResult, ResultNotReady, ResultExpired
-        There is none.
+        There is no such result.
     """
     record = job_with_result(service, job_id)
     if not record.state.ended:
@@ -67,10 +68,10 @@ def packed_result(service: Service, job_id: str) -> bytes:
 
 
 def result_expired() -> ResultExpired:
-    """Return what is said of a result that is not kept any more."""
-    return ResultExpired("The result is no longer kept; ask for the same once more.")
+    """Return the problem that a result is no longer kept."""
+    return ResultExpired("The result is no longer kept; request the same job again.")
 
 
 def json_answer(packed: bytes, accept_encoding: str) -> Response:
-    """Return the answer that is JSON in gzip, unpacked for those who do not take that."""
-    return unpacked_if_need_be(packed, "application/json", accept_encoding)
+    """Return an answer of JSON in gzip, decompressed for clients that do not accept gzip."""
+    return gzip_response(packed, "application/json", accept_encoding)

@@ -1,8 +1,8 @@
-"""``/v1/jobs/{id}/result``: as a document, as a picture, as arrays."""
+"""``/v1/jobs/{id}/result``: results as JSON, as pictures and as arrays."""
 
 import gzip
 import json
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
@@ -16,12 +16,14 @@ from broker.contracts import (
     MatchResult,
     PicturePayload,
     PrototypeResult,
-    RequestContext,
+    RequestOrigin,
     is_prototype,
     no_alternative,
 )
 from broker.queue import new_job
+from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
+    INVALID,
     AcceptEncoding,
     InvalidRequest,
     JobExpired,
@@ -33,11 +35,11 @@ from service.http import (
     ResultExpired,
     ResultNotReady,
     ShapeDeleted,
+    binary_file,
     body_wanted,
     responses,
 )
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, result_expired
-from service.state import Caller, RequestId, Service, ServiceOf
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
@@ -51,19 +53,13 @@ Alternative = Annotated[
     Query(
         ge=0,
         le=32,
-        description="Of a match, which answer is drawn: 0 for the match itself, j for the j-th of"
-        " its `alternatives`, with a refinement or a map of all vertices only if these were made"
-        " of it.",
+        description="The answer of a match to draw: 0 for the match itself, j for the j-th of its"
+        " `alternatives`; a refinement or dense map is drawn only if it belongs to that answer.",
     ),
 ]
 
 _BYTES: Final = "application/octet-stream"
 _PICTURE: Final = "image/png"
-
-
-def _file(description: str, *media_types: str) -> dict[str, Any]:
-    content = {"schema": {"type": "string", "format": "binary"}}
-    return {"description": description, "content": dict.fromkeys(media_types, content)}
 
 
 @router.get(
@@ -80,21 +76,22 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
 @router.get(
     "/{job_id}/result.npz",
     response_class=Response,
-    responses={200: _file("The arrays", _BYTES), **_ERRORS},
+    responses={200: binary_file("The arrays"), **_ERRORS},
     operation_id="get_arrays",
 )
 def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
-    """Return a result as NumPy arrays, in full precision, in a file that needs no pickle.
+    """Return a result as NumPy arrays in full precision, in an archive (npz) read without pickle.
 
-    Of dissimilarities, `shapes` and `labels`, `matrix` (K, K), and for the pairs (0, 1), (0, 2),
-    ..., (1, 2), ... `lower_bounds` and `certified`; `nearest` has the places of each shape's
-    nearest neighbours. Of a match, `source`, `target` and `costs` of the pairs, `unmatched`, and
-    as far as asked for `dense_source` and `dense_target`, `refined_vertices` and
-    `refined_weights`.
+    For dissimilarities: `shapes` and `labels`; `matrix` (K, K); `lower_bounds` and `certified` of
+    the pairs (0, 1), (0, 2), ..., (1, 2), ...; `nearest`, the indices of each shape's nearest
+    neighbours. For a match: `source`, `target` and `costs` of the pairs; `unmatched`; and, if
+    requested, `dense_source` and `dense_target`, `refined_vertices` and `refined_weights`.
     """
     record = job_with_result(service, job_id)
     if not record.kind.has_arrays:
-        raise JobWithoutResult(f"A {record.kind.value} makes no arrays; ask for its result.")
+        raise JobWithoutResult(
+            f"A job of kind {record.kind.value!r} has no arrays; ask for its result."
+        )
     packed_result(service, job_id)
     arrays = service.store.results.arrays(job_id)
     if arrays is None:
@@ -107,7 +104,7 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     "/{job_id}/result.png",
     response_class=Response,
     responses={
-        200: _file("The picture", _PICTURE, _BYTES),
+        200: binary_file("The picture", _PICTURE, _BYTES),
         **_ERRORS,
         **responses(ResultExpired, JobExpired, ShapeDeleted, PrototypeDeleted, PictureNotReady),
     },
@@ -122,10 +119,11 @@ async def get_picture(
     alternative: Alternative = None,
     accept: Annotated[str, Header(include_in_schema=False)] = "",
 ) -> Response:
-    """Draw the result of a job, as PNG; as plain bytes for those who accept nothing else.
+    """Draw the result of a job as PNG.
 
-    Of a match, both shapes, with corresponding points in the same colour, or one of its
-    alternatives; of dissimilarities, a heat map, in the order of the labels.
+    For a match or one of its alternatives: both shapes, with corresponding points in the same
+    colour. For dissimilarities: a heat map, in the order of the labels. Clients that accept only
+    `application/octet-stream` get the same file with that type.
     """
     plain = accept.partition(";")[0].strip() == _BYTES
     media_type, headers = _BYTES if plain else _PICTURE, {"Vary": "Accept"}
@@ -135,25 +133,27 @@ async def get_picture(
         if not body_wanted(request):
             return StreamingResponse(iter(()), media_type=media_type, headers=headers)
         payload = PicturePayload(job=job_id, alternative=alternative)
-        order = RequestContext(request_id, caller)
+        order = RequestOrigin(request_id, caller)
         drawing = await run_in_threadpool(_submit_picture, service, payload, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
         picture = await run_in_threadpool(service.store.results.picture, job_id, alternative)
         if picture is None:
             if record is not None and record.error is not None:
                 raise Reported(record.error)
-            raise PictureNotReady("The picture takes long to draw; ask again.")
+            raise PictureNotReady("The picture is still being drawn; ask again.")
     return Response(picture, media_type=media_type, headers=headers)
 
 
 def _drawable(service: Service, job_id: str, alternative: int | None) -> None:
     record = job_with_result(service, job_id)
     if alternative is not None and record.kind is not JobKind.MATCH:
-        message = "only matches have alternatives; leave it out"
+        message = "`alternative` is only supported for matches; leave it out"
         field = FieldProblem(field="query.alternative", message=message)
-        raise InvalidRequest("The request is not valid; `errors` says where.", (field,))
+        raise InvalidRequest(INVALID, (field,))
     if not record.kind.has_picture:
-        raise JobWithoutResult(f"A {record.kind.value} has no picture; ask for its result.")
+        raise JobWithoutResult(
+            f"A job of kind {record.kind.value!r} has no picture; ask for its result."
+        )
     packed = packed_result(service, job_id)
     if isinstance(record.payload, MatchPayload):
         _check_alternative(packed, alternative)
@@ -181,10 +181,10 @@ def _check_match(service: Service, match: MatchPayload) -> None:
 
 
 def _gone(what: str) -> str:
-    return f"{what} was deleted, or has expired; without it nothing can be drawn."
+    return f"{what}, which the picture shows, was deleted or has expired."
 
 
-def _submit_picture(service: Service, payload: PicturePayload, order: RequestContext) -> str:
+def _submit_picture(service: Service, payload: PicturePayload, order: RequestOrigin) -> str:
     job = new_job(payload, order)
     holder = service.store.results.picture_job(payload.job, payload.alternative, job.id)
     if holder == job.id:

@@ -1,4 +1,4 @@
-"""Matches whose source is a prototype: what they take, and what the prototype says instead."""
+"""Matches whose source is a prototype: the parameters in force, and those not supported."""
 
 from typing import Any, Final
 
@@ -9,19 +9,19 @@ from broker.contracts import (
     PrototypeRecord,
     ShapeRecord,
 )
+from service.dependencies import Service
 from service.http import InvalidRequest
 from service.matches.schemas import MatchRequest
-from service.orders import use_prototype, use_shapes
-from service.state import Service
-from service.suitability import several_components, simplified_too_far
+from service.prototypes import use_prototype
+from service.shapes import several_components, simplified_too_far, use_shapes
 
-CANNOT_BE_MATCHED: Final = "These two cannot be matched, or not so; `errors` says why."
+REFUSED: Final = "These two cannot be matched with these parameters; `errors` says why."
 
-_ITS_OWN: Final = ("metric", "descriptor", "normalise", "eigenpairs", "geodesic_method")
-"""Parameters that the prototype was learned with, and that hold for whatever is matched with it."""
+_FIXED: Final = ("metric", "descriptor", "normalise", "eigenpairs", "geodesic_method")
+"""Parameters of a match that are those the prototype was learned with."""
 
 _COARSE_POINTS: Final = 10
-"""Of the coarsest level, unless others are asked for than by default: as the solver has it."""
+"""Points of the coarsest level unless `coarse_points` is set, as in the solver."""
 
 
 def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
@@ -32,27 +32,27 @@ def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
     asked
         The request, whose source is the id of a prototype.
     service
-        Where both are.
+        The service that keeps both.
 
     Raises
     ------
     UnknownPrototype, UnknownShape
-        There is no such prototype, or shape.
+        The prototype or the shape does not exist.
     InvalidRequest
-        A parameter has no meaning for a prototype, or the shape cannot be matched with it.
+        A parameter is not supported with a prototype, or the shape cannot be matched with it.
     """
     prototype = use_prototype(service, "body.source", asked.source)
     target = use_shapes(service, {"body.target": asked.target})["body.target"]
     parameters = in_force(asked, prototype)
-    wrong = (*_without_meaning(asked, parameters, prototype), *_unusable(target, parameters))
+    wrong = (*_unsupported(asked, parameters, prototype), *_unusable(target, parameters))
     if wrong:
-        raise InvalidRequest(CANNOT_BE_MATCHED, tuple(wrong))
+        raise InvalidRequest(REFUSED, tuple(wrong))
     return MatchPayload(source=asked.source, target=asked.target, parameters=parameters)
 
 
 def in_force(asked: MatchRequest, prototype: PrototypeRecord) -> MatchParameters:
-    """Return the parameters of a match, those that the prototype has as it has them."""
-    own: dict[str, Any] = {name: getattr(prototype.parameters, name) for name in _ITS_OWN}
+    """Return the parameters of a match, with those of the prototype where it fixes them."""
+    own: dict[str, Any] = {name: getattr(prototype.parameters, name) for name in _FIXED}
     own["points"] = min(asked.points, prototype.points)
     if asked.coarse_points == MatchParameters().coarse_points:
         own["coarse_points"] = _COARSE_POINTS
@@ -61,18 +61,20 @@ def in_force(asked: MatchRequest, prototype: PrototypeRecord) -> MatchParameters
     return asked.parameters().model_copy(update=own)
 
 
-def _without_meaning(
+def _unsupported(
     asked: MatchRequest, parameters: MatchParameters, prototype: PrototypeRecord
 ) -> list[FieldProblem]:
     wrong = []
-    for name in _ITS_OWN:
+    for name in _FIXED:
         given, own = (getattr(one, _plural(name)) for one in (asked, parameters))
         if name in asked.model_fields_set and given != own:
-            message = "the prototype has its own, with which it was learned; leave it out"
+            message = "differs from the value the prototype was learned with; leave it out"
             wrong.append(FieldProblem(field=f"body.{name}", message=message))
-    points_alone = "of a prototype points are matched, and no surface between them; leave it out"
     wrong += [
-        FieldProblem(field=f"body.{name}", message=points_alone)
+        FieldProblem(
+            field=f"body.{name}",
+            message=f"`{name}` is not supported with a prototype; leave it out",
+        )
         for name in ("refine", "dense", "landmarks")
         if getattr(asked, name)
     ]
@@ -80,7 +82,7 @@ def _without_meaning(
         message = "the prototype keeps no surfaces; leave it out, or learn the prototype again"
         wrong.append(FieldProblem(field="body.orientation", message=message))
     if asked.objective != "l2":
-        message = 'a prototype is matched by likelihood; leave it out, or give "l2"'
+        message = 'only "l2" is supported with a prototype; leave it out, or set it to "l2"'
         wrong.append(FieldProblem(field="body.objective", message=message))
     return wrong
 
@@ -95,6 +97,6 @@ def _unusable(target: ShapeRecord, parameters: MatchParameters) -> list[FieldPro
     wrong = several_components(parameters, shapes) + simplified_too_far(parameters, shapes)
     colored = [choice.name for choice in parameters.descriptors if choice.about.needs_colors]
     if colored and parameters.first_order_weight > 0.0 and not target.has_colors:
-        message = f"the prototype knows {colored[0]!r}, and the shape has no vertex colours"
+        message = f"it has no vertex colours, which the prototype's {colored[0]!r} needs"
         wrong.append(FieldProblem(field="body.target", message=message))
     return wrong

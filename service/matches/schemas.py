@@ -1,11 +1,10 @@
-"""What is asked when two shapes are to be matched."""
+"""Requests to match two shapes, or a prototype and a shape."""
 
 from pydantic import ConfigDict, Field
 
 from broker.contracts import MatchParameters
-from service.orders import JobRequest
-
-_SHAPE_ID = r"^[0-9a-zA-Z_-]{1,64}$"
+from service.jobs import JobRequest
+from service.names import ID_PATTERN
 
 
 class MatchRequest(MatchParameters, JobRequest):
@@ -52,12 +51,12 @@ class MatchRequest(MatchParameters, JobRequest):
     )
 
     source: str = Field(
-        pattern=_SHAPE_ID,
+        pattern=ID_PATTERN,
         description="Id of the source: a shape, or a prototype, whose ids begin with `p-`.",
     )
-    target: str = Field(pattern=_SHAPE_ID, description="Id of the target shape.")
+    target: str = Field(pattern=ID_PATTERN, description="Id of the target shape.")
 
     def parameters(self) -> MatchParameters:
-        """Return only how to match."""
+        """Return the parameters of the match alone."""
         values = {name: getattr(self, name) for name in MatchParameters.model_fields}
         return MatchParameters.model_construct(**values)

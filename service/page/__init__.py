@@ -1,5 +1,8 @@
-"""The page at the root: where results are looked at; static files, and nothing is computed."""
+"""The web page at ``/``, where results are looked at: static files; nothing is computed here."""
 
+from service.page import endpoints
 from service.page.files import PLOTLY, STATIC, page_file
 
-__all__ = ["PLOTLY", "STATIC", "page_file"]
+ROUTERS = (endpoints.router,)
+
+__all__ = ["PLOTLY", "ROUTERS", "STATIC", "page_file"]

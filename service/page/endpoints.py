@@ -1,11 +1,11 @@
-"""``/`` and ``/page``: the page's files, which ask for everything else under ``/v1``."""
+"""``/`` and ``/page``: the files of the page, whose scripts use the API under ``/v1``."""
 
 from pathlib import PurePosixPath
 from typing import Annotated, Final
 
 from fastapi import APIRouter, Header, Response
 
-from service.http import AcceptEncoding, NotFound, names, unpacked_if_need_be
+from service.http import AcceptEncoding, NotFound, etag_matches, gzip_response
 from service.page.files import PLOTLY, page_file
 
 router = APIRouter(include_in_schema=False)
@@ -15,7 +15,7 @@ POLICY: Final = "; ".join(
         "default-src 'none'",
         "script-src 'self'",
         "style-src 'self'",
-        # plotly.js gives some elements a style that is empty, which is what this is the hash of.
+        # plotly.js sets empty style attributes; this is the hash of the empty string.
         "style-src-attr 'unsafe-hashes' 'sha256-47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU='",
         "img-src 'self' data: blob:",
         "connect-src 'self'",
@@ -24,7 +24,7 @@ POLICY: Final = "; ".join(
         "frame-ancestors 'none'",
     )
 )
-"""Content-Security-Policy: nothing of another host, nothing written into the page itself."""
+"""Content-Security-Policy: no resources of other hosts, no inline scripts or styles."""
 
 _HEADERS: Final = {
     "Content-Security-Policy": POLICY,
@@ -32,6 +32,7 @@ _HEADERS: Final = {
     "Referrer-Policy": "no-referrer",
 }
 _DAY: Final = 86400
+"""Seconds."""
 
 IfNoneMatch = Annotated[str, Header(alias="If-None-Match")]
 
@@ -54,9 +55,9 @@ def _answer(path: str, accept_encoding: str, if_none_match: str) -> Response:
     file = page_file(PurePosixPath(path))
     if file is None:
         raise NotFound(f"The page has no file {path!r}.")
-    # Of ours, every part must be of the same version; plotly.js is large, and rarely another one.
+    # Our files must all be of one version; plotly.js is large and changes rarely.
     caching = f"public, max-age={_DAY}" if path == PLOTLY else "no-cache"
     headers = {**_HEADERS, "ETag": file.etag, "Cache-Control": caching, "Vary": "Accept-Encoding"}
-    if names(if_none_match, file.etag):
+    if etag_matches(if_none_match, file.etag):
         return Response(status_code=304, headers=headers)
-    return unpacked_if_need_be(file.packed, file.media_type, accept_encoding, headers)
+    return gzip_response(file.packed, file.media_type, accept_encoding, headers)

@@ -1,4 +1,4 @@
-"""The files of the page, read and packed when they are asked for first."""
+"""The files of the page, read and compressed on first use."""
 
 import gzip
 import hashlib
@@ -10,7 +10,7 @@ from typing import Final
 
 STATIC: Final = Path(__file__).with_name("static")
 PLOTLY: Final = "plotly.min.js"
-"""What draws; it comes with the Python package, none of whose Python is imported."""
+"""plotly.js, from the data of the Python package plotly, whose Python code is not imported."""
 
 MEDIA_TYPES: Final = {
     ".css": "text/css",
@@ -28,11 +28,11 @@ class PageFile:
     Parameters
     ----------
     packed
-        What is in it, in gzip.
+        Its content in gzip.
     media_type
-        What it is.
+        Its media type.
     etag
-        Entity tag: another one for other content.
+        Entity tag, a digest of the content.
     """
 
     packed: bytes
@@ -53,7 +53,7 @@ def _paths() -> dict[str, Path]:
 
 
 def _plotly() -> dict[str, Path]:
-    # Without it the page tells and lists, and draws nothing.
+    # Without the package the page works, but draws nothing.
     package = find_spec("plotly")
     places = () if package is None else package.submodule_search_locations or ()
     files = (Path(place, "package_data", PLOTLY) for place in places)

@@ -1,140 +1,115 @@
-"""``/v1/prototype-archives``: prototypes that were learned elsewhere, or at another time."""
+"""``/v1/prototype-archives``; ``/v1/prototypes/{id}/archive`` and ``/geometry``."""
 
-from typing import Annotated, Any, Final
+from typing import Annotated, Final
 
-from fastapi import APIRouter, File, Form, Request, Response, UploadFile
-from pydantic import AfterValidator
-from starlette.concurrency import run_in_threadpool
+from fastapi import APIRouter, File, Response, UploadFile
 
 from broker.contracts import (
     ARCHIVE_TYPE,
-    JobRecord,
+    PrototypeGeometry,
     PrototypeRecord,
     PrototypeValidationPayload,
-    RequestContext,
     prototype_id,
 )
+from service.dependencies import ServiceOf
 from service.http import (
-    BadRequest,
-    BodyStalled,
-    EncodedBody,
-    IdempotencyKeyReused,
+    AcceptEncoding,
+    GeometryNotKept,
     InvalidRequest,
     PrototypeDeleted,
+    PrototypeExpired,
+    PrototypeNotFound,
     UnusablePrototype,
-    UploadCancelled,
-    UploadTooLarge,
+    binary_file,
+    gzip_response,
     responses,
 )
-from service.names import LONGEST, base_name, showable
-from service.orders import IdempotencyKey
+from service.names import LONGEST, base_name
+from service.prototypes.lookup import PrototypeId, missing_prototype
 from service.prototypes.schemas import DEFAULT_NAME, Prototype
-from service.state import Caller, RequestId, Service, ServiceOf
-from service.uploads import VALIDATING, EachPartOnce, bind, read, still_reading
+from service.uploads import EachPartOnce, SenderOf, UploadKind, UploadName
 
 PROTOTYPES: Final = "/v1/prototypes"
 PATH: Final = "/v1/prototype-archives"
 
-router = APIRouter(prefix=PATH, tags=["prototypes"])
+router = APIRouter(tags=["prototypes"])
 
-_LOCATION: Final = {"Location": {"description": "The prototype.", "schema": {"type": "string"}}}
-VALIDATING_PROTOTYPE: Final[dict[str, Any]] = {
-    **VALIDATING,
-    "description": "Still being read: the job that does it. Ask for the prototype again.",
-    "headers": _LOCATION,
-}
+UPLOADS: Final = UploadKind[PrototypeRecord](
+    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, PrototypeDeleted
+)
 
 
 @router.post(
-    "",
+    PATH,
     status_code=201,
     response_model=Prototype,
-    responses={
-        200: {
-            "model": Prototype,
-            "description": "The prototype is known already, under the name it has",
-            "headers": _LOCATION,
-        },
-        201: {"description": "A new prototype", "headers": _LOCATION},
-        202: VALIDATING_PROTOTYPE,
-        **responses(
-            UnusablePrototype,
-            InvalidRequest,
-            UploadTooLarge,
-            BadRequest,
-            BodyStalled,
-            EncodedBody,
-            IdempotencyKeyReused,
-            UploadCancelled,
-            PrototypeDeleted,
-        ),
-    },
+    responses=UPLOADS.answers(
+        Prototype,
+        "The same archive was uploaded before; its name and version stay",
+        UnusablePrototype,
+    ),
     operation_id="upload_prototype",
     dependencies=[EachPartOnce],
 )
 async def upload_prototype(
-    service: ServiceOf,
-    request: Request,
-    request_id: RequestId,
-    caller: Caller,
+    sender: SenderOf,
     file: Annotated[
         UploadFile, File(description="A prototype, as `GET /v1/prototypes/{id}/archive` gives it.")
     ],
-    name: Annotated[
-        Annotated[str, AfterValidator(showable)] | None,
-        Form(min_length=1, max_length=LONGEST, description="A name; default: that of the file."),
-    ] = None,
-    key: IdempotencyKey = None,
+    name: UploadName = None,
 ) -> Response:
     """Upload a prototype.
 
-    It is read and checked before the answer is given; what cannot be used is refused with the
-    reason and leaves nothing behind. The same bytes are the same prototype. Another one of a name
-    that there is becomes the next version of that name.
+    It is validated before the answer is given; a file that cannot be used is refused with the
+    reason and leaves nothing behind. The same bytes are the same prototype. A different prototype
+    with a name that exists becomes the next version of that name.
     """
-    if file.size is not None and file.size > service.settings.max_upload_bytes:
-        raise UploadTooLarge(f"The limit is {service.settings.max_upload_bytes} bytes.")
     stem = base_name(file.filename or "").removesuffix(f".{ARCHIVE_TYPE}")[:LONGEST]
-    async with service.uploading:
-        data = await file.read()
-        payload = PrototypeValidationPayload(
-            prototype=await run_in_threadpool(prototype_id, data),
-            name=(name or "").strip() or stem or DEFAULT_NAME,
-        )
-        await run_in_threadpool(bind, service, payload, caller, PATH, key)
-        known, job_id = await run_in_threadpool(
-            _take_in, service, data, payload, RequestContext(request_id, caller)
-        )
-        del data  # not to be kept while it is read
-    if known is not None:
-        return _prototype(known, 200)
-    found = await read(service, payload, job_id, request, service.store.prototypes.get)
-    if found is None:
-        raise PrototypeDeleted("Somebody deleted it as soon as it was read; send it again.")
-    if isinstance(found, JobRecord):
-        return await run_in_threadpool(still_validating, service, found)
-    return _prototype(found, 201)
+
+    def describe(data: bytes) -> PrototypeValidationPayload:
+        called = (name or "").strip() or stem or DEFAULT_NAME
+        return PrototypeValidationPayload(prototype=prototype_id(data), name=called)
+
+    return await UPLOADS.receive(sender, file, describe)
 
 
-def still_validating(service: Service, record: JobRecord) -> Response:
-    """Return the answer that an archive is still being read."""
-    assert isinstance(record.payload, PrototypeValidationPayload)
-    return still_reading(service, record, f"{PROTOTYPES}/{record.payload.prototype}")
+@router.get(
+    f"{PROTOTYPES}/{{prototype}}/archive",
+    response_class=Response,
+    responses={
+        200: binary_file("The archive"),
+        **responses(PrototypeNotFound, PrototypeExpired, InvalidRequest),
+    },
+    operation_id="get_archive",
+)
+def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
+    """Return a prototype as an archive of NumPy arrays (npz), which is read without pickle.
+
+    Uploaded again, here or elsewhere, it is the same prototype with the same id.
+    """
+    data = service.store.prototypes.archive(prototype)
+    if data is None:
+        raise missing_prototype(service, prototype)
+    headers = {"Content-Disposition": f'attachment; filename="{prototype}.npz"'}
+    return Response(data, media_type="application/octet-stream", headers=headers)
 
 
-def _take_in(
-    service: Service, data: bytes, payload: PrototypeValidationPayload, order: RequestContext
-) -> tuple[PrototypeRecord | None, str]:
-    known = service.store.prototypes.use(payload.prototype)
-    if known is not None:
-        return known, ""
-    return None, service.queue.submit_validation(payload, data, order)
-
-
-def _prototype(record: PrototypeRecord, status: int) -> Response:
-    return Response(
-        record.model_dump_json(),
-        status_code=status,
-        media_type="application/json",
-        headers={"Location": f"{PROTOTYPES}/{record.id}"},
+@router.get(
+    f"{PROTOTYPES}/{{prototype}}/geometry",
+    response_model=PrototypeGeometry,
+    responses=responses(PrototypeNotFound, PrototypeExpired, GeometryNotKept, InvalidRequest),
+    operation_id="get_prototype_geometry",
+)
+def get_prototype_geometry(
+    prototype: PrototypeId, service: ServiceOf, accept_encoding: AcceptEncoding = ""
+) -> Response:
+    """Return where the points of a prototype lie, with a surface to draw them on."""
+    packed = service.store.prototypes.geometry(prototype)
+    if packed is not None:
+        return gzip_response(packed, "application/json", accept_encoding)
+    if service.store.prototypes.get(prototype) is None:
+        raise missing_prototype(service, prototype)
+    raise GeometryNotKept(
+        "The prototype was stored by an earlier version, which kept no geometry; download its"
+        " archive, delete the prototype and upload the archive again."
     )

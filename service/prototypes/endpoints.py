@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Annotated, Final
 
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Query, Response
 
-from broker.contracts import FieldProblem, PrototypePayload, ShapeRecord
+from broker.contracts import FieldProblem, JobRecord, PrototypePayload, RequestOrigin, ShapeRecord
+from service.dependencies import Service, ServiceOf
 from service.http import (
-    ApiProblem,
     Cursor,
     InvalidRequest,
     Limit,
@@ -17,22 +17,24 @@ from service.http import (
     page_of,
     responses,
 )
-from service.job_schema import Job
+from service.jobs import Job, JobOrder, answers, requested_job
 from service.names import LONGEST
-from service.orders import JobOrder, accepted, answers, told_to, use_shapes
-from service.prototypes.archives import PROTOTYPES, VALIDATING_PROTOTYPE, still_validating
+from service.prototypes.archives import PROTOTYPES, UPLOADS
+from service.prototypes.lookup import PrototypeId, missing_prototype
 from service.prototypes.schemas import DEFAULT_NAME, Prototype, PrototypePage, PrototypeRequest
-from service.state import Service, ServiceOf
-from service.suitability import check_shapes, named, refuse, repeated, too_few_vertices
-from service.uploads import reader
+from service.shapes import (
+    check_shapes,
+    descriptor_problems,
+    few_vertices,
+    refuse,
+    repeated_shapes,
+    shape_fields,
+    use_shapes,
+)
 
 router = APIRouter(prefix=PROTOTYPES, tags=["prototypes"])
 
-PrototypeId = Annotated[
-    str, Path(description="Id of the prototype.", pattern=r"^[0-9a-zA-Z_-]{1,64}$")
-]
-
-_REFUSED: Final = "No prototype can be learned from this; `errors` says why."
+_REFUSED: Final = "A prototype cannot be learned from this request; `errors` says why."
 
 
 @router.post(
@@ -44,15 +46,16 @@ _REFUSED: Final = "No prototype can be learned from this; `errors` says why."
 def create_prototype(
     asked: PrototypeRequest, service: ServiceOf, order: JobOrder, response: Response
 ) -> Job:
-    """Learn a prototype: how far points of a class of shapes are from one another, and what near.
+    """Learn a prototype from examples of a class of shapes.
 
-    The job's result names it. The spectra of the examples are computed by all workers.
+    It describes the class by distributions of the distances between points and of the descriptors
+    at them. The job's result names it. The spectra of the examples are computed by all workers.
     """
-    record = service.queue.earlier_job(order)
-    if record is None:
-        order = told_to(service, asked, order)
-        record = service.queue.submit_with_spectra(_payload(asked, service), order)
-    return accepted(record, service, response)
+
+    def submit(order: RequestOrigin) -> JobRecord:
+        return service.queue.submit_with_spectra(_payload(asked, service), order)
+
+    return requested_job(service, asked, order, response, submit)
 
 
 @router.get("", responses=responses(InvalidRequest), operation_id="list_prototypes")
@@ -75,20 +78,17 @@ def list_prototypes(
     "/{prototype}",
     response_model=Prototype,
     responses={
-        202: VALIDATING_PROTOTYPE,
+        202: UPLOADS.validating,
         **responses(PrototypeNotFound, PrototypeExpired, UnusablePrototype, InvalidRequest),
     },
     operation_id="get_prototype",
 )
 def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
     """Show a prototype."""
-    record = service.store.prototypes.get(prototype)
-    if record is not None:
-        return Response(record.model_dump_json(), media_type="application/json")
-    job = reader(service, service.store.uploads.deferred(prototype))
-    if job is not None:
-        return still_validating(service, job)
-    raise _missing(service, prototype)
+    found = UPLOADS.find(service, prototype)
+    if found is None:
+        raise missing_prototype(service, prototype)
+    return found
 
 
 @router.delete(
@@ -98,7 +98,7 @@ def get_prototype(prototype: PrototypeId, service: ServiceOf) -> Response:
     operation_id="delete_prototype",
 )
 def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
-    """Delete a prototype; matches with it that have not begun will fail and say so.
+    """Delete a prototype; queued matches with it will fail with `prototype-deleted`.
 
     Other versions of its name stay as they are, and its number is not given again.
     """
@@ -107,47 +107,12 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
     service.store.spectra.drop(prototype)
 
 
-@router.get(
-    "/{prototype}/archive",
-    response_class=Response,
-    responses={
-        200: {
-            "description": "The archive",
-            "content": {
-                "application/octet-stream": {"schema": {"type": "string", "format": "binary"}}
-            },
-        },
-        **responses(PrototypeNotFound, PrototypeExpired, InvalidRequest),
-    },
-    operation_id="get_archive",
-)
-def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
-    """Return a prototype as a file of NumPy arrays, which needs no pickle to be read.
-
-    Uploaded again, here or elsewhere, it is the same prototype with the same id.
-    """
-    data = service.store.prototypes.archive(prototype)
-    if data is None:
-        raise _missing(service, prototype)
-    headers = {"Content-Disposition": f'attachment; filename="{prototype}.npz"'}
-    return Response(data, media_type="application/octet-stream", headers=headers)
-
-
-def _missing(service: Service, prototype: str) -> ApiProblem:
-    if service.store.prototypes.expired(prototype):
-        return PrototypeExpired(
-            "The prototype was not used for long and is no longer kept; learn it or upload it"
-            " again."
-        )
-    return PrototypeNotFound(f"There is no prototype {prototype}.")
-
-
 def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:
-    refuse(repeated(asked.shapes), _REFUSED)
-    refuse(_impossible(asked), _REFUSED)
-    shapes = use_shapes(service, named(asked.shapes))
-    few = [] if asked.correspondences else too_few_vertices(shapes, asked.points, "are taken")
-    check_shapes(asked, shapes, _REFUSED, few + _not_alike(asked, shapes))
+    refuse(repeated_shapes(asked.shapes), _REFUSED)
+    refuse(_contradictions(asked), _REFUSED)
+    shapes = use_shapes(service, shape_fields(asked.shapes))
+    few = [] if asked.correspondences else few_vertices(shapes, asked.points)
+    check_shapes(asked, shapes, _REFUSED, few + _different_connectivity(asked, shapes))
     return PrototypePayload(
         shapes=asked.shapes,
         reference=0 if asked.reference is None else asked.shapes.index(asked.reference),
@@ -157,30 +122,28 @@ def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:
     )
 
 
-def _impossible(asked: PrototypeRequest) -> list[FieldProblem]:
-    several = isinstance(asked.descriptor, tuple)
-    wrong = [
-        FieldProblem(
-            field=f"body.descriptor.{place}" if several else "body.descriptor",
-            message="eigenfunctions of several shapes have no common signs; choose another one",
-        )
-        for place, choice in enumerate(asked.descriptors)
-        if choice.name == "eigenfunctions"
-    ]
+def _contradictions(asked: PrototypeRequest) -> list[FieldProblem]:
+    message = "is not supported, as the signs of eigenfunctions differ between shapes"
+    wrong = descriptor_problems(asked, ["eigenfunctions"], message)
     if asked.simplify is not None and (
         asked.correspondences or asked.correspondence == "shared_connectivity"
     ):
-        message = "simplified shapes have other vertices; leave it out, or have them matched"
+        message = (
+            "simplification changes the vertices that correspond; leave it out, or set"
+            ' `correspondence` to "matches"'
+        )
         wrong.append(FieldProblem(field="body.simplify", message=message))
     given = len(asked.correspondences[0]) if asked.correspondences else None
     if given is not None and "points" in asked.model_fields_set and asked.points > given:
-        message = f"it is at most the number of `correspondences` of a shape, which is {given}"
+        message = f"`correspondences` has {given} points of each shape; take at most as many"
         wrong.append(FieldProblem(field="body.points", message=message))
     return wrong
 
 
-def _not_alike(asked: PrototypeRequest, shapes: Mapping[str, ShapeRecord]) -> list[FieldProblem]:
-    """Shapes that cannot have the connectivity of the reference, if all are to have it."""
+def _different_connectivity(
+    asked: PrototypeRequest, shapes: Mapping[str, ShapeRecord]
+) -> list[FieldProblem]:
+    """Problems of shapes whose counts differ from the reference's, if all share connectivity."""
     if asked.correspondences or asked.correspondence != "shared_connectivity":
         return []
     place = asked.shapes.index(asked.reference or asked.shapes[0])
@@ -188,8 +151,8 @@ def _not_alike(asked: PrototypeRequest, shapes: Mapping[str, ShapeRecord]) -> li
     return [
         FieldProblem(
             field=field,
-            message=f"it has {shape.vertices} vertices and {shape.faces} faces, and shapes.{place}"
-            f" {reference.vertices} and {reference.faces}: they share no connectivity",
+            message=f"it has {shape.vertices} vertices and {shape.faces} faces, but shapes.{place}"
+            f" has {reference.vertices} and {reference.faces}; they share no connectivity",
         )
         for field, shape in shapes.items()
         if (shape.vertices, shape.faces) != (reference.vertices, reference.faces)

@@ -1,14 +1,13 @@
-"""Prototypes as the API shows them, and what is asked when one is to be learned."""
+"""Prototypes as the API shows them, and requests to learn one."""
 
 from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
 from broker.contracts import MOST_EXAMPLES, PrototypeParameters, PrototypeRecord
-from service.names import LONGEST, showable
-from service.orders import JobRequest
+from service.jobs import JobRequest
+from service.names import LONGEST, NamedId, showable
 
-ShapeId = Annotated[str, Field(pattern=r"^[0-9a-zA-Z_-]{1,64}$")]
 Vertices = Annotated[
     tuple[Annotated[int, Field(ge=0, le=2**31 - 1)], ...],
     Field(min_length=3, max_length=256, strict=False),
@@ -56,7 +55,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
     )
 
     # A JSON array arrives as a list, which is not strictly a tuple.
-    shapes: tuple[ShapeId, ...] = Field(
+    shapes: tuple[NamedId, ...] = Field(
         min_length=2,
         max_length=MOST_EXAMPLES,
         strict=False,
@@ -66,19 +65,19 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         default=DEFAULT_NAME,
         min_length=1,
         max_length=LONGEST,
-        description="What to call the prototype. Another one of this name is its next version.",
+        description="Name of the prototype. Another one of this name becomes its next version.",
     )
-    reference: ShapeId | None = Field(
+    reference: NamedId | None = Field(
         default=None,
-        description="The one of the shapes that the points are chosen on, and that the others are"
+        description="Id of the one of `shapes` that the points are chosen on and the others are"
         " matched to; null for the first.",
     )
     correspondences: tuple[Vertices, ...] | None = Field(
         default=None,
         strict=False,
-        description="Corresponding points: for each of `shapes`, in their order, 0-based vertex"
-        " indices in its file, as many for each; null to have them found as `correspondence`"
-        " says.",
+        description="Corresponding points: for each of `shapes`, in their order, a list of 0-based"
+        " vertex indices in its file, all lists of the same length; null to find them as"
+        " `correspondence` says.",
     )
 
     @field_validator("reference")
@@ -113,7 +112,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         return given
 
     def parameters(self) -> PrototypeParameters:
-        """Return only how to learn."""
+        """Return the parameters of learning alone."""
         values = {name: getattr(self, name) for name in PrototypeParameters.model_fields}
         if self.correspondences is not None and "points" not in self.model_fields_set:
             values["points"] = len(self.correspondences[0])

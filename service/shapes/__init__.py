@@ -1,5 +1,33 @@
-"""Shapes: uploading, listing, fetching and deleting meshes."""
+"""Shapes: uploading, listing, fetching and deleting meshes; checks of the shapes of a job."""
 
+from service.shapes import endpoints, files
+from service.shapes.endpoints import PATH as SHAPES_PATH
 from service.shapes.files import get_geometry
+from service.shapes.lookup import use_shapes
+from service.shapes.requirements import (
+    check_shapes,
+    descriptor_problems,
+    few_vertices,
+    refuse,
+    repeated_shapes,
+    several_components,
+    shape_fields,
+    simplified_too_far,
+)
 
-__all__ = ["get_geometry"]
+ROUTERS = (endpoints.router, files.router)
+
+__all__ = [
+    "ROUTERS",
+    "SHAPES_PATH",
+    "check_shapes",
+    "descriptor_problems",
+    "few_vertices",
+    "get_geometry",
+    "refuse",
+    "repeated_shapes",
+    "several_components",
+    "shape_fields",
+    "simplified_too_far",
+    "use_shapes",
+]

@@ -1,4 +1,4 @@
-"""The worker processes of this machine: started, restarted when they die, stopped in order."""
+"""Worker processes on this machine: started, restarted when they die, and stopped."""
 
 import os
 import signal
@@ -14,8 +14,13 @@ WARM_STOP_SECONDS: Final = 2.5
 """Seconds a worker may take to finish its job before the job is left for the next start."""
 
 COLD_STOP_SECONDS: Final = 2.0
+"""Seconds a worker may take to drop its job."""
+
 _EARLY_DEATH: Final = 10.0
+"""Seconds after its start within which a worker that dies has died early."""
+
 _LONGEST_PAUSE: Final = 30.0
+"""Longest pause in seconds before a worker that died early is restarted."""
 
 log = logger("isomatch.pool")
 
@@ -33,9 +38,9 @@ class WorkerPool:
     Parameters
     ----------
     count
-        How many.
+        Number of processes.
     redis_url
-        Their queue and store.
+        Address of their queue and store.
     """
 
     def __init__(self, count: int, redis_url: str) -> None:
@@ -43,14 +48,14 @@ class WorkerPool:
         self._environment = {**os.environ, "ISOMATCH_REDIS_URL": redis_url}
         self._workers: list[_Worker] = []
         self.early_deaths = 0
-        """How many workers in a row died soon after their start."""
+        """Number of workers in a row that died early."""
 
     def start(self) -> None:
         """Start the workers."""
         self._workers = [self._spawn() for _ in range(self._count)]
 
     def tend(self) -> None:
-        """Restart workers that died: at once, or after a growing pause if they do so soon."""
+        """Restart workers that died: at once, or after a growing pause if they died early."""
         now = time.monotonic()
         for index, worker in enumerate(self._workers):
             if worker.process.poll() is None:
@@ -67,10 +72,10 @@ class WorkerPool:
                 self._workers[index] = self._spawn()
 
     def stop(self) -> None:
-        """Stop the workers: first kindly, then with their jobs, then by force."""
+        """Stop the workers: after their jobs, then without finishing them, then by force."""
         self._signal(signal.SIGTERM)
         if not self._wait(WARM_STOP_SECONDS):
-            # The second request makes a worker drop its job, which the next start takes up again.
+            # On the second signal a worker drops its job, which is resumed at the next start.
             self._signal(signal.SIGTERM)
             if not self._wait(COLD_STOP_SECONDS):
                 self._signal(signal.SIGKILL)
@@ -84,7 +89,7 @@ class WorkerPool:
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=sys.stderr,
-                # An interrupt typed on the terminal is for this process, which stops its workers.
+                # Ctrl-C on the terminal reaches only this process, which stops its workers.
                 start_new_session=True,
             )
         )

@@ -1,7 +1,6 @@
 """The whole service on one machine: private Redis, workers and API, started and stopped together.
 
-Where ``ISOMATCH_REDIS_URL`` names a Redis, only the API is run, and as many workers as
-``ISOMATCH_WORKERS`` says.
+If ``ISOMATCH_REDIS_URL`` names a Redis, only the API runs, with ``ISOMATCH_WORKERS`` workers.
 """
 
 import asyncio
@@ -22,31 +21,32 @@ from broker.store import Store
 from broker.telemetry import logger
 from broker.upkeep import unregister_workers
 from service.app import create_app
-from service.http import Connection
 from service.settings import Settings
 from service.standalone.embedded import EmbeddedServer, EmbeddedServerError
 from service.standalone.pool import WorkerPool
 
 TEND_INTERVAL: Final = 0.2
+"""Seconds between two checks of the child processes."""
+
 DRAIN_SECONDS: Final = 3
-"""Seconds open requests may take to end when the service stops."""
+"""Seconds that open requests may take to end when the service stops."""
 
 MOST_EARLY_DEATHS: Final = 4
-"""So many workers that die before one is ready mean that none ever will be."""
+"""Workers in a row that may die before one is ready; then the start is given up."""
 
 log = logger("isomatch.service")
 
 
 class StartError(Exception):
-    """The service cannot start; the message is fit for a user."""
+    """The service cannot start; the message is for the user."""
 
 
 class _Server(uvicorn.Server):
-    """Uvicorn without handlers of signals: what they mean is decided for the whole stack."""
+    """Uvicorn without signal handlers; `serve` handles signals for all processes."""
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
-        """Capture none."""
+        """Install no handlers."""
         yield
 
 
@@ -66,7 +66,7 @@ async def serve(settings: Settings) -> None:
             store = Store.open(settings, settings.redis_patience, pause=0.2)
             try:
                 if redis is not None:
-                    # The server is ours alone: no worker it remembers can be alive.
+                    # The server is private: workers registered in it are from an earlier run.
                     unregister_workers(store)
                 await _run(settings, listener, JobQueue(store, settings), redis, stop)
             finally:
@@ -84,7 +84,6 @@ async def _run(
     closing = asyncio.Event()
     config = uvicorn.Config(
         create_app(settings, closing),
-        http=Connection,
         log_config=None,
         access_log=False,
         server_header=False,
@@ -103,7 +102,7 @@ async def _run(
             ready.result()
             print(f"isomatch listens on {_url(listener)}", flush=True)
             if _alive(queue) == 0:
-                log.warning("no worker is there, and jobs wait: `python -m worker` starts one")
+                log.warning("no worker is running; `python -m worker` starts one")
         else:
             ready.cancel()
         await asyncio.wait({serving, stopping, tending}, return_when=asyncio.FIRST_COMPLETED)
@@ -120,7 +119,7 @@ async def _run(
 
 
 async def _tend(pool: WorkerPool, redis: EmbeddedServer | None) -> None:
-    # Children must be started by the main thread: they die with the thread that started them.
+    # Runs on the main thread: children are killed when the thread that started them ends.
     while True:
         await asyncio.sleep(TEND_INTERVAL)
         if redis is not None and not redis.alive():
@@ -137,7 +136,7 @@ async def _ready(
 ) -> None:
     while not server.started or _alive(queue) < settings.worker_count:
         if pool.early_deaths >= MOST_EARLY_DEATHS:
-            raise StartError("the workers die as soon as they start; the log above says why")
+            raise StartError("the workers die as soon as they start; the log above has the cause")
         await asyncio.sleep(0.05)
 
 
@@ -191,16 +190,16 @@ def _locked(directory: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def listening(host: str, port: int) -> Iterator[socket.socket]:
-    """Bind a socket to listen on.
+    """Bind a listening socket.
 
     Raises
     ------
     StartError
-        The address is taken, or not one of this machine.
+        The address is in use, or does not belong to this machine.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    # Only where the protocol is named does asyncio send answers without waiting for more: with
-    # Nagle's algorithm each would take 40 ms longer.
+    # asyncio disables Nagle's algorithm, which delays answers by 40 ms, only if the socket names
+    # its protocol.
     with socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP) as listener:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:

@@ -18,7 +18,6 @@ import uvicorn
 from broker.queue import JobQueue
 from broker.store import Store, connect, keys
 from service.app import create_app
-from service.http import Connection
 from service.settings import Settings
 from service.standalone import EmbeddedServer, WorkerPool
 from tests.worker.figures import blob_file
@@ -66,7 +65,6 @@ def running_api(settings: Settings) -> Iterator[Api]:
     closing = asyncio.Event()
     config = uvicorn.Config(
         create_app(settings, closing),
-        http=Connection,
         host="127.0.0.1",
         port=0,
         log_config=None,

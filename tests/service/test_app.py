@@ -121,7 +121,7 @@ def test_a_store_that_is_there_and_says_nothing(
         server.stop()
 
 
-def test_what_nobody_foresaw(http: httpx2.Client, api: Api) -> None:
+def test_unexpected_errors_are_problem_documents(http: httpx2.Client, api: Api) -> None:
     # A record that this program never wrote.
     api.store.client.set(keys.shape("broken"), b"{")
     answer = http.get("/v1/shapes/broken", headers={"X-Request-ID": "the-one"})

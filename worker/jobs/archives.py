@@ -26,6 +26,7 @@ from worker.jobs.context import JobContext
 from worker.jobs.failures import PrototypeGone, UploadGone
 from worker.jobs.options import choice_of
 from worker.jobs.torus import torus_file
+from worker.pictures import packed_prototype
 
 _MAX_WARNINGS: Final = 300
 """Warnings of an uploaded archive that are kept."""
@@ -54,7 +55,7 @@ def validate_prototype(payload: PrototypeValidationPayload, context: JobContext)
     prototype = prototype_from_bytes(data)
     _check(prototype)
     record = record_of(prototype, data, payload.name, job.created)
-    prototypes.add(record, data, job.id)
+    prototypes.add(record, data, packed_prototype(prototype), job.id)
 
 
 def _check(prototype: Prototype) -> None:

@@ -34,6 +34,7 @@ from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
 from worker.jobs.spectra import spectrum_of
+from worker.pictures import packed_prototype
 
 SPECTRA: Final = "spectra of the examples"
 
@@ -69,7 +70,9 @@ def learn(payload: PrototypePayload, context: JobContext) -> bytes:
         "learned_from": _reports(payload, found),
         "reference": payload.shapes[payload.reference],
     }
-    stored = context.store.prototypes.add(record.model_copy(update=own), archive)
+    stored = context.store.prototypes.add(
+        record.model_copy(update=own), archive, packed_prototype(prototype)
+    )
     warnings = list(prototype.warnings)
     for place, shape in enumerate(shapes):
         warnings += [f"shapes.{place}: {warning}" for warning in shape.mesh.warnings]

@@ -1,4 +1,4 @@
-"""Colours of surfaces whose points correspond: what is alike in colour belongs together."""
+"""Colours of surfaces: corresponding vertices have the same colour."""
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -8,15 +8,16 @@ from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh
 
 _PALEST = 0.35
+"""Least value of a channel, so that points and lines stand out from the surface."""
 
 
 def colors_by_place(vertices: FloatArray) -> FloatArray:
-    """(V, 3) colours, from each direction in space one, pale enough to draw upon.
+    """(V, 3) colours by position: red, green and blue increase along x, y and z.
 
     Parameters
     ----------
     vertices
-        (V, 3), of a shape as it is drawn.
+        (V, 3) in the coordinates of the paper.
     """
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     shares = (vertices - low) / np.maximum(high - low, 1e-300)
@@ -24,10 +25,10 @@ def colors_by_place(vertices: FloatArray) -> FloatArray:
     return colors
 
 
-def colors_carried(
+def transferred_colors(
     colors: FloatArray, source: TriangleMesh, target: TriangleMesh, found: DenseCorrespondence
 ) -> FloatArray:
-    """(W, 3) colours of the target's vertices: the mean of what was carried there.
+    """(W, 3) colours transferred to the target: the mean over the vertices mapped to each vertex.
 
     Parameters
     ----------
@@ -36,8 +37,8 @@ def colors_carried(
     source, target
         The meshes X and Y.
     found
-        Where the vertices of X go. Where nothing goes, the colour is that of the nearest vertex
-        to which something does.
+        The map of the vertices of X. Vertices of Y that nothing is mapped to have the colour of
+        the nearest one that something is mapped to.
     """
     here = source.vertices_of(np.array(found.source, dtype=np.int64))
     there = target.vertices_of(np.array(found.target, dtype=np.int64))
@@ -47,5 +48,5 @@ def colors_carried(
     count = np.bincount(there[known], minlength=target.n_vertices)
     reached = np.flatnonzero(count)
     nearest = reached[KDTree(target.vertices[reached]).query(target.vertices)[1]]
-    carried: FloatArray = total[nearest] / count[nearest][:, None]
-    return carried
+    transferred: FloatArray = total[nearest] / count[nearest][:, None]
+    return transferred

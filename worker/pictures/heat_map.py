@@ -1,34 +1,41 @@
-"""A dissimilarity matrix as a picture, after Figure 4: dark is alike, blocks are classes."""
+"""A dissimilarity matrix as a heat map, as Figure 4: dark cells are similar shapes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from io import BytesIO
 from itertools import groupby
+from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import Normalize, PowerNorm
-from matplotlib.figure import Figure
 
 from broker.contracts import DissimilarityResult
 from solver.arrays import FloatArray, IntArray
+from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
 
-_INK, _FAINT = "#2b2f36", "#6b7280"
+COLORMAP: Final = "viridis"
+"""The colour scale, as on the page (service/page/static/heat_map.js)."""
+
+UPPER_QUANTILE: Final = 0.98
+"""Dissimilarities above this quantile have the last colour, likewise."""
+
 _INCHES = 9.6, 8.6
-_DOTS_PER_INCH = 140
 _MOST_NAMES = 48
 """Rows that are tall enough to be named one by one."""
 
 _MOST_CLASSES = 60
+"""Classes that are named, and separated by lines."""
+
 _LONGEST_NAME = 22
+"""Characters of a shortened name."""
+
 _LABEL = 0.03
-"""Height of a label, as a share of that of the colour bar."""
+"""Height of a label as a fraction of that of the colour bar."""
 
 
 @dataclass(frozen=True)
 class _Block:
-    """Neighbouring rows of one class."""
+    """Consecutive rows of one class."""
 
     label: str
     first: int
@@ -47,7 +54,7 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     result
         The dissimilarities of K shapes.
     names
-        (K,) what the shapes are called.
+        (K,) names of the shapes.
 
     Returns
     -------
@@ -56,36 +63,33 @@ def draw_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
     order = _order(result.labels, len(names))
     matrix = np.array(result.matrix)[np.ix_(order, order)]
     blocks = _blocks(result.labels, order)
-    figure = Figure(figsize=_INCHES, dpi=_DOTS_PER_INCH, facecolor="white")
+    figure = new_figure(_INCHES)
     axes = figure.add_axes((0.16, 0.17, 0.72, 0.73))
-    others = matrix[~np.eye(len(matrix), dtype=np.bool_)]
-    # Energies are squares: their roots tell the small ones apart, which matter.
-    gamma = 0.5 if result.parameters.objective == "l2" else 1.0
-    norm = PowerNorm(gamma, 0.0, float(np.quantile(others, 0.98)) or 1.0, clip=True)
-    image = axes.imshow(matrix, norm=norm, cmap="magma", interpolation="nearest", aspect="equal")
+    pairs = matrix[np.triu_indices(len(matrix), 1)]
+    greatest = float(np.quantile(pairs, UPPER_QUANTILE, method="lower")) or 1.0
+    # The square root tells small dissimilarities apart, which decide the nearest neighbours.
+    norm = PowerNorm(0.5, 0.0, greatest, clip=True)
+    image = axes.imshow(matrix, norm=norm, cmap=COLORMAP, interpolation="nearest", aspect="equal")
     bar = figure.colorbar(image, cax=figure.add_axes((0.905, 0.17, 0.022, 0.73)))
-    bar.set_ticks(told_apart(bar.get_ticks(), norm))
+    bar.set_ticks(separate_ticks(bar.get_ticks(), norm))
     bar.outline.set_visible(False)
-    bar.ax.tick_params(labelsize=8, colors=_FAINT, length=2)
+    bar.ax.tick_params(labelsize=8, colors=FAINT, length=2)
     _label_axes(axes, [names[k] for k in order], blocks)
     title, subtitle = _captions(result)
-    figure.text(0.52, 0.955, title, ha="center", fontsize=14, color=_INK)
-    figure.text(0.52, 0.918, subtitle, ha="center", fontsize=10, color=_FAINT)
-    png = BytesIO()
-    canvas = FigureCanvasAgg(figure)
-    canvas.print_figure(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": "isomatch"})
-    return png.getvalue()
+    figure.text(0.52, 0.955, title, ha="center", fontsize=14, color=INK)
+    figure.text(0.52, 0.918, subtitle, ha="center", fontsize=10, color=FAINT)
+    return png(figure)
 
 
-def told_apart(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list[float]:
-    """Return ticks on a colour bar whose labels do not touch, the greatest first to stay.
+def separate_ticks(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list[float]:
+    """Return the ticks of a colour bar whose labels do not overlap; the greatest take precedence.
 
     Parameters
     ----------
     ticks
         Values, in ascending order.
     norm
-        Where on the bar, from 0 to 1, a value is.
+        Position of a value on the bar, from 0 to 1.
     """
     kept: list[float] = []
     for tick in map(float, reversed(ticks)):
@@ -96,7 +100,7 @@ def told_apart(ticks: Sequence[float] | FloatArray, norm: Normalize) -> list[flo
 
 
 def _order(labels: Sequence[str] | None, count: int) -> IntArray:
-    """Shapes of one label together, labels in the order in which they first come."""
+    """Order of the shapes by label; labels in the order of their first shapes."""
     if labels is None:
         return np.arange(count)
     rank = {label: place for place, label in enumerate(dict.fromkeys(labels))}
@@ -122,15 +126,16 @@ def _label_axes(axes: Axes, names: Sequence[str], blocks: Sequence[_Block]) -> N
         for line in (axes.axhline, axes.axvline):
             line(block.first - 0.5, color="white", linewidth=0.8)
     if len(names) <= _MOST_NAMES:
-        places, texts = [float(k) for k in range(len(names))], [_short(name) for name in names]
+        places, texts = [float(k) for k in range(len(names))], list(names)
     elif len(blocks) <= _MOST_CLASSES:
-        places, texts = [block.middle for block in blocks], [_short(b.label) for b in blocks]
+        places, texts = [block.middle for block in blocks], [block.label for block in blocks]
     else:
         places, texts = [], []
+    texts = [shortened(text, _LONGEST_NAME) for text in texts]
     size = 9.0 if len(places) <= 24 else 6.5
     axes.set_xticks(places, texts, rotation=60, ha="right", rotation_mode="anchor")
     axes.set_yticks(places, texts)
-    axes.tick_params(length=0, labelsize=size, colors=_INK)
+    axes.tick_params(length=0, labelsize=size, colors=INK)
     for text in (*axes.get_xticklabels(), *axes.get_yticklabels()):
         text.set_parse_math(False)
 
@@ -141,11 +146,7 @@ def _captions(result: DissimilarityResult) -> tuple[str, str]:
     if result.mean_average_precision is not None:
         parts.append(f"mean average precision {100.0 * result.mean_average_precision:.1f} %")
     if result.certified:
-        parts.append("every one proven optimal")
+        parts.append("all proven optimal")
     parameters = result.parameters
     parts.append(f"{parameters.points} points, {parameters.metrics[0].name}")
     return f"Dissimilarities of {count:,} shapes", "   ·   ".join(parts)
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= _LONGEST_NAME else name[: _LONGEST_NAME - 3] + "..."

@@ -1,4 +1,4 @@
-"""The answer of a match that is drawn: the one that was chosen, or an alternative."""
+"""The answer of a match to draw: the chosen one, or an alternative."""
 
 from dataclasses import dataclass
 from typing import TypeVar
@@ -20,9 +20,9 @@ class NoAlternative(Exception):  # noqa: N818 - said of the match
     Parameters
     ----------
     asked
-        Number of the one that is to be drawn.
+        Number of the requested one.
     count
-        How many there are.
+        Number of alternatives.
     """
 
     def __init__(self, asked: int, count: int) -> None:
@@ -32,16 +32,16 @@ class NoAlternative(Exception):  # noqa: N818 - said of the match
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One of the answers of a match, with what goes above its picture.
+    """One of the answers of a match, with the caption of its picture.
 
     Parameters
     ----------
     correspondences
         Its pairs.
     refinement, dense
-        Where its points lie between vertices, and its map of all vertices, if it has them.
+        Its refined points and its dense map, if it has them.
     title, subtitle
-        What it is, and how good.
+        The caption.
     """
 
     correspondences: tuple[Correspondence, ...]
@@ -52,21 +52,21 @@ class Hypothesis:
 
 
 def hypothesis_of(result: MatchResult, alternative: int | None) -> Hypothesis:
-    """Return what is drawn of a match.
+    """Return the answer of a match to draw.
 
     Parameters
     ----------
     result
         The match.
     alternative
-        0 for the pairs of the match, j for the j-th of its alternatives, either with a refinement
-        and a dense map only if these are its own; None for the pairs of the match with whatever
-        there is.
+        0 for the match itself, j for the j-th of its alternatives, either with a refinement and a
+        dense map only if these belong to it; None for the match with whatever refinement and dense
+        map there are.
 
     Raises
     ------
     NoAlternative
-        There are fewer.
+        There are fewer alternatives.
     """
     if alternative is None:
         return Hypothesis(
@@ -87,8 +87,8 @@ def hypothesis_of(result: MatchResult, alternative: int | None) -> Hypothesis:
         refinement,
         dense,
         title,
-        f"energy {other.energy:.4g}, of the match {result.energy:.4g}   ·   greatest distortion"
-        f" {other.distortion.linf:.3g}",
+        f"energy {other.energy:.4g}, that of the match {result.energy:.4g}   ·   "
+        f"greatest distortion {other.distortion.linf:.3g}",
     )
 
 
@@ -98,7 +98,7 @@ def _own(part: PartT | None, alternative: int) -> PartT | None:
 
 def _captions(result: MatchResult) -> tuple[str, str]:
     count, alone = len(result.correspondences), len(result.unmatched)
-    title = f"{count} corresponding points" + (f", {alone} without partner" if alone else "")
+    title = f"{count} corresponding points" + (f", {alone} unmatched" if alone else "")
     if result.refinement is not None:
         which = result.refinement.hypothesis
         title += ", refined between vertices" + (f" from alternative {which}" if which else "")

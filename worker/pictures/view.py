@@ -1,4 +1,4 @@
-"""From which side shapes are looked at in a picture."""
+"""Views of shapes in pictures."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray
 
 _THIN = 0.75
-"""Cosine beyond which an axis counts as the thin direction; no two axes can both exceed it."""
+"""Cosine above which an axis is the thin direction; at most one axis exceeds it (> 1/sqrt 2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,10 +29,10 @@ class View:
 
 
 def source_view(vertices: FloatArray) -> View:
-    """Look along the direction in which a shape is thinnest, with its own y or z axis up.
+    """Return the view along the thinnest direction of a shape, with its y or z axis up.
 
-    Files have either axis up. Of those along which the shape is not thin, the one is taken on
-    whose lower end the shape would stand most firmly.
+    Files have either axis up. Of the axes along which the shape is not thin, the one is chosen
+    whose lower end has the most widely spread vertices.
 
     Parameters
     ----------
@@ -50,19 +50,19 @@ def source_view(vertices: FloatArray) -> View:
 
 
 def _support(vertices: FloatArray, axis: int) -> float:
-    """How far apart the lowest vertices lie, when an axis points up."""
+    """Spread of the lowest vertices when an axis points up."""
     height = vertices[:, axis]
     lowest = height <= height.min() + 0.1 * np.ptp(height)
     return float(np.delete(vertices[lowest], axis, axis=1).std(axis=0).sum())
 
 
 def target_view(view: View, source_points: FloatArray, target_points: FloatArray) -> View:
-    """Turn another shape about the vertical, until matched points lie alike.
+    """Return the view of a target, rotated about the vertical to align matched points.
 
     Parameters
     ----------
     view
-        How the source is looked at.
+        View of the source.
     source_points, target_points
         (K, 3) matched points of both shapes, centred.
     """

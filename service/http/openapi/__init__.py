@@ -1,4 +1,4 @@
-"""The OpenAPI document: as FastAPI sees it, and as it should be."""
+"""The OpenAPI document: FastAPI's, with problem documents, authentication, examples and links."""
 
 import json
 from typing import Any
@@ -16,15 +16,15 @@ DESCRIPTION = """\
 Correspondences of minimum distortion between non-rigid shapes, with certificates of optimality.
 
 1. `POST /v1/shapes`: upload two meshes.
-2. `POST /v1/matches`: ask for their correspondence.
+2. `POST /v1/matches`: request their correspondence.
 3. `GET /v1/jobs/{id}?wait=60`: wait for it.
-4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: take it.
+4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: fetch it.
 
 A collection is compared by `POST /v1/dissimilarities`, and a prototype of a class of shapes is
 learned by `POST /v1/prototypes`: their jobs are waited for in the same way. A prototype's id can be
 the `source` of a match.
 
-Whatever goes wrong is told as `application/problem+json` (RFC 9457).
+Every error is answered with a problem document, `application/problem+json` (RFC 9457).
 """
 
 
@@ -40,7 +40,7 @@ def document(app: FastAPI) -> dict[str, Any]:
         license_info={"name": "MIT", "identifier": "MIT"},
     )
     components = schema.setdefault("components", {}).setdefault("schemas", {})
-    # Ours is the only form of error; FastAPI's own would describe what is never sent.
+    # All errors are problem documents; FastAPI's own schemas describe answers never sent.
     for unused in ("HTTPValidationError", "ValidationError"):
         components.pop(unused, None)
     problem = Problem.model_json_schema(ref_template="#/components/schemas/{model}")
@@ -50,18 +50,18 @@ def document(app: FastAPI) -> dict[str, Any]:
         for call in calls.values():
             call["responses"].pop("422", None)
     _mark_files(components)
-    _say_who_may_call(schema)
+    _require_keys(schema)
     illustrate(schema)
     schema["components"]["schemas"] = dict(sorted(components.items()))
     return schema
 
 
-def _say_who_may_call(schema: dict[str, Any]) -> None:
+def _require_keys(schema: dict[str, Any]) -> None:
     schema["components"]["securitySchemes"] = {
         "apiKey": {
             "type": "http",
             "scheme": "bearer",
-            "description": "An API key, where the service is set up with `ISOMATCH_API_KEYS`.",
+            "description": "An API key, if the service is configured with `ISOMATCH_API_KEYS`.",
         }
     }
     for path, calls in schema["paths"].items():
@@ -73,7 +73,7 @@ def _say_who_may_call(schema: dict[str, Any]) -> None:
 
 
 def _mark_files(node: Any) -> None:
-    # Generators of clients know a file by this older mark, and take the newer for text.
+    # Client generators recognise files by OpenAPI 3.0's `format`; they take 3.1's mark for text.
     if isinstance(node, dict):
         if node.get("contentMediaType") == "application/octet-stream":
             node["format"] = "binary"
@@ -85,5 +85,5 @@ def _mark_files(node: Any) -> None:
 
 
 def text(app: FastAPI) -> str:
-    """Return the OpenAPI document as it is written to a file."""
+    """Return the OpenAPI document as the text of a file."""
     return json.dumps(app.openapi(), indent=2, ensure_ascii=False) + "\n"

@@ -1,4 +1,4 @@
-"""Examples for every call, and the links by which one call's answer leads to the next."""
+"""Examples of all operations, and links from the answer of one to the parameters of others."""
 
 import json
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any, Final
 EXAMPLES: Final[dict[str, Any]] = json.loads(
     Path(__file__).with_name("examples.json").read_text(encoding="utf-8")
 )
-"""Values of parameters by name, bodies by call, answers by call and status, each with a name."""
+"""Parameters by name, request bodies by operation, named answers by operation and status."""
 
 _ID: Final = "$response.body#/id"
 _OF_A_SHAPE: Final = {
@@ -17,7 +17,8 @@ _OF_A_SHAPE: Final = {
     "delete_shape": {"shape": _ID},
 }
 _OF_A_PROTOTYPE: Final = {
-    name: {"prototype": _ID} for name in ("get_prototype", "get_archive", "delete_prototype")
+    name: {"prototype": _ID}
+    for name in ("get_prototype", "get_archive", "get_prototype_geometry", "delete_prototype")
 }
 _OF_A_JOB: Final = {
     name: {"job_id": _ID}
@@ -34,7 +35,7 @@ LINKS: Final[dict[tuple[str, str], dict[str, dict[str, str]]]] = {
     ("create_dissimilarities", "202"): _OF_A_JOB
     | {name: {"job_id": _ID} for name in ("get_dissimilarities", "get_arrays")},
 }
-"""Which parameters of which call are in the answer of another, by that call and its status."""
+"""Operations and parameters that the answer of an operation with a status links to."""
 
 
 def illustrate(schema: dict[str, Any]) -> None:

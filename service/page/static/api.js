@@ -1,10 +1,11 @@
-// Calls to the service. What it refuses is thrown as a Problem, which has the reasons.
+// Requests to the service. Problem documents (RFC 9457) are thrown as a Problem.
 
-import { askForKey, authorization } from "./key.js";
+import { askForKey, authorization } from "./api_key.js";
 
+/** Milliseconds until a shape that is still being validated is requested again. */
 const AGAIN = 500;
 
-/** What the service refused (RFC 9457), or that it cannot be reached: then the status is 0. */
+/** A problem document of the service; its status is 0 if the service cannot be reached. */
 export class Problem extends Error {
   constructor(status, document = {}) {
     super(document.detail ?? document.title ?? `The service answered ${status}.`);
@@ -29,7 +30,7 @@ export class Problem extends Error {
   }
 }
 
-/** Ask, with the key if there is one; where one is needed, the user is asked for it. */
+/** Send a request with the API key, if there is one; if one is missing, ask the user for it. */
 export async function request(path, options = {}) {
   for (;;) {
     let answer;
@@ -49,6 +50,16 @@ export async function request(path, options = {}) {
 
 export const get = async (path, signal) => (await request(path, { signal })).json();
 
+/** The answer of a request, or null if what it asks for does not exist or has expired. */
+export async function orNull(answer) {
+  try {
+    return await answer;
+  } catch (error) {
+    if (error instanceof Problem && [404, 410].includes(error.status)) return null;
+    throw error;
+  }
+}
+
 export const remove = (path) => request(path, { method: "DELETE" });
 
 export async function post(path, body) {
@@ -63,7 +74,7 @@ export async function post(path, body) {
 /**
  * Upload a mesh.
  * @param {File} file
- * @param {function(number)} progress told the share that was sent
+ * @param {function(number)} progress called with the fraction that was sent
  * @param {AbortSignal} signal
  * @returns {Promise<Object>} the shape
  */
@@ -77,7 +88,7 @@ export async function upload(file, progress, signal) {
   }
 }
 
-// fetch does not tell how much of a body was sent.
+// XMLHttpRequest, as fetch reports no progress of a body.
 function send(file, progress, signal) {
   return new Promise((resolve, reject) => {
     const exchange = new XMLHttpRequest();

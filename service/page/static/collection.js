@@ -1,18 +1,19 @@
-// Dissimilarities of a collection: a heat map whose cells can be chosen, and nearest neighbours.
+// Dissimilarities of a collection: a heat map whose cells can be chosen, and a table of nearest neighbours.
 
 import { get } from "./api.js";
-import { h, fill } from "./dom.js";
+import { h, fill, table, warningList } from "./dom.js";
 import { download } from "./download.js";
+import { certifiedBadge, count, figure, percent } from "./format.js";
 import { drawHeatMap } from "./heat_map.js";
-import { linkButton } from "./link.js";
 import { namesOf } from "./names.js";
-import { count, figure, percent } from "./words.js";
+import { linkButton } from "./share_link.js";
 
 const NEIGHBOURS = 3;
 const MOST_ROWS = 200;
+/** Least milliseconds between two drawings of a heat map that grows. */
 const PAUSE = 1500;
 
-/** What is known while the job runs: told the job at each change, it draws now and then. */
+/** Returns a function that draws the dissimilarities known so far, to be called at each change. */
 export function partialView(place, path, signal) {
   let last = 0;
   let busy = false;
@@ -23,13 +24,13 @@ export function partialView(place, path, signal) {
       const known = await get(path, signal);
       const names = await namesOf(known.shapes, signal);
       const map = place.querySelector(".heat") ?? h("div", { class: "heat", role: "img", "aria-label": "Heat map" });
-      const said = `${count(known.pairs_done)} of ${count(known.pairs)} pairs are known.`;
+      const said = `${count(known.pairs_done)} of ${count(known.pairs)} pairs compared.`;
       if (signal.aborted || place.dataset.done) return;
       fill(place, h("p", { class: "faint" }, said), known.pairs_done ? map : null);
       if (!known.pairs_done) return;
       await drawHeatMap(map, known.matrix, names, known.labels, () => {}, signal);
     } catch {
-      // There is another one at the next change, and at the end the result.
+      // The next change or the result is drawn instead.
     } finally {
       last = performance.now();
       busy = false;
@@ -46,13 +47,13 @@ export async function collectionView(place, result, job, signal) {
     h("p", { class: "faint" }, "Choose a cell, or a neighbour in the table."));
   const choose = (i, j) => fill(detail, cell(result, names, i, j));
   fill(place,
-    h("h2", {}, `${result.shapes.length} shapes, all with all`),
+    h("h2", {}, `Dissimilarities of ${result.shapes.length} shapes`),
     h("p", { class: "proof" },
-      h("span", { class: result.certified ? "badge good" : "badge" }, result.certified ? "certified" : "not certified"), " ",
-      result.certified ? "Every dissimilarity is proven to be the least there is." :
-        `Of ${result.uncertified.length} pairs it is not proven that there is no lesser one.`),
+      certifiedBadge(result), " ",
+      result.certified ? "All dissimilarities are proven minimal." :
+        `The dissimilarities of ${result.uncertified.length} pairs are not proven minimal.`),
     scores(result),
-    result.warnings.length ? h("ul", { class: "warnings" }, result.warnings.map((text) => h("li", {}, text))) : null,
+    warningList(result.warnings),
     map, detail,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
@@ -65,11 +66,11 @@ export async function collectionView(place, result, job, signal) {
 function scores(result) {
   if (result.mean_average_precision === null) return null;
   return h("p", {}, "Mean average precision ", h("data", { value: result.mean_average_precision }, percent(result.mean_average_precision)),
-    ", nearest shape of the same class for ", h("data", { value: result.precision_at_1 }, percent(result.precision_at_1)), ".");
+    ", precision at 1 ", h("data", { value: result.precision_at_1 }, percent(result.precision_at_1)), ".");
 }
 
 function cell(result, names, i, j) {
-  if (i === j) return h("p", {}, link(result, names, i), ": a shape is not compared with itself.");
+  if (i === j) return h("p", {}, link(result, names, i), ": the dissimilarity of a shape to itself is 0.");
   return [
     h("p", {}, link(result, names, i), " and ", link(result, names, j), ": dissimilarity ", figure(result.matrix[i][j]), "."),
     h("p", {}, h("a", { href: `#/with/${result.shapes[i]}/${result.shapes[j]}`, class: "button" }, "Match these two")),
@@ -88,8 +89,6 @@ function neighbourTable(result, names, choose) {
     h("td", {}, h("ol", { class: "neighbours" }, nearest(i)))));
   const heads = ["Shape", ...(result.labels ? ["Class"] : []), "Nearest shapes"];
   const left = result.shapes.length - rows.length;
-  return h("div", { class: "scroll" }, h("table", {},
-    h("caption", {}, "Nearest neighbours", left > 0 ? ` of the first ${MOST_ROWS} shapes; the JSON has all` : ""),
-    h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
-    h("tbody", {}, rows)));
+  const caption = ["Nearest neighbours", left > 0 ? ` of the first ${MOST_ROWS} shapes; the JSON has all` : ""];
+  return table(caption, heads, rows);
 }

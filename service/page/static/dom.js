@@ -1,4 +1,4 @@
-// Elements are made of text and of other elements, never of markup: what users typed stays text.
+// Elements of the page, made of text and other elements, never of markup: names cannot inject any.
 
 /**
  * Make an element.
@@ -23,7 +23,21 @@ export function fill(node, ...children) {
   return node;
 }
 
-/** A button that does something, and cannot be pressed again while it is at it. */
+/** Warnings as a list, or null if there are none. */
+export const warningList = (warnings) => (warnings.length === 0 ? null
+  : h("ul", { class: "warnings" }, warnings.map((text) => h("li", {}, text))));
+
+/** A list of terms and values. */
+export const figureList = (entries) => h("dl", { class: "figures" }, entries.map(([term, value, field = null]) =>
+  h("div", {}, h("dt", {}, term), h("dd", { "data-field": field }, value))));
+
+/** A table that scrolls if it is wide. */
+export const table = (caption, heads, rows, attributes = {}) => h("div", { class: "scroll" },
+  h("table", attributes, h("caption", {}, caption),
+    h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
+    h("tbody", {}, rows)));
+
+/** A button that is disabled while its action runs. */
 export function button(text, action, attributes = {}) {
   const node = h("button", { type: "button", ...attributes }, text);
   node.addEventListener("click", async () => {

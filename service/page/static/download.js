@@ -1,11 +1,11 @@
-// Links to what the service answers; where a key is needed, it is fetched with the key.
+// Links to files of the service; with an API key, the file is fetched with that key.
 
 import { request } from "./api.js";
 import { h } from "./dom.js";
-import { key } from "./key.js";
+import { key } from "./api_key.js";
 import { problemBox } from "./problem.js";
 
-/** @param {string} name what the file is called */
+/** @param {string} name name of the downloaded file */
 export function download(path, text, name) {
   const link = h("a", { href: path, download: name }, text);
   link.addEventListener("click", async (event) => {

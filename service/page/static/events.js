@@ -1,16 +1,17 @@
-// A job as it changes: server-sent events, read with fetch, since EventSource sends no key.
+// Changes of a job as server-sent events, read with fetch, as EventSource cannot send an API key.
 
 import { Problem, request } from "./api.js";
 
 const ENDED = new Set(["succeeded", "failed", "cancelled"]);
+/** Milliseconds until a reconnection. */
 const PAUSE = 1000;
 
 export const ended = (job) => ENDED.has(job.state);
 
 /**
- * Follow a job until it has ended, over all interruptions.
+ * Follow a job until it has ended, and reconnect after interruptions.
  * @param {string} path address of the events
- * @param {function(Object)} tell told the job at each change
+ * @param {function(Object)} tell called with the job at each change
  * @param {AbortSignal} signal
  */
 export async function follow(path, tell, signal) {

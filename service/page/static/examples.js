@@ -1,4 +1,4 @@
-// Generated shapes, for those who have none at hand.
+// Generated example shapes.
 
 import { request } from "./api.js";
 import { button } from "./dom.js";
@@ -6,7 +6,7 @@ import { button } from "./dom.js";
 const PAIR = ["human-standing", "human-walking"];
 const ALL = [...PAIR, "cat-standing", "cat-sitting", "horse-standing", "horse-galloping"];
 
-/** @param {function(Array<File>)} take uploads files */
+/** @param {function(Array<File>)} take uploads the files */
 export function exampleButtons(take) {
   const bring = (names) => async () => take(await Promise.all(names.map(fetched)));
   return [

@@ -1,4 +1,4 @@
-// Shapes as GET /v1/shapes/{id}/geometry sends them.
+// Geometry of shapes, as GET /v1/shapes/{id}/geometry sends it.
 
 import { request } from "./api.js";
 
@@ -8,7 +8,7 @@ const HEADER = 56;
 /**
  * Fetch the geometry of a shape.
  * @returns {Promise<Object>} `positions` (3 V, between -1 and 1), `faces` (3 F), `numbers` (V, the
- *   user's), `colors` (3 V bytes, or null)
+ *   indices in the user's file), `colors` (3 V bytes, or null)
  */
 export async function geometryOf(shape, signal) {
   const answer = await request(`/v1/shapes/${encodeURIComponent(shape)}/geometry`, { signal });
@@ -17,7 +17,7 @@ export async function geometryOf(shape, signal) {
 
 export function readGeometry(buffer) {
   const magic = new TextDecoder("ascii").decode(new Uint8Array(buffer, 0, 8));
-  if (magic !== MAGIC) throw new Error("This is no geometry that this page can read.");
+  if (magic !== MAGIC) throw new Error("The geometry of this shape has a format that this page does not support; reload the page.");
   const head = new DataView(buffer);
   const [vertices, triangles, colored] = [8, 12, 16].map((at) => head.getUint32(at, true));
   let at = HEADER;
@@ -35,8 +35,8 @@ export function readGeometry(buffer) {
 }
 
 /**
- * Look up vertices by the numbers that they have in the user's file.
- * @returns {function(number): number} the place of a vertex, or undefined
+ * Look up vertices by their indices in the user's file.
+ * @returns {function(number): number} the index of a vertex in `positions`, or undefined
  */
 export function places(geometry) {
   const found = new Map();
@@ -44,23 +44,20 @@ export function places(geometry) {
   return (number) => found.get(number);
 }
 
-/** Positions between -1 and 1, as those that are fetched are. */
-export function centred(positions) {
-  const ends = [0, 1, 2].map((k) => {
-    let [low, high] = [Infinity, -Infinity];
-    for (let at = k; at < positions.length; at += 3) {
-      low = Math.min(low, positions[at]);
-      high = Math.max(high, positions[at]);
-    }
-    return [low, high];
-  });
-  const half = 0.5 * Math.max(...ends.map(([low, high]) => high - low)) || 1;
-  return Float32Array.from(positions, (value, at) => (value - 0.5 * (ends[at % 3][0] + ends[at % 3][1])) / half);
-}
-
 export const pointAt = (positions, place) => [0, 1, 2].map((k) => positions[3 * place + k]);
 
-/** (3 V) the sum of the normals of the triangles round each vertex, of any length. */
+/** Index of the vertex nearest to a point. */
+export function nearestVertex(positions, [x, y, z]) {
+  let [best, least] = [0, Infinity];
+  for (let v = 0; 3 * v < positions.length; v++) {
+    const distance = (positions[3 * v] - x) ** 2 + (positions[3 * v + 1] - y) ** 2
+      + (positions[3 * v + 2] - z) ** 2;
+    if (distance < least) [best, least] = [v, distance];
+  }
+  return best;
+}
+
+/** (3 V) area-weighted normals of the vertices, not of unit length. */
 export function normals(positions, faces) {
   const sums = new Float64Array(positions.length);
   for (let f = 0; f < faces.length; f += 3) {

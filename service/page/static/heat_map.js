@@ -1,25 +1,31 @@
-// A matrix of dissimilarities as a heat map: dark is alike, blocks are classes.
+// A matrix of dissimilarities as a heat map: dark cells are similar shapes, blocks are classes.
 
 import { plain } from "./dom.js";
 import { colorOf, plotly } from "./plotly.js";
-import { digits } from "./words.js";
+import { digits } from "./format.js";
 
+/** The colour scale, as in the service's pictures (worker/pictures/heat_map.py). */
+const COLORSCALE = "Viridis";
+/** Dissimilarities above this quantile have the last colour. */
+const UPPER_QUANTILE = 0.98;
+/** Shapes up to which rows and columns are named. */
 const MOST_NAMES = 40;
+/** Characters of a shortened name. */
 const LONGEST = 18;
 const drawn = new WeakSet();
 
-/** @param {function(number, number)} choose told the row and the column of a cell that is clicked */
+/** @param {function(number, number)} choose called with the row and column of a cell that is clicked */
 export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
   const Plotly = await plotly();
   if (signal.aborted) return;
   const order = ordered(labels, names.length);
   const short = order.map((i) => plain(shortened(names[i])));
-  // Names may be the same: the axes count, and the ticks are named.
+  // Names may repeat, so the axes are numeric and only their ticks are named.
   const ticks = names.length <= MOST_NAMES
     ? { tickvals: order.map((_, at) => at), ticktext: short } : { showticklabels: false };
   const data = {
-    type: "heatmap", colorscale: "Viridis", xgap: 1, ygap: 1, hoverinfo: "text",
-    // Energies are squares: their roots tell the small ones apart, which matter.
+    type: "heatmap", colorscale: COLORSCALE, xgap: 1, ygap: 1, hoverinfo: "text",
+    // The square root tells small dissimilarities apart, which decide the nearest neighbours.
     z: order.map((i) => order.map((j) => root(matrix[i][j]))), zmin: 0, zmax: greatest(matrix),
     text: order.map((i) => order.map((j) => cellText(names[i], names[j], matrix[i][j]))),
     colorbar: { title: { text: "√ dissimilarity", side: "right" }, thickness: 12, exponentformat: "e" },
@@ -37,15 +43,18 @@ export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
   signal.addEventListener("abort", () => Plotly.purge(node));
 }
 
-const greatest = (matrix) =>
-  matrix.reduce((most, row) => row.reduce((least, value) => Math.max(least, root(value) ?? 0), most), 0) || 1;
+function greatest(matrix) {
+  const pairs = matrix.flatMap((row, i) => row.slice(i + 1).filter((value) => value !== null));
+  const sorted = Float64Array.from(pairs).sort();
+  return root(sorted[Math.floor(UPPER_QUANTILE * (sorted.length - 1))] ?? 0) || 1;
+}
 
 const root = (value) => (value === null ? null : Math.sqrt(Math.max(0, value)));
 
 const shortened = (name) => (name.length <= LONGEST ? name : `${name.slice(0, LONGEST - 1)}…`);
 
 const cellText = (row, column, value) =>
-  `${plain(row)}<br>${plain(column)}<br>${value === null ? "not known yet" : digits(value)}`;
+  `${plain(row)}<br>${plain(column)}<br>${value === null ? "not compared yet" : digits(value)}`;
 
 function ordered(labels, count) {
   const order = Array.from({ length: count }, (_, i) => i);

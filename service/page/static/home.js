@@ -1,15 +1,15 @@
-// Where one begins: shapes come in, are chosen, and are matched or compared.
+// The start page: upload and choose shapes, then match them, compare them or learn a prototype.
 
 import { get } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { jobList, prototypeList, shapeList } from "./lists.js";
-import { isPrototype, orderForm } from "./order.js";
+import { isPrototype, jobForm } from "./job_form.js";
 import { problemBox } from "./problem.js";
 import { dropZone } from "./uploads.js";
-import { count } from "./words.js";
+import { count } from "./format.js";
 
-/** @param {Array<string>} ids shapes that are chosen already, as the address says */
+/** @param {Array<string>} ids ids in the address, of shapes that are chosen already */
 export async function homeView(place, ids, signal) {
   const chosen = [];
   let forms = new AbortController();
@@ -19,7 +19,7 @@ export async function homeView(place, ids, signal) {
 
   const choose = (...shapes) => {
     for (const shape of shapes) {
-      // There is one prototype at most, which is the source.
+      // At most one prototype can be chosen, as the source.
       if (isPrototype(shape)) chosen.splice(0, isPrototype(chosen[0]) ? 1 : 0, shape);
       else if (!chosen.some((other) => other.id === shape.id)) chosen.push(shape);
     }
@@ -40,10 +40,10 @@ export async function homeView(place, ids, signal) {
 
   fill(place,
     h("p", { class: "lead" },
-      "Drop two meshes: which point of the one corresponds to which of the other, how well, and how"
-      + " different are the two? Drop more, and all are compared with all."),
+      "Drop two meshes to match them: find the correspondence of minimum distortion, and a bound on how"
+      + " far it is from the optimum. Drop more to compare all pairs."),
     uploads.node,
-    h("p", { class: "actions" }, "No meshes at hand? ", exampleButtons(uploads.take)),
+    h("p", { class: "actions" }, "Examples: ", exampleButtons(uploads.take)),
     selected, lists);
   const shapes = h("section", { class: "card" });
   const jobs = h("section", { class: "card" });
@@ -73,8 +73,8 @@ function showChosen(node, chosen, changed, signal) {
   fill(node,
     h("h2", { id: "chosen-title" }, "Chosen shapes"),
     h("ol", { class: "chips" }, chosen.map((shape, at) => chip(shape, at, chosen, changed))),
-    chosen.length === 2 && !isPrototype(chosen[0]) ? button("Exchange source and target", swap) : null,
-    chosen.length > 1 ? orderForm(chosen, signal) : h("p", { class: "faint" }, "Choose another one."));
+    chosen.length === 2 && !isPrototype(chosen[0]) ? button("Swap source and target", swap) : null,
+    chosen.length > 1 ? jobForm(chosen, signal) : h("p", { class: "faint" }, "Choose another shape."));
 }
 
 function chip(shape, at, chosen, changed) {

@@ -1,4 +1,4 @@
-// One job: how far it is, and what came of it.
+// A job: its progress and its result.
 
 import { get, remove } from "./api.js";
 import { collectionView, partialView } from "./collection.js";
@@ -6,10 +6,10 @@ import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { matchView } from "./match.js";
 import { download } from "./download.js";
-import { linkButton } from "./link.js";
+import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
-import { kindName, percent, stateName, time } from "./words.js";
+import { kindName, percent, stateName, time } from "./format.js";
 
 const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: learnedView };
 
@@ -46,7 +46,7 @@ function statusOf(job) {
   const said = h("p", { class: "status" });
   const bar = h("progress", { max: 1, "aria-label": "Progress" });
   const cancel = button("Cancel", async () => {
-    said.textContent = "Being cancelled.";
+    said.textContent = "Cancelling.";
     await remove(job.links.self).catch((error) => node.append(problemBox(error)));
   });
   const box = h("div");
@@ -67,12 +67,12 @@ function statusOf(job) {
 
 function sentence(job) {
   if (job.state === "queued") {
-    return job.position ? `Waiting; ${job.position} before it.` : "Waiting for a worker.";
+    return job.position ? `Waiting, with ${job.position} ahead of it.` : "Waiting for a worker.";
   }
   if (job.state === "running") {
     return `${job.progress.stage}, ${percent(job.progress.fraction)}`;
   }
-  const asked = `Asked for ${time(job.created)}`;
+  const asked = `Requested ${time(job.created)}`;
   return `${stateName(job.state)[0].toUpperCase()}${stateName(job.state).slice(1)}. ${asked}.`;
 }
 

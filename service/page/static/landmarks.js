@@ -1,19 +1,19 @@
-// Landmarks: vertices of two shapes that are known to correspond, pointed at or typed.
+// Landmarks: pairs of vertices known to correspond, clicked on the shapes or typed.
 
+import { css, distinct } from "./colors.js";
 import { h, fill, button } from "./dom.js";
-import { pointAt } from "./geometry.js";
+import { drawnShape, lifted, rotate } from "./drawn_shape.js";
+import { nearestVertex, pointAt } from "./geometry.js";
 import { canDraw } from "./plotly.js";
 import { problemBox } from "./problem.js";
 import { Scene } from "./scene.js";
-import { lifted, sideOf, stand } from "./side.js";
-import { stance } from "./stance.js";
-import { css, distinct } from "./tint.js";
+import { sourceView } from "./view.js";
 
 const ENDS = ["source", "target"];
-const ABOUT = "Click a point on one shape, then the same point on the other; or type their vertex numbers."
-  + " One on a hand tells left from right.";
+const ABOUT = "Click a point on one shape, then the corresponding point on the other; or type their vertex"
+  + " indices. A landmark on a hand tells left from right.";
 
-/** A field for landmarks of two shapes, which are drawn when it is opened. */
+/** A form field for landmarks of two shapes; the shapes are drawn when it is opened. */
 export function landmarkField(shapes, signal) {
   const pairs = [];
   const pending = [null, null];
@@ -36,7 +36,7 @@ export function landmarkField(shapes, signal) {
     show();
   };
   const add = () => {
-    const wrong = whatIsWrong(pending, pairs, shapes, sides);
+    const wrong = errorOf(pending, pairs, shapes, sides);
     refuse(wrong);
     if (wrong !== null) return;
     pairs.push([...pending]);
@@ -50,7 +50,7 @@ export function landmarkField(shapes, signal) {
     if (!pending.includes(null)) add();
   };
   const show = () => {
-    // A pair that was typed counts, whether it was added or not.
+    // A pair that was typed completely counts even if it was not added.
     const all = pending.includes(null) ? pairs : [...pairs, pending];
     value.value = all.length === 0 ? "" : JSON.stringify(all);
     said.textContent = instruction(pending, shapes);
@@ -63,7 +63,7 @@ export function landmarkField(shapes, signal) {
   const open = async () => {
     if (scenes !== null || sides !== null || !canDraw()) return;
     try {
-      sides = await Promise.all(shapes.map((shape, at) => sideOf(shape, ENDS[at], signal)));
+      sides = await Promise.all(shapes.map((shape, at) => drawnShape(shape, ENDS[at], signal)));
       scenes = await drawn(pictures, sides, pick, signal);
       show();
     } catch (error) {
@@ -71,7 +71,7 @@ export function landmarkField(shapes, signal) {
     }
   };
   const box = h("details", { class: "landmarks" },
-    h("summary", {}, "Landmarks: points that are known to correspond"),
+    h("summary", {}, "Landmarks: points known to correspond"),
     said, pictures,
     h("div", { class: "actions" }, inputs.map(({ node }) => node), button("Add this pair", add)),
     refused, list, value);
@@ -90,11 +90,11 @@ function numberInput(end, changed, entered) {
   return { input, node: h("span", {}, h("label", { for: input.id }, `Vertex of the ${end} `), input) };
 }
 
-function whatIsWrong(pending, pairs, shapes, sides) {
+function errorOf(pending, pairs, shapes, sides) {
   for (const at of [0, 1]) {
     const number = pending[at];
-    if (number === null) return `Which vertex of the ${ENDS[at]}?`;
-    if (!Number.isInteger(number) || number < 0) return `${number} is no number of a vertex: they count from 0.`;
+    if (number === null) return `Give a vertex of the ${ENDS[at]}.`;
+    if (!Number.isInteger(number) || number < 0) return `${number} is not a vertex index: indices are whole numbers from 0.`;
     if (sides !== null && sides[at].place(number) === undefined) return `${shapes[at].name} has no vertex ${number}.`;
     if (pairs.some((pair) => pair[at] === number)) return `Vertex ${number} of ${shapes[at].name} is a landmark already.`;
   }
@@ -104,7 +104,7 @@ function whatIsWrong(pending, pairs, shapes, sides) {
 function instruction(pending, shapes) {
   const missing = pending.indexOf(null);
   if (pending[0] === null && pending[1] === null) return ABOUT;
-  return missing < 0 ? "Add this pair." : `Now the same point on ${shapes[missing].name}.`;
+  return missing < 0 ? "Add this pair." : `Now choose the corresponding point on ${shapes[missing].name}.`;
 }
 
 function line([source, target], i, remove) {
@@ -120,7 +120,7 @@ async function drawn(place, sides, pick, signal) {
   }));
   fill(place, sides.map(({ shape, end }, at) => h("figure", {}, nodes[at],
     h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));
-  sides.forEach((side) => stand(side, stance(side.geometry.positions)));
+  sides.forEach((side) => rotate(side, sourceView(side.geometry.positions)));
   const scenes = sides.map(({ mesh }, at) => new Scene(nodes[at], mesh, signal, { picked: true }));
   await Promise.all(scenes.map((scene, at) => scene.show(sides[at].mesh.colors)));
   if (signal.aborted) return null;
@@ -129,20 +129,13 @@ async function drawn(place, sides, pick, signal) {
   return scenes;
 }
 
-// What is drawn may be coarse: the vertex of the file that is nearest.
+// The drawn mesh may be simplified: take the nearest vertex of the file.
 function numberOf({ mesh, geometry }, vertex) {
   if (mesh.share === 1) return geometry.numbers[vertex];
-  const [x, y, z] = pointAt(mesh.positions, vertex);
-  const { positions, numbers } = geometry;
-  let [best, least] = [0, Infinity];
-  for (let v = 0; v < numbers.length; v++) {
-    const distance = (positions[3 * v] - x) ** 2 + (positions[3 * v + 1] - y) ** 2 + (positions[3 * v + 2] - z) ** 2;
-    if (distance < least) [best, least] = [v, distance];
-  }
-  return numbers[best];
+  return geometry.numbers[nearestVertex(geometry.positions, pointAt(mesh.positions, vertex))];
 }
 
-// The last one is being chosen: it has a ring, if there is one.
+// The last of the numbers is the landmark being chosen, which has a ring.
 function drawMarks(scene, side, numbers) {
   const there = numbers.map((number) => (number === null ? undefined : side.place(number)));
   const shown = there.flatMap((place, i) => (place === undefined ? [] : [i]));

@@ -1,16 +1,16 @@
-// What there is already: the newest jobs and shapes.
+// Lists of the newest jobs, shapes and prototypes.
 
 import { get } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { namesOf } from "./names.js";
-import { ago, count, kindName, stateName, time } from "./words.js";
+import { ago, count, kindName, stateName, time } from "./format.js";
 
 const PAGE = 8;
 const MOST_NAMED = 3;
 
-/** The newest jobs of all, or of a shape or a prototype, with the names of what they are of. */
+/** The newest jobs, of all or of one shape or prototype, with the names of their shapes. */
 export const jobList = (signal, of = null) =>
-  list(of === null ? "Recent jobs" : "Jobs with it", of === null ? "/v1/jobs" : `/v1/jobs?shape=${of}`,
+  list(of === null ? "Recent jobs" : `Jobs of this ${of.startsWith("p-") ? "prototype" : "shape"}`, of === null ? "/v1/jobs" : `/v1/jobs?shape=${of}`,
     of === null ? "No job yet." : null, (job) => {
       const link = h("a", { href: `#/jobs/${job.id}` }, kindName(job.kind));
       titleOf(job, signal).then((title) => fill(link, title)).catch(() => {});
@@ -19,7 +19,7 @@ export const jobList = (signal, of = null) =>
         h("time", { datetime: job.created, title: time(job.created), class: "faint" }, ago(job.created)));
     }, signal);
 
-// What a job is of; names are looked up together, and not far back.
+// Kind of a job and names of its shapes; only the newest page of names is searched.
 async function titleOf(job, signal) {
   const kind = kindName(job.kind);
   if (job.name !== null) return `${kind}: ${job.name}`;
@@ -29,7 +29,7 @@ async function titleOf(job, signal) {
   return `${kind}: ${names.join(job.kind === "match" ? " and " : ", ")}${more > 0 ? ` and ${count(more)} more` : ""}`;
 }
 
-/** Prototypes that can be matched with a shape. */
+/** @param {function(Object)} choose called with the prototype that is chosen */
 export const prototypeList = (choose, signal) =>
   list("Prototypes", "/v1/prototypes", null, (prototype) => h("li", {},
     h("a", { href: `#/prototypes/${prototype.id}` }, `${prototype.name}, version ${prototype.version}`), " ",
@@ -37,7 +37,7 @@ export const prototypeList = (choose, signal) =>
     button("Choose", () => choose(prototype), { class: "small", "aria-label": `Choose ${prototype.name}` })),
   signal);
 
-/** @param {function(Object)} choose told the shape that is chosen */
+/** @param {function(Object)} choose called with the shape that is chosen */
 export const shapeList = (choose, signal) =>
   list("Shapes", "/v1/shapes", "No shape yet.", (shape) => h("li", {},
     h("a", { href: `#/shapes/${shape.id}` }, shape.name), " ",

@@ -1,7 +1,7 @@
-// Which view is shown: the part of the address behind # says so, and survives a reload.
+// Routing: the part of the address after # names the view.
 
 import { h, fill } from "./dom.js";
-import { askForKey } from "./key.js";
+import { askForKey } from "./api_key.js";
 import { problemBox } from "./problem.js";
 import { homeView } from "./home.js";
 import { jobView } from "./job.js";
@@ -17,7 +17,7 @@ async function show() {
   leaving.abort();
   leaving = new AbortController();
   const { signal } = leaving;
-  // "#job=" is what links say that are given to others.
+  // "#job=" is the form of shared links.
   const [name, ...rest] = location.hash.replace(/^#job=/, "#/jobs/").replace(/^#\/?/, "").split("/").map(decoded);
   const view = ROUTES[name] ?? nowhere;
   const place = h("div", { class: "view" });
@@ -40,11 +40,11 @@ function decoded(part) {
 }
 
 function nowhere(place) {
-  fill(place, h("p", {}, "There is nothing here. ", h("a", { href: "#/" }, "To the beginning")));
+  fill(place, h("p", {}, "This address does not exist. ", h("a", { href: "#/" }, "Start page")));
 }
 
 document.getElementById("key").addEventListener("click", async () => {
-  const given = await askForKey("Services that are set up with keys take one with every request.");
+  const given = await askForKey("A service that is configured with API keys needs one with every request.");
   if (given) show();
 });
 document.querySelector(".skip").addEventListener("click", (event) => {

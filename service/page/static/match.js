@@ -1,25 +1,25 @@
-// The result of a match: in words, in numbers, in pairs, and in three dimensions.
+// The result of a match: summary, figures, table of pairs, and both shapes in three dimensions.
 
-import { Problem, get } from "./api.js";
-import { h, fill } from "./dom.js";
+import { get, orNull } from "./api.js";
+import { h, fill, figureList, warningList } from "./dom.js";
 import { download } from "./download.js";
-import { leftAndRight } from "./left_and_right.js";
-import { linkButton } from "./link.js";
-import { pairTable } from "./pairs.js";
+import { certificate, certifiedBadge, digits, figure, percent, several } from "./format.js";
+import { matchScenes } from "./match_scenes.js";
+import { orientationNote } from "./orientation.js";
+import { pairTable } from "./pair_table.js";
 import { problemBox } from "./problem.js";
 import { Selection } from "./selection.js";
-import { pairOfScenes } from "./side_by_side.js";
-import { certificate, digits, figure, percent, several } from "./words.js";
+import { linkButton } from "./share_link.js";
 
 export async function matchView(place, result, job, signal) {
   const learned = result.source_kind === "prototype";
   const [source, target] = await Promise.all([
-    recordOr(learned ? "prototypes" : "shapes", result.source, signal),
-    recordOr("shapes", result.target, signal),
+    recordOf(learned ? "prototypes" : "shapes", result.source, signal),
+    recordOf("shapes", result.target, signal),
   ]);
   document.title = `${source.name} and ${target.name} – isomatch`;
   const selection = new Selection();
-  const numbers = h("dl", { class: "figures" });
+  const numbers = h("div");
   const pairs = h("div");
   const scenes = h("div");
   const picture = h("span");
@@ -39,18 +39,16 @@ export async function matchView(place, result, job, signal) {
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),
     h("p", { class: "proof" },
-      h("span", { class: result.certified ? "badge good" : "badge" }, result.certified ? "certified" : "not certified"),
-      " ", summary(result), " ", certificate(result)),
-    result.warnings.length ? h("ul", { class: "warnings" }, result.warnings.map((text) => h("li", {}, text))) : null,
-    leftAndRight(result), alternatives(result, choose), scenes, numbers,
+      certifiedBadge(result), " ", summary(result), " ", certificate(result)),
+    warningList(result.warnings), orientationNote(result), alternatives(result, choose), scenes, numbers,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       picture, " ",
-      h("a", { href: `#/with/${result.source}/${result.target}` }, "Match these again, otherwise")),
+      h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters")),
     announced, pairs);
   await choose(0);
   try {
-    drawn = await pairOfScenes(scenes, result, source, target, selection, signal);
+    drawn = await matchScenes(scenes, result, source, target, selection, signal);
     if (drawn !== null) await choose(0);
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));
@@ -64,19 +62,13 @@ const pictureOf = (job, which) => (which === 0
 const name = ({ id, name: called }, learned = false) =>
   (id ? h("a", { href: `#/${learned ? "prototypes" : "shapes"}/${id}` }, called) : called);
 
-// A shape may have been deleted since: the numbers are still there.
-async function recordOr(kind, id, signal) {
-  try {
-    return await get(`/v1/${kind}/${encodeURIComponent(id)}`, signal);
-  } catch (error) {
-    if (error instanceof Problem && [404, 410].includes(error.status)) {
-      return { id: null, name: "a shape that is no longer kept", faces: 0 };
-    }
-    throw error;
-  }
+// A shape may have been deleted since; the result is still shown.
+async function recordOf(kind, id, signal) {
+  const record = await orNull(get(`/v1/${kind}/${encodeURIComponent(id)}`, signal));
+  return record ?? { id: null, name: "a shape that is no longer kept", faces: 0 };
 }
 
-/** The answer that was chosen and the alternatives, with what is drawn and listed of each. */
+/** The chosen match and its alternatives. */
 function hypotheses(result) {
   return [result, ...result.alternatives].map((answer, which) => ({
     which,
@@ -91,7 +83,7 @@ function hypotheses(result) {
 function summary(result) {
   const alone = result.unmatched.length;
   const matched = `${several(result.correspondences.length, "point")} matched`;
-  const left = alone ? `, ${alone} left without partner` : "";
+  const left = alone ? `, ${several(alone, "point")} unmatched` : "";
   return `${matched}${left}${result.refinement ? ", refined between vertices" : ""}.`;
 }
 
@@ -104,7 +96,7 @@ function alternatives(result, choose) {
     }), " ", which === 0 ? "Chosen" : `${which}`,
     h("span", { class: "faint" }, which === 0 ? ` ${digits(energy)}` : ` ${more(energy, result.energy)}`)));
   return h("fieldset", { class: "alternatives" },
-    h("legend", {}, "Answers and their energies, each among candidates of its own; one is most often the mirror image"), options);
+    h("legend", {}, "Alternatives and their energies, relative to the chosen match; one is often its mirror image"), options);
 }
 
 function more(energy, least) {
@@ -112,8 +104,8 @@ function more(energy, least) {
   return share >= 0 ? `+${percent(share)}` : `−${percent(-share)}`;
 }
 
-// Bounds are of the problem whose candidates the chosen answer has.
-const OTHER = "of the chosen one only";
+// The bounds hold for the problem that the chosen match solves.
+const OTHER = "only for the chosen match";
 
 function figures(result, { which, energy, distortion }) {
   const best = which === 0;
@@ -124,11 +116,10 @@ function figures(result, { which, energy, distortion }) {
     ["Distortion of distances", figure(distortion.second_order), "second_order"],
     ["Distortion of descriptors", figure(distortion.first_order), "first_order"],
     ["Greatest distortion", figure(distortion.linf), "linf"],
-    ["Gromov–Hausdorff distance of the points, at most", figure(0.5 * distortion.linf), "gromov_hausdorff"],
+    ["Gromov–Hausdorff distance of the points, upper bound", figure(0.5 * distortion.linf), "gromov_hausdorff"],
     ...(typeof result.misfit !== "number" ? [] : [
-      ["Misfit of the target to the class (1 is usual)", best ? figure(result.misfit) : OTHER, "misfit"]]),
+      ["Misfit of the target to the class (1 is typical)", best ? figure(result.misfit) : OTHER, "misfit"]]),
     ["Computed in", `${digits(result.timings.total)} s`, "seconds"],
   ];
-  return entries.map(([term, value, field]) =>
-    h("div", {}, h("dt", {}, term), h("dd", { "data-field": field }, value)));
+  return figureList(entries);
 }

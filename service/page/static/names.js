@@ -1,4 +1,4 @@
-// What shapes and prototypes are called, by their ids.
+// Names of shapes and prototypes by their ids.
 
 import { get } from "./api.js";
 
@@ -6,9 +6,9 @@ const PAGE = 200;
 const known = new Map();
 let asking = Promise.resolve();
 
-/** Names by the lists' first pages, which are few; what is older is called by its id. */
+/** Names from the newest pages of the lists; older records are shown by the start of their id. */
 export async function namesOf(ids, signal, pages = 10) {
-  // Whoever asks meanwhile waits for what is asked already.
+  // Calls wait for one another, so that a page is not fetched twice.
   const before = asking;
   asking = before.catch(() => {}).then(() => lookUpAll(ids, signal, pages));
   await asking;

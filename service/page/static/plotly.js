@@ -1,4 +1,4 @@
-// plotly.js, fetched when something is to be drawn.
+// plotly.js, loaded on first use.
 
 let loading = null;
 
@@ -9,7 +9,7 @@ export function plotly() {
     script.onload = () => resolve(window.Plotly);
     script.onerror = () => {
       loading = null;
-      reject(new Error("plotly.js, which draws, cannot be loaded; reload the page."));
+      reject(new Error("plotly.js, which draws shapes and heat maps, cannot be loaded; reload the page."));
     };
     document.head.append(script);
   });
@@ -20,7 +20,9 @@ export function plotly() {
 export const colorOf = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
-/** Whether shapes can be drawn here. */
+export const NO_WEBGL = "This browser does not support WebGL, which is needed to draw shapes.";
+
+/** Whether the browser supports WebGL. */
 export function canDraw() {
   const canvas = document.createElement("canvas");
   return (canvas.getContext("webgl2") ?? canvas.getContext("webgl")) !== null;

@@ -1,8 +1,8 @@
-// What was refused, and why.
+// Problem documents, shown.
 
 import { h } from "./dom.js";
 
-/** A box with a problem: what it is, what to do, and which field is wrong. */
+/** A box with a problem: its title, detail, and the problems of fields. */
 export function problemBox(error) {
   const errors = error.errors ?? [];
   return h("div", { class: "problem", role: "alert" },

@@ -1,29 +1,30 @@
-// One shape in three dimensions, with its matched points.
+// A shape in three dimensions, with its matched points.
 
 import { normals } from "./geometry.js";
 import { colorOf, plotly } from "./plotly.js";
-import { css } from "./tint.js";
+import { css } from "./colors.js";
 
 const FLAT = { lighting: { ambient: 1, diffuse: 0, specular: 0, roughness: 1, fresnel: 0 } };
 const LIGHT = [-0.36, 0.56, 0.75];
 const DARKEST = 0.55;
 const SKIN = 218;
-// It is this that sizes a shape where the projection is orthographic.
+// The aspect ratio sizes the shape, as the projection is orthographic.
 const ZOOM = { x: 1.75, y: 1.75, z: 1.75 };
 const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: false };
 const SURFACE = 0;
 const POINTS = 1;
 const RING = 2;
-/** Pixels that a hand moves while it presses, and milliseconds until a touch is looked up. */
+/** Pixels that the pointer may move during a click. */
 const STILL = 5;
+/** Milliseconds until plotly.js has reported the vertex under a touch. */
 const TOUCH = 150;
 const NOTHING = { points: [], colors: [], names: [], numbered: false, ring: null };
 
 /**
- * A shape that is drawn.
+ * The drawing of a shape.
  *
- * `mesh` has `positions` and `faces`; nothing is drawn before it is first shown. Vertices of one
- * that is `picked` can be pointed at.
+ * `mesh` has `positions` and `faces`; nothing is drawn before the first `show`. With `picked`,
+ * clicks on vertices are reported.
  */
 export class Scene {
   #node;
@@ -47,9 +48,9 @@ export class Scene {
 
   /**
    * Draw the shape.
-   * @param {ArrayLike<number>|null} shades (3 V) of the surface, 0..255
-   * @param {Object} marks `points`, their `colors` and `names`, whether these are `numbered`, and
-   *   `ring`, the number of the one that has a ring or null
+   * @param {ArrayLike<number>|null} shades (3 V) colours of the surface, 0..255
+   * @param {Object} marks `points`, their `colors` and `names`, whether names are shown (`numbered`), and
+   *   `ring`, the index of the point with a ring or null
    */
   async show(shades, { points, colors, names, numbered, ring } = NOTHING) {
     this.#plotly ??= await plotly();
@@ -99,10 +100,10 @@ export class Scene {
     };
   }
 
-  /** Once it is shown, tell which point the pointer is at, null when it leaves, and which is clicked. */
+  /** After `show`: report the point under the pointer, null when it leaves, and the point that is clicked. */
   watch(hover, click) {
     const pairOf = (event) => event.points.find((point) => point.curveNumber === POINTS)?.pointNumber;
-    // plotly.js tells of pointers while it draws: what is drawn must not be changed before it is done.
+    // plotly.js reports pointers while it draws; the drawing must not be changed before it is done.
     const later = (pair) => setTimeout(() => hover(pair));
     this.#node.on("plotly_hover", (event) => later(pairOf(event) ?? null));
     this.#node.on("plotly_unhover", () => later(null));
@@ -112,7 +113,7 @@ export class Scene {
     });
   }
 
-  /** Once it is shown, tell which of the drawn vertices is clicked: to turn the shape is no click. */
+  /** After `show`: report the drawn vertex that is clicked; turning the shape is not a click. */
   pick(tell) {
     let [vertex, pressed] = [null, null];
     const look = ({ points }) => {
@@ -129,7 +130,7 @@ export class Scene {
     }, true);
   }
 
-  /** Tell where the camera is whenever it was moved by hand. */
+  /** Report the camera whenever the user has moved it. */
   follow(tell) {
     this.#node.on("plotly_relayout", (change) => {
       const camera = change["scene.camera"];
@@ -147,7 +148,7 @@ function columns(values, names) {
     [name, Array.from({ length: values.length / 3 }, (_, v) => values[3 * v + k])]));
 }
 
-// How bright each vertex is, lit from the upper left; the light turns with the shape.
+// Brightness of each vertex, lit from the upper left; the light turns with the shape.
 function brightness(positions, faces) {
   const across = normals(positions, faces);
   return Float32Array.from({ length: positions.length / 3 }, (_, v) => {

@@ -1,10 +1,10 @@
-// Which matched pair is looked at: hovered, focused, or chosen, which stays.
+// The highlighted pair of a match: hovered or focused, else the chosen one.
 
 export class Selection extends EventTarget {
   #hovered = null;
   #chosen = null;
 
-  /** Number of the pair that is shown, or null. */
+  /** Index of the highlighted pair, or null. */
   get shown() {
     return this.#hovered ?? this.#chosen;
   }
@@ -17,7 +17,7 @@ export class Selection extends EventTarget {
     this.#set(() => { this.#hovered = pair; });
   }
 
-  /** Choose a pair, or none where it was chosen before. */
+  /** Choose a pair, or unchoose it. */
   choose(pair) {
     this.#set(() => {
       this.#chosen = pair === this.#chosen ? null : pair;

@@ -1,15 +1,15 @@
-// One shape: what is known of it, and how it looks.
+// A shape: its record, its drawing and its jobs.
 
 import { get, remove } from "./api.js";
-import { coarsened } from "./coarsen.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill, button, warningList } from "./dom.js";
 import { download } from "./download.js";
+import { count, digits, percent, time } from "./format.js";
 import { geometryOf } from "./geometry.js";
 import { jobList } from "./lists.js";
-import { canDraw } from "./plotly.js";
+import { NO_WEBGL, canDraw } from "./plotly.js";
 import { Scene } from "./scene.js";
-import { seen, stance } from "./stance.js";
-import { count, digits, percent, time } from "./words.js";
+import { simplified } from "./vertex_clustering.js";
+import { rotated, sourceView } from "./view.js";
 
 export async function shapeView(place, [id], signal) {
   const path = `/v1/shapes/${encodeURIComponent(id)}`;
@@ -28,24 +28,24 @@ export async function shapeView(place, [id], signal) {
       + `${shape.components === 1 ? "one component" : `${shape.components} components`}, `
       + `${shape.closed ? "closed" : "with boundary"}, area ${digits(shape.area)}, `
       + `uploaded ${time(shape.created)}.`),
-    shape.warnings.length ? h("ul", { class: "warnings" }, shape.warnings.map((text) => h("li", {}, text))) : null,
+    warningList(shape.warnings),
     h("p", { class: "actions" },
       h("a", { href: `#/with/${shape.id}`, class: "button" }, "Match it"), " ",
-      download(`${path}/mesh`, "The file", `${shape.id}.${shape.file_type}`), " ", forget),
+      download(`${path}/mesh`, "Mesh file", `${shape.id}.${shape.file_type}`), " ", forget),
     picture, drawn, jobs);
   jobList(signal, id).then((list) => fill(jobs, list), () => {});
   if (!canDraw()) {
-    drawn.textContent = "This browser has no WebGL, which shapes are drawn with.";
+    drawn.textContent = NO_WEBGL;
     return;
   }
   const geometry = await geometryOf(id, signal);
-  const mesh = coarsened(geometry);
+  const mesh = simplified(geometry);
   drawn.textContent = shareDrawn(mesh.share, shape.faces);
-  const positions = seen(stance(mesh.positions), mesh.positions);
+  const positions = rotated(sourceView(mesh.positions), mesh.positions);
   const scene = new Scene(picture, { positions, faces: mesh.faces }, signal);
   await scene.show(mesh.colors);
 }
 
-/** What is said of a mesh of which not all is drawn. */
+/** A note on a mesh that is simplified for drawing; empty if it is not. */
 export const shareDrawn = (share, faces) => (share === 1 ? ""
-  : `Drawn coarsely, with ${percent(share)} of its ${count(faces)} triangles; nothing else is simplified by that.`);
+  : `Drawn with ${percent(share)} of its ${count(faces)} triangles; only the drawing is simplified.`);

@@ -1,15 +1,15 @@
-// Files that are dropped or picked, on their way to the service.
+// Uploads of files that are dropped or picked.
 
 import { upload } from "./api.js";
 import { h, fill, button } from "./dom.js";
 import { problemBox } from "./problem.js";
-import { percent } from "./words.js";
+import { percent } from "./format.js";
 
 const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.zip";
 
 /**
- * A place for files.
- * @param {function(Object)} arrived told each shape that was made of one, in the files' order
+ * A drop zone.
+ * @param {function(Object)} arrived called with each uploaded shape, in the order of the files
  * @returns {Object} `node`, and `take`, which uploads files
  */
 export function dropZone(arrived, signal) {
@@ -54,13 +54,13 @@ function droppable(zone, take) {
 
 async function sent(file, list, signal) {
   const bar = h("progress", { max: 1, value: 0, "aria-label": `Upload of ${file.name}` });
-  const said = h("span", { class: "faint" }, "sending");
+  const said = h("span", { class: "faint" }, "uploading");
   const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
   list.append(line);
   try {
     const shape = await upload(file, (share) => {
       bar.value = share;
-      said.textContent = share < 1 ? percent(share) : "being read";
+      said.textContent = share < 1 ? percent(share) : "validating";
     }, signal);
     line.remove();
     for (const warning of shape.warnings) list.append(note(`${shape.name}: ${warning}`));

@@ -34,14 +34,14 @@ def record(name: str, label: str) -> PrototypeRecord:
 
 def test_versions_are_counted_by_name_and_never_reused(store: Store) -> None:
     prototypes = store.prototypes
-    stored = [prototypes.add(record("a", label), b"x") for label in ("1", "2")]
+    stored = [prototypes.add(record("a", label), b"x", b"y") for label in ("1", "2")]
     assert [one.version for one in stored] == [1, 2]
-    assert prototypes.add(record("b", "2"), b"x") == stored[1]
-    assert prototypes.add(record("b", "3"), b"x").version == 1
+    assert prototypes.add(record("b", "2"), b"x", b"y") == stored[1]
+    assert prototypes.add(record("b", "3"), b"x", b"y").version == 1
     assert prototypes.delete("p-2")
     assert not prototypes.delete("p-2")
     assert not prototypes.expired("p-2")
-    assert prototypes.add(record("a", "4"), b"x").version == 3
+    assert prototypes.add(record("a", "4"), b"x", b"y").version == 3
     assert [one.id for one in prototypes.page(10, None, "a").items] == ["p-4", "p-1"]
     assert len(prototypes.page(10, None).items) == 3
 
@@ -88,14 +88,14 @@ def test_what_belongs_to_a_name_outlives_what_has_it(
 ) -> None:
     changed = settings.model_copy(update={"shape_ttl": TTL, "trace_ttl": TRACE})
     prototypes = Store.over(store.client, changed, retry_seconds=1).prototypes
-    prototypes.add(record("a", "1"), b"archive")
-    kept = (keys.prototype("p-1"), keys.prototype_archive("p-1"))
+    prototypes.add(record("a", "1"), b"archive", b"geometry")
+    kept = (keys.prototype("p-1"), keys.prototype_archive("p-1"), keys.prototype_geometry("p-1"))
     longer = (
         keys.prototype_tombstone("p-1"),
         keys.prototypes_named("a"),
         keys.prototype_versions("a"),
     )
-    for use in (prototypes.use, prototypes.archive):
+    for use in (prototypes.use, prototypes.archive, prototypes.geometry):
         for key in (*kept, *longer):
             store.client.expire(key, 10)
         assert prototypes.get("p-1") is not None

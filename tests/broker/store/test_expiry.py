@@ -130,9 +130,9 @@ def test_a_prototype_stored_again_under_another_name_is_listed_there(
         )
 
     prototypes = store.prototypes
-    prototypes.add(named("cat"), b"archive")
+    prototypes.add(named("cat"), b"archive", b"geometry")
     store.client.delete(keys.prototype("p-" + SHAPE))
-    prototypes.add(named("animal"), b"archive")
+    prototypes.add(named("animal"), b"archive", b"geometry")
     assert [one.name for one in prototypes.page(10, None, "animal").items] == ["animal"]
     assert prototypes.page(10, None, "cat").items == ()
     assert [one.name for one in prototypes.page(10, None).items] == ["animal"]

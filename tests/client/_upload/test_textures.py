@@ -70,7 +70,7 @@ def test_warnings_of_missing_textures(client: isomatch.Client, folder: Path) -> 
     lone = client.upload(files["scan/person.obj"], file_type="obj")
     assert not lone.has_colors
     assert "'skin.mtl', which is missing" in lone.warnings[0]
-    with pytest.raises(isomatch.InvalidRequest, match="vertex colours; there are none in target"):
+    with pytest.raises(isomatch.InvalidRequest, match="colours, which are missing in target"):
         client.match(walking, lone, points=7, descriptor="photometric").result()
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w") as archive:

@@ -18,6 +18,7 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import keys
+from service.dependencies import Service
 from service.dissimilarities import (
     PartialDissimilarities,
     known_matrix,
@@ -27,7 +28,6 @@ from service.dissimilarities import (
 from service.http import JobExpired
 from service.settings import Settings
 from service.standalone import EmbeddedServer
-from service.state import Service
 from tests.service.conftest import Api, Json, idle_api, problem
 from tests.solver.shapes import tetrahedron
 from tests.worker.collections import class_files, imagined
@@ -89,7 +89,7 @@ def test_a_collection_is_compared(
     ]
 
 
-def test_what_is_known_is_seen_while_it_runs_and_a_cancelled_job_has_nothing(
+def test_partial_dissimilarities_while_running_and_none_when_cancelled(
     http: httpx2.Client, api: Api
 ) -> None:
     payload = imagined(api.store, COUNT, DissimilarityParameters(points=10), seed=3)
@@ -195,7 +195,7 @@ def test_parts_make_a_matrix() -> None:
             assert all(matrix[k][k] == 0.0 for k in range(count))
 
 
-def test_what_is_known_becomes_no_less_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:
+def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedServer) -> None:
     with idle_api(server) as api:
         store, settings = api.store, Settings()
         service = Service(settings, store, JobQueue(store, settings))

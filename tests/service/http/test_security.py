@@ -35,7 +35,7 @@ def caller(api: Api, key: str | None) -> httpx2.Client:
     return httpx2.Client(base_url=api.url, headers=headers, timeout=120.0)
 
 
-def test_what_needs_a_key_and_what_does_not(api: Api) -> None:
+def test_paths_that_need_a_key(api: Api) -> None:
     document = json.loads((ROOT / "openapi" / "openapi.json").read_text())
     with caller(api, None) as http:
         for path, calls in document["paths"].items():

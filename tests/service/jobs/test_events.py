@@ -74,7 +74,7 @@ def follow(http: httpx2.Client, job: Json, last: str | None = None) -> Any:
     return http.stream("GET", job["links"]["events"], headers=headers)
 
 
-def test_it_tells_how_the_job_is_until_it_has_ended(
+def test_events_follow_the_job_until_it_has_ended(
     lasting: tuple[httpx2.Client, Api, Json],
 ) -> None:
     http, api, job = lasting
@@ -102,7 +102,7 @@ def test_it_tells_how_the_job_is_until_it_has_ended(
         assert [event["id"] for event in told_of(stream)] == [last["id"]]
 
 
-def test_what_is_known_is_not_told_again(lasting: tuple[httpx2.Client, Api, Json]) -> None:
+def test_the_last_event_is_not_repeated(lasting: tuple[httpx2.Client, Api, Json]) -> None:
     http, api, job = lasting
     with follow(http, job) as stream:
         first = next(events(stream))
@@ -114,7 +114,9 @@ def test_what_is_known_is_not_told_again(lasting: tuple[httpx2.Client, Api, Json
     assert [json.loads(event["data"])["state"] for event in told] == ["cancelled"]
 
 
-def test_it_says_that_it_is_there_and_ends_after_its_time(http: httpx2.Client, job: Json) -> None:
+def test_streams_send_heartbeats_and_end_after_their_lifetime(
+    http: httpx2.Client, job: Json
+) -> None:
     start = time.monotonic()
     with follow(http, job) as stream:
         told = list(events(stream))

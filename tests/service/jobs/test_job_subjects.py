@@ -1,4 +1,4 @@
-"""What jobs are of: told by each, and what listings are filtered by."""
+"""Shapes and prototypes of jobs, in the jobs and as filters of the listing."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -128,7 +128,7 @@ def test_listings_are_filtered(http: httpx2.Client, api: Api) -> None:
         assert "JobKind" not in document["errors"][0]["message"]
 
 
-def test_what_is_seldom_found_is_found_page_by_page(
+def test_filtered_listing_pages_through_rare_jobs(
     http: httpx2.Client, api: Api, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(listings, "MOST_SKIPPED", 3)
@@ -142,7 +142,7 @@ def test_what_is_seldom_found_is_found_page_by_page(
     assert len(ids(http, kind="match", limit=3)) == 10
 
 
-def test_what_is_of_a_shape_is_forgotten_with_its_jobs(http: httpx2.Client, api: Api) -> None:
+def test_listing_by_shape_is_forgotten_with_its_jobs(http: httpx2.Client, api: Api) -> None:
     job = match(http)
     key = keys.jobs_of(A)
     settings = api.store.jobs.settings

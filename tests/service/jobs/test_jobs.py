@@ -101,7 +101,7 @@ def test_the_picture(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     assert {"match"} <= kinds <= {"match", "dissimilarities", "prototype"}
 
 
-def test_what_a_newer_version_stored_hides_nothing_else(server: EmbeddedServer) -> None:
+def test_records_of_a_newer_version_do_not_break_listings(server: EmbeddedServer) -> None:
     with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         shapes = put_shapes(api)
         unread, other = (ask(http, shapes)["id"] for _ in range(2))

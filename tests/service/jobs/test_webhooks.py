@@ -73,7 +73,7 @@ def queued_try(api: Api) -> str:
         time.sleep(0.05)
 
 
-def test_nobody_is_told_unless_it_is_asked_for(http: httpx2.Client, api: Api) -> None:
+def test_no_webhook_is_delivered_unless_requested(http: httpx2.Client, api: Api) -> None:
     assert ask(http, api, None).json()["webhook"] is None
 
 
@@ -96,11 +96,11 @@ def test_nobody_is_told_unless_it_is_asked_for(http: httpx2.Client, api: Api) ->
         ("http://example.org/\r\nHost: x", "ASCII"),
         ("http://example.org/a b", "ASCII"),
         ("http://" + "a" * 2000, "at most 2000"),
-        ("http://10.0.0.1/", "no public address"),
-        ("http://169.254.169.254/latest/meta-data/", "no public address"),
-        ("http://[::1]/", "no public address"),
-        ("http://[::ffff:10.0.0.1]/", "no public address"),
-        ("http://0xa000001/", "no public address"),
+        ("http://10.0.0.1/", "not a public address"),
+        ("http://169.254.169.254/latest/meta-data/", "not a public address"),
+        ("http://[::1]/", "not a public address"),
+        ("http://[::ffff:10.0.0.1]/", "not a public address"),
+        ("http://0xa000001/", "not a public address"),
     ],
 )
 def test_addresses_that_webhooks_may_not_go_to(
@@ -123,7 +123,9 @@ def test_addresses_that_webhooks_may_not_go_to(
         ("http://example.org/", "body.webhook"),
     ],
 )
-def test_what_is_no_webhook(http: httpx2.Client, api: Api, webhook: object, field: str) -> None:
+def test_invalid_webhooks_are_refused(
+    http: httpx2.Client, api: Api, webhook: object, field: str
+) -> None:
     document = problem(ask(http, api, webhook), 422, "invalid-request")
     assert [error["field"] for error in document["errors"]] == [field]
 

@@ -110,7 +110,7 @@ def test_two_points_are_too_few(http: httpx2.Client, upload: Upload) -> None:
     assert "too few points were matched for a map of all vertices" in result["warnings"]
 
 
-def test_it_is_not_there_unasked(http: httpx2.Client, upload: Upload) -> None:
+def test_there_is_no_refinement_unless_requested(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(file_of(shapes.blob(1)), "m.ply")["id"]
     result, _ = asked(http, (shape, shape), refine=None)
     assert result["refinement"] is None

@@ -1,4 +1,4 @@
-"""Landmarks: pointed at on both shapes, or typed; refused beside the field; and obeyed."""
+"""Landmarks: clicked on both shapes or typed, refused beside the field, and used by the match."""
 
 import json
 from collections.abc import Callable
@@ -51,7 +51,7 @@ def press(page: Page, drawn: Locator, vertex: int, drag: int = 0) -> None:
 
 def test_points_are_clicked_and_matched(page: Page, api: Api, shapes: list[str]) -> None:
     page.goto(f"/#/with/{'/'.join(shapes)}")
-    page.get_by_text("Landmarks: points that are known").click()
+    page.get_by_text("Landmarks: points known").click()
     page.locator(".landmarks .pair[data-ready]").wait_for()
     source, target = scene(page, "source"), scene(page, "target")
     # Turning a shape chooses nothing.
@@ -62,7 +62,7 @@ def test_points_are_clicked_and_matched(page: Page, api: Api, shapes: list[str])
     other = target.evaluate(HIGHEST)
     press(page, target, other)
     expect(page.get_by_label("Vertex of the target")).not_to_have_value("")
-    expect(page.locator(".landmarks")).to_contain_text("Now the same point on")
+    expect(page.locator(".landmarks")).to_contain_text("Now choose the corresponding point on")
     eventually(lambda: target.evaluate(VERTICES) == 1)
     assert chosen(page) == []
     press(page, source, top)
@@ -98,7 +98,7 @@ def test_vertices_are_typed(browser: Browser, api: Api, shapes: list[str]) -> No
         page.get_by_label("Vertex of the source").focus()
         page.keyboard.type("17")
         page.keyboard.press("Enter")
-        expect(refused).to_have_text("Which vertex of the target?")
+        expect(refused).to_have_text("Give a vertex of the target.")
         page.keyboard.press("Tab")
         page.keyboard.type("1200")
         page.keyboard.press("Enter")

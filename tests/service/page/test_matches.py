@@ -103,17 +103,17 @@ def test_both_shapes_are_drawn_with_their_points(matched: Page, api: Api) -> Non
     assert len(set(colors[0])) == 12
 
 
-def test_a_dense_map_carries_colours(matched: Page, api: Api) -> None:
+def test_a_dense_map_transfers_colours(matched: Page, api: Api) -> None:
     result = result_of(matched, api)
     assert result["parameters"]["dense"]
     assert len(result["dense"]["source"]) == 1500
-    carrying = matched.get_by_label("carried to the source by the dense map")
-    expect(carrying).to_be_checked()
+    transferring = matched.get_by_label("Colour the source by the dense map")
+    expect(transferring).to_be_checked()
     colors = scenes(matched)[0].evaluate("s => new Set(s.data[0].vertexcolor).size")
-    carrying.uncheck()
+    transferring.uncheck()
     source = scenes(matched)[0]
     eventually(lambda: source.evaluate("s => new Set(s.data[0].vertexcolor).size") < colors)
-    carrying.check()
+    transferring.check()
 
 
 def test_the_partner_of_a_point_that_is_pointed_at(matched: Page) -> None:
@@ -168,19 +168,19 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
 
 def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page) -> None:
     # The shapes are those of the match before, which had a dense map, and was told of.
-    expect(matched.get_by_role("button", name="Tell left from right")).to_have_count(0)
+    expect(matched.get_by_role("button", name="Match with orientation")).to_have_count(0)
     told = result_of(matched, api)
     asked = {"source": told["source"], "target": told["target"], "points": 10, "metric": "geodesic"}
     job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
     page.goto(f"/#/jobs/{job}")
-    page.get_by_role("button", name="Tell left from right").click()
+    page.get_by_role("button", name="Match with orientation").click()
     page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
     shown(page)
     again = result_of(page, api)
     assert again["parameters"]["orientation"]
     for name in ("points", "metric", "coarse_points", "eigenpairs"):
         assert again["parameters"][name] == result_named(api, job)["parameters"][name]
-    expect(page.get_by_role("button", name="Tell left from right")).to_have_count(0)
+    expect(page.get_by_role("button", name="Match with orientation")).to_have_count(0)
 
 
 def result_named(api: Api, job: str) -> Json:
@@ -202,7 +202,7 @@ def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     expect(listed).to_have_text("Match: human-standing.off and human-walking.off")
     listed.click()
     matched.get_by_role("heading").get_by_role("link", name="human-walking.off").click()
-    expect(matched.get_by_text("Jobs with it")).to_be_visible()
+    expect(matched.get_by_text("Jobs of this shape")).to_be_visible()
     expect(listed).to_be_visible()
 
 

@@ -1,13 +1,11 @@
-"""The page's modules, called in the browser: what is read, made coarse, turned and coloured."""
+"""The page's modules, called in the browser: geometry, simplification, views and colours."""
 
 import base64
 import gzip
-import io
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from playwright.sync_api import Page
 
 from solver.arrays import FloatArray
@@ -27,36 +25,6 @@ def call(page: Page, module: str, body: str, given: Any) -> Any:
 
 def flat(array: FloatArray) -> list[float]:
     return [float(value) for value in array.ravel()]
-
-
-@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
-def test_archives_are_read(page: Page, save: Any) -> None:
-    rng = np.random.default_rng(4)
-    arrays: dict[str, NDArray[Any]] = {
-        "positions": rng.normal(size=(5, 3)),
-        "vertices": rng.integers(0, 10**9, 7),
-        "faces": rng.integers(0, 99, (4, 3)).astype(np.int32),
-        "by_columns": np.asfortranarray(rng.normal(size=(4, 3))),
-        "single": rng.normal(size=(6,)).astype(np.float32),
-        "about": np.frombuffer(b"{}", dtype=np.uint8),
-    }
-    archive = io.BytesIO()
-    save(archive, **arrays)
-    body = """
-        const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
-        const wanted = ["positions", "vertices", "faces", "by_columns", "single", "none"];
-        return m.readArrays(bytes.buffer, wanted);
-    """
-    read = call(page, "npz", body, base64.b64encode(archive.getvalue()).decode())
-    assert set(read) == arrays.keys() - {"about"}
-    for name, values in read.items():
-        assert values == arrays[name].ravel().tolist()
-    body = """
-        const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
-        return m.readArrays(bytes.buffer, ["about"]).catch((error) => error.message);
-    """
-    for data, said in ((archive.getvalue(), "kind"), (b"no archive" * 9, "no NumPy archive")):
-        assert said in call(page, "npz", body, base64.b64encode(data).decode())
 
 
 @pytest.mark.parametrize("colored", [False, True])
@@ -81,7 +49,7 @@ def test_geometries_are_read(page: Page, colored: bool) -> None:
         np.testing.assert_array_equal(read["colors"], np.rint(255 * mesh.colors).ravel())
 
 
-def test_large_meshes_are_made_coarse(page: Page) -> None:
+def test_large_meshes_are_simplified(page: Page) -> None:
     # A sphere of 200,000 vertices on circles of latitude.
     body = """
         const [rows, columns] = [400, 500];
@@ -96,7 +64,7 @@ def test_large_meshes_are_made_coarse(page: Page) -> None:
         const whole = { positions: Float32Array.from(positions), faces: Uint32Array.from(faces),
           colors: new Uint8Array(positions.length).fill(7) };
         const start = performance.now();
-        const coarse = m.coarsened(whole);
+        const coarse = m.simplified(whole);
         const radii = Array.from({ length: coarse.positions.length / 3 },
           (_, v) => Math.hypot(...coarse.positions.subarray(3 * v, 3 * v + 3)));
         const small = { ...whole, faces: whole.faces.subarray(0, 3000) };
@@ -105,9 +73,9 @@ def test_large_meshes_are_made_coarse(page: Page) -> None:
           share: coarse.share, count: coarse.faces.length / 3, vertices: radii.length,
           highest: coarse.faces.reduce((a, b) => Math.max(a, b)),
           colors: [...new Set(coarse.colors)],
-          same: m.coarsened(small).positions === whole.positions };
+          same: m.simplified(small).positions === whole.positions };
     """
-    coarse = call(page, "coarsen", body, None)
+    coarse = call(page, "vertex_clustering", body, None)
     assert 0.5 * coarse["most"] < coarse["count"] <= coarse["most"]
     assert coarse["share"] == pytest.approx(coarse["count"] / (2 * 399 * 500))
     assert coarse["highest"] < coarse["vertices"]
@@ -122,7 +90,7 @@ def test_shapes_stand_upright(page: Page) -> None:
     figure = np.array([[0.3, -1, 0], [-0.3, -1, 0], [0.6, 0.5, 0.1], [-0.6, 0.5, -0.1], [0, 1, 0]])
     lying = figure[:, [0, 2, 1]]
     for vertices, up in ((figure, 1), (lying, 2)):
-        rows = np.array(call(page, "stance", "return m.stance(given)", flat(vertices)))
+        rows = np.array(call(page, "view", "return m.sourceView(given)", flat(vertices)))
         np.testing.assert_allclose(rows @ rows.T, np.eye(3), atol=1e-12)
         assert np.linalg.det(rows) == pytest.approx(1.0)
         assert rows[1][up] == 1.0
@@ -135,31 +103,31 @@ def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
     turn = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     there = here @ turn.T + 0.2
     given = [np.eye(3).tolist(), here.tolist(), there.tolist()]
-    rows = np.array(call(page, "stance", "return m.turned(...given)", given))
+    rows = np.array(call(page, "view", "return m.targetView(...given)", given))
     seen = (there - there.mean(axis=0)) @ rows.T
     np.testing.assert_allclose(seen, here - here.mean(axis=0), atol=1e-9)
 
 
-def test_colours_are_carried_by_a_dense_map(page: Page) -> None:
+def test_colours_are_transferred_by_a_dense_map(page: Page) -> None:
     body = """
         const side = (numbers) => ({ mesh: { share: 1 },
           geometry: { positions: new Float32Array(3 * numbers.length) },
           place: (number) => (numbers.includes(number) ? numbers.indexOf(number) : undefined) });
         const [source, target] = [side([5, 6, 7, 8]), side([0, 2, 4])];
         const dense = { source: [5, 6, 8], target: [4, 0, 4] };
-        return [...m.carried([source, target], dense, [1, 2, 3, 4, 5, 6, 7, 8, 9])];
+        return [...m.transferredColors([source, target], dense, [1, 2, 3, 4, 5, 6, 7, 8, 9])];
     """
-    carried = call(page, "carry", body, None)
-    assert carried == [7, 8, 9, 1, 2, 3, 200, 200, 200, 7, 8, 9]
+    transferred = call(page, "colors", body, None)
+    assert transferred == [7, 8, 9, 1, 2, 3, 200, 200, 200, 7, 8, 9]
 
 
 def test_a_surface_has_the_colours_of_its_points(page: Page) -> None:
     vertices, faces = blob(3)
     points = vertices[[0, 40, 300]]
     colors = [[255, 0, 0], [0, 255, 0], [0, 0, 255]]
-    body = "return [...m.tinted(given[0], given[1], given[2])]"
+    body = "return [...m.surfaceColors(given[0], given[1], given[2])]"
     mesh = {"positions": flat(vertices), "faces": [int(v) for v in faces.ravel()]}
-    shades = np.array(call(page, "tint", body, [mesh, points.tolist(), colors])).reshape(-1, 3)
+    shades = np.array(call(page, "colors", body, [mesh, points.tolist(), colors])).reshape(-1, 3)
     # Half of the colour, half of a light grey; smooth between the points.
     expected = 0.5 * np.array(colors) + 0.5 * 235
     np.testing.assert_allclose(shades[[0, 40, 300]], expected)

@@ -84,7 +84,7 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     assert result_of(page, api)["source"] == made
 
     page.goto(f"/#/prototypes/{made}")
-    expect(page.get_by_text("Jobs with it")).to_be_visible()
+    expect(page.get_by_text("Jobs of this prototype")).to_be_visible()
     expect(page.locator(".list a")).to_contain_text("Match: prototype, version")
     page.get_by_role("button", name="Delete").click()
     expect(page.get_by_text("Recent jobs")).to_be_visible()

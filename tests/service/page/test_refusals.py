@@ -1,4 +1,4 @@
-"""What is refused is said; names are text; a key is asked for; and no mouse is needed."""
+"""Refusals on the page; names as plain text; the API key; use by keyboard."""
 
 from collections.abc import Callable
 
@@ -28,7 +28,7 @@ def test_an_upload_that_is_refused(page: Page) -> None:
     page.get_by_role("button", name="Dismiss").click()
     expect(box).to_have_count(0)
     page.locator("#files").set_input_files([file("what.txt", b"no mesh")])
-    expect(page.get_by_role("alert")).to_contain_text("no ending that is read")
+    expect(page.get_by_role("alert")).to_contain_text("ends in no supported format")
 
 
 def test_files_are_dropped(page: Page) -> None:
@@ -130,12 +130,12 @@ def test_a_key_is_asked_for_and_kept(browser: Browser, server: EmbeddedServer) -
     ):
         page.goto("/")
         dialog = page.get_by_role("dialog")
-        expect(dialog).to_contain_text("This needs an API key")
+        expect(dialog).to_contain_text("An API key is needed")
         for key in ("looking-glass", "wonderland"):
             page.get_by_label("Key", exact=True).fill(key)
             page.keyboard.press("Enter")
             if key != "wonderland":
-                expect(dialog).to_contain_text("no API key of this service")
+                expect(dialog).to_contain_text("API key is unknown")
         expect(page.get_by_text("No job yet.")).to_be_visible()
         page.reload()
         expect(page.get_by_text("No shape yet.")).to_be_visible()
@@ -148,7 +148,7 @@ def test_addresses_of_nothing(page: Page) -> None:
     page.goto("/#/jobs/none")
     expect(page.get_by_role("alert")).to_contain_text("There is no job none.")
     page.goto("/#/nowhere")
-    expect(page.get_by_role("main")).to_contain_text("There is nothing here")
+    expect(page.get_by_role("main")).to_contain_text("This address does not exist")
 
 
 def test_a_collection_is_compared_on_a_telephone(

@@ -1,4 +1,4 @@
-"""Whatever is uploaded instead of a prototype is refused with the reason, and leaves nothing."""
+"""Hostile uploads of prototypes are refused with the reason and leave nothing behind."""
 
 import hashlib
 import io
@@ -146,7 +146,7 @@ def _archive(**arrays: Any) -> bytes:
 
 
 @pytest.mark.parametrize("what", HOSTILE)
-def test_what_is_no_prototype_is_refused_and_leaves_nothing(
+def test_unreadable_archives_are_refused_and_leave_nothing(
     http: httpx2.Client, api: Api, archive: bytes, what: str
 ) -> None:
     data = HOSTILE[what](archive)
@@ -171,7 +171,7 @@ ODD: dict[str, Callable[[bytes], bytes]] = {
 
 
 @pytest.mark.parametrize("what", ODD)
-def test_what_is_odd_and_sound_can_be_matched_and_drawn(
+def test_unusual_sound_archives_can_be_matched_and_drawn(
     http: httpx2.Client, upload: Callable[..., Json], archive: bytes, what: str
 ) -> None:
     target = upload(family(1, first=60)[0])["id"]

@@ -10,11 +10,11 @@ import pytest
 
 from broker.queue import JobQueue
 from broker.store import Shapes, keys
+from service.dependencies import Service
 from service.http import ShapeNotFound
 from service.settings import Settings
 from service.shapes import get_geometry
 from service.standalone import EmbeddedServer
-from service.state import Service
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file
 
@@ -33,7 +33,9 @@ def test_the_geometry_of_a_shape(http: httpx2.Client, upload: Callable[..., Json
     assert plain.headers["vary"] == answer.headers["vary"] == "Accept-Encoding"
 
 
-def test_what_one_has_is_not_sent_again(http: httpx2.Client, upload: Callable[..., Json]) -> None:
+def test_unchanged_geometry_is_not_sent_again(
+    http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
     data = blob_file(2, seed=71)
     where = f"/v1/shapes/{upload(data)['id']}/geometry"
     etag = http.get(where).headers["etag"]

@@ -71,7 +71,7 @@ def test_a_repaired_mesh_is_matched_by_the_numbers_of_its_file(
 
 
 @pytest.mark.parametrize("cause", HOPELESS, ids=name_of)
-def test_what_is_no_surface_is_refused_with_the_reason(http: httpx2.Client, cause: Damage) -> None:
+def test_unsound_surfaces_are_refused_with_the_reason(http: httpx2.Client, cause: Damage) -> None:
     data = ply(cause(shapes.blob(3)))
     answer = http.post("/v1/shapes", files={"file": ("m.ply", data)})
     document = problem(answer, 422, "unusable-mesh")

@@ -1,4 +1,4 @@
-"""What has expired is gone (410), and what never was is not found (404)."""
+"""Expired shapes are gone (410); unknown ones are not found (404)."""
 
 from collections.abc import Iterator
 

@@ -162,7 +162,7 @@ def begun(running: Running) -> str:
 
 
 @linux
-def test_it_starts_serves_and_stops(tmp_path: Path) -> None:
+def test_the_service_starts_serves_and_stops(tmp_path: Path) -> None:
     data = tmp_path / ("a-long-name-" * 10)
     with service(data, tmp_path / "log") as running:
         ready = running.http.get("/health/ready")

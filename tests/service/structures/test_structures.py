@@ -51,7 +51,7 @@ def test_a_match_with_structures_of_ones_own(http: httpx2.Client, shapes: Shapes
     assert {name: result["parameters"][name] for name in asked} == asked
 
 
-def test_what_goes_wrong_in_a_job_is_said_of_the_field(http: httpx2.Client, shapes: Shapes) -> None:
+def test_errors_of_a_job_name_the_field(http: httpx2.Client, shapes: Shapes) -> None:
     endless = {"name": "diffusion", "time": 1e9}
     for metric, field in (
         (endless, "body.metric.time"),
@@ -88,7 +88,7 @@ def test_colours_that_are_not_there(http: httpx2.Client, shapes: Shapes) -> None
         asked = body | {"descriptor": descriptor}
         document = problem(http.post("/v1/matches", json=asked), 422, "invalid-request")
         assert [error["field"] for error in document["errors"]] == [field]
-        assert "none in source, target" in document["errors"][0]["message"]
+        assert "missing in source, target" in document["errors"][0]["message"]
     unweighed = body | {"descriptor": "photometric", "first_order_weight": 0.0}
     assert done(http, unweighed)["state"] == "succeeded"
 

@@ -25,7 +25,7 @@ from broker.contracts import (
     MatchParameters,
     MatchPayload,
     Problem,
-    RequestContext,
+    RequestOrigin,
     SpectrumPayload,
     Webhook,
 )
@@ -53,7 +53,7 @@ def receiver() -> Iterator[Receiver]:
 def asked(queue: JobQueue, url: str, secret: str | None = SECRET) -> str:
     """Queue a match with a webhook."""
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
-    order = RequestContext("the-request", "alice", webhook=Webhook(url=url, secret=secret))
+    order = RequestOrigin("the-request", "alice", webhook=Webhook(url=url, secret=secret))
     return queue.submit(new_job(payload, order)).id
 
 
@@ -174,7 +174,7 @@ def test_only_ended_jobs_with_a_webhook_are_delivered(queue: JobQueue, receiver:
     other = queue.submit(new_job(payload)).id
     queue.store.jobs.cancel(other)
     # What only serves the job that was asked for ends for itself.
-    order = RequestContext(webhook=Webhook(url=here(receiver)))
+    order = RequestOrigin(webhook=Webhook(url=here(receiver)))
     spectrum = SpectrumPayload(shape="a", eigenpairs=9, largest_component=False)
     queue.store.jobs.cancel(queue.submit(new_job(spectrum, order)).id)
     assert queue.store.webhooks.pending() == 0

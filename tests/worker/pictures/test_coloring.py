@@ -1,4 +1,4 @@
-"""Colours that are carried along a correspondence."""
+"""Colours that are transferred by a dense correspondence."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,13 @@ import pytest
 from broker.contracts import DenseCorrespondence
 from solver.mesh import triangle_mesh
 from tests.solver import shapes
-from worker.pictures import colors_by_place, colors_carried
+from worker.pictures import colors_by_place, transferred_colors
 
 MESH = shapes.blob(2)
 COLORS = colors_by_place(MESH.vertices)
 
 
-def carried(source: list[int], target: list[int]) -> DenseCorrespondence:
+def dense_map(source: list[int], target: list[int]) -> DenseCorrespondence:
     return DenseCorrespondence(hypothesis=0, source=tuple(source), target=tuple(target))
 
 
@@ -33,8 +33,8 @@ def test_a_flat_shape_has_colours_too() -> None:
 
 def test_a_permutation_permutes_colours() -> None:
     other, where = shapes.permuted(MESH, seed=3)
-    found = carried(list(range(MESH.n_vertices)), where.tolist())
-    np.testing.assert_allclose(colors_carried(COLORS, MESH, other, found)[where], COLORS)
+    found = dense_map(list(range(MESH.n_vertices)), where.tolist())
+    np.testing.assert_allclose(transferred_colors(COLORS, MESH, other, found)[where], COLORS)
 
 
 def test_several_that_go_to_one_are_mixed_and_others_look_to_their_neighbours() -> None:
@@ -42,6 +42,6 @@ def test_several_that_go_to_one_are_mixed_and_others_look_to_their_neighbours() 
     places = np.array([[0.0, 0, 0], [1.0, 0.1, 0], [2.0, 0, 0], [3.0, 0.1, 0]])
     path = triangle_mesh(places, np.array([[0, 1, 2], [1, 2, 3]]))
     colors = np.array([[0.2, 0.4, 0.6], [0.4, 0.6, 0.8], [1.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
-    shown = colors_carried(colors, path, path, carried([0, 1, 2, 3], [0, 0, 3, 9]))
+    shown = transferred_colors(colors, path, path, dense_map([0, 1, 2, 3], [0, 0, 3, 9]))
     np.testing.assert_allclose(shown[:2], [[0.3, 0.5, 0.7]] * 2)
     np.testing.assert_allclose(shown[2:], [[1.0, 0.0, 0.5]] * 2)

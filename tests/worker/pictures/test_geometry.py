@@ -48,14 +48,14 @@ def check(mesh: TriangleMesh) -> None:
 
 @pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])
 @pytest.mark.parametrize("away", [0.0, 1e6])
-def test_it_is_the_mesh(size: float, away: float) -> None:
+def test_packed_geometry_is_that_of_the_mesh(size: float, away: float) -> None:
     vertices, faces = blob(2, seed=3)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         check(triangle_mesh(size * (vertices + away), faces))
 
 
-def test_numbers_are_the_users_own() -> None:
+def test_vertex_indices_are_those_of_the_file() -> None:
     vertices, faces = blob(2)
     # Vertices of no face come first, and one is given twice.
     extra = np.concatenate([vertices + 50.0, vertices, vertices[:1]])

@@ -1,19 +1,22 @@
-"""The colour bar of a heat map."""
+"""The colour bar of a heat map, and its scale, which the page shares."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
 from matplotlib.colors import PowerNorm
 
-from worker.pictures import told_apart
+from service.page import STATIC
+from worker.pictures import separate_ticks
+from worker.pictures.heat_map import COLORMAP, UPPER_QUANTILE
 
 
 @pytest.mark.parametrize("greatest", [0.0505, 0.051, 0.06, 0.999, 7.0])
 def test_labels_of_a_bar_do_not_touch(greatest: float) -> None:
     norm = PowerNorm(0.5, 0.0, greatest, clip=True)
     ticks = [*np.linspace(0.0, 1.2 * greatest, 13), 1.21 * greatest, 1.3 * greatest]
-    kept = told_apart([*ticks[:5], ticks[5] * 0.999, *ticks[5:]], norm)
+    kept = separate_ticks([*ticks[:5], ticks[5] * 0.999, *ticks[5:]], norm)
     assert kept
     assert set(kept) <= set(ticks) | {ticks[5] * 0.999}
     assert 0.0 <= kept[0] < kept[-1] <= greatest
@@ -22,4 +25,11 @@ def test_labels_of_a_bar_do_not_touch(greatest: float) -> None:
 
 
 def test_ticks_that_are_apart_all_stay() -> None:
-    assert told_apart([0.0, 0.25, 0.5, 1.0], PowerNorm(1.0, 0.0, 1.0)) == [0.0, 0.25, 0.5, 1.0]
+    assert separate_ticks([0.0, 0.25, 0.5, 1.0], PowerNorm(1.0, 0.0, 1.0)) == [0.0, 0.25, 0.5, 1.0]
+
+
+def test_the_page_has_the_same_scale() -> None:
+    script = (STATIC / "heat_map.js").read_text()
+    declared = dict(re.findall(r"const (COLORSCALE|UPPER_QUANTILE) = \"?([\w.]+)\"?;", script))
+    assert declared["COLORSCALE"].lower() == COLORMAP
+    assert float(declared["UPPER_QUANTILE"]) == UPPER_QUANTILE

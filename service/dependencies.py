@@ -1,0 +1,112 @@
+"""Dependencies of the endpoints: the service's state, and the id and caller of a request."""
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Annotated, Final, TypedDict, TypeVar, cast
+
+from fastapi import Depends, Request
+from prometheus_client import CollectorRegistry
+from starlette.concurrency import run_in_threadpool
+
+from broker.contracts import JobRecord
+from broker.queue import JobQueue
+from broker.store import Store
+from service.settings import Settings
+
+FIRST_POLL: Final = 0.01
+"""Seconds until the store is asked again for the first time."""
+
+LONGEST_POLL: Final = 0.25
+"""Longest such pause in seconds; they grow by half each time."""
+
+UPLOADS_AT_ONCE: Final = 4
+"""Uploads in memory at a time; others wait in temporary files. One may have 256 MiB, and takes
+twice that while it is stored."""
+
+ResultT = TypeVar("ResultT")
+
+
+@dataclass(frozen=True)
+class Service:
+    """The state of the application that endpoints work with.
+
+    Parameters
+    ----------
+    settings
+        The settings in force.
+    store
+        Shapes, prototypes, jobs and results.
+    queue
+        The queue of the workers.
+    closing
+        Set when the server stops, so that waiting requests are answered.
+    metrics
+        Metrics for Prometheus.
+    uploading
+        Held while an upload is in memory.
+    """
+
+    settings: Settings
+    store: Store
+    queue: JobQueue
+    closing: asyncio.Event = field(default_factory=asyncio.Event)
+    metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
+    uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
+
+    async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
+        """Wait until a job has ended, at most `seconds`, and return its state then.
+
+        The wait also ends when the server stops or the client disconnects.
+        """
+        return await wait_until(
+            lambda: run_in_threadpool(self.store.jobs.get, job_id),
+            lambda record: record is None or record.state.ended,
+            seconds,
+            self.closing,
+            request,
+        )
+
+
+async def wait_until(
+    ask: Callable[[], Awaitable[ResultT]],
+    enough: Callable[[ResultT], bool],
+    seconds: float,
+    closing: asyncio.Event,
+    request: Request,
+) -> ResultT:
+    """Poll with growing pauses until the answer is enough or time is up."""
+    loop = asyncio.get_running_loop()
+    deadline = loop.time() + seconds
+    pause = FIRST_POLL
+    while True:
+        answer = await ask()
+        left = deadline - loop.time()
+        if enough(answer) or left <= 0 or closing.is_set() or await request.is_disconnected():
+            return answer
+        await asyncio.sleep(min(pause, left))
+        pause = min(pause * 1.5, LONGEST_POLL)
+
+
+class State(TypedDict):
+    """State of the application, as its lifespan yields it."""
+
+    service: Service
+
+
+def _service(request: Request) -> Service:
+    return cast(Service, request.state.service)
+
+
+def _request_id(request: Request) -> str:
+    return cast(str, request.state.request_id)
+
+
+def _caller(request: Request) -> str | None:
+    return cast("str | None", getattr(request.state, "caller", None))
+
+
+ServiceOf = Annotated[Service, Depends(_service)]
+RequestId = Annotated[str, Depends(_request_id)]
+Caller = Annotated[str | None, Depends(_caller)]
+"""Name of the API key of a request; None if none are configured."""

@@ -1,0 +1,155 @@
+"""Requests for jobs: idempotency keys, webhooks, and the answers common to all of them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Annotated, Any, Final
+from urllib.parse import urlsplit
+
+from fastapi import Depends, Header, Request, Response
+from pydantic import AfterValidator, BaseModel, Field
+
+from broker.contracts import FieldProblem, IdempotencyRecord, JobRecord, RequestOrigin, Webhook
+from broker.webhooks import literal_address, permitted
+from service.dependencies import Caller, RequestId, Service, ServiceOf
+from service.http import (
+    INVALID,
+    ApiProblem,
+    BadRequest,
+    BodyStalled,
+    EncodedBody,
+    IdempotencyKeyReused,
+    InvalidRequest,
+    TooManyJobs,
+    UnknownShape,
+    UploadTooLarge,
+    responses,
+)
+from service.jobs.schemas import Job
+
+LONGEST_KEY: Final = 255
+"""Characters of an idempotency key."""
+
+_ACCEPTED: Final[dict[str, Any]] = {
+    "description": "The queued job",
+    "headers": {"Location": {"description": "The job.", "schema": {"type": "string"}}},
+}
+
+
+def answers(*further: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
+    """Return the OpenAPI entries of the answers to a request for a job.
+
+    Parameters
+    ----------
+    further
+        Problems besides those of every such request.
+    """
+    return {
+        202: _ACCEPTED,
+        **responses(
+            InvalidRequest,
+            UnknownShape,
+            *further,
+            BadRequest,
+            UploadTooLarge,
+            BodyStalled,
+            EncodedBody,
+            IdempotencyKeyReused,
+            TooManyJobs,
+        ),
+    }
+
+
+def _printable(key: str) -> str:
+    if not key.isascii() or not key.isprintable():
+        raise ValueError("Input should be printable ASCII")
+    return key
+
+
+IdempotencyKey = Annotated[
+    Annotated[str, AfterValidator(_printable)] | None,
+    Header(
+        alias="Idempotency-Key",
+        min_length=1,
+        max_length=LONGEST_KEY,
+        description="A unique name that the client gives this request. Sent again with the same"
+        " key, it makes no second job and is answered with the first one. The same key with a"
+        " different request is refused (409). Keys are remembered for a day by default.",
+    ),
+]
+
+
+async def _order(
+    request: Request,
+    service: ServiceOf,
+    request_id: RequestId,
+    caller: Caller,
+    key: IdempotencyKey = None,
+) -> RequestOrigin:
+    once = None
+    if key is not None:
+        content = (request.method.encode(), request.url.path.encode(), await request.body())
+        once = IdempotencyRecord.of(caller, key, content, service.settings.idempotency_ttl)
+    return RequestOrigin(request_id, caller, once)
+
+
+JobOrder = Annotated[RequestOrigin, Depends(_order)]
+"""Request id, caller and idempotency key of a request with a JSON body."""
+
+
+class JobRequest(BaseModel):
+    """Fields of the requests for all kinds of jobs."""
+
+    webhook: Webhook | None = Field(
+        default=None,
+        description="Receiver of a notification when the job has ended, or null.",
+    )
+
+
+def _with_webhook(service: Service, asked: JobRequest, order: RequestOrigin) -> RequestOrigin:
+    """Return an order with the webhook that the request names.
+
+    Raises
+    ------
+    InvalidRequest
+        The webhook's host is an IP address that is not permitted. (Host names are resolved and
+        checked at delivery.)
+    """
+    if asked.webhook is None:
+        return order
+    host = urlsplit(asked.webhook.url).hostname or ""
+    address = literal_address(host)
+    if address is not None and not permitted(address, service.settings.webhook_networks):
+        message = f"{host} is not a public address; this service does not permit it"
+        fields = (FieldProblem(field="body.webhook.url", message=message),)
+        raise InvalidRequest(INVALID, fields)
+    return replace(order, webhook=asked.webhook)
+
+
+def requested_job(
+    service: Service,
+    asked: JobRequest,
+    order: RequestOrigin,
+    response: Response,
+    submit: Callable[[RequestOrigin], JobRecord],
+) -> Job:
+    """Return the job that a request makes, or made before with the same idempotency key.
+
+    Parameters
+    ----------
+    service
+        The service that queues it.
+    asked
+        The body of the request.
+    order
+        Its id, caller and idempotency key.
+    response
+        The answer, whose header `Location` is set.
+    submit
+        Checks the request and queues its job.
+    """
+    record = service.queue.earlier_job(order)
+    if record is None:
+        record = submit(_with_webhook(service, asked, order))
+    job = Job.of(record, service.queue)
+    response.headers["Location"] = job.links.self
+    return job

@@ -1,0 +1,171 @@
+"""Jobs as the API shows them."""
+
+from datetime import datetime
+from typing import Final, Self
+from urllib.parse import urlsplit
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from broker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress, subject_of
+from broker.queue import JobQueue
+
+MOST_NAMED: Final = 20
+"""Shapes listed in a job. A collection may have thousands, and each event repeats the job."""
+
+
+class JobLinks(BaseModel):
+    """Addresses of a job and its results."""
+
+    model_config = ConfigDict(frozen=True)
+
+    self: str = Field(description="The job.")
+    events: str = Field(description="The changes of the job, as server-sent events.")
+    result: str | None = Field(description="Its result, for kinds that have one.")
+    picture: str | None = Field(description="Its result as a picture.")
+    arrays: str | None = Field(description="Its result as NumPy arrays, for kinds that have them.")
+    partial: str | None = Field(
+        description="Its result as far as it is known while the job runs, for kinds done in parts."
+    )
+
+
+class JobWebhook(Delivery):
+    """Receiver of the notification that a job has ended, and the state of its delivery."""
+
+    url: str = Field(description="Address of the receiver, without its query.")
+
+
+class Job(BaseModel):
+    """A job."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        json_schema_extra={
+            "examples": [
+                {
+                    "id": "5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                    "kind": "match",
+                    "state": "running",
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "target": "37b51d194a7513e45b56f6524f2d51f2",
+                    "shapes": [
+                        "9b74c9897bac770ffc029102a200c5de",
+                        "37b51d194a7513e45b56f6524f2d51f2",
+                    ],
+                    "shape_count": 2,
+                    "prototype": None,
+                    "name": None,
+                    "progress": {"stage": "spectrum of the source", "fraction": 0.2},
+                    "created": "2026-03-01T12:00:00Z",
+                    "started": "2026-03-01T12:00:01Z",
+                    "ended": None,
+                    "position": None,
+                    "error": None,
+                    "caller": None,
+                    "webhook": {
+                        "url": "https://example.org/isomatch",
+                        "state": "pending",
+                        "attempts": 0,
+                        "last_attempt": None,
+                        "status": None,
+                        "error": None,
+                        "next_attempt": None,
+                    },
+                    "links": {
+                        "self": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                        "events": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/events",
+                        "result": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result",
+                        "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
+                        "arrays": None,
+                        "partial": None,
+                    },
+                }
+            ]
+        },
+    )
+
+    id: str
+    kind: JobKind = Field(description="Kind of the job.")
+    state: JobState = Field(
+        description="queued, then running, and finally succeeded, failed or cancelled."
+    )
+    source: str | None = Field(
+        description="Id of the source of a match, a shape or a prototype; null for other kinds."
+    )
+    target: str | None = Field(description="Id of the target of a match; null for other kinds.")
+    shapes: tuple[str, ...] = Field(
+        description=f"Ids of its shapes, each once; only the first {MOST_NAMED} if there are more."
+    )
+    shape_count: int = Field(description="Number of its shapes.")
+    prototype: str | None = Field(
+        description="Id of the prototype that is matched, or that was uploaded; null for none. A"
+        " prototype that is learned is named by the job's result."
+    )
+    name: str | None = Field(
+        description="Name of the prototype that is learned, or of the upload; null for other kinds."
+    )
+    progress: Progress
+    created: datetime
+    started: datetime | None
+    ended: datetime | None
+    position: int | None = Field(
+        description="Number of jobs ahead of it in the queue; null once it has begun."
+    )
+    error: Problem | None = Field(description="Why it failed.")
+    caller: str | None = Field(
+        description="Name of the API key it was requested with; null where none is needed."
+    )
+    webhook: JobWebhook | None = Field(
+        description="Its webhook and the state of the delivery; null for none."
+    )
+    links: JobLinks
+
+    @classmethod
+    def of(cls, record: JobRecord, queue: JobQueue) -> Self:
+        """Return a stored job as the API shows it."""
+        path = f"/v1/jobs/{record.id}"
+        has_result = record.kind.has_result
+        in_parts = record.kind is JobKind.DISSIMILARITIES
+        error, subject = record.error, subject_of(record.payload)
+        return cls(
+            id=record.id,
+            kind=record.kind,
+            state=record.state,
+            source=subject.source,
+            target=subject.target,
+            shapes=subject.shapes[:MOST_NAMED],
+            shape_count=len(subject.shapes),
+            prototype=subject.prototype,
+            name=subject.name,
+            progress=record.progress,
+            created=record.created,
+            started=record.started,
+            ended=record.ended,
+            position=queue.rq.position(record) if record.state is JobState.QUEUED else None,
+            error=None if error is None else error.model_copy(update={"instance": path}),
+            caller=record.caller,
+            webhook=_webhook(record),
+            links=JobLinks(
+                self=path,
+                events=f"{path}/events",
+                result=f"{path}/result" if has_result else None,
+                picture=f"{path}/result.png" if record.kind.has_picture else None,
+                arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
+                partial=f"/v1/dissimilarities/{record.id}" if in_parts else None,
+            ),
+        )
+
+
+def _webhook(record: JobRecord) -> JobWebhook | None:
+    if record.webhook is None:
+        return None
+    # Receivers often put a secret in the query.
+    url = urlsplit(record.webhook.url)._replace(query="", fragment="").geturl()
+    delivery = record.delivery or Delivery()
+    return JobWebhook(url=url, **dict(delivery))
+
+
+class JobPage(BaseModel):
+    """One page of the jobs, the newest first."""
+
+    items: tuple[Job, ...]
+    next_cursor: str | None = Field(description="Cursor of the next page; null on the last.")

@@ -1,0 +1,46 @@
+"""Probes."""
+
+from fastapi import APIRouter
+from pydantic import BaseModel, Field
+from redis.exceptions import ResponseError
+
+from service.dependencies import ServiceOf
+from service.http import NotReady, responses
+
+router = APIRouter(tags=["health"])
+
+
+class Health(BaseModel):
+    """State of the API process."""
+
+    status: str = Field(examples=["ok"])
+
+
+class Readiness(Health):
+    """Readiness to run jobs."""
+
+    workers: int = Field(description="Number of workers that are alive and warmed up.")
+
+
+@router.get("/health/live", operation_id="health_live")
+async def live() -> Health:
+    """Report that the API process is alive."""
+    return Health(status="ok")
+
+
+@router.get("/health/ready", responses=responses(NotReady), operation_id="health_ready")
+def ready(service: ServiceOf) -> Readiness:
+    """Report whether the store accepts jobs and enough workers are ready to run them."""
+    if service.closing.is_set():
+        raise NotReady("The service is stopping.")
+    try:
+        service.store.check()
+    except ResponseError as error:
+        raise NotReady(f"The store refuses writes: {error}") from error
+    workers, needed = service.queue.workers(), service.settings.ready_workers
+    if workers < needed:
+        raise NotReady(
+            f"{workers} of {needed} needed workers are ready (ISOMATCH_READY_WORKERS); workers warm"
+            " up after their start, and `python -m worker` starts one."
+        )
+    return Readiness(status="ok", workers=workers)

@@ -1,0 +1,129 @@
+"""Metrics of jobs, workers and caches, read from the store when Prometheus scrapes."""
+
+from collections.abc import Iterator
+from itertools import accumulate
+
+from prometheus_client.core import (
+    CounterMetricFamily,
+    GaugeMetricFamily,
+    HistogramMetricFamily,
+    Metric,
+)
+from prometheus_client.registry import Collector
+from redis.exceptions import RedisError
+
+from broker.contracts import JobState
+from broker.queue import JobQueue, depths, worker_states
+from broker.store import BUCKET_BOUNDS, CounterValues, Histogram, Store, keys
+from broker.telemetry import logger
+
+log = logger("isomatch.api")
+
+
+class StoreCollector(Collector):
+    """Collector of the metrics that are kept in the store.
+
+    Parameters
+    ----------
+    queue
+        The queue and, through it, the store.
+    """
+
+    def __init__(self, queue: JobQueue) -> None:
+        self._queue = queue
+
+    def describe(self) -> Iterator[Metric]:
+        """Describe nothing: the labels are only known when the store is read."""
+        return iter(())
+
+    def collect(self) -> Iterator[Metric]:
+        """Read all metrics; if the store cannot be reached, report only that."""
+        metrics: list[Metric] = []
+        try:
+            metrics += _present(self._queue)
+            metrics += _counted(self._queue.store.counters.read())
+            metrics += _spectra(self._queue.store)
+        except RedisError as error:
+            log.warning("metrics of the store cannot be read", error=str(error))
+            metrics = []
+        there = float(bool(metrics))
+        yield GaugeMetricFamily("isomatch_store_up", "Whether the store answers.", value=there)
+        yield from metrics
+
+
+def _present(queue: JobQueue) -> Iterator[Metric]:
+    waiting = GaugeMetricFamily("isomatch_queue_jobs", "Jobs that wait.", labels=["queue"])
+    running = GaugeMetricFamily("isomatch_running_jobs", "Jobs that run.", labels=["queue"])
+    for name, (waits, runs) in depths(queue.rq.all()).items():
+        waiting.add_metric([name], waits)
+        running.add_metric([name], runs)
+    states = worker_states(queue.store.client)
+    workers = GaugeMetricFamily("isomatch_workers", "Workers alive.", labels=["state"])
+    for state in sorted({"idle", "busy", *states}):
+        workers.add_metric([state], states.count(state))
+    kept = GaugeMetricFamily(
+        "isomatch_jobs", "Jobs that were asked for and are remembered.", labels=["state"]
+    )
+    client = queue.store.client
+    for state in JobState:
+        kept.add_metric([state.value], client.zcard(keys.jobs_in(state)))
+    shapes = GaugeMetricFamily(
+        "isomatch_shapes", "Shapes that are kept.", value=client.zcard(keys.SHAPES)
+    )
+    prototypes = GaugeMetricFamily(
+        "isomatch_prototypes", "Prototypes that are kept.", value=client.zcard(keys.PROTOTYPES)
+    )
+    webhooks = GaugeMetricFamily(
+        "isomatch_webhooks_pending",
+        "Jobs that have ended and whose webhook is still to be delivered.",
+        value=queue.store.webhooks.pending(),
+    )
+    yield from (waiting, running, workers, kept, shapes, prototypes, webhooks)
+
+
+def _counted(counts: CounterValues) -> Iterator[Metric]:
+    submitted = CounterMetricFamily(
+        "isomatch_jobs_submitted", "Jobs that were queued.", labels=["kind"]
+    )
+    for kind, count in sorted(counts.submitted.items()):
+        submitted.add_metric([kind], count)
+    ended = CounterMetricFamily(
+        "isomatch_jobs_ended", "Jobs that have ended.", labels=["kind", "state"]
+    )
+    for labels, count in sorted(counts.ended.items()):
+        ended.add_metric(labels, count)
+    failures = CounterMetricFamily(
+        "isomatch_job_failures", "Jobs that have failed, and why.", labels=["kind", "problem"]
+    )
+    for labels, count in sorted(counts.failures.items()):
+        failures.add_metric(labels, count)
+    times = HistogramMetricFamily(
+        "isomatch_job_seconds",
+        "Seconds of each stage of a job, in the queue, and in total from its beginning on.",
+        labels=["kind", "stage"],
+    )
+    for labels, measured in sorted(counts.times.items(), key=lambda item: item[0]):
+        times.add_metric(labels, _buckets(measured), sum_value=measured.total)
+    yield from (submitted, ended, failures, times)
+
+
+def _buckets(times: Histogram) -> list[tuple[str, float]]:
+    bounds = [*map(str, BUCKET_BOUNDS), "+Inf"]
+    return list(zip(bounds, map(float, accumulate(times.buckets)), strict=True))
+
+
+def _spectra(store: Store) -> Iterator[Metric]:
+    counted = store.spectra.counts()
+    spectra = CounterMetricFamily(
+        "isomatch_spectra",
+        "Spectra that were needed: taken from the cache (hit) or computed (miss).",
+        labels=["cache"],
+    )
+    spectra.add_metric(["hit"], counted.hits)
+    spectra.add_metric(["miss"], counted.computed)
+    size = GaugeMetricFamily(
+        "isomatch_spectrum_cache_bytes",
+        "Size of the cached spectra.",
+        value=store.spectra.cached_bytes(),
+    )
+    yield from (spectra, size)

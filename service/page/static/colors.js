@@ -1,0 +1,130 @@
+// Colours of matched points, the same on both shapes, and of the surfaces around them.
+
+import { nearestVertex } from "./geometry.js";
+import { simplified } from "./vertex_clustering.js";
+
+/** Share of the points' colours in the surface's; the rest is light grey. */
+const PALE = 0.5;
+const LIGHT = 235;
+/** Rounds of smoothing of the borders between the colours of points. */
+const ROUNDS = 24;
+/** Grey level of vertices that a dense map leaves out. */
+const UNMAPPED = 200;
+
+/**
+ * Colours of points: hue by direction from the middle, paler near it, so that neighbours are similar.
+ * @param {Array<Array<number>>} points in the coordinates of the view
+ * @returns {Array<Array<number>>} red, green and blue, 0..255
+ */
+export function pointColors(points) {
+  if (points.length === 0) return [];
+  const middle = [0, 1].map((k) => {
+    const values = points.map((point) => point[k]);
+    return 0.5 * (Math.min(...values) + Math.max(...values));
+  });
+  const offsets = points.map((point) => [point[0] - middle[0], point[1] - middle[1]]);
+  const reach = offsets.map(([x, y]) => Math.hypot(x, y));
+  const most = Math.max(...reach) || 1;
+  return offsets.map(([x, y], i) =>
+    fromHsv((Math.atan2(y, x) / (2 * Math.PI) + 1) % 1, 0.55 + (0.4 * reach[i]) / most, 0.84));
+}
+
+/** The i-th of a sequence of distinct colours; hues advance by the golden ratio. */
+export const distinct = (i) => fromHsv((0.05 + 0.618034 * i) % 1, 0.85, 0.8);
+
+export const css = ([red, green, blue]) => `rgb(${red},${green},${blue})`;
+
+/**
+ * Colour a surface: each vertex has the colour of the matched point that is the fewest edges away;
+ * the borders between colours are smoothed.
+ * @param {Object} mesh `positions` and `faces`
+ * @param {Array<Array<number>>} points positions of the matched points
+ * @param {Array<Array<number>>} colors colours of the matched points
+ * @returns {Float64Array} (3 V), 0..255
+ */
+export function surfaceColors({ positions, faces }, points, colors) {
+  const count = positions.length / 3;
+  const { first, beside } = neighbours(faces, count);
+  const owner = new Int32Array(count).fill(-1);
+  let front = points.map((point, i) => {
+    const place = nearestVertex(positions, point);
+    owner[place] = i;
+    return place;
+  });
+  const fixed = new Set(front);
+  while (front.length > 0) {
+    const next = [];
+    for (const v of front) {
+      for (let at = first[v]; at < first[v + 1]; at++) {
+        const other = beside[at];
+        if (owner[other] >= 0) continue;
+        owner[other] = owner[v];
+        next.push(other);
+      }
+    }
+    front = next;
+  }
+  const grey = [200, 203, 208];
+  let shades = new Float64Array(3 * count);
+  owner.forEach((i, v) => shades.set(i < 0 ? grey : colors[i], 3 * v));
+  for (let round = 0; round < ROUNDS; round++) shades = smoothed(shades, first, beside, fixed);
+  return shades.map((value) => PALE * value + (1 - PALE) * LIGHT);
+}
+
+/**
+ * Transfer colours from the target to the source by a dense map.
+ * @param {Array<Object>} shapes source and target as they are drawn
+ * @param {Object} dense the map, of indices in the users' files
+ * @param {Float64Array} colors (3 V) colours of the target's vertices
+ * @returns {ArrayLike<number>} (3 V) colours of the drawn vertices of the source
+ */
+export function transferredColors([source, target], dense, colors) {
+  const found = new Uint8Array(source.geometry.positions.length).fill(UNMAPPED);
+  dense.source.forEach((number, at) => {
+    const here = source.place(number);
+    const there = target.place(dense.target[at]);
+    if (here === undefined || there === undefined) return;
+    for (let k = 0; k < 3; k++) found[3 * here + k] = colors[3 * there + k];
+  });
+  return source.mesh.share === 1 ? found : simplified({ ...source.unrotated, colors: found }).colors;
+}
+
+function smoothed(shades, first, beside, fixed) {
+  const out = shades.slice();
+  for (let v = 0; v + 1 < first.length; v++) {
+    const degree = first[v + 1] - first[v];
+    if (degree === 0 || fixed.has(v)) continue;
+    for (let k = 0; k < 3; k++) {
+      let sum = 0;
+      for (let at = first[v]; at < first[v + 1]; at++) sum += shades[3 * beside[at] + k];
+      out[3 * v + k] = 0.5 * shades[3 * v + k] + (0.5 * sum) / degree;
+    }
+  }
+  return out;
+}
+
+// The vertices beside v are beside[first[v]], ..., beside[first[v + 1] - 1].
+function neighbours(faces, count) {
+  const first = new Uint32Array(count + 1);
+  for (const v of faces) first[v + 1] += 2;
+  for (let v = 0; v < count; v++) first[v + 1] += first[v];
+  const place = first.slice();
+  const beside = new Uint32Array(2 * faces.length);
+  for (let f = 0; f < faces.length; f += 3) {
+    for (let k = 0; k < 3; k++) {
+      const [v, a, b] = [faces[f + k], faces[f + ((k + 1) % 3)], faces[f + ((k + 2) % 3)]];
+      beside[place[v]++] = a;
+      beside[place[v]++] = b;
+    }
+  }
+  return { first, beside };
+}
+
+function fromHsv(hue, saturation, value) {
+  const channel = (n) => {
+    const k = (n + 6 * hue) % 6;
+    const share = Math.max(0, Math.min(k, 4 - k, 1));
+    return Math.round(255 * value * (1 - saturation * share));
+  };
+  return [channel(5), channel(3), channel(1)];
+}

@@ -1,0 +1,71 @@
+// Numbers, times, states and certificates as text.
+
+import { h } from "./dom.js";
+
+const STATES = {
+  queued: "waiting",
+  running: "running",
+  succeeded: "done",
+  failed: "failed",
+  cancelled: "cancelled",
+};
+const KINDS = {
+  match: "Match",
+  dissimilarities: "Comparison",
+  prototype: "Prototype",
+  validation: "Upload",
+};
+
+export const count = (number) => number.toLocaleString("en");
+export const stateName = (state) => STATES[state] ?? state;
+export const kindName = (kind) => KINDS[kind] ?? kind;
+export const time = (iso) => new Date(iso).toLocaleString();
+
+const SPANS = [["day", 86400], ["hour", 3600], ["minute", 60]];
+const relative = new Intl.RelativeTimeFormat("en", { numeric: "auto", style: "short" });
+
+/** "3 minutes ago". */
+export function ago(iso) {
+  const seconds = Math.max(0, (Date.now() - new Date(iso)) / 1000);
+  const span = SPANS.find(([, length]) => seconds >= length);
+  return span ? relative.format(-Math.floor(seconds / span[1]), span[0]) : "just now";
+}
+
+/** "3 points", "1 point". */
+export const several = (number, noun) => `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
+
+export function digits(number) {
+  if (number === null || number === undefined) return "none";
+  if (number === 0) return "0";
+  const size = Math.abs(number);
+  return size >= 1e-3 && size < 1e5 ? String(Number(number.toPrecision(4))) : number.toExponential(3);
+}
+
+export function percent(share) {
+  const value = 100 * share;
+  if (value > 0 && value < 0.01) return "less than 0.01 %";
+  return `${value.toFixed(value < 10 ? 2 : 0)} %`;
+}
+
+/** A rounded number whose element has all digits. */
+export function figure(number) {
+  return number === null || number === undefined
+    ? "none"
+    : h("data", { value: number, title: String(number) }, digits(number));
+}
+
+/** A badge that says whether a result is certified. */
+export const certifiedBadge = ({ certified }) =>
+  h("span", { class: certified ? "badge good" : "badge" }, certified ? "certified" : "not certified");
+
+/** The certificate of a match as a sentence. */
+export function certificate({ certified, gap, energy, lower_bound: bound }) {
+  if (certified) {
+    return "Proven optimal: no other correspondence of the same candidates has lower energy.";
+  }
+  if (energy > 0 && bound <= 0) return "No useful lower bound is known for this match.";
+  return (
+    `Within ${percent(gap)} of the optimum: no correspondence of the same candidates has an energy`
+    + ` below ${digits(bound)}.`
+  );
+}

@@ -1,0 +1,67 @@
+// The form that requests a job for the chosen shapes.
+
+import { get, post } from "./api.js";
+import { h, fill } from "./dom.js";
+import { showErrors } from "./fields.js";
+import { fieldName, problemBox } from "./problem.js";
+import { TASKS, fieldsOf } from "./tasks.js";
+
+export const isPrototype = (chosen) => Boolean(chosen?.examples);
+
+/** A form for a match, a comparison or a prototype of the chosen shapes. */
+export function jobForm(shapes, signal) {
+  const learned = isPrototype(shapes[0]);
+  if (learned && shapes.length > 2) {
+    return h("p", { class: "faint" }, "A prototype is matched with one shape: remove the others.");
+  }
+  const parts = h("div", { class: "fields" });
+  const said = h("div", { "aria-live": "polite" });
+  const submit = h("button", { type: "submit", class: "primary" });
+  const form = h("form", { novalidate: true, "aria-label": "Task" });
+  let task;
+  const take = (name) => {
+    task = TASKS[name];
+    submit.textContent = task.title;
+    fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
+    get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes, signal)))
+      .catch((error) => fill(parts, problemBox(error)));
+  };
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    submit.disabled = true;
+    fill(said);
+    try {
+      const job = await post(task.path, { ...task.named(shapes), ...values(form) });
+      location.hash = `#/jobs/${job.id}`;
+    } catch (error) {
+      showErrors(form, error.errors ?? [], fieldName);
+      fill(said, problemBox(error));
+    } finally {
+      submit.disabled = false;
+    }
+  });
+  const names = learned ? ["recognise"] : shapes.length === 2 ? ["match", "compare", "learn"] : ["compare", "learn"];
+  fill(form, names.length > 1 ? choiceOf(names, take) : null, parts, said, h("p", {}, submit));
+  take(names[0]);
+  return form;
+}
+
+function choiceOf(names, take) {
+  const option = (name, at) => h("label", {},
+    h("input", {
+      type: "radio", name: "task", value: name, checked: at === 0, "data-form": true,
+      onchange: () => take(name),
+    }), " ", TASKS[name].about);
+  return h("fieldset", {}, h("legend", {}, "Task"), names.map(option));
+}
+
+function values(form) {
+  const chosen = [...form.elements].filter((field) =>
+    field.name && field.dataset.form === undefined && field.value !== "" && (field.type !== "checkbox" || field.checked));
+  return Object.fromEntries(chosen.map((field) => [field.name, valueOf(field)]));
+}
+
+function valueOf(field) {
+  if (field.dataset.json !== undefined) return JSON.parse(field.value);
+  return field.type === "number" ? Number(field.value) : field.value;
+}

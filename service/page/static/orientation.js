@@ -1,0 +1,22 @@
+// Orientation: matches that may be mirrored, and a repetition that preserves orientation.
+
+import { post } from "./api.js";
+import { h, button } from "./dom.js";
+import { problemBox } from "./problem.js";
+
+/** A note on a match that may be mirrored, with a button that repeats it; null if it cannot be. */
+export function orientationNote(result) {
+  const { parameters, source, target } = result;
+  const known = parameters.orientation || parameters.dense || parameters.refine || parameters.landmarks.length > 0;
+  if (known || result.source_kind !== "shape" || result.alternatives.length === 0) return null;
+  const again = button("Match with orientation", async () => {
+    try {
+      const job = await post("/v1/matches", { ...parameters, source, target, orientation: true });
+      location.hash = `#/jobs/${job.id}`;
+    } catch (error) {
+      again.after(problemBox(error));
+    }
+  });
+  return h("p", { class: "actions" }, "The energy is the same for the mirror image of this match: left and right may be swapped. ", again,
+    h("span", {}, " or ", h("a", { href: `#/with/${source}/${target}` }, "give a landmark"), "."));
+}

@@ -1,0 +1,70 @@
+// Simplification for drawing by vertex clustering: the vertices in one cell of a grid become one.
+
+/** Most triangles to draw, so that turning a shape is smooth on a phone. */
+export const MOST = 24000;
+/** Most attempts to find the grid size that leaves nearly MOST triangles. */
+const ROUNDS = 4;
+
+/**
+ * Simplify a mesh of more than `most` triangles.
+ * @returns {Object} `positions`, `faces`, `colors`, and `share`, the fraction of triangles that is left
+ */
+export function simplified({ positions, faces, colors }, most = MOST) {
+  const count = faces.length / 3;
+  if (count <= most) return { positions, faces, colors, share: 1 };
+  // A surface in a grid of n³ cells meets about n² of them.
+  let cells = Math.sqrt(most / 2);
+  let coarse = clustered(positions, faces, colors, cells);
+  for (let round = 0; round < ROUNDS; round++) {
+    const ratio = most / (coarse.faces.length / 3);
+    if (ratio >= 1 && ratio < 1.3) break;
+    cells *= Math.sqrt(0.9 * ratio);
+    coarse = clustered(positions, faces, colors, cells);
+  }
+  return { ...coarse, share: coarse.faces.length / faces.length };
+}
+
+function clustered(positions, faces, colors, cells) {
+  const owner = owners(positions, cells);
+  const size = owner.count;
+  return {
+    positions: means(positions, owner, size, Float32Array),
+    faces: Uint32Array.from(survivors(faces, owner.of)),
+    colors: colors === null ? null : means(colors, owner, size, Uint8Array),
+  };
+}
+
+function owners(positions, cells) {
+  const known = new Map();
+  const of = new Uint32Array(positions.length / 3);
+  const side = Math.ceil(cells) + 1;
+  const cell = (value) => Math.floor((0.5 + 0.5 * value) * cells);
+  for (let v = 0; v < of.length; v++) {
+    const [x, y, z] = [0, 1, 2].map((k) => cell(positions[3 * v + k]));
+    const name = (x * side + y) * side + z;
+    let place = known.get(name);
+    if (place === undefined) {
+      place = known.size;
+      known.set(name, place);
+    }
+    of[v] = place;
+  }
+  return { of, count: known.size };
+}
+
+function means(values, owner, size, kind) {
+  const sums = new Float64Array(3 * size);
+  const members = new Uint32Array(size);
+  owner.of.forEach((place, v) => {
+    members[place]++;
+    for (let k = 0; k < 3; k++) sums[3 * place + k] += values[3 * v + k];
+  });
+  return kind.from(sums, (sum, at) => sum / members[Math.floor(at / 3)]);
+}
+
+function* survivors(faces, of) {
+  for (let f = 0; f < faces.length; f += 3) {
+    const [a, b, c] = [of[faces[f]], of[faces[f + 1]], of[faces[f + 2]]];
+    if (a !== b && b !== c && c !== a) yield* [a, b, c];
+  }
+}

@@ -1,0 +1,152 @@
+"""Checks of shapes against the parameters of a job, from their records, before it is queued."""
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import TypeAlias
+
+from broker.contracts import (
+    DissimilarityParameters,
+    FieldProblem,
+    MatchParameters,
+    PrototypeParameters,
+    ShapeRecord,
+)
+from service.http import MOST_FIELDS, InvalidRequest
+
+Parameters: TypeAlias = MatchParameters | DissimilarityParameters | PrototypeParameters
+
+
+def shape_fields(shapes: Sequence[str]) -> dict[str, str]:
+    """Return the ids of a list of shapes by the fields that name them."""
+    return {f"body.shapes.{place}": shape for place, shape in enumerate(shapes)}
+
+
+def repeated_shapes(shapes: Sequence[str]) -> list[FieldProblem]:
+    """Return the problems of shapes that are listed more than once."""
+    first: dict[str, int] = {}
+    wrong = []
+    for place, shape in enumerate(shapes):
+        if shape in first:
+            message = f"this shape is the same as shapes.{first[shape]}; give each once"
+            wrong.append(FieldProblem(field=f"body.shapes.{place}", message=message))
+        first.setdefault(shape, place)
+    return wrong
+
+
+def check_shapes(
+    asked: Parameters,
+    shapes: Mapping[str, ShapeRecord],
+    detail: str,
+    further: Sequence[FieldProblem] = (),
+) -> None:
+    """Refuse shapes that do not meet the requirements of a job.
+
+    Parameters
+    ----------
+    asked
+        Parameters of the job.
+    shapes
+        By the fields that name them, such as ``body.source``.
+    detail
+        Detail of the problem that is raised.
+    further
+        Problems of the request besides those found here.
+
+    Raises
+    ------
+    InvalidRequest
+        A shape has no vertex colours and a descriptor needs them; or it has several components, or
+        would be simplified to fewer vertices than `points`.
+    """
+    without = [
+        field.removeprefix("body.") for field, shape in shapes.items() if not shape.has_colors
+    ]
+    if without and getattr(asked, "first_order_weight", 1.0) > 0.0:
+        colored = {choice.name for choice in asked.descriptors if choice.about.needs_colors}
+        message = f"needs vertex colours, which are missing in {', '.join(without)}"
+        refuse(
+            descriptor_problems(asked, colored, message),
+            "Choose another descriptor, or upload the shape in a format that has colours,"
+            " such as PLY, GLB, or OBJ zipped with its materials.",
+        )
+    refuse(
+        (*further, *several_components(asked, shapes), *simplified_too_far(asked, shapes)), detail
+    )
+
+
+def descriptor_problems(
+    asked: Parameters, unsuitable: Collection[str], message: str
+) -> list[FieldProblem]:
+    """Return the problems of the chosen descriptors whose names are unsuitable."""
+    several = isinstance(asked.descriptor, tuple)
+    return [
+        FieldProblem(
+            field=f"body.descriptor.{place}" if several else "body.descriptor",
+            message=f"{choice.name!r} {message}",
+        )
+        for place, choice in enumerate(asked.descriptors)
+        if choice.name in unsuitable
+    ]
+
+
+def few_vertices(shapes: Mapping[str, ShapeRecord], points: int) -> list[FieldProblem]:
+    """Return the problems of shapes that have fewer vertices than `points`."""
+    return [
+        FieldProblem(
+            field=field,
+            message=f"it has {shape.vertices} vertices, fewer than `points` ({points}); take fewer"
+            " points",
+        )
+        for field, shape in shapes.items()
+        if shape.vertices < points
+    ]
+
+
+def several_components(asked: Parameters, shapes: Mapping[str, ShapeRecord]) -> list[FieldProblem]:
+    """Return the problems of shapes with several components, unless only the largest is used."""
+    if asked.largest_component:
+        return []
+    advice = "set `largest_component`, or name another shape"
+    if isinstance(asked, PrototypeParameters):
+        advice = "upload one component of it, or leave it out"
+    return [
+        FieldProblem(
+            field=field,
+            message=f"it has {shape.components} components, with infinite distances between them;"
+            f" {advice}",
+        )
+        for field, shape in shapes.items()
+        if shape.components > 1
+    ]
+
+
+def simplified_too_far(asked: Parameters, shapes: Mapping[str, ShapeRecord]) -> list[FieldProblem]:
+    """Return the problem of `simplify`, if it leaves fewer vertices than `points`."""
+    if asked.simplify is None or asked.simplify >= asked.points:
+        return []
+    simplified = [
+        field.removeprefix("body.")
+        for field, shape in shapes.items()
+        if shape.vertices > asked.simplify
+    ]
+    if not simplified:
+        return []
+    message = (
+        f"{', '.join(simplified[:MOST_FIELDS])} would have {asked.simplify} vertices, fewer than"
+        f" `points` ({asked.points}); simplify less, or take fewer points"
+    )
+    return [FieldProblem(field="body.simplify", message=message)]
+
+
+def refuse(wrong: Sequence[FieldProblem], detail: str) -> None:
+    """Raise problems of a request, if there are any.
+
+    Raises
+    ------
+    InvalidRequest
+        With the first `MOST_FIELDS` of the problems.
+    """
+    if not wrong:
+        return
+    if len(wrong) > MOST_FIELDS:
+        detail += f" The first {MOST_FIELDS} of {len(wrong)} are named."
+    raise InvalidRequest(detail, tuple(wrong[:MOST_FIELDS]))

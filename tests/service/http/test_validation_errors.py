@@ -1,0 +1,202 @@
+"""Requests that mean nothing: what is wrong is said of the sender's fields, and briefly."""
+
+import gzip
+import json
+from typing import Any
+
+import httpx2
+import pytest
+
+from service.http import MOST_CONSIDERED, field_problems
+from tests.service.conftest import Json, problem
+
+MESH = ("m.off", b"OFF\n")
+
+
+def ask(http: httpx2.Client, body: bytes, media_type: str = "application/json") -> httpx2.Response:
+    return http.post("/v1/matches", content=body, headers={"content-type": media_type})
+
+
+def fields(document: Json) -> dict[str, str]:
+    named = {error["field"]: error["message"] for error in document["errors"]}
+    assert len(named) == len(document["errors"])
+    return named
+
+
+@pytest.mark.parametrize(
+    ("metric", "field"),
+    [
+        ("euclidean", "metric"),
+        (3, "metric"),
+        (None, "metric"),
+        ({}, "metric.name"),
+        ({"name": "euclidean"}, "metric.name"),
+        ({"name": ["diffusion"]}, "metric.name"),
+        ({"name": "diffusion", "time": "soon"}, "metric.time"),
+        ({"name": "geodesic", "time": 0.1}, "metric.time"),
+        (["geodesic", "euclidean"], "metric.1"),
+        (["geodesic", {"name": "diffusion", "time": -1}], "metric.1.time"),
+        ([["geodesic"]], "metric.0"),
+        ([], "metric"),
+    ],
+)
+def test_a_structure_is_named_by_its_place(http: httpx2.Client, metric: Any, field: str) -> None:
+    body = {"source": "a", "target": "b", "metric": metric}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert f"body.{field}" in named
+    assert len(named) == 1
+    if metric in ("euclidean", 3, None):
+        assert "'geodesic', 'diffusion', 'commute_time'" in named["body.metric"]
+
+
+def test_parameters_of_a_descriptor_are_named_by_their_place(http: httpx2.Client) -> None:
+    descriptor = ["hks", "shot", {"name": "hks", "times": [0.1, 0.0]}]
+    body = {"source": "a", "target": "b", "descriptor": descriptor}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named.keys() == {"body.descriptor.1", "body.descriptor.2.times.1"}
+    assert named["body.descriptor.2.times.1"] == "Input should be greater than or equal to 1e-30"
+
+
+def test_messages_of_invalid_fields_are_for_users(http: httpx2.Client) -> None:
+    body = {"source": "a", "target": "b", "metric": [], "pionts": 3}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named["body.metric"] == "Input should have at least 1 item, not 0"
+    assert named["body.pionts"].startswith("There is no such field")
+    body = {"shapes": ["a"]}
+    named = fields(problem(http.post("/v1/prototypes", json=body), 422, "invalid-request"))
+    assert named == {"body.shapes": "Input should have at least 2 items, not 1"}
+
+
+def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None:
+    body = {"source": "a", "target": "b", "objective": "linf"}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named["body.objective"].startswith('"linf" takes at most 10 points')
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {f"k{n}": 0 for n in range(50_000)},
+        {"k" * 900_000: 0},
+        {"metric": ["x"] * 100_000},
+        {"\ud800": 0, "source": "\ud800", "metric": ["\ud800"]},
+    ],
+    ids=["many", "long", "list", "surrogates"],
+)
+def test_answers_are_short_whatever_is_asked(http: httpx2.Client, body: dict[str, Any]) -> None:
+    answer = ask(http, json.dumps({"source": "a", "target": "b"} | body).encode())
+    document = problem(answer, 422, "invalid-request")
+    assert 1 <= len(document["errors"]) <= 20
+    assert len(answer.content) < 10_000
+
+
+def test_the_number_of_invalid_fields_is_reported(http: httpx2.Client) -> None:
+    body = {"source": "a", "target": "b"} | {f"k{n}": 0 for n in range(21)}
+    document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
+    assert "20 of 21" in document["detail"]
+
+
+@pytest.mark.parametrize("media_type", ["text/plain", "application/x-www-form-urlencoded"])
+def test_json_that_is_sent_as_something_else(http: httpx2.Client, media_type: str) -> None:
+    answer = ask(http, b'{"source": "a", "target": "b"}', media_type)
+    named = fields(problem(answer, 422, "invalid-request"))
+    assert "application/json" in named["body"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"{", b'{"source": "a",}', b"{} {}", b"\0", b"\xff", b"[" * 500_000, b"9" * 5000],
+    ids=["cut", "comma", "two", "zero", "bytes", "deep", "digits"],
+)
+def test_bodies_that_are_not_json_are_refused(http: httpx2.Client, body: bytes) -> None:
+    document = problem(ask(http, body), 400, "bad-request")
+    assert "send a JSON object" in document["detail"]
+
+
+def test_where_json_breaks_off_is_said(http: httpx2.Client) -> None:
+    document = problem(ask(http, b'{"source": }'), 400, "bad-request")
+    assert "at character 11" in document["detail"]
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        {"files": {"file": ("n" * 10_000 + ".off", b"OFF\n")}},
+        {"files": {"file": MESH}, "data": {f"k{n}": "" for n in range(1001)}},
+        {"files": [("file", MESH)] * 1001},
+    ],
+    ids=["name", "fields", "files"],
+)
+def test_forms_beyond_all_bounds(http: httpx2.Client, form: Any) -> None:
+    document = problem(http.post("/v1/shapes", **form), 400, "bad-request")
+    assert "with the mesh as `file`" in document["detail"]
+
+
+def test_a_field_where_a_file_should_be(http: httpx2.Client) -> None:
+    named = fields(problem(http.post("/v1/shapes", data={"file": "x"}), 422, "invalid-request"))
+    assert "filename" in named["body.file"]
+
+
+def test_hundreds_of_thousands_of_errors_keep_nobody_waiting() -> None:
+    errors = [
+        {"type": "int_type", "loc": ("body", "landmarks", i, 0), "msg": "Input", "input": "x"}
+        for i in range(3 * MOST_CONSIDERED)
+    ]
+    assert len(field_problems(errors)) == MOST_CONSIDERED
+
+
+@pytest.mark.parametrize("encoding", ["gzip", "br", "gzip, deflate"])
+def test_bodies_that_are_compressed_are_refused_with_the_reason(
+    http: httpx2.Client, encoding: str
+) -> None:
+    body = gzip.compress(json.dumps({"source": "a", "target": "b"}).encode())
+    headers = {"content-encoding": encoding, "content-type": "application/json"}
+    refused = http.post("/v1/matches", content=body, headers=headers)
+    assert repr(encoding) in problem(refused, 415, "encoded-body")["detail"]
+    form = gzip.compress(b"--x\r\n")
+    headers["content-type"] = "multipart/form-data; boundary=x"
+    problem(http.post("/v1/shapes", content=form, headers=headers), 415, "encoded-body")
+    # What says that it is not encoded is not.
+    headers = {"content-encoding": "identity", "content-type": "application/json"}
+    problem(http.post("/v1/matches", content=b"{}", headers=headers), 422, "invalid-request")
+
+
+def test_without_a_body_it_does_not_matter_how_that_is_encoded(http: httpx2.Client) -> None:
+    for length in ({}, {"content-length": "0"}, {"content-length": "00"}):
+        answer = http.get("/v1/structures", headers={"content-encoding": "gzip"} | length)
+        assert answer.status_code == 200, length
+    pieces = iter([gzip.compress(b"{}")])
+    answer = http.post("/v1/matches", content=pieces, headers={"content-encoding": "gzip"})
+    problem(answer, 415, "encoded-body")
+
+
+@pytest.mark.parametrize("path", ["/v1/shapes", "/v1/prototype-archives"])
+def test_a_form_has_each_part_once(http: httpx2.Client, path: str) -> None:
+    files = [("file", ("a.off", b"OFF")), ("file", ("b.off", b"OFF"))]
+    named = fields(problem(http.post(path, files=files), 422, "invalid-request"))
+    assert list(named) == ["body.file"]
+    assert "several" in named["body.file"]
+    name = [("name", (None, "a")), ("name", (None, "b"))]
+    refused = http.post(path, files=[*files[:1], *name])
+    assert list(fields(problem(refused, 422, "invalid-request"))) == ["body.name"]
+    long = http.post(path, files=files[:1], data={"name": "x" * 300})
+    named = fields(problem(long, 422, "invalid-request"))
+    assert named == {"body.name": "Input should have at most 200 characters, not 300"}
+
+
+def test_a_form_that_is_cut_off_is_told(http: httpx2.Client) -> None:
+    form = b'--x\r\nContent-Disposition: form-data; name="file"; filename="a.off"\r\n\r\nOFF\n'
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    for body in (form[:30], form[:60], b""):
+        answer = http.post("/v1/shapes", content=body, headers=headers)
+        refused = problem(answer, 422, "invalid-request")
+        assert "or is truncated" in fields(refused)["body.file"]
+
+
+def test_gzip_is_not_sent_to_clients_that_do_not_accept_it(http: httpx2.Client) -> None:
+    for accepted in ("gzip", "br, gzip;q=0.5", "GZIP ; q=1"):
+        answer = http.get("/page/style.css", headers={"accept-encoding": accepted})
+        assert answer.headers["content-encoding"] == "gzip"
+    for accepted in ("gzip;q=0", "gzip; q=0.000, br", "identity", "notgzip", ""):
+        answer = http.get("/page/style.css", headers={"accept-encoding": accepted})
+        assert "content-encoding" not in answer.headers

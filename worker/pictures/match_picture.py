@@ -1,0 +1,193 @@
+"""A match as a picture: both shapes, with corresponding points joined and in the same colour."""
+
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import hsv_to_rgb
+from scipy.sparse.csgraph import minimum_spanning_tree
+
+from solver.arrays import BoolArray, FloatArray
+from solver.mesh import TriangleMesh, vertex_normals
+from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
+from worker.pictures.hypothesis import Hypothesis
+from worker.pictures.scene import Scene, match_scenes, prototype_scenes
+
+_INCHES = 12.0, 7.2
+_LONGEST_NAME = 40
+"""Characters of a shortened name."""
+
+_LIGHT: Final = np.array([-0.35, 0.55, 0.76])
+"""Direction to the light: from the upper left, in front."""
+
+_CLEARANCE = 0.02
+"""Least depth of a face in front of a point that it hides, in units of the root of the area."""
+
+
+def draw_match(
+    source: TriangleMesh,
+    target: TriangleMesh,
+    answer: Hypothesis,
+    names: tuple[str, str] = ("source", "target"),
+) -> bytes:
+    """Draw a match.
+
+    Parameters
+    ----------
+    source, target
+        The meshes X and Y, as uploaded.
+    answer
+        The match, or an alternative; its vertex numbers are the users' own.
+    names
+        Names of the shapes.
+
+    Returns
+    -------
+    PNG, the same for the same match.
+    """
+    left, right = match_scenes(source, target, answer)
+    labels = [
+        f"{shortened(name, _LONGEST_NAME)}\n{mesh.n_vertices:,} vertices"
+        for name, mesh in zip(names, (source, target), strict=True)
+    ]
+    return _drawn(left, right, answer, labels)
+
+
+def draw_prototype_match(
+    positions: FloatArray,
+    target: TriangleMesh,
+    answer: Hypothesis,
+    names: tuple[str, str] = ("prototype", "target"),
+) -> bytes:
+    """Draw a match whose source is a prototype, by its points on its reference shape.
+
+    Parameters
+    ----------
+    positions
+        (N, 3) the prototype's points on its reference shape.
+    target
+        The mesh Y, as uploaded.
+    answer
+        The match, or an alternative.
+    names
+        Names of the prototype and the target.
+
+    Returns
+    -------
+    PNG, the same for the same match.
+    """
+    left, right = prototype_scenes(positions, target, answer)
+    labels = [f"{shortened(names[0], _LONGEST_NAME)}\n{len(positions):,} points"]
+    labels.append(f"{shortened(names[1], _LONGEST_NAME)}\n{target.n_vertices:,} vertices")
+    return _drawn(left, right, answer, labels)
+
+
+def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> bytes:
+    figure = new_figure(_INCHES)
+    axes = figure.add_axes((0.02, 0.06, 0.96, 0.82))
+    axes.set_axis_off()
+    axes.set_aspect("equal")
+    for scene in (left, right):
+        if len(scene.faces):
+            _draw_surface(axes, scene)
+        else:
+            _draw_skeleton(axes, scene)
+    _draw_points(axes, left, right)
+    for scene, label in zip((left, right), labels, strict=True):
+        x, y = _middle(scene), float(scene.vertices[:, 1].min())
+        axes.annotate(
+            label.lstrip(), (x, y), (0, -10), textcoords="offset points", ha="center", va="top",
+            fontsize=10, color=FAINT, linespacing=1.5, parse_math=False,
+        )  # fmt: skip
+    axes.autoscale_view()
+    figure.text(0.5, 0.955, answer.title, ha="center", fontsize=14, color=INK)
+    figure.text(0.5, 0.915, answer.subtitle, ha="center", fontsize=10, color=FAINT)
+    return png(figure)
+
+
+def _draw_surface(axes: Axes, scene: Scene) -> None:
+    corners = scene.vertices[scene.faces]
+    order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
+    shade = _shades(scene)[order]
+    skin = scene.colors
+    if skin.ndim == 2:
+        skin = skin[scene.faces].mean(axis=1)[order]
+    colors = np.clip(skin * shade[:, None], 0.0, 1.0)
+    # Edges in the face's own colour close the hairlines that antialiasing leaves between faces.
+    axes.add_collection(
+        PolyCollection(
+            list(corners[order][:, :, :2]), facecolors=colors, edgecolors=colors, linewidths=0.3
+        )
+    )
+
+
+def _draw_skeleton(axes: Axes, scene: Scene) -> None:
+    """Draw points without a surface, joined by their minimum spanning tree."""
+    apart = np.linalg.norm(scene.vertices[:, None] - scene.vertices, axis=2)
+    tree = minimum_spanning_tree(apart).tocoo()
+    ends = scene.vertices[np.stack([tree.row, tree.col], axis=1)][:, :, :2]
+    axes.add_collection(LineCollection(list(ends), colors=FAINT, linewidths=1.2, alpha=0.5))
+    x, y = scene.vertices[:, 0], scene.vertices[:, 1]
+    axes.scatter(x, y, s=14.0, c=FAINT, linewidths=0.0, zorder=2)
+
+
+def _shades(scene: Scene) -> FloatArray:
+    """(F,) brightness by smooth normals, turned towards the reader."""
+    smooth = vertex_normals(scene.vertices, scene.faces)[scene.faces].sum(axis=1)
+    smooth /= np.maximum(np.linalg.norm(smooth, axis=1), 1e-300)[:, None]
+    smooth *= np.where(smooth[:, 2] < 0.0, -1.0, 1.0)[:, None]
+    lit = np.clip(smooth @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
+    shades: FloatArray = 0.62 + 0.46 * lit - 0.10 * (1.0 - smooth[:, 2]) ** 2
+    return shades
+
+
+def _draw_points(axes: Axes, left: Scene, right: Scene) -> None:
+    here, there = left.points, right.points
+    colors = _colors(here)
+    axes.add_collection(
+        LineCollection(
+            list(np.stack([here[:, :2], there[:, :2]], axis=1)),
+            colors=colors, linewidths=0.9, alpha=0.45, zorder=3,
+        )
+    )  # fmt: skip
+    for scene, places in ((left, here), (right, there)):
+        hidden = _hidden(scene)
+        for which, size, alpha in ((hidden, 26.0, 0.55), (~hidden, 52.0, 1.0)):
+            axes.scatter(
+                places[which, 0], places[which, 1], s=size, c=colors[which], alpha=alpha,
+                edgecolors="white", linewidths=0.9, zorder=4,
+            )  # fmt: skip
+
+
+def _colors(places: FloatArray) -> FloatArray:
+    """(K, 3) hue by direction from the middle, paler near it: neighbours have similar colours."""
+    offsets = places[:, :2] - 0.5 * (
+        places[:, :2].min(axis=0, initial=np.inf) + places[:, :2].max(axis=0, initial=-np.inf)
+    )
+    hue = (np.arctan2(offsets[:, 1], offsets[:, 0]) / (2.0 * np.pi)) % 1.0
+    reach = np.linalg.norm(offsets, axis=1)
+    saturation = 0.55 + 0.40 * reach / max(float(reach.max(initial=0.0)), 1e-300)
+    return np.asarray(hsv_to_rgb(np.stack([hue, saturation, np.full_like(hue, 0.88)], axis=1)))
+
+
+def _hidden(scene: Scene) -> BoolArray:
+    """(K,) whether a face lies in front of a point, by more than `_CLEARANCE`."""
+    a, b, c = np.moveaxis(scene.vertices[scene.faces], 1, 0)
+    hidden = np.zeros(len(scene.points), dtype=np.bool_)
+    ab, ac = b - a, c - a
+    twice = ab[:, 0] * ac[:, 1] - ab[:, 1] * ac[:, 0]
+    sound = np.abs(twice) > 1e-18
+    for i, place in enumerate(scene.points):
+        ap = place - a
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = (ap[:, 0] * ac[:, 1] - ap[:, 1] * ac[:, 0]) / twice
+            v = (ab[:, 0] * ap[:, 1] - ab[:, 1] * ap[:, 0]) / twice
+            inside = sound & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0)
+            depth = a[:, 2] + u * ab[:, 2] + v * ac[:, 2]
+            hidden[i] = bool((inside & (depth > place[2] + _CLEARANCE)).any())
+    return hidden
+
+
+def _middle(scene: Scene) -> float:
+    return float(0.5 * (scene.vertices[:, 0].min() + scene.vertices[:, 0].max()))

@@ -1,0 +1,113 @@
+"""Shapes of a match in the coordinates of the paper, side by side, with their matched points."""
+
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.mesh import TriangleMesh
+from worker.pictures.coloring import colors_by_place, transferred_colors
+from worker.pictures.hypothesis import Hypothesis
+from worker.pictures.view import source_view, target_view
+
+GREY: Final = np.array([0.86, 0.87, 0.89])
+"""Colour of surfaces without colours of their own."""
+
+_GAP: Final = 0.28
+"""From each shape to the middle of the picture, in units of the root of its area."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """One shape on the paper: x to the right, y up, z towards the reader.
+
+    Parameters
+    ----------
+    vertices, faces
+        (V, 3) and (F, 3); without faces, a set of points is drawn.
+    points
+        (K, 3) the matched points.
+    colors
+        (3,) colour of the surface, or (V, 3) colours of its vertices.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    points: FloatArray
+    colors: FloatArray = field(default_factory=lambda: GREY)
+
+
+def match_scenes(
+    source: TriangleMesh, target: TriangleMesh, answer: Hypothesis
+) -> tuple[Scene, Scene]:
+    """Return both shapes of a match, scaled to unit area and with matched points aligned."""
+    first, second = _unit_area(source), _unit_area(target)
+    numbers = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
+    points = first[source.vertices_of(numbers)]
+    left, right = _side_by_side(
+        Scene(first, source.faces, points),
+        Scene(second, target.faces, _target_points(target, second, answer)),
+    )
+    if answer.dense is None:
+        return left, right
+    colors = colors_by_place(left.vertices)
+    transferred = transferred_colors(colors, source, target, answer.dense)
+    return replace(left, colors=colors), replace(right, colors=transferred)
+
+
+def prototype_scenes(
+    positions: FloatArray, target: TriangleMesh, answer: Hypothesis
+) -> tuple[Scene, Scene]:
+    """Return the points of a prototype, scaled as those matched on the target, and the target.
+
+    Parameters
+    ----------
+    positions
+        (N, 3) the prototype's points on its reference shape, in an unknown unit.
+    target
+        The mesh Y.
+    answer
+        The match, or an alternative.
+    """
+    vertices = _unit_area(target)
+    matched = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
+    there = _target_points(target, vertices, answer)
+    points = positions / max(float(np.abs(positions).max()), 1e-300)
+    points = points - points.mean(axis=0)
+    spread = np.linalg.norm(points) / np.sqrt(len(points))
+    size = np.linalg.norm(there - there.mean(axis=0)) / np.sqrt(max(len(there), 1))
+    points = points * (size / spread if size > 0.0 and spread > 1e-9 else 1.0)
+    return _side_by_side(
+        Scene(points, np.zeros((0, 3), dtype=np.int64), points[matched]),
+        Scene(vertices, target.faces, there),
+    )
+
+
+def _side_by_side(source: Scene, target: Scene) -> tuple[Scene, Scene]:
+    """Rotate both into their views, and move them to the two sides of the origin."""
+    view = source_view(source.vertices)
+    other = target_view(view, source.points, target.points) if len(source.points) >= 3 else view
+    left, right = view.of(source.vertices), other.of(target.vertices)
+    to_left = np.array([left[:, 0].max() + _GAP, left[:, 1].min(), 0.0])
+    to_right = np.array([right[:, 0].min() - _GAP, right[:, 1].min(), 0.0])
+    return (
+        Scene(left - to_left, source.faces, view.of(source.points) - to_left),
+        Scene(right - to_right, target.faces, other.of(target.points) - to_right),
+    )
+
+
+def _target_points(target: TriangleMesh, vertices: FloatArray, answer: Hypothesis) -> FloatArray:
+    """(K, 3) matched points on the target: refined ones between vertices, if there are any."""
+    if answer.refinement is None:
+        numbers = np.array([pair.target for pair in answer.correspondences], dtype=np.int64)
+        return vertices[target.vertices_of(numbers)]
+    refined = answer.refinement.points
+    corners = np.array([point.vertices for point in refined], dtype=np.int64)
+    weights = np.array([point.weights for point in refined])
+    places: FloatArray = np.einsum("kc,kcd->kd", weights, vertices[target.vertices_of(corners)])
+    return places
+
+
+def _unit_area(mesh: TriangleMesh) -> FloatArray:
+    return mesh.scaled(1.0 / np.sqrt(mesh.area)).vertices
