@@ -156,7 +156,7 @@ def test_the_metadata_is_complete(built: Built) -> None:
     assert always == {
         *("anyio", "httpx2", "numpy", "pydantic", "rich", "typer", "typing-extensions"),
     }
-    assert {found.name for found in needed} - always == {"matplotlib"}
+    assert {found.name for found in needed} - always == {"plotly"}
     assert told.get_all("Provides-Extra") == ["plot"]
     assert (ROOT / "client" / "LICENSE").read_text() == (ROOT / "LICENSE").read_text()
 
@@ -195,7 +195,7 @@ def test_the_wheel_works_with_its_dependencies_alone(
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)
     said = outside(tmp_path, clean / "python", "-W", "error", script, *blobs, ISOMATCH_URL=url)
-    assert said.splitlines() == ["this needs matplotlib: pip install 'isomatch[plot]'", "404", "6"]
+    assert said.splitlines() == ["this needs plotly: pip install 'isomatch[plot]'", "404", "6"]
     names = "'solver', 'worker', 'service', 'trimesh', 'scipy', 'pytest'"
     program = f"import importlib.util as u; print(any(map(u.find_spec, [{names}])))"
     assert outside(tmp_path, clean / "python", "-c", program) == "False\n"

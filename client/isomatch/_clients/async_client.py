@@ -1,5 +1,6 @@
 """The client for asynchronous programs: the way in."""
 
+import os
 from collections.abc import AsyncIterator, Iterable
 from functools import partial
 from types import TracebackType
@@ -7,21 +8,32 @@ from typing import Unpack
 
 import httpx2
 
+from isomatch import _operations as operations
 from isomatch._clients.async_job import AsyncJob
-from isomatch._clients.async_prototype_client import AsyncPrototypeClient
 from isomatch._clients.client import Client
-from isomatch._clients.twins import documented_as
+from isomatch._clients.documented_as import documented_as
 from isomatch._http import AsyncTransport, address, key
-from isomatch._models import DissimilarityParameters, JobState, MatchParameters, Shape, Structures
-from isomatch._operations import drawing, id_of
-from isomatch._operations import job as job_operations
-from isomatch._operations import shape as shape_operations
-from isomatch._results import Dissimilarities, Geometry, Match, Prototype
+from isomatch._models import (
+    DissimilarityParameters,
+    JobState,
+    MatchParameters,
+    PrototypeParameters,
+    Shape,
+    Structures,
+)
+from isomatch._results import (
+    Dissimilarities,
+    Geometry,
+    LearnedPrototype,
+    Match,
+    Prototype,
+    PrototypePoints,
+)
 from isomatch._upload import MeshSource
 from isomatch._webhooks import Webhook
 
 
-class AsyncClient(AsyncPrototypeClient):
+class AsyncClient:
     """A connection to an isomatch service, as :class:`isomatch.Client`, for asynchronous programs.
 
     What blocks there is awaited here, and what is gone through with ``for`` with ``async for``;
@@ -75,31 +87,31 @@ class AsyncClient(AsyncPrototypeClient):
         file_type: str | None = None,
         timeout: float | None = 600.0,
     ) -> Shape:
-        return await self._transport.run(shape_operations.upload(shape, name, file_type, timeout))
+        return await self._transport.run(operations.upload(shape, name, file_type, timeout))
 
     @documented_as(Client.shape)
     async def shape(self, shape_id: str) -> Shape:
-        return await self._transport.run(shape_operations.get_shape(shape_id))
+        return await self._transport.run(operations.get_shape(shape_id))
 
     @documented_as(Client.shapes)
     def shapes(self) -> AsyncIterator[Shape]:
-        return self._transport.pages(shape_operations.list_shapes)
+        return self._transport.pages(operations.list_shapes)
 
     @documented_as(Client.mesh)
     async def mesh(self, shape: Shape | str) -> bytes:
-        return await self._transport.run(shape_operations.get_mesh(shape))
+        return await self._transport.run(operations.get_mesh(shape))
 
     @documented_as(Client.geometry)
     async def geometry(self, shape: Shape | str) -> Geometry:
-        return await self._transport.run(drawing.get_geometry(shape))
+        return await self._transport.run(operations.get_geometry(shape))
 
     @documented_as(Client.delete_shape)
     async def delete_shape(self, shape: Shape | str) -> None:
-        await self._transport.run(shape_operations.delete_shape(shape))
+        await self._transport.run(operations.delete_shape(shape))
 
     @documented_as(Client.structures)
     async def structures(self) -> Structures:
-        return await self._transport.run(shape_operations.list_structures())
+        return await self._transport.run(operations.list_structures())
 
     @documented_as(Client.match)
     async def match(
@@ -111,7 +123,7 @@ class AsyncClient(AsyncPrototypeClient):
         idempotency_key: str | None = None,
         **parameters: Unpack[MatchParameters],
     ) -> AsyncJob[Match]:
-        start = job_operations.start_match(source, target, parameters, webhook, idempotency_key)
+        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.dissimilarities)
@@ -124,14 +136,63 @@ class AsyncClient(AsyncPrototypeClient):
         idempotency_key: str | None = None,
         **parameters: Unpack[DissimilarityParameters],
     ) -> AsyncJob[Dissimilarities]:
-        start = job_operations.start_dissimilarities(
+        start = operations.start_dissimilarities(
             shapes, labels, parameters, webhook, idempotency_key
         )
         return AsyncJob(self._transport, await self._transport.run(start))
 
+    @documented_as(Client.learn_prototype)
+    async def learn_prototype(
+        self,
+        shapes: Iterable[Shape | str],
+        correspondences: Iterable[Iterable[int]] | None = None,
+        *,
+        name: str | None = None,
+        reference: Shape | str | None = None,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+        **parameters: Unpack[PrototypeParameters],
+    ) -> AsyncJob[LearnedPrototype]:
+        start = operations.start_prototype(
+            shapes, correspondences, name, reference, parameters, webhook, idempotency_key
+        )
+        return AsyncJob(self._transport, await self._transport.run(start))
+
+    @documented_as(Client.prototype)
+    async def prototype(self, prototype_id: str) -> Prototype:
+        return await self._transport.run(operations.get_prototype(prototype_id))
+
+    @documented_as(Client.prototypes)
+    def prototypes(self, name: str | None = None) -> AsyncIterator[Prototype]:
+        return self._transport.pages(partial(operations.list_prototypes, name=name))
+
+    @documented_as(Client.download_prototype)
+    async def download_prototype(
+        self, prototype: Prototype | str, path: str | os.PathLike[str]
+    ) -> None:
+        await self._transport.run(operations.download_prototype(prototype, path))
+
+    @documented_as(Client.prototype_points)
+    async def prototype_points(self, prototype: Prototype | str) -> PrototypePoints:
+        return await self._transport.run(operations.get_prototype_points(prototype))
+
+    @documented_as(Client.upload_prototype)
+    async def upload_prototype(
+        self,
+        archive: operations.ArchiveSource,
+        name: str | None = None,
+        *,
+        timeout: float | None = 600.0,
+    ) -> Prototype:
+        return await self._transport.run(operations.upload_prototype(archive, name, timeout))
+
+    @documented_as(Client.delete_prototype)
+    async def delete_prototype(self, prototype: Prototype | str) -> None:
+        await self._transport.run(operations.delete_prototype(prototype))
+
     @documented_as(Client.job)
     async def job(self, job_id: str) -> AsyncJob:
-        return AsyncJob(self._transport, await self._transport.run(job_operations.get_job(job_id)))
+        return AsyncJob(self._transport, await self._transport.run(operations.get_job(job_id)))
 
     @documented_as(Client.jobs)
     def jobs(
@@ -141,7 +202,6 @@ class AsyncClient(AsyncPrototypeClient):
         kind: str | None = None,
         of: str | Shape | Prototype | None = None,
     ) -> AsyncIterator[AsyncJob]:
-        named = None if of is None else id_of(of)
-        listing = partial(job_operations.list_jobs, state=state, kind=kind, of=named)
+        listing = partial(operations.list_jobs, state=state, kind=kind, of=of)
         records = self._transport.pages(listing)
         return (AsyncJob(self._transport, record) async for record in records)

@@ -1,5 +1,6 @@
 """The client: the way in."""
 
+import os
 from collections.abc import Iterable, Iterator
 from functools import partial
 from types import TracebackType
@@ -7,19 +8,30 @@ from typing import Unpack
 
 import httpx2
 
+from isomatch import _operations as operations
 from isomatch._clients.job import Job
-from isomatch._clients.prototype_client import PrototypeClient
 from isomatch._http import BlockingTransport, address, key
-from isomatch._models import DissimilarityParameters, JobState, MatchParameters, Shape, Structures
-from isomatch._operations import drawing, id_of
-from isomatch._operations import job as job_operations
-from isomatch._operations import shape as shape_operations
-from isomatch._results import Dissimilarities, Geometry, Match, Prototype
+from isomatch._models import (
+    DissimilarityParameters,
+    JobState,
+    MatchParameters,
+    PrototypeParameters,
+    Shape,
+    Structures,
+)
+from isomatch._results import (
+    Dissimilarities,
+    Geometry,
+    LearnedPrototype,
+    Match,
+    Prototype,
+    PrototypePoints,
+)
 from isomatch._upload import MeshSource
 from isomatch._webhooks import Webhook
 
 
-class Client(PrototypeClient):
+class Client:
     """A connection to an isomatch service; safe to share between threads.
 
     Use it as a context manager, or call :meth:`close`. Every method raises
@@ -125,7 +137,7 @@ class Client(PrototypeClient):
         OSError, TypeError, ValueError
             `shape` is not readable as one of the above.
         """
-        return self._transport.run(shape_operations.upload(shape, name, file_type, timeout))
+        return self._transport.run(operations.upload(shape, name, file_type, timeout))
 
     def shape(self, shape_id: str) -> Shape:
         """Return one shape.
@@ -135,11 +147,11 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return self._transport.run(shape_operations.get_shape(shape_id))
+        return self._transport.run(operations.get_shape(shape_id))
 
     def shapes(self) -> Iterator[Shape]:
         """Go through all shapes, newest first, asking for page after page."""
-        return self._transport.pages(shape_operations.list_shapes)
+        return self._transport.pages(operations.list_shapes)
 
     def mesh(self, shape: Shape | str) -> bytes:
         """Return the mesh file of a shape, given itself or its id, as it was uploaded.
@@ -149,7 +161,7 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return self._transport.run(shape_operations.get_mesh(shape))
+        return self._transport.run(operations.get_mesh(shape))
 
     def geometry(self, shape: Shape | str) -> Geometry:
         """Return the surface of a shape, given itself or its id, as arrays.
@@ -159,7 +171,7 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return self._transport.run(drawing.get_geometry(shape))
+        return self._transport.run(operations.get_geometry(shape))
 
     def delete_shape(self, shape: Shape | str) -> None:
         """Delete a shape, given itself or its id.
@@ -169,11 +181,11 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        self._transport.run(shape_operations.delete_shape(shape))
+        self._transport.run(operations.delete_shape(shape))
 
     def structures(self) -> Structures:
         """Return the metrics and descriptors that can be chosen, and their parameters."""
-        return self._transport.run(shape_operations.list_structures())
+        return self._transport.run(operations.list_structures())
 
     def match(
         self,
@@ -213,7 +225,7 @@ class Client(PrototypeClient):
         TypeError
             There is no such parameter.
         """
-        start = job_operations.start_match(source, target, parameters, webhook, idempotency_key)
+        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(
@@ -254,10 +266,138 @@ class Client(PrototypeClient):
         TypeError
             There is no such parameter.
         """
-        start = job_operations.start_dissimilarities(
+        start = operations.start_dissimilarities(
             shapes, labels, parameters, webhook, idempotency_key
         )
         return Job(self._transport, self._transport.run(start))
+
+    def learn_prototype(
+        self,
+        shapes: Iterable[Shape | str],
+        correspondences: Iterable[Iterable[int]] | None = None,
+        *,
+        name: str | None = None,
+        reference: Shape | str | None = None,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+        **parameters: Unpack[PrototypeParameters],
+    ) -> Job[LearnedPrototype]:
+        """Start to learn a prototype from examples of a class of shapes.
+
+        Parameters
+        ----------
+        shapes
+            The examples or their ids, two or more, each once.
+        correspondences
+            Corresponding points: for each shape the vertex numbers in its file, an array of shape
+            (M, n) or lists of one length; by default they are found as the parameter
+            `correspondence` says.
+        name
+            What to call it, by default ``"prototype"``; another one of a name that there is
+            becomes its next version.
+        reference
+            The example that the points are chosen on; by default the first.
+        webhook, idempotency_key
+            As for :meth:`match`.
+        **parameters
+            See :class:`~isomatch.PrototypeParameters`. Only those that are given are sent.
+
+        Returns
+        -------
+        job
+            ``job.result().prototype`` waits for the :class:`~isomatch.Prototype`.
+
+        Raises
+        ------
+        UnknownShape
+            There is no such shape; the message says which.
+        InvalidRequest
+            A shape cannot be an example, or a parameter has a value without meaning; the message
+            says which.
+        TypeError
+            There is no such parameter.
+        """
+        start = operations.start_prototype(
+            shapes, correspondences, name, reference, parameters, webhook, idempotency_key
+        )
+        return Job(self._transport, self._transport.run(start))
+
+    def prototype(self, prototype_id: str) -> Prototype:
+        """Return one prototype.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return self._transport.run(operations.get_prototype(prototype_id))
+
+    def prototypes(self, name: str | None = None) -> Iterator[Prototype]:
+        """Go through all prototypes, or the versions of one name, newest first."""
+        return self._transport.pages(partial(operations.list_prototypes, name=name))
+
+    def download_prototype(self, prototype: Prototype | str, path: str | os.PathLike[str]) -> None:
+        """Write a prototype, given itself or its id, to a NumPy file, ``.npz``.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        OSError
+            The file cannot be written.
+        """
+        self._transport.run(operations.download_prototype(prototype, path))
+
+    def prototype_points(self, prototype: Prototype | str) -> PrototypePoints:
+        """Return the points of a prototype, given itself or its id, and their distances.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        return self._transport.run(operations.get_prototype_points(prototype))
+
+    def upload_prototype(
+        self,
+        archive: operations.ArchiveSource,
+        name: str | None = None,
+        *,
+        timeout: float | None = 600.0,
+    ) -> Prototype:
+        """Upload a prototype; the same file again is the same prototype.
+
+        Parameters
+        ----------
+        archive
+            What :meth:`download_prototype` wrote: its path, its bytes, or the open file.
+        name
+            What to call it; by default as the file.
+        timeout
+            Seconds the service may take to read the file once it has it; None for no limit.
+
+        Raises
+        ------
+        UnprocessablePrototype
+            The file is no prototype; the message says why.
+        TooLarge
+            It is over the service's limit.
+        WaitTimeout
+            The service has it and has not read it in time.
+        OSError, TypeError
+            `archive` is not readable.
+        """
+        return self._transport.run(operations.upload_prototype(archive, name, timeout))
+
+    def delete_prototype(self, prototype: Prototype | str) -> None:
+        """Delete a prototype, given itself or its id.
+
+        Raises
+        ------
+        NotFound
+            There is none with this id.
+        """
+        self._transport.run(operations.delete_prototype(prototype))
 
     def job(self, job_id: str) -> Job:
         """Return one job.
@@ -267,7 +407,7 @@ class Client(PrototypeClient):
         NotFound
             There is none with this id.
         """
-        return Job(self._transport, self._transport.run(job_operations.get_job(job_id)))
+        return Job(self._transport, self._transport.run(operations.get_job(job_id)))
 
     def jobs(
         self,
@@ -288,7 +428,6 @@ class Client(PrototypeClient):
         of
             Only those of this shape or prototype.
         """
-        named = None if of is None else id_of(of)
-        listing = partial(job_operations.list_jobs, state=state, kind=kind, of=named)
+        listing = partial(operations.list_jobs, state=state, kind=kind, of=of)
         records = self._transport.pages(listing)
         return (Job(self._transport, record) for record in records)

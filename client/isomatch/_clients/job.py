@@ -6,16 +6,14 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
 
-from isomatch._clients.job_record import RecordedJob
+from isomatch import _operations as operations
+from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport
 from isomatch._models import JobRecord
-from isomatch._operations import drawing
-from isomatch._operations import job as job_operations
-from isomatch._operations import result as result_operations
-from isomatch._results import GeometrySource, PartialDissimilarities, Result
+from isomatch._results import DrawableSource, PartialDissimilarities, Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
 ResultT = TypeVar("ResultT", bound=Result, default=Any)
 
@@ -33,7 +31,7 @@ class Job(RecordedJob, Generic[ResultT]):
 
     def refresh(self) -> Self:
         """Ask the service how the job is, and return the job."""
-        self._remember(self._transport.run(job_operations.get_job(self.id)))
+        self._remember(self._transport.run(operations.get_job(self.id)))
         return self
 
     def wait(self, timeout: float | None = None) -> Self:
@@ -45,7 +43,7 @@ class Job(RecordedJob, Generic[ResultT]):
             It did not end within `timeout` seconds.
         """
         if not self.finished:
-            self._transport.run(job_operations.wait_for_job(self.id, timeout, self._remember))
+            self._transport.run(operations.wait_for_job(self.id, timeout, self._remember))
         return self
 
     def events(self) -> Generator[JobRecord]:
@@ -55,7 +53,7 @@ class Job(RecordedJob, Generic[ResultT]):
         too. A connection that breaks is taken up again where it broke.
         """
         for record in self._transport.stream(
-            job_operations.follow_job(self.id, self._transport.retries)
+            operations.follow_job(self.id, self._transport.retries)
         ):
             self._remember(record)
             yield record
@@ -80,45 +78,39 @@ class Job(RecordedJob, Generic[ResultT]):
             It did not end within `timeout` seconds; it goes on.
         """
         if not self.finished:
-            wait = job_operations.watch_job if progress else job_operations.wait_for_job
+            wait = operations.watch_job if progress else operations.wait_for_job
             self._transport.run(wait(self.id, timeout, self._remember))
-        found = self._transport.run(result_operations.get_result(self._record))
-        found._geometries = GeometrySource(
-            lambda wanted: self._transport.run(drawing.get_drawable(wanted))
+        found = self._transport.run(operations.get_result(self._record))
+        found._drawables = DrawableSource(
+            lambda wanted: self._transport.run(operations.get_drawable(wanted))
         )
         return cast(ResultT, found)
 
-    def plot(
-        self, path: str | os.PathLike[str] | None = None, *, alternative: int | None = None
-    ) -> "Figure":
-        """Draw the result of a job that has ended with matplotlib: see :meth:`isomatch.Match.plot`.
+    def plot(self, *, alternative: int | None = None) -> "Figure":
+        """Draw the result of a job that has ended with plotly: see :meth:`isomatch.Match.plot`.
 
         Parameters
         ----------
-        path
-            File to write the figure to; its ending tells the format.
         alternative
-            Which answer of a match, as :meth:`isomatch.Match.plot` has it.
+            Solution of a match, as for :meth:`isomatch.Match.plot`.
 
         Raises
         ------
         MissingExtra
-            matplotlib is not installed.
+            plotly is not installed.
         Conflict, JobFailed, JobCancelled
             There is no result (yet).
         ValueError
             There is no such alternative.
-        OSError
-            The file cannot be written.
         """
-        return self._transport.run(drawing.plot_result(self._record, path, alternative))
+        return self._transport.run(operations.plot_result(self._record, alternative))
 
     def cancel(self) -> Self:
         """Cancel the job, whether it is queued or running, and return it.
 
         A job that has ended stays as it is.
         """
-        self._remember(self._transport.run(job_operations.cancel_job(self.id)))
+        self._remember(self._transport.run(operations.cancel_job(self.id)))
         return self
 
     def picture(self, *, alternative: int | None = None) -> bytes:
@@ -136,7 +128,7 @@ class Job(RecordedJob, Generic[ResultT]):
         InvalidRequest
             There is no such alternative.
         """
-        return self._transport.run(result_operations.get_picture(self.id, alternative))
+        return self._transport.run(operations.get_picture(self.id, alternative))
 
     def save_picture(self, path: str | os.PathLike[str], *, alternative: int | None = None) -> None:
         """Write the picture of the result to a PNG file; as :meth:`picture`.
@@ -148,7 +140,7 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(result_operations.save_picture(self.id, path, alternative))
+        self._transport.run(operations.save_picture(self.id, path, alternative))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
         """Write the result's arrays, in full precision, to a NumPy file, ``.npz``.
@@ -160,7 +152,7 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(result_operations.save_arrays(self.id, path))
+        self._transport.run(operations.save_arrays(self.id, path))
 
     def partial(self) -> PartialDissimilarities:
         """Return the dissimilarities that are known so far.
@@ -170,4 +162,4 @@ class Job(RecordedJob, Generic[ResultT]):
         Conflict
             The job failed, or compares no collection.
         """
-        return self._transport.run(result_operations.get_partial(self.id))
+        return self._transport.run(operations.get_partial(self.id))

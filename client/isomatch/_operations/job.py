@@ -41,7 +41,7 @@ from isomatch._models import (
     Shape,
     check_names,
 )
-from isomatch._operations.resources import id_of, path_to, plain
+from isomatch._operations.request_parts import id_of, path_to, plain
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
@@ -172,10 +172,14 @@ def _record_of(document: str, call: Call) -> JobRecord:
 
 
 def list_jobs(
-    cursor: str | None, state: JobState | None, kind: str | None, of: str | None
+    cursor: str | None,
+    state: JobState | None,
+    kind: str | None,
+    of: Shape | Prototype | str | None,
 ) -> Operation[Page[JobRecord]]:
-    """Ask for one page of the jobs, of all or of those in a state, of a kind, or of a shape."""
-    query = {"state": state, "kind": kind, "shape": of, "cursor": cursor}
+    """Request one page of the jobs, of all or of those of a state, a kind, a shape or prototype."""
+    shape = None if of is None else id_of(of)
+    query = {"state": state, "kind": kind, "shape": shape, "cursor": cursor}
     call = Call("GET", "/v1/jobs", query=query)
     return parsed(Page[JobRecord], (yield from send(call)))
 

@@ -6,12 +6,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
+from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, Page, PrototypeParameters, Shape, check_names
 from isomatch._operations.job import start_job
-from isomatch._operations.resources import id_of, path_to, plain
+from isomatch._operations.request_parts import id_of, path_to, plain
 from isomatch._operations.shape import until_read
-from isomatch._results import Prototype
+from isomatch._results import Prototype, PrototypePoints
 from isomatch._upload import MeshFile
 from isomatch._webhooks import Webhook
 
@@ -63,6 +64,15 @@ def download_prototype(prototype: Prototype | str, path: str | os.PathLike[str])
     """Ask for the archive of a prototype, and write it to a file."""
     call = Call("GET", path_to("prototypes", id_of(prototype), "archive"))
     Path(path).write_bytes((yield from send(call)).content)
+
+
+def get_prototype_points(prototype: Prototype | str) -> Operation[PrototypePoints]:
+    """Request the archive of a prototype, and read its points."""
+    response = yield from send(Call("GET", path_to("prototypes", id_of(prototype), "archive")))
+    try:
+        return PrototypePoints.from_bytes(response.content)
+    except ValueError as error:
+        raise UnexpectedResponse(f"{response.request.url}: {error}") from error
 
 
 def upload_prototype(

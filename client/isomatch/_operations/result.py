@@ -3,21 +3,28 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from pydantic import ValidationError
 
 from isomatch._errors import JobCancelled, JobFailed
 from isomatch._http import Call, Operation, parsed, send, unexpected
 from isomatch._models import JobRecord
-from isomatch._operations.resources import path_to
+from isomatch._operations.prototype import get_prototype_points
+from isomatch._operations.request_parts import path_to
+from isomatch._operations.shape import get_geometry
 from isomatch._results import (
     Dissimilarities,
+    Drawable,
     LearnedPrototype,
     Match,
     PartialDissimilarities,
     Result,
+    is_prototype,
 )
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 
 def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
@@ -71,3 +78,19 @@ def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
     """Ask for a job's result as arrays, and write them to a file."""
     response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
     Path(path).write_bytes(response.content)
+
+
+def get_drawable(drawn_id: str) -> Operation[Drawable]:
+    """Request the surface of a shape, or the points of a prototype."""
+    if is_prototype(drawn_id):
+        return (yield from get_prototype_points(drawn_id))
+    return (yield from get_geometry(drawn_id))
+
+
+def plot_result(record: JobRecord, alternative: int | None) -> Operation["Figure"]:
+    """Request the result of a job that has ended and the shapes it names, and draw them."""
+    result = yield from get_result(record)
+    drawn = []
+    for drawn_id in result.drawn_ids():
+        drawn.append((yield from get_drawable(drawn_id)))  # noqa: PERF401 - yields in no list
+    return result.plot(*drawn, alternative=alternative)

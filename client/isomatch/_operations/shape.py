@@ -8,7 +8,8 @@ import httpx2
 from isomatch._errors import UnexpectedResponse, WaitTimeout
 from isomatch._http import Call, Operation, Pause, parsed, send
 from isomatch._models import Page, Shape, Structures
-from isomatch._operations.resources import id_of, path_to
+from isomatch._operations.request_parts import id_of, path_to
+from isomatch._results import Geometry
 from isomatch._upload import MeshSource, mesh_file
 
 VALIDATION_PAUSE: Final = 0.5
@@ -81,6 +82,15 @@ def get_mesh(shape: Shape | str) -> Operation[bytes]:
     """Ask for the file of a shape."""
     response = yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))
     return response.content
+
+
+def get_geometry(shape: Shape | str) -> Operation[Geometry]:
+    """Request the surface of a shape as arrays."""
+    response = yield from send(Call("GET", path_to("shapes", id_of(shape), "geometry")))
+    try:
+        return Geometry.from_bytes(response.content)
+    except ValueError as error:
+        raise UnexpectedResponse(f"{response.request.url}: {error}") from error
 
 
 def list_structures() -> Operation[Structures]:

@@ -1,6 +1,5 @@
 """The result of comparing a collection of shapes."""
 
-import os
 from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
@@ -16,12 +15,12 @@ from pydantic import (
     WithJsonSchema,
 )
 
+from isomatch._figures import draw_dissimilarities
 from isomatch._models import Answer, DissimilarityParameters, JobState
-from isomatch._results.plotting import plot_matrix, saved
-from isomatch._results.result import Drawable, Result
+from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
 
 def _numbers(given: Any) -> npt.NDArray[np.float64]:
@@ -136,7 +135,7 @@ class Dissimilarities(Result):
         title = f"{len(self.shapes)} shapes"
         if self.mean_average_precision is not None:
             title += f", mean average precision {self.mean_average_precision:.3f}"
-        return plot_matrix(self.matrix, names, self.labels, title)
+        return draw_dissimilarities(self.matrix, names, self.labels, title)
 
 
 class PartialDissimilarities(Answer):
@@ -164,21 +163,14 @@ class PartialDissimilarities(Answer):
     pairs_done: int
     matrix: _Partly
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> "Figure":
-        """Draw what is known, as :meth:`Dissimilarities.plot` draws all; the rest stays white.
-
-        Parameters
-        ----------
-        path
-            File to write the figure to; its ending tells the format.
+    def plot(self) -> "Figure":
+        """Draw what is known, as :meth:`Dissimilarities.plot` does; the rest stays empty.
 
         Raises
         ------
         MissingExtra
-            matplotlib is not installed.
-        OSError
-            The file cannot be written.
+            plotly is not installed.
         """
         names = self.labels or [shape[:8] for shape in self.shapes]
         title = f"{len(self.shapes)} shapes, {self.pairs_done} of {self.pairs} pairs known"
-        return saved(plot_matrix(self.matrix, names, self.labels, title), path)
+        return draw_dissimilarities(self.matrix, names, self.labels, title)

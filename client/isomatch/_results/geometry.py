@@ -1,6 +1,5 @@
 """A shape as it is looked at: vertices, triangles, and what the user's file calls the vertices."""
 
-import os
 import struct
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,11 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import numpy.typing as npt
 
-from isomatch._results.plotting import saved
-from isomatch._results.surface_plotting import Scene, plot_scenes
+from isomatch._figures import Panel, draw_panels
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
 MAGIC: Final = b"isogeom1"
 _HEADER: Final = "<8s3I4x4d"
@@ -112,24 +110,19 @@ class Geometry:
             raise ValueError(f"the shape has no vertex {unknown.flat[0]}")
         return rows
 
-    def plot(self, path: str | os.PathLike[str] | None = None, title: str = "") -> "Figure":
-        """Draw the shape with matplotlib, in its own colours if it has any.
+    def plot(self, title: str = "") -> "Figure":
+        """Draw the shape with plotly, in its own colours if it has any.
 
         Parameters
         ----------
-        path
-            File to write the figure to; its ending tells the format.
         title
-            Goes above.
+            Text above.
 
         Raises
         ------
         MissingExtra
-            matplotlib is not installed.
-        OSError
-            The file cannot be written.
+            plotly is not installed.
         """
         white = np.full((len(self.vertices), 3), 255, dtype=np.uint8)
         colors = (white if self.colors is None else self.colors) / 255.0
-        scene = Scene(self.vertices, np.zeros((0, 3)), self.faces, colors)
-        return saved(plot_scenes([scene], title), path)
+        return draw_panels([Panel(self.vertices, faces=self.faces, colors=colors)], title)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import FiniteFloat
 
+from isomatch._figures import draw_panels
 from isomatch._models import (
     Alternative,
     Correspondences,
@@ -16,10 +17,12 @@ from isomatch._models import (
     MatchParameters,
     Refinement,
 )
-from isomatch._results.result import Drawable, Result
+from isomatch._results.geometry import Geometry
+from isomatch._results.match_panels import match_panels
+from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
 
 class Match(Result, Correspondences):
@@ -112,7 +115,30 @@ class Match(Result, Correspondences):
             raise ValueError(f"the match has no alternative {alternative}: {there}")
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
-        from isomatch._results.match_plotting import plot_match
-
         source, target = drawn
-        return plot_match(self, source, target, alternative)
+        assert isinstance(target, Geometry)
+        chosen = self._extended_hypothesis() if alternative is None else alternative
+        answer = (self, *self.alternatives)[chosen]
+        refinement, dense = self.refinement, self.dense
+        if refinement is not None and refinement.hypothesis != chosen:
+            refinement = None
+        if dense is not None and dense.hypothesis != chosen:
+            dense = None
+        panels = match_panels(answer, refinement, dense, source, target)
+        title = f"{len(answer.pairs)} corresponding points"
+        if alternative:
+            title = f"alternative {alternative} of {len(self.alternatives)}: {title}"
+        if refinement is not None:
+            title += ", refined between vertices"
+        if dense is not None:
+            title += ", and a map of all vertices"
+        proof = "proven optimal" if self.certified else f"gap {self.gap:.2g}"
+        if chosen:
+            proof = f"of the match {self.energy:.4g}, {proof}"
+        return draw_panels(panels, f"{title}\nenergy {answer.energy:.4g}, {proof}")
+
+    def _extended_hypothesis(self) -> int:
+        """Hypothesis that was refined or densely extended, 0 for the match's own pairs."""
+        if self.refinement is not None:
+            return self.refinement.hypothesis
+        return 0 if self.dense is None else self.dense.hypothesis

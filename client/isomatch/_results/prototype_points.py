@@ -1,21 +1,16 @@
 """The points of a prototype: where they are on its reference, and how far from one another."""
 
 import io
-import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import numpy.typing as npt
 
+from isomatch._figures import Floats, Indices, Panel, draw_prototype
 from isomatch._results.geometry import Geometry
-from isomatch._results.plotting import saved
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-Floats = npt.NDArray[np.float64]
-Places = npt.NDArray[np.int64]
+    from plotly.graph_objects import Figure
 
 _NEAR: Final = 0.05
 """How far points may be from the surface of few vertices, relative to its size."""
@@ -41,7 +36,7 @@ class PrototypePoints:
     """
 
     positions: Floats
-    vertex_ids: Places
+    vertex_ids: Indices
     mean_distances: Floats
     spreads: Floats
     surface: Geometry | None = None
@@ -62,34 +57,57 @@ class PrototypePoints:
             raise ValueError(f"this is no archive of a prototype: {error}") from error
 
     @property
-    def bones(self) -> Places:
-        """The shortest lines that join all points, (N - 1, 2) int64: a minimum spanning tree."""
+    def spanning_tree(self) -> Indices:
+        """Minimum spanning tree of the mean distances, pairs of points, (N - 1, 2) int64."""
         return _spanning_tree(self.mean_distances)
 
-    def plot(self, path: str | os.PathLike[str] | None = None, title: str = "") -> "Figure":
-        """Draw the points, and how much their distances vary.
+    @property
+    def variations(self) -> Floats:
+        """Standard deviation over mean of each distance, (N, N); NaN on the diagonal."""
+        means = self.mean_distances.copy()
+        np.fill_diagonal(means, np.nan)
+        ratios: Floats = self.spreads / np.where(means == 0.0, np.nan, means)
+        return ratios
 
-        On the left the points where they are on the reference, with their numbers, joined by the
-        shortest distances, as lines whose colour tells how much these vary within the class: the
-        standard deviation over the mean. On the right the same of all pairs of points.
+    def panel(self, numbers: Indices) -> Panel:
+        """Return some points as they are drawn, with the spanning tree and the surface.
 
         Parameters
         ----------
-        path
-            File to write the figure to; its ending tells the format.
+        numbers
+            (n,) the points that are marked.
+        """
+        surface = self.surface
+        return Panel(
+            self.positions if surface is None else surface.vertices,
+            self.positions[numbers],
+            numbers,
+            faces=None if surface is None else surface.faces,
+            lines=self.positions[self.spanning_tree],
+            caption="points of the prototype",
+        )
+
+    def plot(self, title: str = "") -> "Figure":
+        """Draw the points and the variation of their distances with plotly.
+
+        On the left, the points on the reference, joined by the minimum spanning tree of their mean
+        distances, whose lines are coloured by the variation of the distance within the class:
+        standard deviation over mean. On the right, the variation of all pairs of points.
+
+        Parameters
+        ----------
         title
-            Goes above.
+            Text above.
 
         Raises
         ------
         MissingExtra
-            matplotlib is not installed.
-        OSError
-            The file cannot be written.
+            plotly is not installed.
         """
-        from isomatch._results.prototype_plotting import plot_points
-
-        return saved(plot_points(self, title), path)
+        tree, variations = self.spanning_tree, self.variations
+        panel = self.panel(np.arange(len(self.positions)))
+        panel = replace(panel, line_values=variations[tree[:, 0], tree[:, 1]])
+        return draw_prototype(panel, variations, title)
 
 
 def _read(arrays: Any) -> PrototypePoints:
@@ -140,7 +158,7 @@ def _square(pairs: Floats, count: int) -> Floats:
     return whole
 
 
-def _spanning_tree(distances: Floats) -> Places:
+def _spanning_tree(distances: Floats) -> Indices:
     """The tree of Prim: the nearest point outside is joined to the one inside it is nearest to."""
     count = len(distances)
     inside = np.zeros(count, dtype=np.int64)

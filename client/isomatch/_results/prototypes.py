@@ -8,10 +8,10 @@ from pydantic import FiniteFloat
 
 from isomatch._models import Answer, PrototypeParameters
 from isomatch._results.prototype_points import PrototypePoints
-from isomatch._results.result import Drawable, Result
+from isomatch._results.result_document import Drawable, Result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from plotly.graph_objects import Figure
 
 
 class Example(Answer):
@@ -117,9 +117,7 @@ class LearnedPrototype(Result):
         return (self.prototype.id,)
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
-        from isomatch._results.prototype_plotting import plot_points
-
         made, (known,) = self.prototype, drawn
         assert isinstance(known, PrototypePoints)
         about = f"{made.points} points, learned from {made.examples} examples"
-        return plot_points(known, f"{made.name}, version {made.version}: {about}")
+        return known.plot(f"{made.name}, version {made.version}: {about}")

@@ -4,29 +4,19 @@ import asyncio
 import io
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import isomatch
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib import colormaps, pyplot
-from matplotlib.axes import Axes
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from demo.stack import Stack
 from solver.prototype import prototype_from_bytes
-from tests.client._results.test_plotting import drawn_points
+from tests.client._results.test_figures import marked_points, positions, traces
 from tests.worker.families import family
 
 POINTS = 8
-
-
-@pytest.fixture(autouse=True)
-def no_display() -> Iterator[None]:
-    mpl.use("Agg")
-    yield
-    pyplot.close("all")
 
 
 @pytest.fixture(scope="module")
@@ -52,9 +42,10 @@ def job(
     return started.wait(60)
 
 
-def bones_of(axes: Axes) -> Line3DCollection:
-    (bones,) = (part for part in axes.collections if isinstance(part, Line3DCollection))
-    return bones
+def lines(figure: Any) -> Any:
+    """The trace of the spanning tree."""
+    (found,) = (trace for trace in traces(figure, "scatter3d") if trace.mode == "lines")
+    return found
 
 
 def test_points_of_a_prototype(
@@ -97,9 +88,9 @@ def test_points_of_a_prototype(
     np.savez(old, **{name: kept[name] for name in kept if "surface" not in name})
     assert isomatch.PrototypePoints.from_bytes(old.getvalue()).surface is None
 
-    lengths = known.mean_distances[known.bones[:, 0], known.bones[:, 1]]
+    lengths = known.mean_distances[known.spanning_tree[:, 0], known.spanning_tree[:, 1]]
     assert lengths.sum() == pytest.approx(minimum_spanning_tree(known.mean_distances).sum())
-    assert set(known.bones.ravel()) == set(range(POINTS))
+    assert set(known.spanning_tree.ravel()) == set(range(POINTS))
 
     for damaged in (
         b"",
@@ -116,39 +107,42 @@ def test_a_learned_prototype_is_drawn(
 ) -> None:
     learned = job.result()
     known = client.prototype_points(learned.prototype)
-    figure = learned.plot(path=tmp_path / "prototype.png")
-    body, matrix, _ = figure.axes
-    (points,) = drawn_points(figure, [body])
+    figure = learned.plot()
+    (points,) = marked_points(figure, "scene")
     np.testing.assert_array_equal(points[0], known.positions)
-    assert len(np.unique(points[1], axis=0)) == POINTS
-    assert [
-        text.get_text().strip() for text in body.texts if text.get_text().strip().isdigit()
-    ] == [str(number) for number in range(POINTS)]
-    # Lines have the colours that their distances have in the matrix.
-    (image,) = matrix.images
+    assert len(set(points[1])) == POINTS
+    (markers,) = (one for one in traces(figure, "scatter3d") if one.mode == "markers")
+    assert markers.text == tuple(map(str, range(POINTS)))
     with np.errstate(invalid="ignore"):
         ratios = known.spreads / known.mean_distances
-    drawn = image.get_array()
-    assert drawn is not None
-    np.testing.assert_allclose(np.ma.filled(drawn, np.nan), ratios)
+    (matrix,) = (trace for trace in figure.data if trace.type == "heatmap")
+    np.testing.assert_allclose(matrix.z, ratios)
+    # Lines and matrix have one colour axis.
+    tree = known.spanning_tree
+    ends = positions(lines(figure)).reshape(-1, 3, 3)
+    np.testing.assert_array_equal(ends[:, :2], known.positions[tree])
+    assert np.isnan(ends[:, 2]).all()
+    values = np.asarray(lines(figure).line.color).reshape(-1, 3)
+    np.testing.assert_allclose(
+        values, np.repeat(ratios[tree[:, 0], tree[:, 1]][:, None], 3, axis=1)
+    )
+    assert matrix.coloraxis == lines(figure).line.coloraxis == "coloraxis"
+    assert figure.layout.coloraxis.cmin == 0.0
     assert known.surface is not None
-    (skin,) = (part for part in body.collections if isinstance(part, Poly3DCollection))
-    assert len(skin._facecolor3d) == len(known.surface.faces)
-    bones = bones_of(body)
-    np.testing.assert_array_equal(np.array(bones._segments3d), known.positions[known.bones])
-    told = colormaps["viridis"](image.norm(ratios[known.bones[:, 0], known.bones[:, 1]]))
-    np.testing.assert_allclose(bones.get_color(), told)
-    assert "drawn, version" in figure.get_suptitle()
+    (surface,) = traces(figure, "mesh3d")
+    np.testing.assert_array_equal(
+        np.column_stack([surface.i, surface.j, surface.k]), known.surface.faces
+    )
+    assert "drawn, version" in figure.layout.title.text
     assert repr(learned).startswith("<LearnedPrototype 'drawn', version")
 
-    job.plot(tmp_path / "again.svg")
-    assert b"<svg" in (tmp_path / "again.svg").read_bytes()
+    assert len(job.plot().data) == len(figure.data)
     learned.save(tmp_path / "kept.json")
     kept = isomatch.LearnedPrototype.from_json((tmp_path / "kept.json").read_bytes())
     with pytest.raises(ValueError, match=r"client.prototype_points\('p-"):
         kept.plot()
-    assert len(kept.plot(known).axes) == 3
-    assert len(known.plot(tmp_path / "known.pdf").axes) == 3
+    for again in (kept.plot(known), known.plot()):
+        assert [trace.type for trace in again.data] == [trace.type for trace in figure.data]
 
 
 def test_a_match_with_a_prototype_is_drawn(
@@ -159,27 +153,26 @@ def test_a_match_with_a_prototype_is_drawn(
     made = job.result().prototype
     match = client.match(made, shapes[5]).result()
     figure = match.plot()
-    (source, colors), (target, same) = drawn_points(figure)
+    (source, colors), (target, same) = marked_points(figure)
     known, surface = client.prototype_points(made), client.geometry(shapes[5])
     np.testing.assert_array_equal(source, known.positions[match.pairs[:, 0]])
     np.testing.assert_array_equal(target, surface.positions(match.pairs[:, 1]))
-    np.testing.assert_array_equal(colors, same)
-    assert len(bones_of(figure.axes[0])._segments3d) == POINTS - 1
+    assert colors == same
+    assert len(positions(lines(figure))) == 3 * (POINTS - 1)
     with pytest.raises(ValueError, match="give what is drawn"):
         match.plot(surface)
     with pytest.raises(ValueError, match="give what is drawn"):
         match.plot(surface, known)
 
 
-def test_async(url: str, job: isomatch.Job[isomatch.LearnedPrototype], tmp_path: Path) -> None:
+def test_async(url: str, job: isomatch.Job[isomatch.LearnedPrototype]) -> None:
     async def program() -> None:
         async with isomatch.AsyncClient(url) as client:
             again = await client.job(job.id)
             learned = await again.result()
-            figure = await again.plot(tmp_path / "prototype.svg")
+            figure = await again.plot()
             known = await client.prototype_points(learned.prototype.id)
-            (points,) = drawn_points(figure, figure.axes[:1])
+            (points,) = marked_points(figure, "scene")
             np.testing.assert_array_equal(points[0], known.positions)
 
     asyncio.run(program())
-    assert b"<svg" in (tmp_path / "prototype.svg").read_bytes()

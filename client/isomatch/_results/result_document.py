@@ -1,0 +1,131 @@
+"""Result documents of the service, the base of every kind of result."""
+
+import os
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Self, TypeAlias
+
+from pydantic import PrivateAttr
+
+from isomatch._models import Answer
+from isomatch._results.geometry import Geometry
+from isomatch._results.prototype_points import PrototypePoints
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+
+Drawable: TypeAlias = Geometry | PrototypePoints
+"""The surface of a shape, or the points of a prototype."""
+
+
+def is_prototype(given: str) -> bool:
+    """Whether an id is that of a prototype."""
+    return given.startswith("p-")
+
+
+@dataclass(frozen=True)
+class DrawableSource:
+    """Function that requests a shape or a prototype by its id; ignored when results are compared.
+
+    Attributes
+    ----------
+    request
+        The function; None where results are read from a file.
+    """
+
+    request: Callable[[str], Drawable] | None = field(default=None, compare=False)
+
+
+class Result(Answer):
+    """A result document of the service, with its contents as typed values."""
+
+    _document: bytes | None = PrivateAttr(default=None)
+    _drawables: DrawableSource = PrivateAttr(default=DrawableSource())
+
+    @classmethod
+    def from_json(cls, document: bytes | str) -> Self:
+        """Read a result document, as the service answers it or :meth:`save` writes it.
+
+        Raises
+        ------
+        pydantic.ValidationError
+            It is not a result document.
+        """
+        result = cls.model_validate_json(document)
+        result._document = document.encode() if isinstance(document, str) else document
+        return result
+
+    def to_json(self) -> bytes:
+        """Return the result document exactly as the service sent it."""
+        return self._document or self.model_dump_json().encode()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the result document to a JSON file, exactly as the service sent it.
+
+        Raises
+        ------
+        OSError
+            The file cannot be written.
+        """
+        Path(path).write_bytes(self.to_json())
+
+    def plot(self, *drawn: Drawable, alternative: int | None = None) -> "Figure":
+        """Draw the result as an interactive plotly figure (``pip install isomatch[plot]``).
+
+        A match shows both shapes with corresponding points in common colours; with a dense map,
+        each vertex of the source has the colour of its target vertex. Dissimilarities are a heat
+        map. A prototype shows its points and the variation of their distances.
+
+        The figure is shown by a notebook or by ``figure.show()``; ``figure.write_html(path)``
+        writes it to a file. :meth:`isomatch.Job.save_picture` has a PNG from the service.
+
+        Parameters
+        ----------
+        drawn
+            The shapes and the prototype that :meth:`drawn_ids` names, from
+            :meth:`isomatch.Client.geometry` and :meth:`isomatch.Client.prototype_points`. By
+            default they are requested from the service, while the client is open. A result of an
+            :class:`isomatch.AsyncClient` then blocks the event loop, which ``await job.plot()``
+            does not, and cannot use a custom `transport`.
+        alternative
+            Solution of a match: 0 for its own pairs, j for ``alternatives[j - 1]``. By default
+            the one that was refined or densely extended, or else 0.
+
+        Raises
+        ------
+        MissingExtra
+            plotly is not installed.
+        ValueError
+            `drawn` does not fit the result and cannot be requested, or there is no such
+            alternative.
+        """
+        if alternative is not None:
+            self._check_alternative(alternative)
+        needed = self.drawn_ids()
+        if not drawn and self._drawables.request is not None:
+            drawn = tuple(map(self._drawables.request, needed))
+        if [isinstance(one, PrototypePoints) for one in drawn] != list(map(is_prototype, needed)):
+            raise ValueError(f"give what is drawn, as in {_call(needed)}, or use job.plot()")
+        return self._figure(drawn, alternative)
+
+    def drawn_ids(self) -> tuple[str, ...]:
+        """Return the ids of the shapes and the prototype that :meth:`plot` needs."""
+        return ()
+
+    def _check_alternative(self, alternative: int) -> None:
+        raise ValueError("only matches have alternatives; leave `alternative` out")
+
+    @abstractmethod
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
+        """Draw the result with what :meth:`drawn_ids` names, in that order."""
+
+
+def _call(needed: Sequence[str]) -> str:
+    requests = (
+        f"client.{'prototype_points' if is_prototype(one) else 'geometry'}({one!r})"
+        for one in needed
+    )
+    return f"result.plot({', '.join(requests)})"

@@ -1,0 +1,96 @@
+"""Figures of plain arrays, checked by the data they are made of."""
+
+import numpy as np
+import pytest
+from isomatch._figures import Camera, Panel, draw_dissimilarities, draw_panels, position_colors
+
+
+def seen(points: np.ndarray, camera: Camera) -> np.ndarray:
+    """Coordinates to the right, up, and towards the viewer, without their mean."""
+    up, towards = np.eye(3)[camera.up], camera.direction()
+    coordinates: np.ndarray = points @ np.stack([np.cross(up, towards), up, towards]).T
+    return coordinates - coordinates.mean(axis=0)
+
+
+def test_cameras_align_corresponding_points() -> None:
+    rng = np.random.default_rng(8)
+    here = rng.normal(size=(60, 3)) * [1.0, 3.0, 0.4]
+    here[:20, 1] = here[:, 1].min()
+    angle = 0.7
+    cosine, sine = np.cos(angle), np.sin(angle)
+    rotation = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    there = here @ rotation.T + [5.0, 0.0, 1.0]
+    first = Camera.of_shape(here)
+    second = first.aligned(Camera.of_shape(there), here[:12], there[:12])
+    assert first.up == 1
+    np.testing.assert_allclose(seen(here, first), seen(there, second), atol=1e-9)
+    figure = draw_panels([Panel(here, here[:12]), Panel(there, there[:12])], "")
+    for scene, camera in ((figure.layout.scene, first), (figure.layout.scene2, second)):
+        eye = np.array([scene.camera.eye[axis] for axis in "xyz"])
+        np.testing.assert_allclose(eye / np.linalg.norm(eye), camera.direction())
+        assert [scene.camera.up[axis] for axis in "xyz"] == [0.0, 1.0, 0.0]
+
+
+@pytest.mark.parametrize(("up", "lengths"), [("y", [1, 3, 2]), ("z", [2, 1, 3]), ("z", [1, 2, 3])])
+def test_shapes_stand_and_are_seen_from_their_broad_side(up: str, lengths: list[float]) -> None:
+    """A table: a plate on four legs."""
+    corners = np.array([[x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    legs = np.column_stack([corners, np.zeros(4)])
+    plate = np.column_stack([0.3 * corners, np.ones(4)])
+    points = np.vstack([legs, plate])
+    if up == "y":
+        points = points[:, [1, 2, 0]]
+    points = points * lengths
+    camera = Camera.of_shape(points)
+    assert camera.up == "xyz".index(up)
+    # The thinner of the two horizontal directions points to the viewer.
+    horizontal = [axis for axis in range(3) if axis != camera.up]
+    thin = min(horizontal, key=lambda axis: np.ptp(points[:, axis]))
+    assert np.argmax(np.abs(camera.direction())) == thin
+
+
+def test_all_of_a_shape_is_in_sight() -> None:
+    points = np.random.default_rng(3).normal(size=(40, 3)) * [0.1, 5.0, 2.0]
+    scene = draw_panels([Panel(points)], "").layout.scene
+    assert scene.aspectmode == "cube"
+    ranges = np.array([scene[f"{axis}axis"].range for axis in "xyz"])
+    assert (ranges[:, 0] <= points.min(axis=0)).all()
+    assert (ranges[:, 1] >= points.max(axis=0)).all()
+    np.testing.assert_allclose(np.ptp(ranges, axis=1), 1.05 * np.ptp(points[:, 1]))
+
+
+def test_neighbouring_points_have_similar_colours() -> None:
+    points = np.random.default_rng(7).normal(size=(50, 3)) * [1.0, 10.0, 0.0]
+    colors = position_colors(points, points)
+    assert colors.min() >= 0.0
+    assert colors.max() <= 1.0
+    other = points * 5.0 - 3.0
+    np.testing.assert_allclose(colors, position_colors(other, other), atol=1e-12)
+    np.testing.assert_allclose(colors[:7], position_colors(points[:7], points))
+    assert position_colors(points[:0], points).shape == (0, 3)
+
+
+def test_titles_and_names_are_plain_text() -> None:
+    """Neither HTML nor formulas."""
+    figure = draw_panels([Panel(np.eye(3), caption="<b>a$x_{$.off")], "a & b\n$y$")
+    assert figure.layout.annotations[0].text == "&lt;b&gt;a&#36;x_{&#36;.off"
+    assert figure.layout.title.text == "a &amp; b<br>&#36;y&#36;"
+    map_ = draw_dissimilarities(np.zeros((2, 2)), ["<i>", "b"], None, "<u>")
+    assert map_.layout.xaxis.ticktext == ("&lt;i&gt;", "b")
+    assert map_.layout.title.text == "&lt;u&gt;"
+
+
+def test_figures_are_written_as_pages() -> None:
+    page = draw_panels([Panel(np.eye(3), np.eye(3))], "three points").to_html(
+        include_plotlyjs=False
+    )
+    assert "three points" in page
+    assert "scatter3d" in page
+
+
+def test_classes_are_separated() -> None:
+    figure = draw_dissimilarities(np.zeros((3, 3)), ["a", "b", "a"], ["a", "b", "a"], "")
+    borders = [(shape.x0, shape.y0) for shape in figure.layout.shapes]
+    assert borders == [(0, 1.5), (1.5, 0)]
+    many = [str(number) for number in range(41)]
+    assert draw_dissimilarities(np.zeros((41, 41)), many, None, "").layout.xaxis.ticktext is None
