@@ -8,8 +8,9 @@ from isomatch._figures import Camera, Panel, draw_dissimilarities, draw_panels, 
 def seen(points: np.ndarray, camera: Camera) -> np.ndarray:
     """Coordinates to the right, up, and towards the viewer, without their mean."""
     up, towards = np.eye(3)[camera.up], camera.direction()
-    coordinates: np.ndarray = points @ np.stack([np.cross(up, towards), up, towards]).T
-    return coordinates - coordinates.mean(axis=0)
+    axes = np.stack([np.cross(up, towards), up, towards])
+    coordinates: np.ndarray = (points - points.mean(axis=0)) @ axes.T
+    return coordinates
 
 
 def test_cameras_align_corresponding_points() -> None:
