@@ -1,4 +1,4 @@
-"""The clients and their jobs, blocking and asynchronous: the twins of one surface."""
+"""Clients and their jobs, blocking and asynchronous, with one interface."""
 
 from isomatch._clients.async_client import AsyncClient
 from isomatch._clients.async_job import AsyncJob

@@ -1,4 +1,4 @@
-"""The client for asynchronous programs: the way in."""
+"""The asynchronous client."""
 
 import os
 from collections.abc import AsyncIterator, Iterable
@@ -8,11 +8,10 @@ from typing import Unpack
 
 import httpx2
 
-from isomatch import _operations as operations
 from isomatch._clients.async_job import AsyncJob
 from isomatch._clients.client import Client
 from isomatch._clients.documented_as import documented_as
-from isomatch._http import AsyncTransport, address, key
+from isomatch._http import AsyncTransport, api_key_or_default, url_or_default
 from isomatch._models import (
     DissimilarityParameters,
     JobState,
@@ -21,6 +20,8 @@ from isomatch._models import (
     Shape,
     Structures,
 )
+from isomatch._operations import jobs, prototypes, shapes
+from isomatch._operations.prototypes import ArchiveSource
 from isomatch._results import (
     Dissimilarities,
     Geometry,
@@ -34,11 +35,11 @@ from isomatch._webhooks import Webhook
 
 
 class AsyncClient:
-    """A connection to an isomatch service, as :class:`isomatch.Client`, for asynchronous programs.
+    """A connection to an isomatch service for asyncio and trio; safe to share between tasks.
 
-    What blocks there is awaited here, and what is gone through with ``for`` with ``async for``;
-    everything else is the same, the parameters too. Tasks may share one. A task that is cancelled
-    leaves no connection behind; jobs on the service go on unless they are cancelled themselves.
+    Methods and parameters are those of :class:`isomatch.Client`; methods that block there are
+    awaited here, and iterators are asynchronous. A cancelled task closes its connection; jobs on
+    the service continue until they are cancelled themselves.
 
     Examples
     --------
@@ -57,8 +58,10 @@ class AsyncClient:
         retries: int = 3,
         transport: httpx2.AsyncBaseTransport | None = None,
     ) -> None:
-        self.base_url = address(base_url)
-        self._transport = AsyncTransport(self.base_url, timeout, retries, transport, key(api_key))
+        self.base_url = url_or_default(base_url)
+        self._transport = AsyncTransport(
+            self.base_url, timeout, retries, transport, api_key_or_default(api_key)
+        )
 
     async def __aenter__(self) -> "AsyncClient":
         return self
@@ -87,31 +90,31 @@ class AsyncClient:
         file_type: str | None = None,
         timeout: float | None = 600.0,
     ) -> Shape:
-        return await self._transport.run(operations.upload(shape, name, file_type, timeout))
+        return await self._transport.run(shapes.upload_shape(shape, name, file_type, timeout))
 
     @documented_as(Client.shape)
     async def shape(self, shape_id: str) -> Shape:
-        return await self._transport.run(operations.get_shape(shape_id))
+        return await self._transport.run(shapes.get_shape(shape_id))
 
     @documented_as(Client.shapes)
     def shapes(self) -> AsyncIterator[Shape]:
-        return self._transport.pages(operations.list_shapes)
+        return self._transport.pages(shapes.list_shapes)
 
     @documented_as(Client.mesh)
     async def mesh(self, shape: Shape | str) -> bytes:
-        return await self._transport.run(operations.get_mesh(shape))
+        return await self._transport.run(shapes.get_mesh(shape))
 
     @documented_as(Client.geometry)
     async def geometry(self, shape: Shape | str) -> Geometry:
-        return await self._transport.run(operations.get_geometry(shape))
+        return await self._transport.run(shapes.get_geometry(shape))
 
     @documented_as(Client.delete_shape)
     async def delete_shape(self, shape: Shape | str) -> None:
-        await self._transport.run(operations.delete_shape(shape))
+        await self._transport.run(shapes.delete_shape(shape))
 
     @documented_as(Client.structures)
     async def structures(self) -> Structures:
-        return await self._transport.run(operations.list_structures())
+        return await self._transport.run(shapes.list_structures())
 
     @documented_as(Client.match)
     async def match(
@@ -123,7 +126,7 @@ class AsyncClient:
         idempotency_key: str | None = None,
         **parameters: Unpack[MatchParameters],
     ) -> AsyncJob[Match]:
-        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
+        start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.dissimilarities)
@@ -136,9 +139,7 @@ class AsyncClient:
         idempotency_key: str | None = None,
         **parameters: Unpack[DissimilarityParameters],
     ) -> AsyncJob[Dissimilarities]:
-        start = operations.start_dissimilarities(
-            shapes, labels, parameters, webhook, idempotency_key
-        )
+        start = jobs.start_dissimilarities(shapes, labels, parameters, webhook, idempotency_key)
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.learn_prototype)
@@ -153,46 +154,46 @@ class AsyncClient:
         idempotency_key: str | None = None,
         **parameters: Unpack[PrototypeParameters],
     ) -> AsyncJob[LearnedPrototype]:
-        start = operations.start_prototype(
+        start = prototypes.start_prototype(
             shapes, correspondences, name, reference, parameters, webhook, idempotency_key
         )
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.prototype)
     async def prototype(self, prototype_id: str) -> Prototype:
-        return await self._transport.run(operations.get_prototype(prototype_id))
+        return await self._transport.run(prototypes.get_prototype(prototype_id))
 
     @documented_as(Client.prototypes)
     def prototypes(self, name: str | None = None) -> AsyncIterator[Prototype]:
-        return self._transport.pages(partial(operations.list_prototypes, name=name))
+        return self._transport.pages(partial(prototypes.list_prototypes, name=name))
 
     @documented_as(Client.download_prototype)
     async def download_prototype(
         self, prototype: Prototype | str, path: str | os.PathLike[str]
     ) -> None:
-        await self._transport.run(operations.download_prototype(prototype, path))
+        await self._transport.run(prototypes.download_prototype(prototype, path))
 
     @documented_as(Client.prototype_points)
     async def prototype_points(self, prototype: Prototype | str) -> PrototypePoints:
-        return await self._transport.run(operations.get_prototype_points(prototype))
+        return await self._transport.run(prototypes.get_prototype_points(prototype))
 
     @documented_as(Client.upload_prototype)
     async def upload_prototype(
         self,
-        archive: operations.ArchiveSource,
+        archive: ArchiveSource,
         name: str | None = None,
         *,
         timeout: float | None = 600.0,
     ) -> Prototype:
-        return await self._transport.run(operations.upload_prototype(archive, name, timeout))
+        return await self._transport.run(prototypes.upload_prototype(archive, name, timeout))
 
     @documented_as(Client.delete_prototype)
     async def delete_prototype(self, prototype: Prototype | str) -> None:
-        await self._transport.run(operations.delete_prototype(prototype))
+        await self._transport.run(prototypes.delete_prototype(prototype))
 
     @documented_as(Client.job)
     async def job(self, job_id: str) -> AsyncJob:
-        return AsyncJob(self._transport, await self._transport.run(operations.get_job(job_id)))
+        return AsyncJob(self._transport, await self._transport.run(jobs.get_job(job_id)))
 
     @documented_as(Client.jobs)
     def jobs(
@@ -202,6 +203,6 @@ class AsyncClient:
         kind: str | None = None,
         of: str | Shape | Prototype | None = None,
     ) -> AsyncIterator[AsyncJob]:
-        listing = partial(operations.list_jobs, state=state, kind=kind, of=of)
+        listing = partial(jobs.list_jobs, state=state, kind=kind, of=of)
         records = self._transport.pages(listing)
         return (AsyncJob(self._transport, record) async for record in records)

@@ -1,4 +1,4 @@
-"""The client: the way in."""
+"""The blocking client."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -8,9 +8,8 @@ from typing import Unpack
 
 import httpx2
 
-from isomatch import _operations as operations
 from isomatch._clients.job import Job
-from isomatch._http import BlockingTransport, address, key
+from isomatch._http import BlockingTransport, api_key_or_default, url_or_default
 from isomatch._models import (
     DissimilarityParameters,
     JobState,
@@ -19,6 +18,8 @@ from isomatch._models import (
     Shape,
     Structures,
 )
+from isomatch._operations import jobs, prototypes, shapes
+from isomatch._operations.prototypes import ArchiveSource
 from isomatch._results import (
     Dissimilarities,
     Geometry,
@@ -35,30 +36,30 @@ class Client:
     """A connection to an isomatch service; safe to share between threads.
 
     Use it as a context manager, or call :meth:`close`. Every method raises
-    :class:`~isomatch.ConnectionFailed` if the service cannot be reached, after a few attempts
-    where repeating does no harm, and :class:`~isomatch.ProblemError` if it refuses.
+    :class:`~isomatch.ConnectionFailed` if the service cannot be reached after all retries, and
+    :class:`~isomatch.ProblemError` if the service refuses.
 
     Parameters
     ----------
     base_url
-        Address of the service; by default that in the environment variable ``ISOMATCH_URL``, or
-        else ``http://127.0.0.1:8000``.
+        Address of the service; by default the environment variable ``ISOMATCH_URL``, or else
+        ``http://127.0.0.1:8000``.
     api_key
-        Key the service asks for, if it does; by default that in the environment variable
+        API key, for services that require one; by default the environment variable
         ``ISOMATCH_API_KEY``.
     timeout
-        Seconds without any progress after which a request fails; None for no limit.
+        Seconds without progress after which a request fails; None for no limit.
     retries
-        How often a request is repeated when the connection fails, where that does no harm, or the
-        service says that it is busy (429, 503): after as long as it asks for, up to 30 s, or else
-        after pauses that grow. Jobs are asked for with a key that keeps them from being made twice.
+        Greatest number of repetitions of a request when the connection fails or the service is
+        busy (429, 503): after its ``Retry-After``, up to 30 s, or after growing pauses. A repeated
+        request never creates a second job.
     transport
-        An ``httpx2`` transport to carry the requests instead of the network.
+        ``httpx2`` transport to use instead of the network.
 
     Raises
     ------
     ValueError
-        `base_url` is not an http(s) address, or `api_key` cannot be sent.
+        `base_url` is not an http(s) address, or `api_key` is not printable ASCII.
 
     Examples
     --------
@@ -77,9 +78,9 @@ class Client:
         retries: int = 3,
         transport: httpx2.BaseTransport | None = None,
     ) -> None:
-        self.base_url = address(base_url)
+        self.base_url = url_or_default(base_url)
         self._transport = BlockingTransport(
-            self.base_url, timeout, retries, transport, key(api_key)
+            self.base_url, timeout, retries, transport, api_key_or_default(api_key)
         )
 
     def __enter__(self) -> "Client":
@@ -97,7 +98,7 @@ class Client:
         return f"<Client {self.base_url}>"
 
     def close(self) -> None:
-        """Close the connections; the client cannot be used any more."""
+        """Close the connections; the client cannot be used afterwards."""
         self._transport.close()
 
     def upload(
@@ -108,84 +109,84 @@ class Client:
         file_type: str | None = None,
         timeout: float | None = 600.0,
     ) -> Shape:
-        """Upload a shape; the same file again costs nothing and has the same id.
+        """Upload a shape. The same file uploaded again has the same id.
 
         Parameters
         ----------
         shape
-            A path; a file's bytes; an open binary file, which is read from its beginning; a
-            tuple of arrays, vertices (V, 3) and faces (F, 3) counted from 0; or an object with
-            such ``.vertices`` and ``.faces``, like a ``trimesh.Trimesh``, whose vertex colours
-            are sent too.
+            A path; the bytes of a file; an open binary file, read from its beginning; a tuple of
+            arrays, vertices (V, 3), faces (F, 3) counted from 0 and optionally colours; or an
+            object with ``.vertices`` and ``.faces`` such as a ``trimesh.Trimesh``, with its
+            vertex colours.
         name
-            A name to find it by; by default that of the file.
+            Name of the shape; by default that of the file.
         file_type
-            Format (off, obj, ply, stl, glb, gltf, zip), where no file name tells it.
+            Format (off, obj, ply, stl, glb, gltf, zip); by default the extension of the file.
         timeout
-            Seconds the service may take to read the file once it has it; None for no limit.
+            Seconds the service may take to read the uploaded file; None for no limit.
 
         Raises
         ------
         UnprocessableShape
-            The file is not a usable mesh; the message says why.
+            The file is not a usable mesh; the message gives the reason.
         TooLarge
-            It is over the service's limit.
+            The file exceeds the service's limit.
         UnsupportedFormat
-            It is not of a format the service reads.
+            The service does not read this format.
         WaitTimeout
-            The service has it and has not read it in time.
+            The service did not read the file in time.
         OSError, TypeError, ValueError
-            `shape` is not readable as one of the above.
+            `shape` is none of the above, or cannot be read.
         """
-        return self._transport.run(operations.upload(shape, name, file_type, timeout))
+        return self._transport.run(shapes.upload_shape(shape, name, file_type, timeout))
 
     def shape(self, shape_id: str) -> Shape:
-        """Return one shape.
+        """Return a shape by its id.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            There is no shape with this id.
         """
-        return self._transport.run(operations.get_shape(shape_id))
+        return self._transport.run(shapes.get_shape(shape_id))
 
     def shapes(self) -> Iterator[Shape]:
-        """Go through all shapes, newest first, asking for page after page."""
-        return self._transport.pages(operations.list_shapes)
+        """Iterate over all shapes, newest first."""
+        return self._transport.pages(shapes.list_shapes)
 
     def mesh(self, shape: Shape | str) -> bytes:
-        """Return the mesh file of a shape, given itself or its id, as it was uploaded.
+        """Return the file of a shape as it was uploaded.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            The id is unknown.
         """
-        return self._transport.run(operations.get_mesh(shape))
+        return self._transport.run(shapes.get_mesh(shape))
 
     def geometry(self, shape: Shape | str) -> Geometry:
-        """Return the surface of a shape, given itself or its id, as arrays.
+        """Return the surface of a shape as arrays.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            The id is unknown.
         """
-        return self._transport.run(operations.get_geometry(shape))
+        return self._transport.run(shapes.get_geometry(shape))
 
     def delete_shape(self, shape: Shape | str) -> None:
-        """Delete a shape, given itself or its id.
+        """Delete a shape.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            The id is unknown.
         """
-        self._transport.run(operations.delete_shape(shape))
+        self._transport.run(shapes.delete_shape(shape))
 
     def structures(self) -> Structures:
-        """Return the metrics and descriptors that can be chosen, and their parameters."""
-        return self._transport.run(operations.list_structures())
+        """Return the metrics and descriptors of the service, and their parameters."""
+        return self._transport.run(shapes.list_structures())
 
     def match(
         self,
@@ -196,20 +197,20 @@ class Client:
         idempotency_key: str | None = None,
         **parameters: Unpack[MatchParameters],
     ) -> Job[Match]:
-        """Start to match two shapes, once even if a broken connection has the request repeated.
+        """Start a match of two shapes, or of a prototype and a shape.
 
         Parameters
         ----------
         source, target
-            The shapes or their ids. The source may be a :class:`~isomatch.Prototype` or its id:
-            then its points are matched by likelihood, with the structures it was learned with.
+            The shapes or their ids. The source may be a :class:`~isomatch.Prototype` or its id,
+            whose points are matched by likelihood with the structures it was learned with.
         webhook
-            Whom the service is to tell when the job has ended: ``{"url": ..., "secret": ...}``.
+            Receiver of a notification when the job has ended: ``{"url": ..., "secret": ...}``.
         idempotency_key
-            Name of this request: asked again with the same, even by another process, the service
-            answers with the job there is; by default each call is a request of its own.
+            Key of this request: the service answers later requests with the same key, also from
+            other processes, with the same job. By default every call starts a job.
         **parameters
-            See :class:`~isomatch.MatchParameters`. Only those that are given are sent.
+            See :class:`~isomatch.MatchParameters`.
 
         Returns
         -------
@@ -219,13 +220,13 @@ class Client:
         Raises
         ------
         UnknownShape, UnknownPrototype
-            There is no such shape, or prototype; the message says which.
+            The shape or prototype does not exist; the message names it.
         InvalidRequest
-            A parameter has a value without meaning; the message says which.
+            The value of a parameter is invalid; the message names it.
         TypeError
-            There is no such parameter.
+            A parameter does not exist.
         """
-        start = operations.start_match(source, target, parameters, webhook, idempotency_key)
+        start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(
@@ -237,38 +238,36 @@ class Client:
         idempotency_key: str | None = None,
         **parameters: Unpack[DissimilarityParameters],
     ) -> Job[Dissimilarities]:
-        """Start to compare all shapes of a collection with one another.
+        """Start the comparison of all pairs of a collection of shapes.
 
         Parameters
         ----------
         shapes
-            The shapes or their ids, two or more, each once.
+            Two or more different shapes, or their ids.
         labels
-            Class of each shape, by which retrieval is scored and the heat map ordered.
+            Class of each shape, for retrieval scores and the order of the heat map.
         webhook, idempotency_key
             As for :meth:`match`.
         **parameters
-            See :class:`~isomatch.DissimilarityParameters`. Only those that are given are sent.
+            See :class:`~isomatch.DissimilarityParameters`.
 
         Returns
         -------
         job
             ``job.result()`` waits for the :class:`~isomatch.Dissimilarities`; ``job.partial()``
-            are those that are known already.
+            returns those computed so far.
 
         Raises
         ------
         UnknownShape
-            There is no such shape; the message says which.
+            A shape does not exist; the message names it.
         InvalidRequest
-            A shape cannot be compared, or a parameter has a value without meaning; the message
-            says which.
+            A shape cannot be compared, or the value of a parameter is invalid; the message names
+            it.
         TypeError
-            There is no such parameter.
+            A parameter does not exist.
         """
-        start = operations.start_dissimilarities(
-            shapes, labels, parameters, webhook, idempotency_key
-        )
+        start = jobs.start_dissimilarities(shapes, labels, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def learn_prototype(
@@ -282,25 +281,24 @@ class Client:
         idempotency_key: str | None = None,
         **parameters: Unpack[PrototypeParameters],
     ) -> Job[LearnedPrototype]:
-        """Start to learn a prototype from examples of a class of shapes.
+        """Start to learn a prototype of a class of shapes from examples.
 
         Parameters
         ----------
         shapes
-            The examples or their ids, two or more, each once.
+            Two or more different examples, or their ids.
         correspondences
-            Corresponding points: for each shape the vertex numbers in its file, an array of shape
-            (M, n) or lists of one length; by default they are found as the parameter
-            `correspondence` says.
+            Corresponding vertices of the M files, (M, n); by default they are found by the method
+            of the parameter `correspondence`.
         name
-            What to call it, by default ``"prototype"``; another one of a name that there is
-            becomes its next version.
+            Name of the prototype, by default ``"prototype"``; a name that exists gets its next
+            version.
         reference
-            The example that the points are chosen on; by default the first.
+            The example on which the points are sampled; by default the first.
         webhook, idempotency_key
             As for :meth:`match`.
         **parameters
-            See :class:`~isomatch.PrototypeParameters`. Only those that are given are sent.
+            See :class:`~isomatch.PrototypeParameters`.
 
         Returns
         -------
@@ -310,104 +308,104 @@ class Client:
         Raises
         ------
         UnknownShape
-            There is no such shape; the message says which.
+            A shape does not exist; the message names it.
         InvalidRequest
-            A shape cannot be an example, or a parameter has a value without meaning; the message
-            says which.
+            A shape cannot be an example, or the value of a parameter is invalid; the message
+            names it.
         TypeError
-            There is no such parameter.
+            A parameter does not exist.
         """
-        start = operations.start_prototype(
+        start = prototypes.start_prototype(
             shapes, correspondences, name, reference, parameters, webhook, idempotency_key
         )
         return Job(self._transport, self._transport.run(start))
 
     def prototype(self, prototype_id: str) -> Prototype:
-        """Return one prototype.
+        """Return a prototype by its id.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            There is no prototype with this id.
         """
-        return self._transport.run(operations.get_prototype(prototype_id))
+        return self._transport.run(prototypes.get_prototype(prototype_id))
 
     def prototypes(self, name: str | None = None) -> Iterator[Prototype]:
-        """Go through all prototypes, or the versions of one name, newest first."""
-        return self._transport.pages(partial(operations.list_prototypes, name=name))
+        """Iterate over all prototypes, or the versions of one name, newest first."""
+        return self._transport.pages(partial(prototypes.list_prototypes, name=name))
 
     def download_prototype(self, prototype: Prototype | str, path: str | os.PathLike[str]) -> None:
-        """Write a prototype, given itself or its id, to a NumPy file, ``.npz``.
+        """Write a prototype to a NumPy file, ``.npz``.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            The id is unknown.
         OSError
             The file cannot be written.
         """
-        self._transport.run(operations.download_prototype(prototype, path))
+        self._transport.run(prototypes.download_prototype(prototype, path))
 
     def prototype_points(self, prototype: Prototype | str) -> PrototypePoints:
-        """Return the points of a prototype, given itself or its id, and their distances.
+        """Return the points of a prototype and their distances.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            The id is unknown.
         """
-        return self._transport.run(operations.get_prototype_points(prototype))
+        return self._transport.run(prototypes.get_prototype_points(prototype))
 
     def upload_prototype(
         self,
-        archive: operations.ArchiveSource,
+        archive: ArchiveSource,
         name: str | None = None,
         *,
         timeout: float | None = 600.0,
     ) -> Prototype:
-        """Upload a prototype; the same file again is the same prototype.
+        """Upload a prototype. The same file uploaded again has the same id.
 
         Parameters
         ----------
         archive
-            What :meth:`download_prototype` wrote: its path, its bytes, or the open file.
+            File of :meth:`download_prototype`: its path, its bytes, or the open file.
         name
-            What to call it; by default as the file.
+            Name of the prototype; by default that of the file.
         timeout
-            Seconds the service may take to read the file once it has it; None for no limit.
+            Seconds the service may take to read the uploaded file; None for no limit.
 
         Raises
         ------
         UnprocessablePrototype
-            The file is no prototype; the message says why.
+            The file is not a prototype; the message gives the reason.
         TooLarge
-            It is over the service's limit.
+            The file exceeds the service's limit.
         WaitTimeout
-            The service has it and has not read it in time.
+            The service did not read the file in time.
         OSError, TypeError
-            `archive` is not readable.
+            `archive` cannot be read.
         """
-        return self._transport.run(operations.upload_prototype(archive, name, timeout))
+        return self._transport.run(prototypes.upload_prototype(archive, name, timeout))
 
     def delete_prototype(self, prototype: Prototype | str) -> None:
-        """Delete a prototype, given itself or its id.
+        """Delete a prototype.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            The id is unknown.
         """
-        self._transport.run(operations.delete_prototype(prototype))
+        self._transport.run(prototypes.delete_prototype(prototype))
 
     def job(self, job_id: str) -> Job:
-        """Return one job.
+        """Return a job by its id.
 
         Raises
         ------
         NotFound
-            There is none with this id.
+            There is no job with this id.
         """
-        return Job(self._transport, self._transport.run(operations.get_job(job_id)))
+        return Job(self._transport, self._transport.run(jobs.get_job(job_id)))
 
     def jobs(
         self,
@@ -416,7 +414,7 @@ class Client:
         kind: str | None = None,
         of: str | Shape | Prototype | None = None,
     ) -> Iterator[Job]:
-        """Go through all jobs, newest first.
+        """Iterate over all jobs, newest first.
 
         Parameters
         ----------
@@ -428,6 +426,6 @@ class Client:
         of
             Only those of this shape or prototype.
         """
-        listing = partial(operations.list_jobs, state=state, kind=kind, of=of)
+        listing = partial(jobs.list_jobs, state=state, kind=kind, of=of)
         records = self._transport.pages(listing)
         return (Job(self._transport, record) for record in records)

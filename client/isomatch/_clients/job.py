@@ -1,4 +1,4 @@
-"""A job on the service, and what can be done with it."""
+"""Jobs of the blocking client."""
 
 import os
 from collections.abc import Generator
@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any, Generic, Self, cast
 
 from typing_extensions import TypeVar
 
-from isomatch import _operations as operations
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport
 from isomatch._models import JobRecord
+from isomatch._operations import jobs, results
 from isomatch._results import DrawableSource, PartialDissimilarities, Result
 
 if TYPE_CHECKING:
@@ -19,10 +19,11 @@ ResultT = TypeVar("ResultT", bound=Result, default=Any)
 
 
 class Job(RecordedJob, Generic[ResultT]):
-    """A job on the service, with a result of a kind: a match, or dissimilarities.
+    """A job on the service: a match, a comparison of a collection, or the learning of a prototype.
 
-    The attributes say what the service said last; :meth:`refresh` asks again. Methods raise
-    :class:`~isomatch.ConnectionFailed` and :class:`~isomatch.ProblemError` besides what they name.
+    The attributes are those of the service's last answer; :meth:`refresh` updates them. Besides
+    the errors they list, methods raise :class:`~isomatch.ConnectionFailed` and
+    :class:`~isomatch.ProblemError`.
     """
 
     def __init__(self, transport: BlockingTransport, record: JobRecord) -> None:
@@ -30,59 +31,56 @@ class Job(RecordedJob, Generic[ResultT]):
         self._transport = transport
 
     def refresh(self) -> Self:
-        """Ask the service how the job is, and return the job."""
-        self._remember(self._transport.run(operations.get_job(self.id)))
+        """Update the job from the service, and return it."""
+        self._remember(self._transport.run(jobs.get_job(self.id)))
         return self
 
     def wait(self, timeout: float | None = None) -> Self:
-        """Wait until the job has ended, in whatever way, and return it.
+        """Wait until the job has succeeded, failed or been cancelled, and return it.
 
         Raises
         ------
         WaitTimeout
-            It did not end within `timeout` seconds.
+            The job did not end within `timeout` seconds.
         """
         if not self.finished:
-            self._transport.run(operations.wait_for_job(self.id, timeout, self._remember))
+            self._transport.run(jobs.wait_for_job(self.id, timeout, self._remember))
         return self
 
     def events(self) -> Generator[JobRecord]:
-        """Go through what the service tells of the job as it changes, until it has ended.
+        """Yield the record of the job, at once and at each change, until the job has ended.
 
-        Yields the job's record, at once and after each change; the job itself is up to date then
-        too. A connection that breaks is taken up again where it broke.
+        The job itself is updated, too. A broken connection is resumed where it broke.
         """
-        for record in self._transport.stream(
-            operations.follow_job(self.id, self._transport.retries)
-        ):
+        for record in self._transport.stream(jobs.follow_job(self.id, self._transport.retries)):
             self._remember(record)
             yield record
 
     def result(self, progress: bool = False, timeout: float | None = None) -> ResultT:
-        """Wait for the job's end and return its result.
+        """Wait until the job has ended, and return its result.
 
         Parameters
         ----------
         progress
-            Draw a progress bar on the standard error meanwhile.
+            Show a progress bar on the standard error.
         timeout
-            Seconds to wait; None for as long as it takes.
+            Seconds to wait; None for no limit.
 
         Raises
         ------
         JobFailed
-            It failed; the problem document says why.
+            The job failed; the problem document gives the reason.
         JobCancelled
-            It was cancelled.
+            The job was cancelled.
         WaitTimeout
-            It did not end within `timeout` seconds; it goes on.
+            The job did not end within `timeout` seconds; it continues.
         """
         if not self.finished:
-            wait = operations.watch_job if progress else operations.wait_for_job
+            wait = jobs.watch_job if progress else jobs.wait_for_job
             self._transport.run(wait(self.id, timeout, self._remember))
-        found = self._transport.run(operations.get_result(self._record))
+        found = self._transport.run(results.get_result(self._record))
         found._drawables = DrawableSource(
-            lambda wanted: self._transport.run(operations.get_drawable(wanted))
+            lambda drawn_id: self._transport.run(results.get_drawable(drawn_id))
         )
         return cast(ResultT, found)
 
@@ -103,14 +101,11 @@ class Job(RecordedJob, Generic[ResultT]):
         ValueError
             There is no such alternative.
         """
-        return self._transport.run(operations.plot_result(self._record, alternative))
+        return self._transport.run(results.plot_result(self._record, alternative))
 
     def cancel(self) -> Self:
-        """Cancel the job, whether it is queued or running, and return it.
-
-        A job that has ended stays as it is.
-        """
-        self._remember(self._transport.run(operations.cancel_job(self.id)))
+        """Cancel the job if it is queued or running, and return it."""
+        self._remember(self._transport.run(jobs.cancel_job(self.id)))
         return self
 
     def picture(self, *, alternative: int | None = None) -> bytes:
@@ -119,7 +114,8 @@ class Job(RecordedJob, Generic[ResultT]):
         Parameters
         ----------
         alternative
-            Of a match, which answer is drawn: 0 for its own pairs, j for ``alternatives[j - 1]``.
+            Solution of a match: 0 for its own pairs, j for ``alternatives[j - 1]``. By default the
+            one that was refined or densely extended, or else 0.
 
         Raises
         ------
@@ -128,10 +124,10 @@ class Job(RecordedJob, Generic[ResultT]):
         InvalidRequest
             There is no such alternative.
         """
-        return self._transport.run(operations.get_picture(self.id, alternative))
+        return self._transport.run(results.get_picture(self.id, alternative))
 
     def save_picture(self, path: str | os.PathLike[str], *, alternative: int | None = None) -> None:
-        """Write the picture of the result to a PNG file; as :meth:`picture`.
+        """Write the picture of the result, see :meth:`picture`, to a PNG file.
 
         Raises
         ------
@@ -140,26 +136,26 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(operations.save_picture(self.id, path, alternative))
+        self._transport.run(results.save_picture(self.id, path, alternative))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
-        """Write the result's arrays, in full precision, to a NumPy file, ``.npz``.
+        """Write the arrays of the result, in full precision, to a NumPy file, ``.npz``.
 
         Raises
         ------
         Conflict
-            There is no result (yet), or none that has arrays.
+            There is no result (yet), or it has no arrays.
         OSError
             The file cannot be written.
         """
-        self._transport.run(operations.save_arrays(self.id, path))
+        self._transport.run(results.save_arrays(self.id, path))
 
     def partial(self) -> PartialDissimilarities:
-        """Return the dissimilarities that are known so far.
+        """Return the dissimilarities computed so far.
 
         Raises
         ------
         Conflict
-            The job failed, or compares no collection.
+            The job failed, or does not compare a collection.
         """
-        return self._transport.run(operations.get_partial(self.id))
+        return self._transport.run(results.get_partial(self.id))

@@ -1,4 +1,4 @@
-"""A job as the service said it is, without asking: what both clients' jobs have in common."""
+"""Attributes of a job, the same for both clients."""
 
 from datetime import datetime
 
@@ -7,7 +7,7 @@ from isomatch._problem import Problem
 
 
 class RecordedJob:
-    """A job as the service last described it."""
+    """A job as of the service's last answer."""
 
     def __init__(self, record: JobRecord) -> None:
         self._record = record
@@ -20,22 +20,22 @@ class RecordedJob:
 
     @property
     def record(self) -> JobRecord:
-        """Everything the service said last, as one value."""
+        """The service's last answer."""
         return self._record
 
     @property
     def id(self) -> str:
-        """The job's id."""
+        """Id of the job."""
         return self._record.id
 
     @property
     def kind(self) -> str:
-        """What the job does, such as ``"match"``."""
+        """``"match"``, ``"dissimilarities"`` or ``"prototype"``."""
         return self._record.kind
 
     @property
     def state(self) -> JobState:
-        """One of queued, running, succeeded, failed, cancelled."""
+        """``"queued"``, ``"running"``, ``"succeeded"``, ``"failed"`` or ``"cancelled"``."""
         return self._record.state
 
     @property
@@ -50,65 +50,65 @@ class RecordedJob:
 
     @property
     def shapes(self) -> tuple[str, ...]:
-        """Ids of the shapes it is of, each once; of a large collection, the first."""
+        """Ids of the job's shapes; of a large collection, the first ones."""
         return self._record.shapes
 
     @property
     def shape_count(self) -> int:
-        """How many shapes it is of."""
+        """Number of shapes."""
         return self._record.shape_count
 
     @property
     def prototype(self) -> str | None:
-        """Id of the prototype that is matched, or that was uploaded; None for none."""
+        """Id of the prototype that is matched or was uploaded; None without one."""
         return self._record.prototype
 
     @property
     def name(self) -> str | None:
-        """Name of the prototype that is learned, or of an upload; None for other kinds."""
+        """Name of the learned prototype or of the upload; None for other kinds."""
         return self._record.name
 
     @property
     def finished(self) -> bool:
-        """Whether the job has ended, in whatever way."""
+        """Whether the job has succeeded, failed or been cancelled."""
         return self._record.finished
 
     @property
     def progress(self) -> Progress:
-        """How far it is."""
+        """Running stage and completed fraction."""
         return self._record.progress
 
     @property
     def position(self) -> int | None:
-        """Place in the queue; None once it runs."""
+        """Number of jobs ahead in the queue; None once the job runs."""
         return self._record.position
 
     @property
     def created(self) -> datetime:
-        """When it was queued."""
+        """Time of queueing."""
         return self._record.created
 
     @property
     def started(self) -> datetime | None:
-        """When it began to run."""
+        """Start of the computation."""
         return self._record.started
 
     @property
     def ended(self) -> datetime | None:
-        """When it ended."""
+        """End of the job."""
         return self._record.ended
 
     @property
     def caller(self) -> str | None:
-        """Name of the API key it was asked for with; None where the service asks for none."""
+        """Name of the API key that started the job; None without API keys."""
         return self._record.caller
 
     @property
     def webhook(self) -> JobWebhook | None:
-        """Whom its end is told to, and how that went; None for nobody."""
+        """Delivery of the job's webhook; None without one."""
         return self._record.webhook
 
     @property
     def error(self) -> Problem | None:
-        """Why it failed."""
+        """Problem that made the job fail; None otherwise."""
         return self._record.error

@@ -1,26 +1,21 @@
-"""HTTP: one exchange of request and answer without I/O, and the two transports that do the I/O."""
+"""HTTP: steps of operations and their answers without I/O, and the two transports that do I/O."""
 
-from isomatch._http.address import DEFAULT_URL, URL_VARIABLE, address, key
+from isomatch._http.address import DEFAULT_URL, URL_VARIABLE, api_key_or_default, url_or_default
+from isomatch._http.answers import checked, parsed, send, unexpected
 from isomatch._http.async_transport import AsyncTransport
+from isomatch._http.blocking_transport import BlockingTransport
 from isomatch._http.events import EventReader
-from isomatch._http.exchange import (
-    LONGEST_PAUSE,
+from isomatch._http.operation import (
     Call,
-    Heard,
+    Item,
     Json,
     Listen,
     NextLine,
     Operation,
     Pause,
     Stream,
-    back_off,
-    checked,
-    describe,
-    parsed,
-    send,
-    unexpected,
 )
-from isomatch._http.transport import BlockingTransport
+from isomatch._http.retries import LONGEST_PAUSE, back_off, failure_message
 
 __all__ = [
     "DEFAULT_URL",
@@ -30,19 +25,19 @@ __all__ = [
     "BlockingTransport",
     "Call",
     "EventReader",
-    "Heard",
+    "Item",
     "Json",
     "Listen",
     "NextLine",
     "Operation",
     "Pause",
     "Stream",
-    "address",
+    "api_key_or_default",
     "back_off",
     "checked",
-    "describe",
-    "key",
+    "failure_message",
     "parsed",
     "send",
     "unexpected",
+    "url_or_default",
 ]

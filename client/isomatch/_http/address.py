@@ -1,4 +1,4 @@
-"""Which service is meant, and the key it is asked with: arguments, or the environment."""
+"""Address of the service and API key, from arguments or from the environment."""
 
 import os
 from typing import Final
@@ -8,7 +8,7 @@ URL_VARIABLE: Final = "ISOMATCH_URL"
 KEY_VARIABLE: Final = "ISOMATCH_API_KEY"
 
 
-def address(given: str | None) -> str:
+def url_or_default(given: str | None) -> str:
     """Return the address of the service.
 
     Raises
@@ -16,21 +16,19 @@ def address(given: str | None) -> str:
     ValueError
         It is not an http(s) address.
     """
-    base_url = given or os.environ.get(URL_VARIABLE) or DEFAULT_URL
-    if not base_url.startswith(("http://", "https://")):
-        raise ValueError(
-            f"the service's address must begin with http:// or https://, not {base_url!r}"
-        )
-    return base_url
+    url = given or os.environ.get(URL_VARIABLE) or DEFAULT_URL
+    if not url.startswith(("http://", "https://")):
+        raise ValueError(f"the service's address must begin with http:// or https://, not {url!r}")
+    return url
 
 
-def key(given: str | None) -> str | None:
-    """Return the API key, if there is one.
+def api_key_or_default(given: str | None) -> str | None:
+    """Return the API key, or None without one.
 
     Raises
     ------
     ValueError
-        It cannot be sent.
+        It cannot be sent in a header.
     """
     api_key = given or os.environ.get(KEY_VARIABLE) or None
     if api_key is not None and not (api_key.isascii() and api_key.isprintable()):

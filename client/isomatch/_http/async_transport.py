@@ -1,4 +1,4 @@
-"""Runs operations over asynchronous I/O; the only module that knows how the async client waits."""
+"""Transport of the asynchronous client: runs operations with asynchronous I/O."""
 
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
 from contextlib import AsyncExitStack, aclosing, closing
@@ -7,17 +7,10 @@ from typing import TypeVar
 import anyio
 import httpx2
 
-from isomatch._http.exchange import (
-    Call,
-    Heard,
-    Listen,
-    NextLine,
-    Operation,
-    Pause,
-    Stream,
-    persistently,
-)
-from isomatch._http.transport import BlockingTransport, advance, client_arguments, request_arguments
+from isomatch._http.blocking_transport import BlockingTransport, advance
+from isomatch._http.httpx_arguments import client_arguments, request_arguments
+from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
+from isomatch._http.retries import with_retries
 from isomatch._models import Page
 
 ResultT = TypeVar("ResultT")
@@ -26,8 +19,8 @@ ResultT = TypeVar("ResultT")
 class AsyncTransport:
     """Runs operations against one service, in the calling task.
 
-    The parameters are those of :class:`isomatch._http.transport.BlockingTransport`. A task that is
-    cancelled leaves nothing behind: the operation is ended and its connection closed.
+    Parameters as of :class:`isomatch._http.blocking_transport.BlockingTransport`. A task that is
+    cancelled ends the operation and closes its connection.
     """
 
     def __init__(
@@ -40,24 +33,24 @@ class AsyncTransport:
     ) -> None:
         self._timeout = timeout
         self.retries = retries
-        self.carried = transport is not None
+        self.is_custom = transport is not None
         self._address = base_url, api_key
         self._http = httpx2.AsyncClient(transport=transport, **client_arguments(base_url, api_key))
 
     async def run(self, operation: Operation[ResultT]) -> ResultT:
-        """Do what the operation asks until it returns."""
-        persistent, outcome = persistently(operation, self.retries), None
+        """Run an operation and return its value."""
+        repeated, outcome = with_retries(operation, self.retries), None
         try:
             while True:
-                outcome = await self._outcome(advance(persistent, outcome))
+                outcome = await self._outcome(advance(repeated, outcome))
         except StopIteration as end:
             result: ResultT = end.value
             return result
         finally:
-            persistent.close()
+            repeated.close()
 
     async def stream(self, operation: Stream[ResultT]) -> AsyncGenerator[ResultT]:
-        """Do what the operation asks, and go through what it hears."""
+        """Run a stream and yield its items as they arrive."""
         lines: AsyncIterator[str] | None = None
         outcome: object = None
         with closing(operation):
@@ -67,8 +60,8 @@ class AsyncTransport:
                         step = advance(operation, outcome)
                     except StopIteration:
                         return
-                    if isinstance(step, Heard):
-                        yield step.what
+                    if isinstance(step, Item):
+                        yield step.value
                         outcome = None
                     elif isinstance(step, Listen):
                         await listening.aclose()
@@ -85,7 +78,7 @@ class AsyncTransport:
     async def pages(
         self, ask: Callable[[str | None], Operation[Page[ResultT]]]
     ) -> AsyncIterator[ResultT]:
-        """Go through all items of a listing, asking for page after page."""
+        """Iterate over all items of a listing, page by page."""
         page = await self.run(ask(None))
         for item in page.items:
             yield item
@@ -95,7 +88,7 @@ class AsyncTransport:
                 yield item
 
     def blocking(self) -> BlockingTransport:
-        """Return a new transport to the same service, over the network, that blocks."""
+        """Return a new blocking transport to the same service, over the network."""
         base_url, api_key = self._address
         return BlockingTransport(base_url, self._timeout, self.retries, None, api_key)
 

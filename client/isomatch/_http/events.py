@@ -1,4 +1,4 @@
-"""Server-sent events, https://html.spec.whatwg.org, section 9.2, as far as jobs have them."""
+"""Server-sent events (https://html.spec.whatwg.org, section 9.2), the fields that jobs use."""
 
 from dataclasses import dataclass, field
 
@@ -10,9 +10,9 @@ class Event:
     Attributes
     ----------
     data
-        What it tells.
+        Text of the event.
     id
-        What the client says it has seen when it comes back.
+        Id by which a client resumes the stream after it.
     """
 
     data: str
@@ -21,13 +21,13 @@ class Event:
 
 @dataclass
 class EventReader:
-    """Puts the lines of a stream together to events."""
+    """Parser that assembles the lines of a stream into events."""
 
     _data: list[str] = field(default_factory=list)
     _id: str | None = None
 
     def feed(self, line: str) -> Event | None:
-        """Take in the next line, without its end; return the event that it ends, if it does."""
+        """Read the next line, without its end; return the event that it completes, if any."""
         if not line:
             data, self._data = self._data, []
             return Event("\n".join(data), self._id) if data else None

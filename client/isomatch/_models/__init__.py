@@ -1,21 +1,23 @@
-"""What the API sends and takes, as typed values."""
+"""Values of the API: parameters of requests, and parts of answers."""
 
+from isomatch._models.answer import Answer, Page
 from isomatch._models.arguments import StructureChoice, check_names, structure_choice
 from isomatch._models.correspondences import (
     Alternative,
     Correspondence,
     Correspondences,
+    DenseCorrespondence,
     Distortion,
     Level,
 )
-from isomatch._models.dense import DenseCorrespondence
-from isomatch._models.models import Answer, JobRecord, JobState, JobWebhook, Page, Progress, Shape
+from isomatch._models.job import JobRecord, JobState, JobWebhook, Progress
 from isomatch._models.parameters import (
     DissimilarityParameters,
     MatchParameters,
     PrototypeParameters,
 )
 from isomatch._models.refinement import RefinedPoint, Refinement
+from isomatch._models.shape import Shape
 from isomatch._models.structures import Invariance, Structure, StructureParameter, Structures
 
 __all__ = [

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, FiniteFloat
 
-from isomatch._models.models import Answer
+from isomatch._models.answer import Answer
 
 
 class RefinedPoint(Answer):

@@ -2,7 +2,7 @@
 
 from pydantic import FiniteFloat
 
-from isomatch._models.models import Answer
+from isomatch._models.answer import Answer
 
 
 class Invariance(Answer):

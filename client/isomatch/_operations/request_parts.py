@@ -1,4 +1,4 @@
-"""Where resources are, and how they and parameters are named in requests."""
+"""Paths of resources, and ids and parameters as they are sent."""
 
 from urllib.parse import quote
 
@@ -10,17 +10,16 @@ from isomatch._results import Prototype
 
 
 def id_of(given: Shape | Prototype | str) -> str:
-    """Return the id of a shape or a prototype that is given itself or as its id."""
+    """Return the id of a shape or a prototype, which may be given as its id."""
     return given if isinstance(given, str) else given.id
 
 
 def path_to(*parts: str) -> str:
-    """Return the address of a resource."""
+    """Return the path of a resource."""
     return "/v1/" + "/".join(quote(part, safe="") for part in parts)
 
 
-def plain(value: object) -> Json:
-    """Return the value of a parameter as it is sent."""
-    # Parameters often come out of an array or a linspace.
+def json_value(value: object) -> Json:
+    """Return the value of a parameter as JSON; scalars of numpy become numbers of Python."""
     sent: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
     return sent

@@ -1,5 +1,5 @@
 """Meshes in memory and in files, as they are uploaded."""
 
-from isomatch._upload.meshes import MeshFile, MeshLike, MeshSource, binary_ply, mesh_file
+from isomatch._upload.meshes import MeshFile, MeshLike, MeshSource, binary_ply, mesh_file, name_of
 
-__all__ = ["MeshFile", "MeshLike", "MeshSource", "binary_ply", "mesh_file"]
+__all__ = ["MeshFile", "MeshLike", "MeshSource", "binary_ply", "mesh_file", "name_of"]

@@ -87,12 +87,13 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
     elif isinstance(source, MeshLike):
         yield MeshFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
     elif hasattr(source, "read"):
-        yield MeshFile(_file_name(_name_of(source), extension), source)
+        yield MeshFile(_file_name(name_of(source), extension), source)
     else:
         raise TypeError(_WHAT_A_SHAPE_IS + type(source).__name__)
 
 
-def _name_of(file: object) -> str:
+def name_of(file: object) -> str:
+    """Return the name of an open file, without its folder; empty if it has none."""
     name = getattr(file, "name", "")
     return Path(name).name if isinstance(name, str) else ""
 

@@ -9,7 +9,7 @@ import isomatch
 import numpy as np
 import pytest
 import trio
-from isomatch._http import exchange
+from isomatch._http import retries
 
 from tests.client._http.test_events import JOB, event
 from tests.client.shapes import LASTING, blob_meshes
@@ -121,7 +121,7 @@ class Breaking(httpx2.AsyncByteStream):
 
 
 def test_a_broken_stream_is_resumed_and_closed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
+    monkeypatch.setattr(retries, "FIRST_PAUSE", 0.01)
     streams = [
         Breaking(event("a"), event("b", state="running")),
         Breaking(),
@@ -148,7 +148,7 @@ def test_a_broken_stream_is_resumed_and_closed(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_failed_requests_are_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
+    monkeypatch.setattr(retries, "FIRST_PAUSE", 0.01)
     requests = []
 
     def answer(request: httpx2.Request) -> httpx2.Response:

@@ -11,7 +11,7 @@ from pathlib import Path
 import httpx2
 import isomatch
 import pytest
-from isomatch._http import exchange
+from isomatch._http import retries
 
 SHAPE = {
     "id": "0" * 32,
@@ -33,7 +33,7 @@ Answer = Callable[[httpx2.Request], httpx2.Response]
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
+    monkeypatch.setattr(retries, "FIRST_PAUSE", 0.01)
 
 
 def client_of(answer: Answer) -> isomatch.Client:

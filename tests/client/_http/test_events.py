@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import httpx2
 import isomatch
 import pytest
-from isomatch._http import EventReader, exchange
+from isomatch._http import EventReader, retries
 
 JOB = {
     "id": "1",
@@ -25,7 +25,7 @@ JOB = {
 
 @pytest.fixture(autouse=True)
 def short_pauses(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exchange, "FIRST_PAUSE", 0.01)
+    monkeypatch.setattr(retries, "FIRST_PAUSE", 0.01)
 
 
 def event(name: str, **changes: object) -> bytes:
@@ -87,7 +87,7 @@ def test_failures_of_a_stream_are_limited() -> None:
 
 @pytest.mark.parametrize("data", [b"{", b'{"id": "1"}', b"[]"])
 def test_events_that_are_not_jobs(data: bytes) -> None:
-    with pytest.raises(isomatch.UnexpectedResponse, match="no job"):
+    with pytest.raises(isomatch.UnexpectedResponse, match="not a job"):
         followed(Service(b"data: " + data + b"\n\n"))
 
 

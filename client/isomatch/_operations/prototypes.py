@@ -1,4 +1,4 @@
-"""Operations on prototypes; see :mod:`isomatch._http.exchange`."""
+"""Operations on prototypes."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -9,15 +9,15 @@ from typing import BinaryIO, TypeAlias
 from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, Page, PrototypeParameters, Shape, check_names
-from isomatch._operations.job import start_job
-from isomatch._operations.request_parts import id_of, path_to, plain
-from isomatch._operations.shape import until_read
+from isomatch._operations.jobs import start_job
+from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.shapes import read_upload
 from isomatch._results import Prototype, PrototypePoints
-from isomatch._upload import MeshFile
+from isomatch._upload import MeshFile, name_of
 from isomatch._webhooks import Webhook
 
 ArchiveSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
-"""A path; a file's bytes; or an open binary file."""
+"""A path, the bytes of a file, or an open binary file."""
 
 
 def start_prototype(
@@ -29,7 +29,7 @@ def start_prototype(
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
-    """Queue the learning of a prototype; `key` makes it the same request when sent again."""
+    """Queue the learning of a prototype."""
     check_names(parameters, PrototypeParameters.__annotations__, "learn_prototype")
     body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
     if correspondences is not None:
@@ -38,19 +38,17 @@ def start_prototype(
         body["name"] = name
     if reference is not None:
         body["reference"] = id_of(reference)
-    for parameter, value in parameters.items():
-        body[parameter] = plain(value)
-    return (yield from start_job("/v1/prototypes", body, webhook, key))
+    return (yield from start_job("/v1/prototypes", body, parameters, webhook, key))
 
 
 def get_prototype(prototype_id: str) -> Operation[Prototype]:
-    """Ask for one prototype."""
+    """Request one prototype."""
     call = Call("GET", path_to("prototypes", prototype_id))
     return parsed(Prototype, (yield from send(call)))
 
 
 def list_prototypes(cursor: str | None, name: str | None) -> Operation[Page[Prototype]]:
-    """Ask for one page of the prototypes, of all or of those of one name."""
+    """Request one page of the prototypes, of all or of one name."""
     call = Call("GET", "/v1/prototypes", query={"name": name, "cursor": cursor})
     return parsed(Page[Prototype], (yield from send(call)))
 
@@ -61,7 +59,7 @@ def delete_prototype(prototype: Prototype | str) -> Operation[None]:
 
 
 def download_prototype(prototype: Prototype | str, path: str | os.PathLike[str]) -> Operation[None]:
-    """Ask for the archive of a prototype, and write it to a file."""
+    """Request the archive of a prototype, and write it to a file."""
     call = Call("GET", path_to("prototypes", id_of(prototype), "archive"))
     Path(path).write_bytes((yield from send(call)).content)
 
@@ -83,13 +81,13 @@ def upload_prototype(
     Raises
     ------
     WaitTimeout
-        It was not read within `timeout` seconds of being sent.
+        It was not read within `timeout` seconds.
     """
     with _archive_file(source) as file:
         form = {} if name is None else {"name": name}
         call = Call("POST", "/v1/prototype-archives", file=file, form=form)
         response = yield from send(call)
-    return parsed(Prototype, (yield from until_read(response, name or file.name, timeout)))
+    return parsed(Prototype, (yield from read_upload(response, name or file.name, timeout)))
 
 
 @contextmanager
@@ -101,11 +99,8 @@ def _archive_file(source: ArchiveSource) -> Iterator[MeshFile]:
     elif isinstance(source, bytes | bytearray | memoryview):
         yield MeshFile("prototype.npz", bytes(source))
     elif hasattr(source, "read"):
-        name = getattr(source, "name", "")
-        yield MeshFile(
-            Path(name).name if isinstance(name, str) and name else "prototype.npz", source
-        )
+        yield MeshFile(name_of(source) or "prototype.npz", source)
     else:
         raise TypeError(
-            "a prototype is a path, bytes, or an open binary file, not " + type(source).__name__
+            f"a prototype is a path, bytes or an open binary file, not {type(source).__name__}"
         )

@@ -1,4 +1,4 @@
-"""Operations on shapes, and what can be compared of them; see :mod:`isomatch._http.exchange`."""
+"""Operations on shapes, and the list of structures that can be compared."""
 
 import time
 from typing import Final
@@ -12,10 +12,11 @@ from isomatch._operations.request_parts import id_of, path_to
 from isomatch._results import Geometry
 from isomatch._upload import MeshSource, mesh_file
 
-VALIDATION_PAUSE: Final = 0.5
+VALIDATION_POLL: Final = 0.5
+"""Seconds between requests for the state of an upload that is being read."""
 
 
-def upload(
+def upload_shape(
     source: MeshSource, name: str | None, file_type: str | None, timeout: float | None
 ) -> Operation[Shape]:
     """Upload a mesh, and wait until the service has read it.
@@ -23,52 +24,52 @@ def upload(
     Raises
     ------
     WaitTimeout
-        It was not read within `timeout` seconds of being sent.
+        It was not read within `timeout` seconds.
     """
     with mesh_file(source, file_type) as file:
         form = {} if name is None else {"name": name}
         response = yield from send(Call("POST", "/v1/shapes", file=file, form=form))
-    return parsed(Shape, (yield from until_read(response, name or file.name, timeout)))
+    return parsed(Shape, (yield from read_upload(response, name or file.name, timeout)))
 
 
-def until_read(
-    response: httpx2.Response, what: str, timeout: float | None
+def read_upload(
+    response: httpx2.Response, name: str, timeout: float | None
 ) -> Operation[httpx2.Response]:
     """Wait until the service has read an upload.
 
     Parameters
     ----------
     response
-        What it answered at first.
-    what
-        What was uploaded.
+        Answer to the upload.
+    name
+        Name of the file.
     timeout
-        Seconds it may take; None for no limit.
+        Seconds to wait; None for no limit.
 
     Raises
     ------
     WaitTimeout
-        It took longer.
+        It was not read within `timeout` seconds.
     """
     sent = time.monotonic()
     while response.status_code == 202:
         if timeout is not None and time.monotonic() - sent >= timeout:
-            raise WaitTimeout(f"reading {what}", timeout)
-        yield Pause(VALIDATION_PAUSE)
+            raise WaitTimeout(f"reading {name}", timeout)
+        yield Pause(VALIDATION_POLL)
         location = response.headers.get("location")
         if location is None:
-            raise UnexpectedResponse("the service accepted the upload and does not say as what")
+            raise UnexpectedResponse("the service accepted the upload without naming its location")
         response = yield from send(Call("GET", location))
     return response
 
 
 def get_shape(shape_id: str) -> Operation[Shape]:
-    """Ask for one shape."""
+    """Request a shape."""
     return parsed(Shape, (yield from send(Call("GET", path_to("shapes", shape_id)))))
 
 
 def list_shapes(cursor: str | None) -> Operation[Page[Shape]]:
-    """Ask for one page of the shapes."""
+    """Request one page of the shapes."""
     call = Call("GET", "/v1/shapes", query={"cursor": cursor})
     return parsed(Page[Shape], (yield from send(call)))
 
@@ -79,9 +80,8 @@ def delete_shape(shape: Shape | str) -> Operation[None]:
 
 
 def get_mesh(shape: Shape | str) -> Operation[bytes]:
-    """Ask for the file of a shape."""
-    response = yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))
-    return response.content
+    """Request the file of a shape."""
+    return (yield from send(Call("GET", path_to("shapes", id_of(shape), "mesh")))).content
 
 
 def get_geometry(shape: Shape | str) -> Operation[Geometry]:
@@ -94,5 +94,5 @@ def get_geometry(shape: Shape | str) -> Operation[Geometry]:
 
 
 def list_structures() -> Operation[Structures]:
-    """Ask what can be compared of shapes."""
+    """Request the metrics and descriptors of the service."""
     return parsed(Structures, (yield from send(Call("GET", "/v1/structures"))))

@@ -1,4 +1,4 @@
-"""Operations that ask for what came of a job; see :mod:`isomatch._http.exchange`."""
+"""Operations that request results of jobs, their pictures and their figures."""
 
 import os
 from collections.abc import Mapping
@@ -10,9 +10,9 @@ from pydantic import ValidationError
 from isomatch._errors import JobCancelled, JobFailed
 from isomatch._http import Call, Operation, parsed, send, unexpected
 from isomatch._models import JobRecord
-from isomatch._operations.prototype import get_prototype_points
+from isomatch._operations.prototypes import get_prototype_points
 from isomatch._operations.request_parts import path_to
-from isomatch._operations.shape import get_geometry
+from isomatch._operations.shapes import get_geometry
 from isomatch._results import (
     Dissimilarities,
     Drawable,
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
-    """Ask for the dissimilarities that are known so far."""
+    """Request the dissimilarities known so far."""
     return parsed(
         PartialDissimilarities, (yield from send(Call("GET", path_to("dissimilarities", job_id))))
     )
@@ -42,12 +42,12 @@ _RESULTS: Final[Mapping[str, type[Result]]] = {
 
 
 def get_result(record: JobRecord) -> Operation[Result]:
-    """Ask for the result of a job that has ended.
+    """Request the result of a job that has ended.
 
     Raises
     ------
     JobFailed, JobCancelled
-        It has none.
+        It ended without a result.
     """
     if record.state == "failed":
         raise JobFailed(record.id, record.error)
@@ -61,7 +61,7 @@ def get_result(record: JobRecord) -> Operation[Result]:
 
 
 def get_picture(job_id: str, alternative: int | None) -> Operation[bytes]:
-    """Ask for the picture of a job's result, or of one of its alternatives."""
+    """Request the picture of a job's result, or of one of its alternatives."""
     query = {"alternative": alternative}
     response = yield from send(Call("GET", path_to("jobs", job_id, "result.png"), query=query))
     return response.content
@@ -70,12 +70,12 @@ def get_picture(job_id: str, alternative: int | None) -> Operation[bytes]:
 def save_picture(
     job_id: str, path: str | os.PathLike[str], alternative: int | None
 ) -> Operation[None]:
-    """Ask for the picture of a job's result, and write it to a file."""
+    """Request the picture of a job's result, and write it to a file."""
     Path(path).write_bytes((yield from get_picture(job_id, alternative)))
 
 
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
-    """Ask for a job's result as arrays, and write them to a file."""
+    """Request a job's result as arrays, and write them to a file."""
     response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
     Path(path).write_bytes(response.content)
 

@@ -1,4 +1,4 @@
-"""Operations that start, follow, list and cancel jobs; see :mod:`isomatch._http.exchange`."""
+"""Operations that start, follow, list and cancel jobs."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -19,7 +19,7 @@ from isomatch._http import (
     LONGEST_PAUSE,
     Call,
     EventReader,
-    Heard,
+    Item,
     Json,
     Listen,
     NextLine,
@@ -28,7 +28,7 @@ from isomatch._http import (
     Stream,
     back_off,
     checked,
-    describe,
+    failure_message,
     parsed,
     send,
 )
@@ -41,16 +41,16 @@ from isomatch._models import (
     Shape,
     check_names,
 )
-from isomatch._operations.request_parts import id_of, path_to, plain
+from isomatch._operations.request_parts import id_of, json_value, path_to
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
 
 LONG_POLL: Final = 20.0
-"""Seconds the service is asked to hold an answer back while a job goes on."""
+"""Seconds for which the service may hold back the answer about a running job."""
 
-WATCHED_POLL: Final = 0.5
-"""The same while somebody looks at the progress."""
+PROGRESS_POLL: Final = 0.5
+"""Seconds between answers while a progress bar is shown."""
 
 
 def start_match(
@@ -60,12 +60,10 @@ def start_match(
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
-    """Queue a match; `key` makes it the same request when it is sent again."""
+    """Queue a match."""
     check_names(parameters, MatchParameters.__annotations__)
     body: dict[str, Json] = {"source": id_of(source), "target": id_of(target)}
-    for parameter, value in parameters.items():
-        body[parameter] = plain(value)
-    return (yield from start_job("/v1/matches", body, webhook, key))
+    return (yield from start_job("/v1/matches", body, parameters, webhook, key))
 
 
 def start_dissimilarities(
@@ -75,63 +73,65 @@ def start_dissimilarities(
     webhook: Webhook | None,
     key: str | None,
 ) -> Operation[JobRecord]:
-    """Queue the comparison of a collection; `key` makes it the same request when sent again."""
+    """Queue the comparison of a collection."""
     check_names(parameters, DissimilarityParameters.__annotations__, "dissimilarities")
     body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
     if labels is not None:
         body["labels"] = [str(label) for label in labels]
-    for parameter, value in parameters.items():
-        body[parameter] = plain(value)
-    return (yield from start_job("/v1/dissimilarities", body, webhook, key))
+    return (yield from start_job("/v1/dissimilarities", body, parameters, webhook, key))
 
 
 def start_job(
-    path: str, body: Mapping[str, Json], webhook: Webhook | None, key: str | None
+    path: str,
+    body: Mapping[str, Json],
+    parameters: Mapping[str, object],
+    webhook: Webhook | None,
+    key: str | None,
 ) -> Operation[JobRecord]:
-    """Queue a job, once however often the request has to be sent.
+    """Queue a job, once even if the request is repeated.
 
     Parameters
     ----------
     path
-        Where such jobs are asked for.
+        Path of the collection of such jobs.
     body
-        What is asked.
+        The request, without its parameters.
+    parameters
+        Parameters of the job.
     webhook
-        Whom to tell when the job has ended.
+        Receiver of a notification when the job has ended.
     key
-        Idempotency key; None for one made up here.
+        Idempotency key; None for a new one.
     """
+    sent = {**body, **{name: json_value(value) for name, value in parameters.items()}}
     if webhook is not None:
-        body = {**body, "webhook": webhook}
+        sent["webhook"] = webhook
     headers = {"idempotency-key": key or uuid4().hex}
-    call = Call("POST", path, body=body, headers=headers)
-    return parsed(JobRecord, (yield from send(call)))
+    return parsed(JobRecord, (yield from send(Call("POST", path, body=sent, headers=headers))))
 
 
 def get_job(job_id: str, wait: float | None = None) -> Operation[JobRecord]:
-    """Ask for one job, at once or when it has ended but at most `wait` seconds later."""
+    """Request a job, at once or when it has ended, but after at most `wait` seconds."""
     call = Call("GET", path_to("jobs", job_id), query={"wait": wait}, patience=wait or 0.0)
     return parsed(JobRecord, (yield from send(call)))
 
 
 def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
-    """Hear of a job as it changes until it has ended; what breaks is taken up where it broke.
+    """Yield the record of a job at each change until it has ended; broken streams are resumed.
 
     Parameters
     ----------
     job_id
         The job.
     retries
-        How often in a row the stream may fail before that is an error.
+        Greatest number of failures in a row.
     """
     last, failures = None, 0
     while True:
         headers: dict[str, str] = {} if last is None else {"last-event-id": last}
-        call, reader = (
-            Call("GET", path_to("jobs", job_id, "events"), headers=headers),
-            EventReader(),
-        )
-        asked = 0.0
+        call = Call("GET", path_to("jobs", job_id, "events"), headers=headers)
+        reader = EventReader()
+        requested = 0.0
         try:
             response = yield Listen(call)
             assert isinstance(response, httpx2.Response)
@@ -140,35 +140,26 @@ def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
                 if (event := reader.feed(line)) is not None:
                     last, failures = event.id, 0
                     record = _record_of(event.data, call)
-                    yield Heard(record)
+                    yield Item(record)
                     if record.finished:
                         return
         except (httpx2.TransportError, TooManyRequests, ServiceUnavailable) as error:
             failures += 1
             if failures > retries:
                 if isinstance(error, httpx2.TransportError):
-                    raise ConnectionFailed(describe(error, call)) from error
+                    raise ConnectionFailed(failure_message(error, call)) from error
                 raise
             if not isinstance(error, httpx2.TransportError):
-                asked = min(error.retry_after or 0.0, LONGEST_PAUSE)
-        yield Pause(max(asked, back_off(max(failures - 1, 0))))
+                requested = min(error.retry_after or 0.0, LONGEST_PAUSE)
+        yield Pause(max(requested, back_off(max(failures - 1, 0))))
 
 
 def _record_of(document: str, call: Call) -> JobRecord:
-    """Read what a stream of events says of a job.
-
-    Raises
-    ------
-    UnexpectedResponse
-        It says something else.
-    """
     try:
         return JobRecord.model_validate_json(document)
     except ValidationError as error:
         where = ".".join(map(str, error.errors()[0]["loc"])) or "data"
-        raise UnexpectedResponse(
-            f"{call.path} tells of something that is no job: {where}"
-        ) from error
+        raise UnexpectedResponse(f"{call.path}: an event is not a job: {where}") from error
 
 
 def list_jobs(
@@ -180,8 +171,7 @@ def list_jobs(
     """Request one page of the jobs, of all or of those of a state, a kind, a shape or prototype."""
     shape = None if of is None else id_of(of)
     query = {"state": state, "kind": kind, "shape": shape, "cursor": cursor}
-    call = Call("GET", "/v1/jobs", query=query)
-    return parsed(Page[JobRecord], (yield from send(call)))
+    return parsed(Page[JobRecord], (yield from send(Call("GET", "/v1/jobs", query=query))))
 
 
 def cancel_job(job_id: str) -> Operation[JobRecord]:
@@ -192,8 +182,8 @@ def cancel_job(job_id: str) -> Operation[JobRecord]:
 def wait_for_job(
     job_id: str,
     timeout: float | None,
-    told: Callable[[JobRecord], None],
-    watched: bool = False,
+    update: Callable[[JobRecord], None],
+    poll: float = LONG_POLL,
 ) -> Operation[None]:
     """Wait until a job has ended.
 
@@ -202,23 +192,22 @@ def wait_for_job(
     job_id
         The job.
     timeout
-        Seconds to wait; None for as long as it takes.
-    told
-        Is told what the service says of the job, every time it says something.
-    watched
-        Whether somebody looks at the progress.
+        Seconds to wait; None for no limit.
+    update
+        Called with every record that the service answers.
+    poll
+        Seconds between records, at most.
 
     Raises
     ------
     WaitTimeout
-        It did not end within `timeout` seconds.
+        The job did not end within `timeout` seconds.
     """
     start = time.monotonic()
-    poll = WATCHED_POLL if watched else LONG_POLL
     while True:
         left = poll if timeout is None else timeout - (time.monotonic() - start)
         record = yield from get_job(job_id, wait=round(min(max(left, 0.0), poll), 3))
-        told(record)
+        update(record)
         if record.finished:
             return
         if timeout is not None and time.monotonic() - start >= timeout:
@@ -226,13 +215,13 @@ def wait_for_job(
 
 
 def watch_job(
-    job_id: str, timeout: float | None, told: Callable[[JobRecord], None]
+    job_id: str, timeout: float | None, update: Callable[[JobRecord], None]
 ) -> Operation[None]:
-    """Wait until a job has ended, with a progress bar; as :func:`wait_for_job` otherwise."""
+    """Wait until a job has ended, as :func:`wait_for_job`, with a progress bar."""
     with ProgressBar() as bar:
 
-        def shown(record: JobRecord) -> None:
-            told(record)
+        def show(record: JobRecord) -> None:
+            update(record)
             bar.update(record)
 
-        yield from wait_for_job(job_id, timeout, shown, watched=True)
+        yield from wait_for_job(job_id, timeout, show, PROGRESS_POLL)

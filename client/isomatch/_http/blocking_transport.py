@@ -1,69 +1,22 @@
-"""Runs operations over blocking I/O; the only module that knows how the sync client waits."""
+"""Transport of the blocking client: runs operations with blocking I/O."""
 
-import json
 import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import ExitStack, closing
-from importlib.metadata import version
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypeVar
 
 import httpx2
 
-from isomatch._http.exchange import (
-    Call,
-    Heard,
-    Listen,
-    NextLine,
-    Operation,
-    Pause,
-    Stream,
-    persistently,
-)
+from isomatch._http.httpx_arguments import client_arguments, request_arguments
+from isomatch._http.operation import Call, Item, Listen, NextLine, Operation, Pause, Stream
+from isomatch._http.retries import with_retries
 from isomatch._models import Page
 
 ResultT = TypeVar("ResultT")
 
-LOOPBACK = frozenset({"127.0.0.1", "localhost", "::1"})
-
-
-class ClientArguments(TypedDict):
-    """Keyword arguments of httpx2's clients, sync and async alike."""
-
-    base_url: str
-    headers: dict[str, str]
-    trust_env: bool
-
-
-def client_arguments(base_url: str, api_key: str | None) -> ClientArguments:
-    """Return the arguments of a client of one service."""
-    headers = {"user-agent": f"isomatch/{version('isomatch')}"}
-    if api_key is not None:
-        headers["authorization"] = f"Bearer {api_key}"
-    # A proxy from the environment cannot reach this machine's own services.
-    trust_env = httpx2.URL(base_url).host not in LOOPBACK
-    return {"base_url": base_url, "headers": headers, "trust_env": trust_env}
-
-
-def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
-    """Return a call as the keyword arguments of ``build_request``, sync and async alike."""
-    arguments: dict[str, Any] = {
-        "method": call.method,
-        "url": call.path,
-        "params": {key: value for key, value in call.query.items() if value is not None},
-        "timeout": None if timeout is None else timeout + call.patience,
-        "headers": dict(call.headers),
-    }
-    if call.body is not None:
-        arguments["content"] = json.dumps(call.body, allow_nan=False).encode()
-        arguments["headers"] = {**call.headers, "content-type": "application/json"}
-    if call.file is not None:
-        arguments["files"] = {"file": (call.file.name, call.file.content)}
-        arguments["data"] = dict(call.form)
-    return arguments
-
 
 def advance(operation: Generator[Any, Any, Any], outcome: object) -> Any:
-    """Tell an operation what came of its last step, and return its next one."""
+    """Send an operation the outcome of its last step, and return its next step."""
     if isinstance(outcome, Exception):
         return operation.throw(outcome)
     return operation.send(outcome)
@@ -79,11 +32,11 @@ class BlockingTransport:
     timeout
         Seconds without any progress after which a request fails; None for no limit.
     retries
-        How often a request is repeated at most.
+        Greatest number of repetitions of a request.
     transport
-        Carries the requests instead of the network.
+        httpx2 transport to use instead of the network.
     api_key
-        Sent with every request, where the service asks for one.
+        Key that is sent with every request; None for none.
     """
 
     def __init__(
@@ -99,19 +52,19 @@ class BlockingTransport:
         self._http = httpx2.Client(transport=transport, **client_arguments(base_url, api_key))
 
     def run(self, operation: Operation[ResultT]) -> ResultT:
-        """Do what the operation asks until it returns."""
-        persistent, outcome = persistently(operation, self.retries), None
+        """Run an operation and return its value."""
+        repeated, outcome = with_retries(operation, self.retries), None
         try:
             while True:
-                outcome = self._outcome(advance(persistent, outcome))
+                outcome = self._outcome(advance(repeated, outcome))
         except StopIteration as end:
             result: ResultT = end.value
             return result
         finally:
-            persistent.close()
+            repeated.close()
 
     def stream(self, operation: Stream[ResultT]) -> Generator[ResultT]:
-        """Do what the operation asks, and go through what it hears."""
+        """Run a stream and yield its items as they arrive."""
         lines: Iterator[str] = iter(())
         outcome: object = None
         with closing(operation), ExitStack() as listening:
@@ -120,8 +73,8 @@ class BlockingTransport:
                     step = advance(operation, outcome)
                 except StopIteration:
                     return
-                if isinstance(step, Heard):
-                    yield step.what
+                if isinstance(step, Item):
+                    yield step.value
                     outcome = None
                 elif isinstance(step, Listen):
                     listening.close()
@@ -135,7 +88,7 @@ class BlockingTransport:
                     outcome = self._outcome(step)
 
     def pages(self, ask: Callable[[str | None], Operation[Page[ResultT]]]) -> Iterator[ResultT]:
-        """Go through all items of a listing, asking for page after page."""
+        """Iterate over all items of a listing, page by page."""
         page = self.run(ask(None))
         yield from page.items
         while page.next_cursor is not None:

@@ -1,0 +1,79 @@
+"""Answers of the service: values, problem documents, and anything else."""
+
+from typing import TypeVar
+
+import httpx2
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from isomatch._errors import UnexpectedResponse, problem_error
+from isomatch._http.operation import Call, Operation
+from isomatch._http.retries import retry_after
+from isomatch._problem import Problem
+
+ModelT = TypeVar("ModelT", bound=BaseModel)
+
+
+def send(call: Call) -> Operation[httpx2.Response]:
+    """Send a call and return its successful answer.
+
+    Raises
+    ------
+    ConnectionFailed
+        No answer came.
+    ProblemError
+        The service refused.
+    UnexpectedResponse
+        The answer does not belong to the isomatch API.
+    """
+    response = yield call
+    assert response is not None
+    return checked(response)
+
+
+def checked(response: httpx2.Response) -> httpx2.Response:
+    """Return a successful response, or raise the problem that it states.
+
+    Raises
+    ------
+    ProblemError
+        It is a problem document.
+    UnexpectedResponse
+        It is neither a success nor a problem document.
+    """
+    if response.is_success:
+        return response
+    if response.headers.get("content-type", "").startswith("application/problem+json"):
+        try:
+            problem = Problem.model_validate_json(response.content)
+        except ValidationError as error:
+            raise UnexpectedResponse(_message(response, "a broken problem document")) from error
+        raise problem_error(problem, retry_after(response))
+    raise UnexpectedResponse(_message(response, f"{response.status_code} without a reason"))
+
+
+def parsed(kind: type[ModelT], response: httpx2.Response) -> ModelT:
+    """Read the answer's JSON as a model.
+
+    Raises
+    ------
+    UnexpectedResponse
+        The JSON does not fit the model.
+    """
+    try:
+        return TypeAdapter(kind).validate_json(response.content)
+    except ValidationError as error:
+        raise unexpected(response, error) from error
+
+
+def unexpected(response: httpx2.Response, error: ValidationError) -> UnexpectedResponse:
+    """Return the error that names the first field of an answer that does not fit its model."""
+    first = error.errors(include_url=False)[0]
+    where = ".".join(map(str, first["loc"])) or "body"
+    return UnexpectedResponse(_message(response, f"{where}: {first['msg']}"))
+
+
+def _message(response: httpx2.Response, problem: str) -> str:
+    request = response.request
+    return (
+        f"{request.method} {request.url} did not answer as the isomatch API, version 1: {problem}"
+    )

@@ -1,0 +1,47 @@
+"""Keyword arguments for httpx2, the same for blocking and asynchronous clients."""
+
+import json
+from importlib.metadata import version
+from typing import Any, Final, TypedDict
+
+import httpx2
+
+from isomatch._http.operation import Call
+
+LOOPBACK: Final = frozenset({"127.0.0.1", "localhost", "::1"})
+
+
+class ClientArguments(TypedDict):
+    """Arguments of ``httpx2.Client`` and ``httpx2.AsyncClient``."""
+
+    base_url: str
+    headers: dict[str, str]
+    trust_env: bool
+
+
+def client_arguments(base_url: str, api_key: str | None) -> ClientArguments:
+    """Return the arguments of a client of one service."""
+    headers = {"user-agent": f"isomatch/{version('isomatch')}"}
+    if api_key is not None:
+        headers["authorization"] = f"Bearer {api_key}"
+    # A proxy from the environment cannot reach this machine's own services.
+    trust_env = httpx2.URL(base_url).host not in LOOPBACK
+    return {"base_url": base_url, "headers": headers, "trust_env": trust_env}
+
+
+def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
+    """Return the arguments of ``build_request`` for a call."""
+    arguments: dict[str, Any] = {
+        "method": call.method,
+        "url": call.path,
+        "params": {key: value for key, value in call.query.items() if value is not None},
+        "timeout": None if timeout is None else timeout + call.patience,
+        "headers": dict(call.headers),
+    }
+    if call.body is not None:
+        arguments["content"] = json.dumps(call.body, allow_nan=False).encode()
+        arguments["headers"] = {**call.headers, "content-type": "application/json"}
+    if call.file is not None:
+        arguments["files"] = {"file": (call.file.name, call.file.content)}
+        arguments["data"] = dict(call.form)
+    return arguments

@@ -1,0 +1,77 @@
+"""Jobs, their progress, and the delivery of their webhooks."""
+
+from datetime import datetime
+from typing import Literal, TypeAlias
+
+from pydantic import FiniteFloat
+
+from isomatch._models.answer import Answer
+from isomatch._problem import Problem
+
+JobState: TypeAlias = Literal["queued", "running", "succeeded", "failed", "cancelled"]
+
+
+class Progress(Answer):
+    """Progress of a job.
+
+    Attributes
+    ----------
+    stage
+        Name of the running stage.
+    fraction
+        Completed share of the whole job, 0 to 1.
+    """
+
+    stage: str
+    fraction: FiniteFloat
+
+
+class JobWebhook(Answer):
+    """Delivery of the webhook of a job.
+
+    Attributes
+    ----------
+    url
+        Address of the receiver, without its query.
+    state
+        ``"pending"``, ``"delivered"``, or ``"failed"`` after the last attempt.
+    attempts, last_attempt, next_attempt
+        Number of attempts, and the times of the last and the next one.
+    status, error
+        HTTP status of the receiver's last answer, and the error of the last attempt.
+    """
+
+    url: str
+    state: Literal["pending", "delivered", "failed"]
+    attempts: int
+    last_attempt: datetime | None
+    status: int | None
+    error: str | None
+    next_attempt: datetime | None
+
+
+class JobRecord(Answer):
+    """A job as the service last described it; :class:`isomatch.Job` documents the fields."""
+
+    id: str
+    kind: str
+    state: JobState
+    source: str | None = None
+    target: str | None = None
+    shapes: tuple[str, ...] = ()
+    shape_count: int = 0
+    prototype: str | None = None
+    name: str | None = None
+    progress: Progress
+    created: datetime
+    started: datetime | None
+    ended: datetime | None
+    position: int | None
+    error: Problem | None
+    caller: str | None
+    webhook: JobWebhook | None
+
+    @property
+    def finished(self) -> bool:
+        """Whether the job has succeeded, failed or been cancelled."""
+        return self.state in ("succeeded", "failed", "cancelled")

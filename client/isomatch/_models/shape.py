@@ -1,0 +1,50 @@
+"""Uploaded shapes."""
+
+from datetime import datetime
+
+from pydantic import FiniteFloat
+
+from isomatch._models.answer import Answer
+
+
+class Shape(Answer):
+    """An uploaded shape.
+
+    Attributes
+    ----------
+    id
+        Content hash: the same bytes have the same id.
+    name
+        The name given at upload, or the name of the file.
+    file_type
+        Mesh format, such as ``"off"``.
+    bytes
+        Size of the uploaded file.
+    vertices, faces
+        Numbers of vertices and faces, after repair.
+    area
+        Surface area, in the square of the file's unit of length.
+    components
+        Number of connected components.
+    closed
+        Whether the surface has no boundary.
+    has_colors
+        Whether the vertices have colours.
+    warnings
+        Repairs that were made.
+    created
+        Time of the upload.
+    """
+
+    id: str
+    name: str
+    file_type: str
+    bytes: int
+    vertices: int
+    faces: int
+    area: FiniteFloat
+    components: int
+    closed: bool
+    has_colors: bool
+    warnings: tuple[str, ...]
+    created: datetime
