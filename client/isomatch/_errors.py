@@ -1,61 +1,61 @@
-"""What the client raises.
+"""Errors of the client.
 
 ::
 
     IsomatchError
-    ├── ConnectionFailed            nothing at that address answers, or the connection broke
-    ├── UnexpectedResponse          something answers, but not as the isomatch API of this version
-    ├── ProblemError                the service refused, and says why in a problem document
+    ├── ConnectionFailed            nothing answers at the address, or the connection broke
+    ├── UnexpectedResponse          the answer does not belong to this version of the API
+    ├── ProblemError                the service refused, with a problem document
     │   ├── BadRequest              400  the request cannot be understood
-    │   ├── Unauthorized            401  the service asks for an API key, or for another one
-    │   ├── NotFound                404  no such shape or job
-    │   ├── Conflict                409  not in this state, e.g. the result of an unfinished job
-    │   ├── Gone                    410  it was there and has expired
-    │   ├── TooLarge                413  the upload is over the service's limit
-    │   ├── UnsupportedFormat       415  not a mesh format the service reads
-    │   ├── Unprocessable           422  understood, but impossible
-    │   │   ├── InvalidRequest           a parameter has no meaning; `errors` says which
-    │   │   ├── UnknownShape             a match names a shape that is not there
-    │   │   ├── UnknownPrototype         a match names a prototype that is not there
-    │   │   ├── UnprocessableShape       the file is not a usable mesh; `detail` says why
-    │   │   └── UnprocessablePrototype   the file is not a prototype; `detail` says why
-    │   ├── TooManyRequests         429  over a limit; try again later
+    │   ├── Unauthorized            401  the API key is missing or wrong
+    │   ├── NotFound                404  there is no such shape, prototype or job
+    │   ├── Conflict                409  not possible in this state, such as an early result
+    │   ├── Gone                    410  it has expired
+    │   ├── TooLarge                413  the upload exceeds the service's limit
+    │   ├── UnsupportedFormat       415  the service does not read this mesh format
+    │   ├── Unprocessable           422  the request is well-formed but impossible
+    │   │   ├── InvalidRequest           a parameter is invalid; `errors` names it
+    │   │   ├── UnknownShape             a shape does not exist
+    │   │   ├── UnknownPrototype         a prototype does not exist
+    │   │   ├── UnprocessableShape       the file is not a usable mesh; `detail` gives the reason
+    │   │   └── UnprocessablePrototype   the file is not a prototype; `detail` gives the reason
+    │   ├── TooManyRequests         429  a limit is exceeded; try again later
     │   └── ServiceError            5xx  the service failed
     │       └── ServiceUnavailable  503  the service is starting, stopping or overloaded
-    ├── InvalidSignature            a webhook is not signed with the secret (also a ValueError)
-    ├── JobFailed                   the job ended without a result; carries the problem document
-    ├── JobCancelled                the job was cancelled before it ended
-    ├── MissingExtra                an optional part is not installed (also an ImportError)
-    └── WaitTimeout                 it did not end in time and goes on (also a TimeoutError)
+    ├── InvalidSignature            a webhook has no valid signature (also a ValueError)
+    ├── JobFailed                   the job failed; carries the problem document
+    ├── JobCancelled                the job was cancelled
+    ├── MissingExtra                an optional dependency is missing (also an ImportError)
+    └── WaitTimeout                 a wait exceeded its timeout (also a TimeoutError)
 
-Arguments that no request can be made of (a path that does not exist, arrays of the wrong shape)
-raise Python's own errors: `OSError`, `TypeError`, `ValueError`.
+Arguments that cannot be sent (a path that does not exist, arrays of the wrong shape) raise Python's
+own errors: `OSError`, `TypeError`, `ValueError`.
 """
 
 from isomatch._problem import FieldProblem, Problem
 
 
 class IsomatchError(Exception):
-    """Root of the errors raised by this package; the message is one line fit for a user."""
+    """Base of the errors of this package; the message is one line for users."""
 
 
-class ConnectionFailed(IsomatchError):  # noqa: N818 - said of an event
-    """Nothing at the service's address answers, or the connection broke."""
+class ConnectionFailed(IsomatchError):  # noqa: N818 - named after an event
+    """Nothing answers at the service's address, or the connection broke."""
 
 
-class UnexpectedResponse(IsomatchError):  # noqa: N818 - said of an event
-    """Something answers at the service's address, but not as the isomatch API of this version."""
+class UnexpectedResponse(IsomatchError):  # noqa: N818 - named after an event
+    """The answer does not belong to this version of the isomatch API."""
 
 
 class ProblemError(IsomatchError):
-    """The service refused a request; the base of one class for each status.
+    """The service refused a request; base of the classes for single statuses.
 
     Parameters
     ----------
     problem
-        The problem document (RFC 9457) the service answered with.
+        Problem document (RFC 9457) of the answer.
     retry_after
-        Seconds after which it says to ask again; None if it does not say.
+        Seconds of the answer's ``Retry-After``; None without one.
     """
 
     def __init__(self, problem: Problem, retry_after: float | None = None) -> None:
@@ -65,114 +65,114 @@ class ProblemError(IsomatchError):
 
     @property
     def status(self) -> int:
-        """The HTTP status."""
+        """HTTP status."""
         return self.problem.status
 
     @property
     def type(self) -> str:
-        """The URI that names the kind of problem."""
+        """URI of the kind of problem."""
         return self.problem.type
 
     @property
     def title(self) -> str:
-        """The kind of problem in words."""
+        """Name of the kind of problem."""
         return self.problem.title
 
     @property
     def detail(self) -> str | None:
-        """What happened this time, in words."""
+        """Description of this occurrence."""
         return self.problem.detail
 
     @property
     def errors(self) -> tuple[FieldProblem, ...]:
-        """What is wrong with which field, where fields are to blame."""
+        """Invalid fields of the request, if any."""
         return self.problem.errors
 
 
-class BadRequest(ProblemError):  # noqa: N818 - named as HTTP names it
-    """400: the request cannot be understood."""
+class BadRequest(ProblemError):  # noqa: N818 - the name of the status
+    """400: the request is malformed."""
 
 
-class Unauthorized(ProblemError):  # noqa: N818 - named as HTTP names it
-    """401: the service asks for an API key, or for another one than was sent."""
+class Unauthorized(ProblemError):  # noqa: N818 - the name of the status
+    """401: the API key is missing or wrong."""
 
 
-class NotFound(ProblemError):  # noqa: N818 - named as HTTP names it
-    """404: there is no shape or job with this id."""
+class NotFound(ProblemError):  # noqa: N818 - the name of the status
+    """404: there is no shape, prototype or job with this id."""
 
 
-class Conflict(ProblemError):  # noqa: N818 - named as HTTP names it
-    """409: not possible in the present state, such as the result of an unfinished job."""
+class Conflict(ProblemError):  # noqa: N818 - the name of the status
+    """409: not possible in this state, such as the result of an unfinished job."""
 
 
-class Gone(ProblemError):  # noqa: N818 - named as HTTP names it
-    """410: it was there and has expired."""
+class Gone(ProblemError):  # noqa: N818 - the name of the status
+    """410: the resource has expired."""
 
 
-class TooLarge(ProblemError):  # noqa: N818 - named as HTTP names it
-    """413: the upload is over the service's limit."""
+class TooLarge(ProblemError):  # noqa: N818 - the name of the status
+    """413: the upload exceeds the service's limit."""
 
 
-class UnsupportedFormat(ProblemError):  # noqa: N818 - named as HTTP names it
-    """415: not a mesh format the service reads."""
+class UnsupportedFormat(ProblemError):  # noqa: N818 - the name of the status
+    """415: the service does not read this mesh format."""
 
 
-class Unprocessable(ProblemError):  # noqa: N818 - named as HTTP names it
-    """422: understood, but impossible."""
+class Unprocessable(ProblemError):  # noqa: N818 - the name of the status
+    """422: the request is well-formed but impossible."""
 
 
 class InvalidRequest(Unprocessable):
-    """422: a parameter has no meaning; `errors` says which and what would be right."""
+    """422: a parameter is invalid; `errors` names it and its valid values."""
 
 
 class UnknownShape(Unprocessable):
-    """422: a match names a shape that is not there, or no longer; `errors` says which."""
+    """422: a shape does not exist or was deleted; `errors` names it."""
 
 
 class UnknownPrototype(Unprocessable):
-    """422: a match names a prototype that is not there, or no longer."""
+    """422: a prototype does not exist or was deleted."""
 
 
 class UnprocessableShape(Unprocessable):
-    """422: the file is not a usable mesh; `detail` says why and what to do."""
+    """422: the file is not a usable mesh; `detail` gives the reason and the remedy."""
 
 
 class UnprocessablePrototype(Unprocessable):
-    """422: the file is not the archive of a prototype; `detail` says why."""
+    """422: the file is not the archive of a prototype; `detail` gives the reason."""
 
 
-class TooManyRequests(ProblemError):  # noqa: N818 - named as HTTP names it
-    """429: over a limit; try again later."""
+class TooManyRequests(ProblemError):  # noqa: N818 - the name of the status
+    """429: a limit is exceeded; try again later."""
 
 
 class ServiceError(ProblemError):
     """5xx: the service failed."""
 
 
-class ServiceUnavailable(ServiceError):  # noqa: N818 - named as HTTP names it
+class ServiceUnavailable(ServiceError):  # noqa: N818 - the name of the status
     """503: the service is starting, stopping or overloaded."""
 
 
-class InvalidSignature(IsomatchError, ValueError):  # noqa: N818 - said of the signature
-    """A webhook is not signed with the secret, or not lately."""
+class InvalidSignature(IsomatchError, ValueError):  # noqa: N818 - named after its state
+    """A webhook is not signed with the secret, or too long ago."""
 
 
-class MissingExtra(IsomatchError, ImportError):  # noqa: N818 - said of what is not installed
-    """An optional part of this package is not installed; the message says how to get it."""
+class MissingExtra(IsomatchError, ImportError):  # noqa: N818 - named after its state
+    """An optional dependency is not installed; the message names the command to install it."""
 
     def __init__(self, extra: str, needed: str) -> None:
-        super().__init__(f"this needs {needed}: pip install 'isomatch[{extra}]'")
+        super().__init__(f"{needed} is not installed: pip install 'isomatch[{extra}]'")
 
 
-class JobFailed(IsomatchError):  # noqa: N818 - said of an event
-    """The job ended without a result.
+class JobFailed(IsomatchError):  # noqa: N818 - named after an event
+    """The job failed.
 
     Parameters
     ----------
     job_id
         The job.
     problem
-        Why, as the service records it.
+        Reason of the failure; None if the service has none.
     """
 
     def __init__(self, job_id: str, problem: Problem | None) -> None:
@@ -182,19 +182,19 @@ class JobFailed(IsomatchError):  # noqa: N818 - said of an event
         self.problem = problem
 
 
-class JobCancelled(IsomatchError):  # noqa: N818 - said of an event
-    """The job was cancelled before it ended."""
+class JobCancelled(IsomatchError):  # noqa: N818 - named after an event
+    """The job was cancelled."""
 
     def __init__(self, job_id: str) -> None:
         super().__init__(f"job {job_id} was cancelled")
         self.job_id = job_id
 
 
-class WaitTimeout(IsomatchError, TimeoutError):  # noqa: N818 - said of an event
-    """A job or an upload did not end within the time given; it goes on, and can be waited for."""
+class WaitTimeout(IsomatchError, TimeoutError):  # noqa: N818 - named after an event
+    """A job or an upload did not end within the timeout; it continues on the service."""
 
     def __init__(self, subject: str, timeout: float) -> None:
-        super().__init__(f"{subject} did not end within {timeout:g} s; it goes on")
+        super().__init__(f"{subject} did not end within {timeout:g} s; it continues")
 
 
 _BY_STATUS: dict[int, type[ProblemError]] = {
@@ -217,14 +217,13 @@ _BY_TYPE: dict[str, type[ProblemError]] = {
     "urn:isomatch:problem:unusable-mesh": UnprocessableShape,
     "urn:isomatch:problem:unusable-prototype": UnprocessablePrototype,
 }
-"""Where one status means several things."""
+"""Kinds of problems that share a status."""
 
 
 def problem_error(problem: Problem, retry_after: float | None = None) -> ProblemError:
-    """Return the exception of a problem document, by its type and status.
+    """Return the exception for a problem document, by its type and status.
 
-    What has no class of its own gives the base class, so that a service newer than this client is
-    still understood.
+    Unknown kinds of newer services give the base class.
     """
     general = ServiceError if problem.status >= 500 else ProblemError
     kind = _BY_TYPE.get(problem.type) or _BY_STATUS.get(problem.status, general)

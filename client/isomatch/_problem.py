@@ -1,4 +1,4 @@
-"""The problem document (RFC 9457) in which the service says what went wrong."""
+"""Problem documents (RFC 9457), the errors of the service."""
 
 import re
 
@@ -6,14 +6,14 @@ from pydantic import BaseModel, ConfigDict
 
 
 class FieldProblem(BaseModel):
-    """What is wrong with one field of a request.
+    """An invalid field of a request.
 
     Attributes
     ----------
     field
-        Where the field is, such as ``body.points``.
+        Path of the field, such as ``body.points``.
     message
-        What is wrong with it.
+        Description of the error.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -28,17 +28,17 @@ class Problem(BaseModel):
     Attributes
     ----------
     type
-        URI that names the kind of problem.
+        URI of the kind of problem.
     title
-        The kind of problem in words.
+        Name of the kind of problem.
     status
         HTTP status.
     detail
-        This occurrence of it in words.
+        Description of this occurrence.
     instance
-        What it happened to.
+        Resource concerned.
     errors
-        What is wrong with which field, where fields are to blame.
+        Invalid fields of the request, if any.
     """
 
     model_config = ConfigDict(frozen=True)
@@ -57,6 +57,6 @@ class Problem(BaseModel):
         fields = [f"{error.field.removeprefix('body.')}: {error.message}" for error in self.errors]
         if all(field in line for field in fields):
             return line
-        # Where to look in the document is of no use to those who see no document.
+        # A reference to the document's `errors` is of no use in a line that contains them.
         line = re.sub(r"; `errors` says [a-z ]+\.?$", "", line)
         return f"{line.rstrip('.:')}: {'; '.join(fields)}"

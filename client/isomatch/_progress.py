@@ -1,4 +1,4 @@
-"""A job's progress, drawn."""
+"""Progress bars of jobs."""
 
 from types import TracebackType
 from typing import TextIO
@@ -15,7 +15,7 @@ class ProgressBar:
     Parameters
     ----------
     file
-        Where to draw; None for the standard error.
+        Output; None for the standard error.
     """
 
     def __init__(self, file: TextIO | None = None) -> None:
@@ -46,10 +46,10 @@ class ProgressBar:
         self._bar.stop()
 
     def update(self, record: JobRecord) -> None:
-        """Show how far the job is."""
+        """Show the progress of the job."""
         stage = record.progress.stage if record.state == "running" else record.state
         if record.state == "queued" and record.position:
-            stage = f"queued, {record.position} before it"
+            stage = f"queued, {record.position} jobs ahead"
         fraction = 1.0 if record.state == "succeeded" else record.progress.fraction
         self._bar.update(self._task, description=stage, completed=fraction)
         if not self._drawn and stage != self._stage:

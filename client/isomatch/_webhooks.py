@@ -1,10 +1,10 @@
-"""Webhooks: whom the service is to tell that a job has ended, and how a receiver trusts it."""
+"""Webhooks: notifications of ended jobs, and the verification of their signatures."""
 
 import hashlib
 import hmac
 import time
 from datetime import datetime
-from typing import Literal, NotRequired, TypeAlias
+from typing import NotRequired
 
 from pydantic import ValidationError
 
@@ -15,18 +15,16 @@ from isomatch._errors import InvalidSignature
 from isomatch._models import Answer, JobState
 from isomatch._problem import Problem
 
-DeliveryState: TypeAlias = Literal["pending", "delivered", "failed"]
-
 
 class Webhook(TypedDict):
-    """Whom to tell when a job has ended, however it ends.
+    """Receiver of a notification when a job has ended.
 
     Attributes
     ----------
     url
-        Address that is sent a POST; a public one, unless the service allows others.
+        Address for a POST request; a public one, unless the service allows others.
     secret
-        What the POST is signed with, 16 to 256 characters; :func:`verify_webhook` needs it too.
+        Secret of the signature, 16 to 256 characters; see :func:`verify_webhook`.
     """
 
     url: str
@@ -34,14 +32,14 @@ class Webhook(TypedDict):
 
 
 class EndedJob(Answer):
-    """A job that has ended, as receivers of webhooks are told.
+    """An ended job in a webhook.
 
     Attributes
     ----------
     id, kind, state, created, started, ended, error
         As of :class:`isomatch.Job`.
     path
-        Where the service has it.
+        Path of the job on the service.
     """
 
     id: str
@@ -55,7 +53,7 @@ class EndedJob(Answer):
 
 
 class WebhookEvent(Answer):
-    """What a receiver is told.
+    """Body of a webhook.
 
     Attributes
     ----------
@@ -72,23 +70,23 @@ class WebhookEvent(Answer):
 def verify_webhook(
     body: bytes, signature: str | None, secret: str, tolerance: float = 300.0
 ) -> WebhookEvent:
-    """Return what a webhook tells, if it was sent by somebody who knows the secret, and just now.
+    """Return the event of a webhook if its signature is valid and recent.
 
     Parameters
     ----------
     body
-        The body of the request, byte by byte as it came in.
+        Body of the request, byte for byte.
     signature
-        Its header ``Isomatch-Signature``; None if it has none.
+        Header ``Isomatch-Signature`` of the request; None without one.
     secret
-        The secret that was given when the job was asked for.
+        Secret that was given when the job was started.
     tolerance
-        Seconds by which it may have been signed before now, or after, as clocks differ.
+        Greatest difference, in seconds, between now and the time of the signature.
 
     Raises
     ------
     InvalidSignature
-        It is not signed, or with another secret, or long ago, or was changed on the way.
+        The signature is missing, of another secret or too old, or the body was changed.
     """
     parts = dict(part.strip().partition("=")[::2] for part in (signature or "").split(","))
     stated, digest = parts.get("t", ""), parts.get("v1", "")
@@ -101,4 +99,4 @@ def verify_webhook(
     try:
         return WebhookEvent.model_validate_json(body)
     except ValidationError as error:
-        raise InvalidSignature("the webhook is signed and tells of no job") from error
+        raise InvalidSignature("the webhook is signed, but is not about a job") from error

@@ -1,7 +1,9 @@
-"""The command line's commands, options and output; :mod:`isomatch.cli` puts them together."""
+"""Commands, options and output of the command line, assembled in :mod:`isomatch.cli`."""
 
 from isomatch._cli.examples import COMPARE_EXAMPLES, MATCH_EXAMPLES
+from isomatch._cli.exit_codes import EXIT_CODES, connected, leave
 from isomatch._cli.job_commands import jobs
+from isomatch._cli.job_runs import echo_models, run
 from isomatch._cli.options import (
     FORMATS,
     AsJson,
@@ -18,17 +20,7 @@ from isomatch._cli.options import (
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
 from isomatch._cli.serve import serve
-from isomatch._cli.shell import (
-    EXIT_CODES,
-    class_of,
-    connected,
-    echo_models,
-    leave,
-    named_upload,
-    run,
-    shape_name,
-    uploaded,
-)
+from isomatch._cli.uploads import class_of, named_upload, shape_name, uploaded
 
 __all__ = [
     "COMPARE_EXAMPLES",

@@ -1,57 +1,57 @@
-"""What ``--help`` of the longer commands ends with: how they are used."""
+"""Examples at the end of ``--help`` of the longer commands."""
 
 from typing import Final
 
 
 def _epilog(*examples: tuple[str, str]) -> str:
-    # Lines of one paragraph stay lines; the last one keeps the others' indentation.
-    told = [f"  [dim]# {what}[/dim]\n  {command}" for what, command in examples]
-    end = "Exit codes and how errors are told: isomatch --help"
-    return "\n".join(["[bold]Examples[/bold]", *told, "", end])
+    # Lines of one paragraph stay lines; the last one keeps the indentation of the others.
+    lines = [f"  [dim]# {caption}[/dim]\n  {command}" for caption, command in examples]
+    end = "Exit codes and errors: isomatch --help"
+    return "\n".join(["[bold]Examples[/bold]", *lines, "", end])
 
 
 MATCH_EXAMPLES: Final = _epilog(
     ("32 points, as a table and as a picture", "isomatch match a.off b.obj --picture match.png"),
     (
-        "all vertices, left told from right, the result in a file",
+        "all vertices, with the right orientation, the result in a file",
         "isomatch match a.off b.obj --dense --output match.json",
     ),
     (
-        "vertex 17 of the one is known to be vertex 203 of the other",
+        "a landmark: vertex 17 of a.off corresponds to vertex 203 of b.obj",
         "isomatch match a.off b.obj --landmark 17:203",
     ),
     (
-        "diffusion distances first, geodesic ones on the finer levels",
+        "diffusion distances on the coarsest level, then geodesic distances",
         "isomatch match a.off b.obj --metric diffusion:time=0.02 --metric geodesic",
     ),
     (
-        "size counts, and points may stay alone",
+        "without normalisation of sizes, and with unmatched points",
         "isomatch match a.off b.obj --no-normalise --occlusion-cost 0.05",
     ),
 )
 
 COMPARE_EXAMPLES: Final = _epilog(
     (
-        "cat0.off, cat1.off, horse0.off, ...: classes from the names",
+        "classes from the names cat0.off, cat1.off, horse0.off, ...",
         "isomatch compare *.off --labels-from-names --picture matrix.png",
     ),
     (
-        "the nearest shapes of each, for a program",
+        "the nearest shapes of each as JSON",
         "isomatch compare *.off --json | jq .nearest",
     ),
 )
 
 LEARN_EXAMPLES: Final = _epilog(
     (
-        "poses of one template: vertex i of each corresponds",
+        "poses of one template, whose vertices correspond by their numbers",
         "isomatch prototype learn human*.off --name human --shared-connectivity",
     ),
     (
-        "meshes of their own: they are matched to the first",
+        "independent meshes, which are matched with the first",
         "isomatch prototype learn scan*.ply --name human --points 16",
     ),
     (
-        "what it is good for",
+        "a match with the prototype",
         "isomatch match p-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f stranger.off",
     ),
 )

@@ -1,28 +1,22 @@
-"""``isomatch jobs``: jobs of the service, whoever asked for them."""
+"""``isomatch jobs``: all jobs of the service."""
 
 from typing import Annotated, Final, cast
 
 import typer
 
 from isomatch._cli import render
+from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, connected
+from isomatch._cli.job_runs import echo_models, finish, job_continues
 from isomatch._cli.options import AsJson, Output, Picture, Quiet, Url, WhichPicture, id_given
-from isomatch._cli.shell import (
-    EXIT_CODES,
-    NO_RESULT,
-    connected,
-    echo_models,
-    finish,
-    job_left_alone,
-)
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState
 
 JobId = Annotated[str, typer.Argument(help="Id of the job.")]
 JobIds = Annotated[list[str], typer.Argument(help="Ids of jobs.")]
 
-_LEFT: Final[dict[JobState, str]] = {
+_AFTER_CANCEL: Final[dict[JobState, str]] = {
     "queued": "is queued",
-    "running": "ends as soon as it can",
+    "running": "is being cancelled",
     "cancelled": "is cancelled",
     "succeeded": "has succeeded already",
     "failed": "has failed already",
@@ -39,12 +33,18 @@ jobs = typer.Typer(
 @jobs.command("list")
 def list_jobs(
     state: Annotated[
-        str | None, typer.Option(help="queued, running, succeeded, failed or cancelled.")
+        str | None,
+        typer.Option(
+            help="Only jobs in this state: queued, running, succeeded, failed or cancelled."
+        ),
     ] = None,
-    kind: Annotated[str | None, typer.Option(help="match, dissimilarities or prototype.")] = None,
+    kind: Annotated[
+        str | None,
+        typer.Option(help="Only jobs of this kind: match, dissimilarities or prototype."),
+    ] = None,
     of: Annotated[
         str | None,
-        typer.Option(callback=id_given, help="Id of a shape or a prototype: only jobs of it."),
+        typer.Option(callback=id_given, help="Only jobs of the shape or prototype with this id."),
     ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
@@ -64,7 +64,7 @@ def list_jobs(
 
 @jobs.command()
 def show(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
-    """Show what is known of a job."""
+    """Show the record of a job."""
     with connected(url, as_json) as client:
         record = client.job(job_id).record
         if as_json:
@@ -75,13 +75,13 @@ def show(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None
 
 @jobs.command()
 def follow(job_id: JobId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
-    """Print a line each time a job changes, until it has ended; Ctrl-C leaves the job alone.
+    """Print a line at each change of a job, until it has ended; Ctrl-C does not cancel the job.
 
     With --json every line is a JSON document.
     """
     with connected(url, as_json) as client:
         job = client.job(job_id)
-        with job_left_alone(job):
+        with job_continues(job):
             for record in job.events():
                 typer.echo(record.model_dump_json() if as_json else render.event_line(record))
         if job.state != "succeeded":
@@ -97,24 +97,24 @@ def result(
     alternative: WhichPicture = None,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Print the result of a job, waiting for it if need be; Ctrl-C leaves the job alone."""
+    """Print the result of a job when it has ended; Ctrl-C does not cancel the job."""
     if alternative is not None and picture is None:
-        raise typer.BadParameter("it says what --picture FILE draws", param_hint="--alternative")
+        raise typer.BadParameter("it needs --picture FILE", param_hint="--alternative")
     with connected(url, as_json) as client:
         job = client.job(job_id)
-        with job_left_alone(job):
+        with job_continues(job):
             finish(job, as_json, output, picture, alternative=alternative)
 
 
 @jobs.command()
 def cancel(job_ids: JobIds, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
-    """Cancel jobs, whether queued or running; what has ended stays as it is."""
+    """Cancel queued and running jobs; jobs that have ended stay as they are."""
     with connected(url, as_json) as client:
         records = []
         for job_id in job_ids:
             job = client.job(job_id).cancel()
             records.append(job.record.model_dump_json())
             if not as_json:
-                typer.echo(f"job {job.id} {_LEFT[job.state]}", err=True)
+                typer.echo(f"job {job.id} {_AFTER_CANCEL[job.state]}", err=True)
         if as_json:
             echo_models(records)

@@ -1,4 +1,4 @@
-"""``isomatch prototype``: what classes of shapes are like."""
+"""``isomatch prototype``: prototypes of classes of shapes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,12 +6,14 @@ from typing import Annotated
 import typer
 
 from isomatch._cli.examples import LEARN_EXAMPLES
+from isomatch._cli.exit_codes import EXIT_CODES, connected
+from isomatch._cli.job_runs import echo_models, run
 from isomatch._cli.options import AsJson, Meshes, Output, Quiet, Url, Wait
 from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
 from isomatch._cli.render import standard_error, standard_output
-from isomatch._cli.shell import EXIT_CODES, connected, echo_models, run, uploaded
+from isomatch._cli.uploads import uploaded
 from isomatch._http import DEFAULT_URL
 from isomatch._models import PrototypeParameters
 
@@ -82,7 +84,7 @@ def list_prototypes(
 
 @prototypes.command()
 def show(prototype_id: PrototypeId, as_json: AsJson = False, url: Url = DEFAULT_URL) -> None:
-    """Show what is known of a prototype."""
+    """Show the record of a prototype."""
     with connected(url, as_json) as client:
         prototype = client.prototype(prototype_id)
         if as_json:
@@ -97,7 +99,7 @@ def download(
     path: Annotated[Path, typer.Argument(help="The NumPy file (.npz) to write.")],
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Write a prototype to a file, which this and other services take."""
+    """Write a prototype to a file, which can be uploaded to any isomatch service."""
     with connected(url) as client:
         client.download_prototype(prototype_id, path)
 
@@ -112,7 +114,7 @@ def upload(
     quiet: Quiet = False,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Upload a prototype; the same file again is the same prototype."""
+    """Upload a prototype; the same file again gives the same prototype."""
     with connected(url, as_json) as client:
         prototype = client.upload_prototype(archive, name)
         if as_json:
@@ -128,7 +130,7 @@ def delete(
     prototype_ids: Annotated[list[str], typer.Argument(help="Ids of prototypes.")],
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Delete prototypes; matches with them that have not begun will fail."""
+    """Delete prototypes; their queued matches will fail."""
     with connected(url) as client:
         for prototype_id in prototype_ids:
             client.delete_prototype(prototype_id)

@@ -12,7 +12,7 @@ from isomatch._results import LearnedPrototype, Prototype
 
 def print_prototypes(prototypes: Iterable[Prototype], console: Console) -> None:
     """Print prototypes, one in a row."""
-    table = listing("id", "version", "points", "examples", "made")
+    table = listing("id", "version", "points", "examples", "created")
     table.add_column("name", overflow="fold")
     for prototype in prototypes:
         table.add_row(
@@ -27,13 +27,13 @@ def print_prototypes(prototypes: Iterable[Prototype], console: Console) -> None:
 
 
 def print_prototype(prototype: Prototype, console: Console) -> None:
-    """Print what is known of a prototype."""
+    """Print the record of a prototype."""
     console.print(named_values(_values(prototype)))
     _print_left_out(prototype, console)
 
 
 def print_learned(learned: LearnedPrototype, console: Console) -> None:
-    """Print what came of learning a prototype."""
+    """Print the result of learning a prototype."""
     rows = _values(learned.prototype)
     if "total" in learned.timings:
         rows["seconds"] = f"{learned.timings['total']:.2f}"
@@ -49,14 +49,14 @@ def _values(prototype: Prototype) -> dict[str, str]:
         "name": prototype.name,
         "version": str(prototype.version),
         "points": str(prototype.points),
-        "components": f"{prototype.components} at most",
+        "components": f"at most {prototype.components}",
         "examples": str(prototype.examples),
         "metric": _structures(parameters.get("metric")),
         "descriptor": _structures(parameters.get("descriptor")),
         "eigenpairs": str(parameters.get("eigenpairs")),
         "normalised": "yes" if parameters.get("normalise") else "no",
-        "reference": prototype.reference or "not known: it was uploaded",
-        "made": local(prototype.created),
+        "reference": prototype.reference or "unknown, as the prototype was uploaded",
+        "created": local(prototype.created),
     }
 
 

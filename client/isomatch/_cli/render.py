@@ -23,11 +23,11 @@ from isomatch._models import (
 from isomatch._results import Dissimilarities, Match
 
 FILE_WIDTH = 120
-"""Columns of what is not printed on a terminal."""
+"""Width of output that is not printed on a terminal, in columns."""
 
 
 def standard_output() -> Console:
-    """Return the console that results are printed on."""
+    """Return the console for results."""
     console = Console(highlight=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = FILE_WIDTH
@@ -35,12 +35,12 @@ def standard_output() -> Console:
 
 
 def standard_error() -> Console:
-    """Return the console that is told what is not the result."""
+    """Return the console for messages and progress."""
     return Console(stderr=True)
 
 
 def print_match(match: Match, console: Console) -> None:
-    """Print the correspondences of a match and what is proven of it."""
+    """Print the correspondences of a match and its certificate."""
     columns = [Column(name, justify="right") for name in ("source", "target", "cost")]
     if match.refinement is not None:
         columns.append(Column("between the target's vertices, with weights"))
@@ -59,14 +59,14 @@ def _refined(point: RefinedPoint) -> str:
 
 
 def match_summary(match: Match) -> Table:
-    """Return the figures of a match as a table of names and values."""
+    """Return distortion, energy and bounds of a match as a table."""
     distortion = match.distortion
     first_order = "none" if distortion.first_order is None else f"{distortion.first_order:.6g}"
-    proof = "yes: no better one exists" if match.certified else "no: the gap says how far it can be"
+    proof = "yes, proven optimal" if match.certified else "no, see the gap"
     rows = {
         "distortion, first order": first_order,
         "distortion, second order": f"{distortion.second_order:.6g}",
-        "distortion, largest": f"{distortion.linf:.6g}",
+        "distortion, maximal": f"{distortion.linf:.6g}",
         "Gromov-Hausdorff": f"{match.gromov_hausdorff:.6g}",
         "energy": f"{match.energy:.6g}",
         "lower bound": f"{match.lower_bound:.6g}",
@@ -77,7 +77,7 @@ def match_summary(match: Match) -> Table:
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
         "unmatched": str(len(match.unmatched)),
-        **({} if match.misfit is None else {"misfit": f"{match.misfit:.3g}, 1 being usual"}),
+        **({} if match.misfit is None else {"misfit": f"{match.misfit:.3g}, 1 is typical"}),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }
     return named_values(rows)
@@ -95,11 +95,11 @@ def _refinement(found: Refinement | None) -> str:
     if found is None:
         return "none"
     what = f"alternative {found.hypothesis}" if found.hypothesis else "this correspondence"
-    return f"of {what}: stress {found.stress:.3g}, before {found.initial_stress:.3g}"
+    return f"of {what}: stress {found.stress:.3g}, initially {found.initial_stress:.3g}"
 
 
 def certified_levels(match: Match) -> str:
-    """Return which levels carry a proof, as in ``8 points, not 16, not 32``."""
+    """Return the certified levels, as in ``8 points, not 16, not 32``."""
     return ", ".join(
         f"{level.points} points" if level.certified else f"not {level.points}"
         for level in match.levels
@@ -109,16 +109,16 @@ def certified_levels(match: Match) -> str:
 def print_dissimilarities(
     result: Dissimilarities, names: Mapping[str, str], console: Console
 ) -> None:
-    """Print a collection: each shape, what it is most like, and what is proven of that.
+    """Print a collection: the nearest shape of each, and the certificate.
 
     Parameters
     ----------
     result
         The dissimilarities.
     names
-        What the shapes are called, by their ids.
+        Names of the shapes by their ids.
     console
-        Where they are printed.
+        Output.
     """
     called = [names.get(shape, shape) for shape in result.shapes]
     columns = [Column("shape"), Column("nearest"), Column("dissimilarity", justify="right")]
@@ -132,7 +132,7 @@ def print_dissimilarities(
         if labels is not None:
             precision = (result.average_precisions or ())[place]
             row.insert(1, labels[place])
-            row.append("alone" if precision is None else f"{precision:.3f}")
+            row.append("single" if precision is None else f"{precision:.3f}")
         table.add_row(*map(Text, row))
     console.print(table)
     console.print(_collection_summary(result))
@@ -172,12 +172,12 @@ def print_shapes(shapes: Iterable[Shape], console: Console) -> None:
 
 
 def print_structures(structures: Structures, console: Console) -> None:
-    """Print what can be chosen, one in a row, metrics and descriptors apart."""
+    """Print the metrics and the descriptors, one in a row."""
     _print_kind("metric", structures.metrics, console)
     _print_kind("descriptor", structures.descriptors, console)
     console.print(
-        Text("Not normalised, structures are invariant as said. A parameter is given as in"),
-        Text("diffusion:time=0.02; lengths and areas are in those of a surface of area 1."),
+        Text("Invariances are those of shapes that are not normalised. Parameters are given as in"),
+        Text("diffusion:time=0.02, in units of a surface of area 1."),
     )
 
 
@@ -224,7 +224,7 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
 
 
 def _subject(record: JobRecord, short: bool = False) -> str:
-    """What a job is of, with ids as long as they are or as long as tells them apart."""
+    """Shapes or prototype of a job, by their ids, in full or shortened."""
 
     def shown(name: str | None) -> str:
         return (name or "")[:10] if short else name or ""
@@ -237,7 +237,7 @@ def _subject(record: JobRecord, short: bool = False) -> str:
 
 
 def print_job(record: JobRecord, console: Console) -> None:
-    """Print what is known of a job."""
+    """Print the record of a job."""
     rows = {
         "id": record.id,
         "kind": record.kind,
@@ -249,7 +249,7 @@ def print_job(record: JobRecord, console: Console) -> None:
         "ended": "not yet" if record.ended is None else local(record.ended),
     }
     if record.position is not None:
-        rows["jobs before it"] = str(record.position)
+        rows["jobs ahead"] = str(record.position)
     if record.error is not None:
         rows["error"] = record.error.summary
     if record.caller is not None:
@@ -260,23 +260,23 @@ def print_job(record: JobRecord, console: Console) -> None:
 
 
 def event_line(record: JobRecord) -> str:
-    """Return in one line how a job is."""
+    """Return the state of a job in one line."""
     line = f"{datetime.now():%H:%M:%S}  {record.state:9}  {record.progress.fraction:4.0%}"
     if record.error is not None:
         return f"{line}  {record.error.summary}"
     if record.position:
-        return f"{line}  {record.position} before it"
+        return f"{line}  {record.position} jobs ahead"
     return f"{line}  {record.progress.stage}"
 
 
 def listing(*names: str) -> Table:
-    """Return a table of rows without a frame, whose columns are not cut short."""
-    # What is cut short, an id above all, is of no use: the last column is what gives way.
+    """Return a table without a frame, whose columns are not shortened."""
+    # Shortened ids are of no use: only the last column wraps.
     return Table(*(Column(name, no_wrap=True) for name in names), box=SIMPLE_HEAD, pad_edge=False)
 
 
 def local(time: datetime) -> str:
-    """Return a time in words, where the user is."""
+    """Return a time in the local time zone."""
     return f"{time.astimezone():%Y-%m-%d %H:%M}"
 
 

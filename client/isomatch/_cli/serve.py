@@ -1,4 +1,4 @@
-"""``isomatch serve``: starts the application where it is found; it is no part of this package."""
+"""``isomatch serve``: starts the service, which is not part of this package, if it is installed."""
 
 import importlib.machinery
 import os
@@ -7,18 +7,18 @@ import sys
 from pathlib import Path
 from typing import Final
 
-HOW: Final = (
-    "the service is not installed here: this package is its client. In a checkout of the project, "
-    "`make serve` installs and starts it; in the folder of a checkout, or with the application "
-    "installed beside it, `isomatch serve` does"
+NOT_INSTALLED: Final = (
+    "the service is not installed: this package is its client. In a checkout of the project, "
+    "`make serve` installs and starts the service; `isomatch serve` starts it in the folder of a "
+    "checkout, or where the application is installed"
 )
 
 
 def application() -> bool:
-    """Whether this Python finds the application, installed or in the working directory."""
+    """True if the service is installed, or in the working directory."""
     package = importlib.machinery.PathFinder.find_spec("service", [str(Path.cwd()), *sys.path])
     places = None if package is None else package.submodule_search_locations
-    # Other people's packages are called "service" too.
+    # Other packages may be called "service", too.
     return any(
         Path(place, "standalone").is_dir() and Path(place, "..", "worker").is_dir()
         for place in places or ()
@@ -26,15 +26,15 @@ def application() -> bool:
 
 
 def serve(host: str | None, port: int | None) -> int:
-    """Run the application until it ends, and return its exit code.
+    """Run the service until it ends, and return its exit code.
 
     Raises
     ------
     FileNotFoundError
-        It is not there; the message says how to get it.
+        The service is not installed; the message says how to install it.
     """
     if not application():
-        raise FileNotFoundError(HOW)
+        raise FileNotFoundError(NOT_INSTALLED)
     command = [sys.executable, "-m", "service"]
     if host is not None:
         command += ["--host", host]

@@ -70,7 +70,7 @@ class RecordedJob:
 
     @property
     def finished(self) -> bool:
-        """Whether the job has succeeded, failed or been cancelled."""
+        """True if the job has succeeded, failed or been cancelled."""
         return self._record.finished
 
     @property

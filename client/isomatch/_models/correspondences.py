@@ -1,4 +1,4 @@
-"""What is matched with what, and how well: the parts of results of matches."""
+"""Correspondences of vertices, sparse and dense, and their distortion."""
 
 from functools import cached_property
 
@@ -15,9 +15,9 @@ class Correspondence(Answer):
     Attributes
     ----------
     source, target
-        0-based vertex indices in the uploaded files; of a prototype, numbers of its points.
+        0-based vertex indices in the uploaded files; for a prototype, point numbers.
     cost
-        What the pair contributes to the energy.
+        Contribution of the pair to the energy.
     """
 
     source: int
@@ -52,18 +52,18 @@ class Correspondences(Answer):
 
     @cached_property
     def pairs(self) -> npt.NDArray[np.int64]:
-        """Matched vertex indices, source and target, shape (n, 2), int64."""
+        """Matched vertex indices of source and target, (n, 2) int64."""
         rows = [(pair.source, pair.target) for pair in self.correspondences]
         return np.array(rows, dtype=np.int64).reshape(-1, 2)
 
     @cached_property
     def costs(self) -> npt.NDArray[np.float64]:
-        """What each pair contributes to the energy, shape (n,), float64."""
+        """Contribution of each pair to the energy, (n,) float64."""
         return np.array([pair.cost for pair in self.correspondences], dtype=np.float64)
 
 
 class Alternative(Correspondences):
-    """Another good correspondence, often the mirror image of the best.
+    """Another good correspondence, often the reflection of the best one.
 
     Attributes
     ----------
@@ -82,15 +82,15 @@ class Level(Answer):
     Attributes
     ----------
     points, target_points
-        Samples on the source and on the target.
+        Numbers of samples on the source and on the target.
     candidates
-        Pairs that were considered.
+        Number of candidate pairs.
     metric, descriptor
-        Names of the structures that were compared.
+        Names of the compared structures.
     energy, lower_bound, gap, certified, iterations, method, seconds
-        The answer of the solver, what it proved, and what it took.
+        Solution, bound and cost of the solver.
     rank
-        Place of this answer among all hypotheses by their energy at this level, 1 for the first.
+        Rank of the solution by energy among all hypotheses at this level, from 1.
     """
 
     points: int
@@ -109,17 +109,17 @@ class Level(Answer):
 
 
 class DenseCorrespondence(Answer):
-    """A map of all vertices of the source's surface.
+    """A match extended to all vertices of the source.
 
     Attributes
     ----------
     hypothesis
-        What was extended: 0 for the match's own pairs, j for ``alternatives[j - 1]``, if the map
-        that this leads to preserves more.
+        Extended solution: 0 for the match's own pairs, j for ``alternatives[j - 1]`` if its map
+        preserves more.
     source
-        Vertex indices in the source's file, ascending: all that the matched surface has.
+        Vertex indices in the source's file, ascending: all vertices of the matched surface.
     target
-        The vertex of the target's file that each corresponds to; several may go to one.
+        Corresponding vertex index in the target's file for each; not injective.
     """
 
     hypothesis: int
@@ -128,10 +128,10 @@ class DenseCorrespondence(Answer):
 
     @cached_property
     def source_vertices(self) -> npt.NDArray[np.int64]:
-        """The same as an array, shape (K,), int64."""
+        """`source` as an array, (K,) int64."""
         return np.array(self.source, dtype=np.int64)
 
     @cached_property
     def target_vertices(self) -> npt.NDArray[np.int64]:
-        """The same as an array, shape (K,), int64."""
+        """`target` as an array, (K,) int64."""
         return np.array(self.target, dtype=np.int64)

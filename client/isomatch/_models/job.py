@@ -73,5 +73,5 @@ class JobRecord(Answer):
 
     @property
     def finished(self) -> bool:
-        """Whether the job has succeeded, failed or been cancelled."""
+        """True if the job has succeeded, failed or been cancelled."""
         return self.state in ("succeeded", "failed", "cancelled")

@@ -1,4 +1,4 @@
-"""Where matched points lie on the target between its vertices."""
+"""Matched points between the vertices of the target, from generalized multidimensional scaling."""
 
 from functools import cached_property
 from typing import Annotated
@@ -11,17 +11,17 @@ from isomatch._models.answer import Answer
 
 
 class RefinedPoint(Answer):
-    """A point of the target's surface, in a triangle of it.
+    """A point in a triangle of the target.
 
     Attributes
     ----------
     source
         0-based vertex index in the source's file.
     vertices
-        0-based indices, in the target's file, of the triangle's three corners. Of a shape that
-        was simplified it is one of fewer, larger triangles, between vertices of the file.
+        0-based indices of the triangle's corners in the target's file. On a simplified shape the
+        triangle is one of the simplified surface.
     weights
-        Barycentric coordinates: the point is the mean of the corners with these weights.
+        Barycentric coordinates of the point.
     """
 
     source: int
@@ -30,20 +30,20 @@ class RefinedPoint(Answer):
 
 
 class Refinement(Answer):
-    """The matched points on the target between its vertices: GMDS, (7) and section 7.1.
+    """Matched points refined by GMDS, equation (7) and section 7.1 of the paper.
 
     Attributes
     ----------
     hypothesis
-        What was refined: 0 for the match's own pairs, j for ``alternatives[j - 1]``, if a dense
-        map of that one preserves more. The points are then near its pairs.
+        Refined solution: 0 for the match's own pairs, j for ``alternatives[j - 1]`` if its dense
+        map preserves more.
     stress, initial_stress
-        Sum of squared differences of distances, near ones weighing most, after and before; in
-        units of the target's area. It never rises.
+        Weighted sum of squared differences of distances after and before, in units of the target's
+        area; it never increases.
     status
-        Why it ended: ``"converged"``, ``"iterations"`` or ``"deadline"``.
+        Stopping reason: ``"converged"``, ``"iterations"`` or ``"deadline"``.
     points
-        One for each of the match's pairs, in their order; as arrays in :attr:`source_vertices`,
+        One point for each pair, in their order; as arrays in :attr:`source_vertices`,
         :attr:`refined_vertices` and :attr:`refined_weights`.
     """
 
@@ -55,37 +55,37 @@ class Refinement(Answer):
 
     @cached_property
     def source_vertices(self) -> npt.NDArray[np.int64]:
-        """Vertex indices in the source's file, shape (n,), int64."""
+        """Vertex indices in the source's file, (n,) int64."""
         return np.array([point.source for point in self.points], dtype=np.int64)
 
     @cached_property
     def refined_vertices(self) -> npt.NDArray[np.int64]:
-        """Corners of the points' triangles, in the target's file, shape (n, 3), int64."""
+        """Corners of the points' triangles in the target's file, (n, 3) int64."""
         rows = [point.vertices for point in self.points]
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
     @cached_property
     def refined_weights(self) -> npt.NDArray[np.float64]:
-        """Weights of the corners, none negative, of sum 1, shape (n, 3), float64."""
+        """Barycentric coordinates, non-negative with sum 1, (n, 3) float64."""
         rows = [point.weights for point in self.points]
         return np.array(rows, dtype=np.float64).reshape(-1, 3)
 
     def refined_positions(self, vertices: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return where the points are.
+        """Return the positions of the points.
 
         Parameters
         ----------
         vertices
-            The vertices in the target's file, shape (V, 3), in its order.
+            Vertices of the target's file, (V, 3), in its order.
 
         Returns
         -------
-        Positions, shape (n, 3), float64.
+        Positions, (n, 3) float64.
 
         Raises
         ------
         ValueError
-            It is not of shape (V, 3), or has fewer vertices than the file.
+            `vertices` is not of shape (V, 3), or has fewer vertices than the file.
         """
         places = np.asarray(vertices, dtype=np.float64)
         if places.ndim != 2 or places.shape[1] != 3:

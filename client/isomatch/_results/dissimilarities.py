@@ -1,4 +1,4 @@
-"""The result of comparing a collection of shapes."""
+"""Dissimilarities of a collection of shapes, complete or partial."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -31,7 +31,7 @@ def _numbers(given: Any) -> npt.NDArray[np.float64]:
 
 
 def _known(given: Any) -> npt.NDArray[np.float64]:
-    # What is null is not known yet.
+    # null, an unknown entry, becomes NaN.
     return np.asarray(given, dtype=np.float64)
 
 
@@ -61,39 +61,38 @@ _Partly: TypeAlias = Annotated[
 
 
 class Dissimilarities(Result):
-    """Dissimilarities among the K shapes of a collection, each the least of its kind, and proven.
+    """Dissimilarities of all pairs of the K shapes of a collection.
 
     Attributes
     ----------
     version
         Version of the result format.
     shapes
-        Ids of the shapes, as they were given.
+        Ids of the shapes, in the order given.
     labels
-        Their labels; None if none were given.
+        Labels of the shapes; None if none were given.
     parameters
-        The parameters in force, defaults filled in.
+        Parameters of the job, with defaults filled in.
     matrix
-        Dissimilarities, (K, K) float64: symmetric, 0 on the diagonal. To nine digits;
-        :meth:`isomatch.Job.save_arrays` has all.
+        Dissimilarities, (K, K) float64, symmetric with zero diagonal, to nine digits;
+        :meth:`isomatch.Job.save_arrays` has full precision.
     lower_bounds
-        What each pair's distortion is at least, (K (K - 1) / 2,) float64: the upper triangle of
-        `matrix`, row by row, as ``matrix[numpy.triu_indices(K, 1)]``.
+        Lower bounds of the pairs, (K (K - 1) / 2,) float64: the upper triangle of `matrix`, row by
+        row, as ``matrix[numpy.triu_indices(K, 1)]``.
     certified
-        Whether every dissimilarity is proven to be the least.
+        Whether every dissimilarity is proven to be minimal.
     uncertified
-        Pairs of shapes, by their places, of which that is not proven.
+        Pairs of shape numbers whose dissimilarity is not proven to be minimal.
     nearest
-        Places of the nearest other shapes of each, (K, n) int64, the least dissimilar first.
+        Numbers of the nearest other shapes of each shape, (K, n) int64, nearest first.
     mean_average_precision, precision_at_1
-        How well each shape's nearest ones are those of its label; None without labels, or where no
-        two shapes have the same.
+        Retrieval scores of the labels; None without labels, or if no two shapes share one.
     average_precisions
-        The same for each shape; None for one that is alone with its label.
+        Average precision of each shape; None for a shape whose label no other has.
     warnings
-        What the service wants known about this answer.
+        Remarks of the service on this result.
     timings
-        Seconds of all workers by stage, and ``"total"``, the seconds from the start.
+        Seconds by stage, summed over workers, and ``"total"``, the elapsed seconds.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -125,7 +124,7 @@ class Dissimilarities(Result):
 
     @cached_property
     def lower_bound_matrix(self) -> npt.NDArray[np.float64]:
-        """`lower_bounds` in the places of `matrix`, (K, K) float64."""
+        """`lower_bounds` as a symmetric matrix, (K, K) float64."""
         square = np.zeros_like(self.matrix)
         square[np.triu_indices(len(square), 1)] = self.lower_bounds
         return square + square.T
@@ -139,16 +138,16 @@ class Dissimilarities(Result):
 
 
 class PartialDissimilarities(Answer):
-    """Dissimilarities as far as they are known.
+    """Dissimilarities computed so far.
 
     Attributes
     ----------
     job, state
-        Id and state of the job that computes them.
+        Id and state of the job.
     shapes, labels
-        Ids of the shapes, and their labels if they have any.
+        Ids of the shapes, and their labels or None.
     pairs, pairs_done
-        How many pairs of shapes there are, and of how many the dissimilarity is known.
+        Number of pairs of shapes, and of those whose dissimilarity is known.
     matrix
         Dissimilarities, (K, K) float64; NaN where they are not known.
     """

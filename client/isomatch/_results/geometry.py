@@ -1,4 +1,4 @@
-"""A shape as it is looked at: vertices, triangles, and what the user's file calls the vertices."""
+"""The surface of a shape: vertices, triangles, and the vertex numbers of the file."""
 
 import struct
 from dataclasses import dataclass
@@ -19,18 +19,18 @@ _HEADER: Final = "<8s3I4x4d"
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """The surface of an uploaded shape, after repair.
+    """Surface of an uploaded shape, after repair.
 
     Attributes
     ----------
     vertices
-        Positions, shape (V, 3), float64, to the precision of float32 relative to the shape's size.
+        Positions, (V, 3) float64, to the precision of float32 relative to the shape's size.
     faces
-        Rows of `vertices`, shape (F, 3), int64.
+        Rows of `vertices`, (F, 3) int64.
     vertex_ids
-        The user's own number of each vertex, its 0-based index in the file, shape (V,), int64.
+        0-based index of each vertex in the uploaded file, (V,) int64.
     colors
-        Red, green and blue of each vertex, shape (V, 3), uint8; None without colours.
+        Red, green and blue of each vertex, (V, 3) uint8; None without colours.
     """
 
     vertices: npt.NDArray[np.float64]
@@ -40,20 +40,20 @@ class Geometry:
 
     @classmethod
     def from_bytes(cls, data: bytes) -> "Geometry":
-        """Read what ``GET /v1/shapes/{id}/geometry`` answers.
+        """Read an answer of ``GET /v1/shapes/{id}/geometry``.
 
         Raises
         ------
         ValueError
-            It is something else, or is cut off.
+            The data are something else, or are truncated.
         """
         size = struct.calcsize(_HEADER)
         if len(data) < size or not data.startswith(MAGIC):
-            raise ValueError("this is no geometry of a shape")
+            raise ValueError("not the geometry of a shape")
         _, n_vertices, n_faces, colored, *origin, scale = struct.unpack(_HEADER, data[:size])
         lengths = [12 * n_vertices, 12 * n_faces, 4 * n_vertices, 3 * n_vertices * colored]
         if len(data) != size + sum(lengths):
-            raise ValueError("this geometry is cut off")
+            raise ValueError("the geometry of the shape is truncated")
         ends = size + np.cumsum([0, *lengths])
         parts = [data[start:end] for start, end in pairwise(ends)]
         places = np.frombuffer(parts[0], "<f4").reshape(-1, 3).astype(np.float64)
@@ -65,41 +65,41 @@ class Geometry:
         )
 
     def positions(self, numbers: npt.ArrayLike) -> npt.NDArray[np.float64]:
-        """Return where vertices are.
+        """Return the positions of vertices of the file.
 
         Parameters
         ----------
         numbers
-            The user's own numbers of vertices, any shape.
+            0-based vertex indices in the file, of any shape.
 
         Returns
         -------
-        Positions, of that shape and a last axis of 3.
+        Positions, of the same shape with a last axis of 3.
 
         Raises
         ------
         ValueError
-            The shape has no vertex of such a number.
+            The surface has no such vertex.
         """
         found: npt.NDArray[np.float64] = self.vertices[self.rows(numbers)]
         return found
 
     def rows(self, numbers: npt.ArrayLike) -> npt.NDArray[np.int64]:
-        """Return the rows of `vertices` that vertices are in.
+        """Return the rows of `vertices` that hold vertices of the file.
 
         Parameters
         ----------
         numbers
-            The user's own numbers of vertices, any shape.
+            0-based vertex indices in the file, of any shape.
 
         Returns
         -------
-        int64, of that shape.
+        int64, of the same shape.
 
         Raises
         ------
         ValueError
-            The shape has no vertex of such a number.
+            The surface has no such vertex.
         """
         wanted = np.asarray(numbers, dtype=np.int64)
         order = np.argsort(self.vertex_ids, kind="stable")

@@ -1,4 +1,4 @@
-"""The result of a match."""
+"""Results of matches."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Match(Result, Correspondences):
-    """A minimum-distortion correspondence, with what is proven of it.
+    """A minimum-distortion correspondence with its certificate.
 
     Attributes
     ----------
@@ -35,40 +35,39 @@ class Match(Result, Correspondences):
     source, target
         Ids of the shapes, or of the prototype and the shape.
     source_kind
-        What the source is, ``"shape"`` or ``"prototype"``. Of a prototype, points are named by
-        their numbers from 0 where vertices of a shape are.
+        ``"shape"`` or ``"prototype"``. For a prototype, source indices are point numbers from 0.
     parameters
-        The parameters in force, defaults filled in.
+        Parameters of the job, with defaults filled in.
     correspondences
-        The matched pairs; :attr:`pairs` and :attr:`costs` have them as arrays.
+        Matched pairs; as arrays in :attr:`pairs` and :attr:`costs`.
     distortion
-        First- and second-order distortion and the largest one.
+        First-order, second-order and maximal distortion.
     gromov_hausdorff
-        Gromov-Hausdorff distance of the samples: half the largest distortion.
+        Gromov-Hausdorff distance of the samples: half the maximal distortion.
     energy
-        Energy of the labelling problem, (5) of the paper.
+        Energy of the labelling problem, equation (5).
     lower_bound
-        No correspondence of the problem solved has a lower energy than this.
+        Lower bound of the energy of all correspondences among the candidates.
     gap
         Relative difference of `energy` and `lower_bound`.
     certified
-        Whether the correspondence is proven to be the best of the problem solved.
+        Whether the correspondence is proven to be optimal among the candidates.
     alternatives
-        Other good correspondences, such as symmetric ones, each with its energy.
+        Other good correspondences, such as reflections, each with its energy.
     levels
-        The coarse-to-fine levels, coarsest first.
+        Levels of the hierarchy, coarsest first.
     unmatched
-        Source vertices (or points) that are cheaper to leave unmatched.
+        Source vertices (or points) left unmatched at their occlusion cost.
     refinement
-        Where the matched points lie between the target's vertices; None if that was not asked
-        for (``refine="gmds"``), or fewer than three points were matched.
+        Matched points between the target's vertices; None without ``refine="gmds"``, or if fewer
+        than three points were matched.
     dense
-        The match extended to all vertices; None likewise (``dense=True``).
+        Match extended to all vertices; None without ``dense=True``.
     misfit
-        Of a prototype, how much the target misfits its class, 1 being usual of examples that were
-        left out; None of two shapes, or where nothing is known of that.
+        For a prototype, misfit of the target to the class, relative to examples that were left out
+        (1 is typical); None for two shapes, or if it is unknown.
     warnings
-        What the service wants known about this answer.
+        Remarks of the service on this result.
     timings
         Seconds by stage, and ``"total"``.
     """
@@ -101,7 +100,7 @@ class Match(Result, Correspondences):
 
     @cached_property
     def unmatched_vertices(self) -> npt.NDArray[np.int64]:
-        """Source vertices left unmatched, shape (m,), int64."""
+        """Source vertices left unmatched, (m,) int64."""
         return np.array(self.unmatched, dtype=np.int64)
 
     def drawn_ids(self) -> tuple[str, ...]:

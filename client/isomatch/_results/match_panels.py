@@ -34,10 +34,10 @@ def match_panels(
         The shapes, or the prototype and the shape.
     """
     if refinement is None:
-        numbers, images = answer.pairs.T
-        there = target.positions(images)
+        numbers, target_numbers = answer.pairs.T
+        there = target.positions(target_numbers)
     else:
-        numbers, images = refinement.source_vertices, answer.pairs[:, 1]
+        numbers, target_numbers = refinement.source_vertices, answer.pairs[:, 1]
         corners = target.positions(refinement.refined_vertices)
         there = np.einsum("nc,ncd->nd", refinement.refined_weights, corners)
     colors: tuple[Floats | None, Floats | None] = None, None
@@ -48,7 +48,7 @@ def match_panels(
         Panel(
             target.vertices,
             there,
-            images,
+            target_numbers,
             faces=target.faces,
             colors=colors[1],
             caption="target",

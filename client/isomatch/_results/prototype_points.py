@@ -1,4 +1,4 @@
-"""The points of a prototype: where they are on its reference, and how far from one another."""
+"""Points of a prototype: their positions on its reference, and their distances."""
 
 import io
 from dataclasses import dataclass, replace
@@ -12,27 +12,27 @@ from isomatch._results.geometry import Geometry
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
-_NEAR: Final = 0.05
-"""How far points may be from the surface of few vertices, relative to its size."""
+_SURFACE_TOLERANCE: Final = 0.05
+"""Greatest distance of points from the simplified surface, relative to its size."""
 
 
 @dataclass(frozen=True, eq=False)
 class PrototypePoints:
-    """What a prototype knows of its N points, as arrays.
+    """The N points of a prototype as arrays.
 
     Attributes
     ----------
     positions
-        Where they are on the reference shape, (N, 3) float64.
+        Positions on the reference shape, (N, 3) float64.
     vertex_ids
-        Their vertices there, 0-based indices in its file, (N,) int64.
+        0-based vertex indices in the reference's file, (N,) int64.
     mean_distances
-        Mean of each learned distance, (N, N) float64, in the finest level's metric; lengths on
-        shapes of unit area, unless the prototype was learned with ``normalise=False``.
+        Mean of each learned distance, (N, N) float64, in the metric of the finest level; on shapes
+        of unit area, unless the prototype was learned with ``normalise=False``.
     spreads
-        Standard deviations of the same, (N, N) float64.
+        Standard deviation of each learned distance, (N, N) float64.
     surface
-        The reference's surface, with few vertices; None where the archive does not have it.
+        Simplified surface of the reference; None if the archive does not contain it.
     """
 
     positions: Floats
@@ -43,18 +43,18 @@ class PrototypePoints:
 
     @classmethod
     def from_bytes(cls, archive: bytes) -> "PrototypePoints":
-        """Read an archive, as :meth:`isomatch.Client.download_prototype` writes it.
+        """Read an archive of :meth:`isomatch.Client.download_prototype`.
 
         Raises
         ------
         ValueError
-            It is something else.
+            It is not the archive of a prototype.
         """
         try:
             with np.load(io.BytesIO(archive), allow_pickle=False) as arrays:
                 return _read(arrays)
-        except Exception as error:  # whatever a damaged archive makes its readers raise
-            raise ValueError(f"this is no archive of a prototype: {error}") from error
+        except Exception as error:  # numpy and zipfile raise various errors for damaged archives
+            raise ValueError(f"not the archive of a prototype: {error}") from error
 
     @property
     def spanning_tree(self) -> Indices:
@@ -136,15 +136,15 @@ def _read(arrays: Any) -> PrototypePoints:
 
 
 def _surface(arrays: Any, positions: Floats) -> Geometry | None:
-    """The first surface that is kept, if it is that of the reference: the points lie on it."""
+    """First surface of the archive if the points lie on it, which makes it the reference's."""
     if "surface0_vertices" not in arrays.files:
         return None
     vertices = np.asarray(arrays["surface0_vertices"], dtype=np.float64).reshape(-1, 3)
     there = vertices[np.asarray(arrays["surface0_points"], dtype=np.int64)]
-    # Surfaces are kept without the place that they have in their files.
+    # Surfaces are stored up to a translation.
     shift = (positions - there).mean(axis=0)
     vertices, there = vertices + shift, there + shift
-    if np.abs(there - positions).max() > _NEAR * np.ptp(vertices, axis=0).max():
+    if np.abs(there - positions).max() > _SURFACE_TOLERANCE * np.ptp(vertices, axis=0).max():
         return None
     faces = np.asarray(arrays["surface0_faces"], dtype=np.int64).reshape(-1, 3)
     return Geometry(vertices, faces, np.arange(len(vertices)), None)
@@ -159,7 +159,7 @@ def _square(pairs: Floats, count: int) -> Floats:
 
 
 def _spanning_tree(distances: Floats) -> Indices:
-    """The tree of Prim: the nearest point outside is joined to the one inside it is nearest to."""
+    """Prim's algorithm: join the nearest point outside the tree to its nearest point inside."""
     count = len(distances)
     inside = np.zeros(count, dtype=np.int64)
     nearest = distances[0].copy()

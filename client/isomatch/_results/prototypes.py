@@ -1,4 +1,4 @@
-"""Prototypes of classes of shapes, and what comes of learning one."""
+"""Prototypes of classes of shapes, and results of learning one."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Example(Answer):
-    """What became of one of the shapes that a prototype was to be learned from.
+    """Use of one example in the learning of a prototype.
 
     Attributes
     ----------
@@ -24,9 +24,10 @@ class Example(Answer):
     used
         Whether the prototype was learned from it.
     misfit
-        Energy of its match with a preliminary prototype of all; 0 where nothing had to be matched.
+        Energy of its match with a preliminary prototype of all examples; 0 with given
+        correspondences.
     reason
-        Why it was not used; None if it was.
+        Reason for leaving it out; None if it was used.
     """
 
     shape: str
@@ -36,35 +37,35 @@ class Example(Answer):
 
 
 class Prototype(Answer):
-    """A prototype: what the points of a class of shapes are like, and how far from one another.
+    """A prototype: distributions of descriptors and distances of points of a class of shapes.
 
     Attributes
     ----------
     id
         Content hash of the archive: the same bytes have the same id.
     name, version
-        What it is called, and which of that name it is, counted from 1.
+        Name of the prototype, and its version of that name, from 1.
     bytes
         Size of the archive.
     points
         Number of its points.
     components
-        Gaussians of a mixture, at most.
+        Greatest number of Gaussians of a mixture.
     examples
-        Number of the shapes it was learned from.
+        Number of shapes that it was learned from.
     parameters
-        What is measured of shapes that are compared with it: ``"metric"``, ``"descriptor"``,
+        Structures of shapes that are matched with it: ``"metric"``, ``"descriptor"``,
         ``"sampling"``, ``"eigenpairs"``, ``"geodesic_method"`` and ``"normalise"``.
     surfaces
-        Surfaces of examples that it keeps, by which left is told from right.
+        Number of example surfaces that it contains, for orientation.
     learned_from
-        What became of each shape it was to be learned from; None if it was uploaded.
+        Use of each example; None if the prototype was uploaded.
     reference
-        Id of the shape its points were chosen on; None if it was uploaded.
+        Id of the shape on which its points were sampled; None if the prototype was uploaded.
     warnings
-        What should be known of it.
+        Remarks of the service on the prototype.
     created
-        When it was learned or uploaded.
+        Time of learning or upload.
     """
 
     id: str
@@ -83,18 +84,18 @@ class Prototype(Answer):
 
 
 class LearnedPrototype(Result):
-    """What came of learning a prototype.
+    """Result of learning a prototype.
 
     Attributes
     ----------
     version
         Version of the result format.
     prototype
-        The prototype, which can be matched with shapes.
+        The prototype.
     parameters
-        The parameters in force, defaults filled in.
+        Parameters of the job, with defaults filled in.
     warnings
-        What the service wants known about this answer.
+        Remarks of the service on this result.
     timings
         Seconds by stage, and ``"total"``.
     """

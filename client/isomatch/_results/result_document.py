@@ -22,7 +22,7 @@ Drawable: TypeAlias = Geometry | PrototypePoints
 
 
 def is_prototype(given: str) -> bool:
-    """Whether an id is that of a prototype."""
+    """True if an id is that of a prototype."""
     return given.startswith("p-")
 
 

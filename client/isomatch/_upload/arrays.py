@@ -1,23 +1,24 @@
-"""Arrays that are to become a mesh, checked before anything is sent."""
+"""Validation of arrays before they are uploaded as a mesh."""
 
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
-_MOST: Final = np.iinfo(np.int32).max
+_MOST_VERTICES: Final = np.iinfo(np.int32).max
+"""Vertices that the int32 indices of a PLY file can address."""
 
 
 def checked_arrays(
     vertices: npt.ArrayLike, faces: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]:
-    """Return positions (V, 3), float64, and faces (F, 3), int32, that fit one another.
+    """Return valid vertices (V, 3), float64, and faces (F, 3), int32.
 
     Raises
     ------
     ValueError
-        An array has the wrong shape or type, a face names a vertex that is not there, or a
-        coordinate of a vertex that a face names is not finite.
+        An array has the wrong shape or type, a vertex index is out of range, or a coordinate of a
+        vertex that is used is not finite.
     """
     given = _table("vertices", vertices)
     if not np.can_cast(given.dtype, np.float64, "same_kind"):
@@ -25,13 +26,11 @@ def checked_arrays(
     points = given.astype(np.float64)
     triangles = _table("faces", faces)
     if not triangles.size:
-        raise ValueError("faces must name one triangle at least")
+        raise ValueError("faces must have at least one triangle")
     if not np.issubdtype(triangles.dtype, np.integer):
-        raise ValueError(
-            f"faces must be integers, not {triangles.dtype}; faces.astype(int) if they are whole"
-        )
-    if len(points) > _MOST:
-        raise ValueError(f"there are {len(points)} vertices; a file takes {_MOST}")
+        raise ValueError(f"faces must be integers, not {triangles.dtype}; use faces.astype(int)")
+    if len(points) > _MOST_VERTICES:
+        raise ValueError(f"{len(points)} vertices exceed the limit of {_MOST_VERTICES}")
     wrong = (triangles < 0) | (triangles >= len(points))
     if wrong.any():
         row, column = np.argwhere(wrong)[0]
@@ -39,23 +38,23 @@ def checked_arrays(
             f"faces[{row}, {column}] is {triangles[row, column]}, but vertices count from 0 to "
             f"{len(points) - 1}"
         )
-    # Vertices of no face may be anywhere, or nowhere: the service leaves them aside.
-    named = np.zeros(len(points), dtype=bool)
-    named[triangles] = True
-    nowhere = named & ~np.isfinite(points).all(axis=1)
-    if nowhere.any():
-        row = int(np.argmax(nowhere))
+    # The service ignores unused vertices, whose coordinates may be NaN.
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles] = True
+    not_finite = used & ~np.isfinite(points).all(axis=1)
+    if not_finite.any():
+        row = int(np.argmax(not_finite))
         raise ValueError(f"vertices[{row}] is {points[row].tolist()}; coordinates must be finite")
     return points, triangles.astype(np.int32)
 
 
 def checked_colors(colors: npt.ArrayLike, count: int) -> npt.NDArray[np.uint8]:
-    """Return colours of `count` vertices as RGB, (V, 3), uint8.
+    """Return colours of `count` vertices as RGB, (V, 3) uint8.
 
     Raises
     ------
     ValueError
-        There are not as many, they are no RGB or RGBA, or they are out of range.
+        Their number or range is wrong, or they are neither RGB nor RGBA.
     """
     given = np.asarray(colors)
     if given.ndim != 2 or given.shape[0] != count or given.shape[1] not in (3, 4):

@@ -1,4 +1,4 @@
-"""Whatever a user holds a mesh in, as the file that is uploaded."""
+"""Conversion of paths, files, arrays and mesh objects to the file that is uploaded."""
 
 import os
 from collections.abc import Iterator
@@ -35,11 +35,11 @@ MeshSource: TypeAlias = (
     | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike | None]
     | MeshLike
 )
-"""A path; a file's bytes; an open binary file; arrays (vertices, faces) or (vertices, faces,
-colours); or an object with vertices and faces."""
+"""A path, the bytes of a file, an open binary file, arrays (vertices, faces) or (vertices, faces,
+colours), or an object with vertices and faces."""
 
 
-_WHAT_A_SHAPE_IS: Final = (
+_MESH_SOURCES: Final = (
     "a shape is a path, bytes, an open binary file, a tuple (vertices, faces) or (vertices, faces, "
     "colours), or an object with .vertices and .faces, not "
 )
@@ -47,7 +47,7 @@ _WHAT_A_SHAPE_IS: Final = (
 
 @dataclass(frozen=True)
 class MeshFile:
-    """A mesh file ready for upload; the extension of its name tells the format."""
+    """A file to upload; the extension of its name is its format."""
 
     name: str
     content: bytes | BinaryIO
@@ -55,23 +55,23 @@ class MeshFile:
 
 @contextmanager
 def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[MeshFile]:
-    """Make a mesh file of `source` for as long as the context lasts.
+    """Context that provides a source as a mesh file.
 
     Parameters
     ----------
     source
         See :data:`MeshSource`. An open file is read from its beginning and is left open.
     file_type
-        Format, such as ``"off"``; needed for bytes and for files without a telling name.
+        Format, such as ``"off"``; required for bytes and for files without an extension.
 
     Raises
     ------
     OSError
         The path cannot be read.
     TypeError
-        `source` is none of the things a mesh can be given as.
+        `source` is of an unsupported type.
     ValueError
-        The format cannot be told, or arrays have the wrong shape.
+        The format is unknown, or arrays are invalid.
     """
     extension = None if file_type is None else "." + file_type.lower().removeprefix(".")
     if isinstance(source, str | os.PathLike):
@@ -82,14 +82,14 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
         yield MeshFile(_file_name("", extension), bytes(source))
     elif isinstance(source, tuple):
         if len(source) not in (2, 3):
-            raise TypeError(_WHAT_A_SHAPE_IS + f"a tuple of {len(source)}")
+            raise TypeError(_MESH_SOURCES + f"a tuple of {len(source)}")
         yield MeshFile("mesh.ply", binary_ply(*source))
     elif isinstance(source, MeshLike):
         yield MeshFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
     elif hasattr(source, "read"):
         yield MeshFile(_file_name(name_of(source), extension), source)
     else:
-        raise TypeError(_WHAT_A_SHAPE_IS + type(source).__name__)
+        raise TypeError(_MESH_SOURCES + type(source).__name__)
 
 
 def name_of(file: object) -> str:
@@ -102,14 +102,12 @@ def _file_name(name: str, extension: str | None) -> str:
     if extension is not None:
         return Path(name or "mesh").stem + extension
     if not Path(name).suffix:
-        raise ValueError(
-            'the format cannot be told from the name; say file_type="off", for example'
-        )
+        raise ValueError('the name has no extension; give the format, as in file_type="off"')
     return name
 
 
 def _colors(mesh: object) -> npt.ArrayLike | None:
-    # Trimesh keeps colours here; of its other visuals (textures, face colours) none is per vertex.
+    # trimesh: only visuals of the kind "vertex" have a colour for each vertex.
     visual = getattr(mesh, "visual", None)
     if getattr(visual, "kind", None) != "vertex":
         return None
@@ -125,18 +123,17 @@ def binary_ply(
     Parameters
     ----------
     vertices
-        Positions, shape (V, 3), kept in float64.
+        Positions, (V, 3), written as float64.
     faces
-        Vertex indices from 0, shape (F, 3).
+        Vertex indices from 0, (F, 3).
     colors
-        RGB or RGBA of each vertex, shape (V, 3) or (V, 4), integers from 0 to 255 or floats from
-        0 to 1; alpha is left out.
+        RGB or RGBA of each vertex, (V, 3) or (V, 4), integers from 0 to 255 or floats from 0 to 1;
+        alpha is ignored.
 
     Raises
     ------
     ValueError
-        An array has the wrong shape or type, a coordinate of a vertex that a face names is not
-        finite, a face names a vertex that is not there, or a colour is out of range.
+        An array is invalid: see :func:`checked_arrays` and :func:`checked_colors`.
     """
     points, triangles = checked_arrays(vertices, faces)
     fields: list[tuple[str, str, tuple[int, ...]]] = [("position", "<f8", (3,))]

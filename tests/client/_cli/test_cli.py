@@ -289,7 +289,7 @@ def test_a_waiting_upload_is_reported(capsys: pytest.CaptureFixture[str]) -> Non
         for thread in set(threading.enumerate()) - before:
             if isinstance(thread, threading.Timer):
                 thread.join()
-    assert "a.off waits to be read" in capsys.readouterr().err
+    assert "a.off is waiting for a worker" in capsys.readouterr().err
     with named_upload("a.off", as_json=True, after=0.01):
         time.sleep(0.3)
     with named_upload("a.off", as_json=False, after=30.0):
@@ -327,7 +327,7 @@ def test_interrupting_jobs_follow_leaves_the_job(url: str, blobs: tuple[Path, Pa
             process.send_signal(signal.SIGINT)
             _, said = process.communicate(timeout=240)
         assert process.returncode == 130, said
-        assert f"job {job.id} goes on" in said
+        assert f"job {job.id} continues" in said
         assert not job.refresh().finished
         job.cancel().wait(timeout=240)
 

@@ -70,7 +70,7 @@ def test_geometry_has_colours_and_only_vertices_of_faces(client: isomatch.Client
 @pytest.mark.parametrize(
     "data", [b"", b"OFF", b"isogeom1" + struct.pack("<3I4x4d", 3, 1, 0, *[0] * 4)]
 )
-def test_what_is_no_geometry(data: bytes) -> None:
+def test_invalid_geometry(data: bytes) -> None:
     with pytest.raises(ValueError, match="geometry"):
         isomatch.Geometry.from_bytes(data)
 
@@ -186,7 +186,7 @@ def test_one_shape_is_drawn_in_its_colours(client: isomatch.Client) -> None:
     assert figure.layout.title.text == shape.name
 
 
-def test_a_matrix_that_is_not_complete() -> None:
+def test_a_partial_matrix_is_drawn() -> None:
     matrix = np.array([[0.0, 2.0, np.nan], [2.0, 0.0, 1.0], [np.nan, 1.0, 0.0]])
     partial = isomatch.PartialDissimilarities(
         job="j", state="running", shapes=("a" * 32, "b" * 32, "c" * 32), labels=None,

@@ -121,7 +121,7 @@ def test_a_cancelled_job_has_no_result(client: isomatch.Client, pair: Pair) -> N
 
 def test_a_timeout_leaves_the_job_running(client: isomatch.Client, pair: Pair) -> None:
     job = client.match(*pair, **LASTING, rho=1.9)
-    with pytest.raises(isomatch.WaitTimeout, match="it goes on"):
+    with pytest.raises(isomatch.WaitTimeout, match="it continues"):
         job.result(timeout=0.0)
     with pytest.raises(TimeoutError):
         job.wait(timeout=0.01)

@@ -98,7 +98,7 @@ def test_points_of_a_prototype(
         archive[:-200],
         archive.replace(b"distances0", b"distances_"),
     ):
-        with pytest.raises(ValueError, match="no archive of a prototype"):
+        with pytest.raises(ValueError, match="not the archive of a prototype"):
             isomatch.PrototypePoints.from_bytes(damaged)
 
 

@@ -1,0 +1,79 @@
+"""Connection to the service, and the exit codes and messages of its errors."""
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Final, NoReturn
+
+import typer
+
+from isomatch._clients import Client
+from isomatch._errors import (
+    ConnectionFailed,
+    IsomatchError,
+    JobCancelled,
+    JobFailed,
+    ProblemError,
+    Unauthorized,
+    UnexpectedResponse,
+)
+
+REFUSED: Final = 1
+NO_SERVICE: Final = 3
+NO_RESULT: Final = 4
+INTERRUPTED: Final = 130
+
+EXIT_CODES: Final = (
+    "Exit codes: 0 done, 1 refused or not possible, 2 wrong usage, 3 no service answers, "
+    "4 the job ended without a result, 130 interrupted. With --json the standard output is JSON "
+    "and nothing else, and an error is a problem document (RFC 9457) on the standard error."
+)
+
+
+@contextmanager
+def connected(url: str, as_json: bool = False) -> Iterator[Client]:
+    """Open a client; report errors in one line or as JSON, and exit with their code."""
+    try:
+        with Client(url) as client:
+            yield client
+    except BrokenPipeError:
+        raise  # the reader of the output has closed it; typer exits quietly
+    except (IsomatchError, OSError, ValueError) as error:
+        leave(error, as_json)
+    except KeyboardInterrupt:
+        typer.echo("interrupted", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def leave(error: Exception, as_json: bool = False, file: str | None = None) -> NoReturn:
+    """Report an error, with the file it concerns, and exit."""
+    message = str(error) if file is None else f"{file}: {error}"
+    if isinstance(error, ConnectionFailed):
+        message += " (start a service with `isomatch serve`, or give its address with --url)"
+    if isinstance(error, Unauthorized):
+        message += " (set the environment variable ISOMATCH_API_KEY)"
+    if as_json:
+        document = problem_document(error, message)
+        named = {} if file is None else {"file": file}
+        typer.echo(json.dumps(document | named), err=True)
+    else:
+        typer.echo(f"isomatch: {' '.join(message.split())}", err=True)
+    code = REFUSED
+    if isinstance(error, ConnectionFailed | UnexpectedResponse):
+        code = NO_SERVICE
+    elif isinstance(error, JobFailed | JobCancelled):
+        code = NO_RESULT
+    raise typer.Exit(code) from None
+
+
+def problem_document(error: Exception, message: str) -> dict[str, Any]:
+    """Return an error as a problem document; that of the service if it has one."""
+    if isinstance(error, ProblemError | JobFailed) and error.problem is not None:
+        return error.problem.model_dump(mode="json", exclude_none=True)
+    words = re.findall(r"[A-Z]+[a-z]*", type(error).__name__)
+    return {
+        "type": "urn:isomatch:client:" + "-".join(words).lower(),
+        "title": " ".join(words).capitalize(),
+        "detail": message,
+    }

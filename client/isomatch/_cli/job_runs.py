@@ -1,0 +1,119 @@
+"""Jobs that commands start: waiting, interruption and the output of results."""
+
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType, MappingProxyType
+
+import typer
+
+from isomatch._cli import render
+from isomatch._cli.prototype_rendering import print_learned
+from isomatch._clients import Job
+from isomatch._results import Dissimilarities, LearnedPrototype, Match
+
+
+@contextmanager
+def interrupts_deferred() -> Iterator[None]:
+    """Defer a first Ctrl-C until the id of the job is known, so that it can be cancelled."""
+    interrupted = False
+
+    def defer(number: int, frame: FrameType | None) -> None:
+        nonlocal interrupted
+        if interrupted:
+            raise KeyboardInterrupt
+        interrupted = True
+
+    before = signal.signal(signal.SIGINT, defer)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if interrupted:
+        raise KeyboardInterrupt
+
+
+def run(
+    start: Callable[[], Job],
+    as_json: bool,
+    output: Path | None,
+    picture: Path | None,
+    names: Mapping[str, str] = MappingProxyType({}),
+    wait: bool = True,
+    page: str | None = None,
+) -> None:
+    """Start a job and print its result; cancel the job on Ctrl-C.
+
+    Parameters
+    ----------
+    start
+        Function that starts the job.
+    as_json, output, picture
+        Output of the result: as JSON, to a file, as a picture.
+    names
+        Names of the shapes by their ids.
+    wait
+        Wait for the result; if False, print the job's id, or its record as JSON.
+    page
+        Address of the service, for a link to the job on its page.
+    """
+    job: Job | None = None
+    try:
+        with interrupts_deferred():
+            job = start()
+        if wait:
+            finish(job, as_json, output, picture, names)
+        else:
+            typer.echo(job.record.model_dump_json() if as_json else job.id)
+        if page is not None and not as_json:
+            typer.echo(f"in a browser: {page.rstrip('/')}/#job={job.id}", err=True)
+    except KeyboardInterrupt:
+        if job is not None:
+            state = job.cancel().state
+            ended = state in ("succeeded", "failed")
+            typer.echo(f"job {job.id} {f'has {state} already' if ended else 'cancelled'}", err=True)
+        raise
+
+
+@contextmanager
+def job_continues(job: Job) -> Iterator[None]:
+    """Print on Ctrl-C that the job continues, and the command that cancels it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(
+            f"job {job.id} continues; cancel it with `isomatch jobs cancel {job.id}`", err=True
+        )
+        raise
+
+
+def finish(
+    job: Job,
+    as_json: bool,
+    output: Path | None,
+    picture: Path | None,
+    names: Mapping[str, str] = MappingProxyType({}),
+    alternative: int | None = None,
+) -> None:
+    """Wait for a job and print its result."""
+    # With --json the standard error holds problem documents, without progress between them.
+    result = job.result(progress=not as_json or sys.stderr.isatty())
+    if output is not None:
+        result.save(output)
+    if picture is not None:
+        job.save_picture(picture, alternative=alternative)
+    if as_json:
+        typer.echo(result.to_json())
+    elif isinstance(result, Match):
+        render.print_match(result, render.standard_output())
+    elif isinstance(result, Dissimilarities):
+        render.print_dissimilarities(result, names, render.standard_output())
+    elif isinstance(result, LearnedPrototype):
+        print_learned(result, render.standard_output())
+
+
+def echo_models(documents: Iterable[str]) -> None:
+    """Print JSON documents as a list."""
+    typer.echo("[" + ",\n".join(documents) + "]")

@@ -1,0 +1,75 @@
+"""Meshes that commands take: uploads of files, and shapes named by their ids."""
+
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+import typer
+
+from isomatch._cli import render
+from isomatch._cli.exit_codes import leave
+from isomatch._clients import Client
+from isomatch._errors import TooLarge, UnprocessableShape
+from isomatch._models import Shape
+
+SLOW_UPLOAD: Final = 8.0
+"""Seconds after which a message says that an upload is waiting."""
+
+
+def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:
+    """Upload files, look up ids, and print the repairs of the shapes.
+
+    JSON results contain the repairs, which are not printed with them.
+    """
+    shapes = []
+    for source in sources:
+        with named_upload(source, as_json):
+            shape = client.upload(source) if Path(source).is_file() else client.shape(source)
+        warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
+        if not as_json:
+            render.print_warnings(warnings, render.standard_error())
+        shapes.append(shape)
+    return shapes
+
+
+@contextmanager
+def named_upload(source: str, as_json: bool, after: float = SLOW_UPLOAD) -> Iterator[None]:
+    """Name the file if it is refused, and report an upload that waits, as it does without workers.
+
+    Parameters
+    ----------
+    source
+        Name of the file.
+    as_json
+        Keep the standard error free of messages besides problem documents.
+    after
+        Seconds before the report.
+    """
+    text = (
+        f"{source} is waiting for a worker: all workers are busy, or none is running; see"
+        " /health/ready of the service"
+    )
+    timer = threading.Timer(after, typer.echo, (text,), {"err": True})
+    timer.daemon = True
+    if not as_json:
+        timer.start()
+    try:
+        yield
+    except (UnprocessableShape, TooLarge) as error:
+        leave(error, as_json, "the standard input" if source == "-" else source)
+    finally:
+        timer.cancel()
+
+
+def shape_name(source: str, shape: Shape) -> str:
+    """Return the name of the given file, or else the name of the shape."""
+    return Path(source).name if Path(source).is_file() else shape.name
+
+
+def class_of(name: str) -> str:
+    """Return the class of a shape: its name up to the first digit."""
+    stem = Path(name).stem
+    return re.split(r"\d", stem, maxsplit=1)[0] or stem
