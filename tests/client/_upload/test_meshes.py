@@ -128,9 +128,7 @@ def test_colours_are_bytes_or_floats() -> None:
 
 
 def test_optional_packages_are_not_imported() -> None:
-    program = (
-        "import sys, isomatch; assert not {'trimesh', 'plotly', 'trio'} & set(sys.modules)"
-    )
+    program = "import sys, isomatch; assert not {'trimesh', 'plotly', 'trio'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", program], check=True)
 
 
