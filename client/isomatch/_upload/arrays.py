@@ -28,7 +28,9 @@ def checked_arrays(
     if not triangles.size:
         raise ValueError("faces must have at least one triangle")
     if not np.issubdtype(triangles.dtype, np.integer):
-        raise ValueError(f"faces must be integers, not {triangles.dtype}; use faces.astype(int)")
+        raise ValueError(
+            f"faces must be integers, not {triangles.dtype}; faces.astype(int) if they are whole"
+        )
     if len(points) > _MOST_VERTICES:
         raise ValueError(f"{len(points)} vertices exceed the limit of {_MOST_VERTICES}")
     wrong = (triangles < 0) | (triangles >= len(points))
