@@ -61,7 +61,7 @@ def test_valid_signatures() -> None:
         ),
         pytest.param(BODY, lambda: signature(age=4000), "within 300 s", id="too old"),
         pytest.param(BODY, lambda: signature(age=-4000), "within 300 s", id="of the future"),
-        pytest.param(b"{}", lambda: signature(b"{}"), "no job", id="not an event"),
+        pytest.param(b"{}", lambda: signature(b"{}"), "not about a job", id="not an event"),
     ],
 )
 def test_invalid_signatures(body: bytes, stated: Callable[[], str | None], message: str) -> None:
