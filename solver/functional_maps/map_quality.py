@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import signed_areas, vertex_normals
-from solver.shape import Shape, spread_in_space
+from solver.shape import Shape, euclidean_farthest_points
 from solver.shape.descriptors import wave_kernel_signature
 from solver.shape.laplacian import Spectrum
 
@@ -60,7 +60,7 @@ class ComparedShape:
         """Sample a shape."""
         spectrum = unit_spectrum(shape)
         # In space: this is quick, and even on the surface of a body.
-        samples = spread_in_space(shape.surface.vertices, min(count, shape.n_vertices))
+        samples = euclidean_farthest_points(shape.surface.vertices, min(count, shape.n_vertices))
         signatures = wave_kernel_signature(spectrum)
         return cls(
             shape,
@@ -139,7 +139,9 @@ class Comparison:
     def fitted(self) -> FloatArray:
         """(S, k) eigenfunctions at more samples of X, which begin with the compared ones."""
         shape = self.source.shape
-        samples = spread_in_space(shape.surface.vertices, min(_FITTED_SAMPLES, shape.n_vertices))
+        samples = euclidean_farthest_points(
+            shape.surface.vertices, min(_FITTED_SAMPLES, shape.n_vertices)
+        )
         return self.source.spectrum.eigenfunctions[samples]
 
     def differences(self, partners: IntArray) -> tuple[float, float]:

@@ -17,7 +17,12 @@ from solver.control import Control
 from solver.labelling import UNMATCHED
 from solver.matching.hypothesis import Hypothesis
 from solver.matching.level import Level
-from solver.shape import Shape, heat_images, lengths_by_heat, spread_in_space
+from solver.shape import (
+    Shape,
+    embedded_varadhan_distances,
+    euclidean_farthest_points,
+    heat_kernel_embedding,
+)
 
 _SOURCE_SAMPLES, _TARGET_SAMPLES = 32, 256
 """Verification samples of X, and samples of Y that they may be mapped to. These and the next two
@@ -42,7 +47,7 @@ class VerificationSamples:
         t of Varadhan's formula, in the shapes' unit of area.
     source, target
         (S, k) and (T, k) heat embeddings of the samples of X and of Y, whose inner products give
-        Varadhan distances: :func:`solver.shape.heat_images`.
+        Varadhan distances: :func:`solver.shape.heat_kernel_embedding`.
     source_distances, target_distances
         (S, S) and (T, T) Varadhan distances among them.
     unit
@@ -67,11 +72,11 @@ class VerificationSamples:
         """
         time = _TIME * source.size * target.size
         ours, theirs = (
-            heat_images(shape.spectrum(), _spread(shape, count), time)
+            heat_kernel_embedding(shape.spectrum(), _spread(shape, count), time)
             for shape, count in ((source, _SOURCE_SAMPLES), (target, _TARGET_SAMPLES))
         )
         within_source, within_target = (
-            lengths_by_heat(embedded, embedded, time) for embedded in (ours, theirs)
+            embedded_varadhan_distances(embedded, embedded, time) for embedded in (ours, theirs)
         )
         unit = float((within_source**2).mean()) or 1.0
         return cls(time, ours, theirs, within_source, within_target, unit)
@@ -92,8 +97,8 @@ class VerificationSamples:
         Sum of the mean squared distortions of distances to the matched points and of distances
         among the samples, relative to the mean square of the latter on X.
         """
-        known = lengths_by_heat(self.source, source, self.time)
-        there = lengths_by_heat(self.target, target, self.time)
+        known = embedded_varadhan_distances(self.source, source, self.time)
+        there = embedded_varadhan_distances(self.target, target, self.time)
         chosen = _nearest_rows(known, there)
         chosen = _nearest_rows(
             np.hstack([known, self.source_distances]),
@@ -132,8 +137,8 @@ def verify(
     with control.stage("refinement"):
         samples = VerificationSamples.of(source, target)
         embedded = (
-            heat_images(source.spectrum(), finest.source.vertices, samples.time),
-            heat_images(target.spectrum(), finest.target.vertices, samples.time),
+            heat_kernel_embedding(source.spectrum(), finest.source.vertices, samples.time),
+            heat_kernel_embedding(target.spectrum(), finest.target.vertices, samples.time),
         )
         return sorted(hypotheses, key=lambda one: _verified_energy(one, samples, embedded))
 
@@ -155,7 +160,7 @@ def _verified_energy(
 
 
 def _spread(shape: Shape, count: int) -> IntArray:
-    return spread_in_space(shape.surface.vertices, min(count, shape.n_vertices))
+    return euclidean_farthest_points(shape.surface.vertices, min(count, shape.n_vertices))
 
 
 def _nearest_rows(rows: FloatArray, others: FloatArray) -> IntArray:

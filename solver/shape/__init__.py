@@ -8,9 +8,13 @@ from solver.shape.metrics import (
     GeodesicMetric,
     Metric,
 )
-from solver.shape.sampling import farthest_first, farthest_point_sampling, spread_in_space
+from solver.shape.sampling import euclidean_farthest_points, farthest_first, farthest_point_sampling
 from solver.shape.shape import WITHOUT_COLORS, Shape
-from solver.shape.varadhan import heat_images, lengths_by_heat, varadhan_distances
+from solver.shape.varadhan import (
+    embedded_varadhan_distances,
+    heat_kernel_embedding,
+    varadhan_distances,
+)
 
 __all__ = [
     "WITHOUT_COLORS",
@@ -21,10 +25,10 @@ __all__ = [
     "GeodesicMetric",
     "Metric",
     "Shape",
+    "embedded_varadhan_distances",
+    "euclidean_farthest_points",
     "farthest_first",
     "farthest_point_sampling",
-    "heat_images",
-    "lengths_by_heat",
-    "spread_in_space",
+    "heat_kernel_embedding",
     "varadhan_distances",
 ]

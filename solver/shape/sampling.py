@@ -158,7 +158,7 @@ def farthest_first(
         point = start[place + 1] if place + 1 < len(start) else farthest
 
 
-def spread_in_space(positions: FloatArray, count: int) -> IntArray:
+def euclidean_farthest_points(positions: FloatArray, count: int) -> IntArray:
     """Farthest point sampling by Euclidean distances in space.
 
     Parameters

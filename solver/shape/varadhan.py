@@ -36,14 +36,14 @@ def varadhan_distances(spectrum: Spectrum, points: IntArray, time: float) -> Flo
     -------
     (A, A) float64, exactly symmetric, zero on the diagonal.
     """
-    embedded = heat_images(spectrum, points, time)
-    found = lengths_by_heat(embedded, embedded, time)
+    embedded = heat_kernel_embedding(spectrum, points, time)
+    found = embedded_varadhan_distances(embedded, embedded, time)
     found = np.maximum(found, found.T)
     np.fill_diagonal(found, 0.0)
     return found
 
 
-def heat_images(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray:
+def heat_kernel_embedding(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray:
     """Unit vectors whose inner products are h_t(x, y) / √(h_t(x, x) h_t(y, y)).
 
     Parameters
@@ -65,13 +65,13 @@ def heat_images(spectrum: Spectrum, points: IntArray, time: float) -> FloatArray
     return embedded
 
 
-def lengths_by_heat(one: FloatArray, other: FloatArray, time: float) -> FloatArray:
+def embedded_varadhan_distances(one: FloatArray, other: FloatArray, time: float) -> FloatArray:
     """Varadhan distances between two sets of points, see :func:`varadhan_distances`.
 
     Parameters
     ----------
     one, other
-        (A, k) and (B, k) of :func:`heat_images`, at the same time.
+        (A, k) and (B, k) of :func:`heat_kernel_embedding`, at the same time.
     time
         Their t > 0, in the spectrum's unit of area.
 

@@ -92,7 +92,7 @@ class Biharmonic(MetricChoice):
 class Varadhan(MetricChoice):
     """Varadhan approximation of geodesic distance from the heat kernel.
 
-    See :func:`solver.shape.metrics.varadhan_distances`. It is not a metric in the strict sense and
+    See :func:`solver.shape.varadhan_distances`. It is not a metric in the strict sense and
     cannot be chosen: it replaces the geodesic one where only a spectrum is known.
     """
 

@@ -20,7 +20,12 @@ from solver.matching import (
     verify,
 )
 from solver.mesh import triangle_mesh
-from solver.shape import Shape, heat_images, lengths_by_heat, varadhan_distances
+from solver.shape import (
+    Shape,
+    embedded_varadhan_distances,
+    heat_kernel_embedding,
+    varadhan_distances,
+)
 from solver.shape.choices import CommuteTime, Geodesic
 from synthetic import articulated, correspondence
 from tests.solver import shapes
@@ -53,14 +58,14 @@ def hypotheses(level: Level, several: Sequence[IntArray]) -> list[Hypothesis]:
 def embedded(shape: Shape, samples: VerificationSamples) -> FloatArray:
     """Heat embedding of the first samples of a shape."""
     vertices = shape.sampling(CommuteTime(), N).indices
-    return heat_images(shape.spectrum(), vertices, samples.time)
+    return heat_kernel_embedding(shape.spectrum(), vertices, samples.time)
 
 
 def test_lengths_between_two_sets_are_those_of_the_formula(blob: Shape) -> None:
     points = np.arange(20) * 7
-    images = heat_images(blob.spectrum(), points, 0.02)
+    images = heat_kernel_embedding(blob.spectrum(), points, 0.02)
     np.testing.assert_allclose(np.linalg.norm(images, axis=1), 1.0)
-    found = lengths_by_heat(images[:8], images[8:], 0.02)
+    found = embedded_varadhan_distances(images[:8], images[8:], 0.02)
     expected = varadhan_distances(blob.spectrum(), points, 0.02)[:8, 8:]
     np.testing.assert_allclose(found, expected, atol=1e-9)
 
@@ -80,8 +85,8 @@ def test_the_distortion_is_that_of_the_best_images(blob: Shape) -> None:
     other = Shape(shapes.moved(shapes.blob(2), seed=1))
     samples = VerificationSamples.of(blob, other)
     source, target = embedded(blob, samples), embedded(other, samples)
-    to_source = lengths_by_heat(samples.source, source, samples.time)
-    to_target = lengths_by_heat(samples.target, target, samples.time)
+    to_source = embedded_varadhan_distances(samples.source, source, samples.time)
+    to_target = embedded_varadhan_distances(samples.target, target, samples.time)
     places = range(len(samples.target))
 
     def best(ours: FloatArray, theirs: FloatArray) -> list[int]:

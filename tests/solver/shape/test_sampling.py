@@ -12,8 +12,8 @@ from solver.shape import (
     CommuteTimeMetric,
     GeodesicMetric,
     Metric,
+    euclidean_farthest_points,
     farthest_point_sampling,
-    spread_in_space,
 )
 from solver.shape.choices import METRICS
 from solver.shape.geodesics import GeodesicGraph
@@ -149,15 +149,15 @@ def test_refusals() -> None:
 
 def test_points_spread_in_space_are_each_the_farthest_from_those_before() -> None:
     points = np.random.default_rng(4).normal(size=(60, 3))
-    chosen = spread_in_space(points, 60)
+    chosen = euclidean_farthest_points(points, 60)
     apart = np.linalg.norm(points[:, None] - points, axis=2)
     assert chosen[0] == np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1))
     for place in range(1, 59):
         assert chosen[place] == np.argmax(apart[chosen[:place]].min(axis=0))
     assert sorted(chosen) == list(range(60))
-    np.testing.assert_array_equal(spread_in_space(points, 7), chosen[:7])
+    np.testing.assert_array_equal(euclidean_farthest_points(points, 7), chosen[:7])
 
 
 def test_points_that_coincide_are_each_taken_once() -> None:
     points = np.repeat(np.eye(3), 3, axis=0)
-    assert sorted(spread_in_space(points, 9)) == list(range(9))
+    assert sorted(euclidean_farthest_points(points, 9)) == list(range(9))
