@@ -94,7 +94,7 @@ IMAGES = {
         "worker.process.process, worker.process.warmup",
         {"worker", "broker", "solver"},
         set(),
-        {"scikit-image", "plotly", "fastapi", "uvicorn"},
+        {"scikit-image", "pandas", "ortools", "plotly", "fastapi", "uvicorn"},
     ),
 }
 
