@@ -123,7 +123,7 @@ def test_an_unreached_one_of_few_examples_is_left_out() -> None:
     assert found.kept == (1,)
     (warning,) = found.warnings
     assert warning == f"shapes.0: left out, for {found.left_out[0]}"
-    assert "there and back" in warning
+    assert "cycle-consistent" in warning
     tiny = matched_examples([horse, Shape(shapes.icosphere(1))], _OPTIONS)
     assert tiny.kept == (0,)
 
