@@ -15,7 +15,7 @@ _LIBC: Final = ctypes.CDLL(None, use_errno=True) if sys.platform == "linux" else
 
 
 def limit_memory(megabytes: int) -> None:
-    """Limit the address space of this process to so much more than it has mapped.
+    """Limit the address space that this process may map in addition to what it has mapped.
 
     Allocations beyond the limit raise :class:`MemoryError`. Linux only.
 

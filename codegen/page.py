@@ -17,7 +17,7 @@ def form_parameters(jobs: Mapping[str, Sequence[Described]]) -> str:
     tables = []
     for job in JOBS:
         rows = [
-            f"  {one.name}: {json.dumps(_entry(one), ensure_ascii=False)},"
+            f"  {one.name}: {json.dumps(_entry(one), ensure_ascii=False, indent=4)},"
             for one in jobs[job.name]
         ]
         tables.append(f"export const {job.name} = {{\n" + "\n".join(rows) + "\n};\n")

@@ -73,9 +73,9 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
     app.add_middleware(RequestContext)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
     app.webhooks.include_router(jobs.webhooks_router)
-    rooms = (shapes, structures, matches, dissimilarities, prototypes, jobs, monitoring, page)
-    for room in rooms:
-        for router in room.ROUTERS:
+    packages = (shapes, structures, matches, dissimilarities, prototypes, jobs, monitoring, page)
+    for package in packages:
+        for router in package.ROUTERS:
             app.include_router(router)
 
     def openapi() -> dict[str, Any]:

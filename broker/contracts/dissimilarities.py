@@ -19,7 +19,7 @@ NEIGHBOURS: Final = 10
 
 
 class DissimilarityResult(BaseModel):
-    """Dissimilarities among the shapes of a collection, each the least of its kind, and proven."""
+    """Dissimilarities of all pairs of a collection, each minimal, with lower bounds."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
@@ -31,7 +31,7 @@ class DissimilarityResult(BaseModel):
         description="Dissimilarities, K rows of K: symmetric, 0 on the diagonal."
     )
     lower_bounds: tuple[FiniteFloat, ...] = Field(
-        description="What the distortion of each pair of shapes is at least, for the pairs (0, 1),"
+        description="Lower bound of the distortion of each pair of shapes, for the pairs (0, 1),"
         " (0, 2), ..., (1, 2), ...: the upper triangle of `matrix`, row by row."
     )
     certified: bool = Field(description="Whether every dissimilarity is proven to be the least.")

@@ -18,7 +18,7 @@ from broker.contracts.webhooks import Delivery, Webhook
 
 
 class JobKind(StrEnum):
-    """What a job does."""
+    """Kind of a job."""
 
     MATCH = "match"
     DISSIMILARITIES = "dissimilarities"
@@ -47,7 +47,7 @@ class JobKind(StrEnum):
 
 
 class JobState(StrEnum):
-    """Where a job is: queued, running, and then one of three ends that never change."""
+    """State of a job: queued, running, and then one of three final states."""
 
     QUEUED = "queued"
     RUNNING = "running"
@@ -62,7 +62,7 @@ class JobState(StrEnum):
 
 
 class Progress(BaseModel):
-    """How far a job is."""
+    """Progress of a job."""
 
     model_config = ConfigDict(frozen=True)
 

@@ -8,7 +8,7 @@ URN = "urn:isomatch:problem:"
 
 
 class FieldProblem(BaseModel):
-    """What is wrong with one field of a request."""
+    """Problem with one field of a request."""
 
     model_config = ConfigDict(frozen=True)
 

@@ -23,12 +23,12 @@ def prototype_id(archive: bytes) -> str:
 
 
 def is_prototype(source: str) -> bool:
-    """Whether an id is that of a prototype."""
+    """Return whether an id is that of a prototype."""
     return source.startswith(PROTOTYPE_PREFIX)
 
 
 class ExampleReport(BaseModel):
-    """What became of one of the shapes that a prototype was to be learned from."""
+    """Use of one of the given examples: learned from, or left out with the reason."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
@@ -42,7 +42,7 @@ class ExampleReport(BaseModel):
 
 
 class PrototypeRecord(BaseModel):
-    """A prototype: what the points of a class of shapes are like, and how far from one another."""
+    """A prototype: distributions of the structures of a class of shapes, section 5."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -119,7 +119,7 @@ class PrototypeSurface(BaseModel):
 
 
 class PrototypeGeometry(BaseModel):
-    """Where the points of a prototype lie, for drawing."""
+    """Positions of the points of a prototype, for drawing."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -146,7 +146,7 @@ class PrototypeGeometry(BaseModel):
 
 
 class PrototypeResult(BaseModel):
-    """What came of learning a prototype."""
+    """Result of learning a prototype."""
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 

@@ -50,7 +50,7 @@ class Level(_Part):
     target_points: int = Field(description="Samples on the target.")
     candidates: int = Field(description="Pairs of samples that were considered.")
     metric: str = Field(
-        description='Metric that was compared. "varadhan": geodesic distances as heat tells them,'
+        description='Metric that was compared. "varadhan": Varadhan distances, by the heat kernel,'
         " by which the coarsest level's points are matched a second time."
     )
     descriptor: str = Field(description="Descriptor that was compared.")
@@ -59,7 +59,7 @@ class Level(_Part):
     gap: float = Field(description="Relative difference of the two.")
     certified: bool = Field(description="Whether the answer is proven to be the best.")
     iterations: int = Field(description="Steps of the solver.")
-    method: str = Field(description="How the proof was made.")
+    method: str = Field(description="Method that found and bounded the answer.")
     seconds: float = Field(description="Time the level took.")
     rank: int = Field(
         description="Place of the answer among all hypotheses by their energy at this level."
@@ -84,7 +84,7 @@ class RefinedPoint(_Part):
 
 
 class Refinement(_Part):
-    """Where the matched points lie on the target between its vertices: GMDS, (7) and 7.1."""
+    """Positions of the matched points between the target's vertices: GMDS, (7) and 7.1."""
 
     model_config = ConfigDict(
         json_schema_extra={
@@ -155,7 +155,8 @@ class MatchResult(_Part):
     correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
     distortion: Distortion
     gromov_hausdorff: float = Field(
-        description="Gromov-Hausdorff distance of the samples: half the largest distortion."
+        description="Upper bound of the Gromov-Hausdorff distance of the samples: half the"
+        " largest distortion."
     )
     energy: float = Field(
         description="Energy of the labelling problem, (5) of the paper; with the objective"
@@ -187,8 +188,8 @@ class MatchResult(_Part):
     misfit: FiniteFloat | None = Field(
         default=None,
         description="Of a prototype, how much the target misfits its class: the energy per point at"
-        " the coarsest level over that of a usual example that was left out when the prototype was"
-        " learned; 1 is usual, and a warning says from which on the target is unlike them all."
+        " the coarsest level, divided by the usual energy of examples left out in cross-validation;"
+        " 1 is usual. A warning says that the misfit exceeds that of every example."
         " Null of two shapes, of prototypes of fewer than four examples, and where `beta`,"
         " `first_order_weight`, `occlusion_cost` or the points of the coarsest level are not those"
         " by default.",
@@ -198,7 +199,7 @@ class MatchResult(_Part):
 
 
 def no_alternative(asked: int, count: int) -> tuple[str, FieldProblem]:
-    """Return what is said of an alternative that a match does not have, whole and of the field.
+    """Return the error of a missing alternative: the message, and the problem of the field.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ def shape_id(data: bytes) -> str:
 
 
 def file_type_of(filename: str) -> str | None:
-    """Return the mesh format a file's name says it has, or None when it is none we read."""
+    """Return the mesh format of a file by its name; None if it is not supported."""
     suffix = PurePath(filename).suffix.removeprefix(".").lower()
     return suffix if suffix in MESH_FORMATS else None
 

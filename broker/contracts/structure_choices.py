@@ -120,12 +120,13 @@ class CommuteTimeMetric(Choice):
 
 
 class BiharmonicMetric(Choice):
-    """Between geodesic and diffusion: local when near, aware of the whole shape when far."""
+    """Spectral distance like the geodesic one nearby, and dependent on the whole shape far away."""
 
     about = Structure(
         name="biharmonic",
         description=(
-            "Between geodesic and diffusion: local when near, aware of the whole shape when far."
+            "Spectral distance like the geodesic one nearby, and dependent on the whole"
+            " shape far away."
         ),
         formula="d² = Σ (φ_i(x) - φ_i(y))² / λ_i²",
         source=("Lipman, Rustamov, Funkhouser: Biharmonic distance, ACM TOG 29(3), 2010"),

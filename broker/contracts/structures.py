@@ -14,7 +14,7 @@ LEVELS: Final = Field(min_length=1, max_length=8, strict=False)
 
 
 class Invariance(BaseModel):
-    """To what a structure is invariant, if shapes are not normalised: a row of Table 1."""
+    """Invariance of a structure, if shapes are not normalised: a row of Table 1."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -86,12 +86,12 @@ UNKNOWN: Final = "choice[unknown]"
 
 
 def one_or_several() -> Discriminator:
-    """Tell a choice for all levels from a list of choices."""
+    """Return the discriminator between a choice for all levels and a list of choices."""
     return Discriminator(lambda given: SEVERAL if isinstance(given, list | tuple) else ONE)
 
 
 def by_name(names: Iterable[str]) -> Discriminator:
-    """Tell a structure by its name, which is all that is given, or a field of it."""
+    """Return the discriminator of structures by name: the name alone, or the field `name`."""
     known = tuple(names)
 
     def tag(given: Any) -> str | None:

@@ -28,7 +28,7 @@ def _receiver(url: str) -> str:
 
 
 class Webhook(BaseModel):
-    """Whom to tell when the job has ended, however it ends."""
+    """Receiver of the notification that the job has ended, in whatever state."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -55,12 +55,12 @@ class Webhook(BaseModel):
         min_length=16,
         max_length=256,
         repr=False,
-        description="What the POST is signed with, so that the receiver knows who sent it.",
+        description="Key of the signature of the POST, by which the receiver verifies the sender.",
     )
 
 
 class DeliveryState(StrEnum):
-    """How far a webhook is: pending, and then one of two ends."""
+    """State of a delivery: pending, and then delivered or failed."""
 
     PENDING = "pending"
     DELIVERED = "delivered"
@@ -68,7 +68,7 @@ class DeliveryState(StrEnum):
 
 
 class Delivery(BaseModel):
-    """How the receiver took it."""
+    """State of the delivery of a webhook, and its last attempt."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -87,7 +87,7 @@ class Delivery(BaseModel):
 
 
 class EndedJob(BaseModel):
-    """A job that has ended, as receivers of webhooks are told."""
+    """A job that has ended, as a webhook event describes it."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -102,7 +102,7 @@ class EndedJob(BaseModel):
 
 
 class WebhookEvent(BaseModel):
-    """What a receiver is told."""
+    """Event that is sent to the receiver of a webhook."""
 
     model_config = ConfigDict(
         frozen=True,

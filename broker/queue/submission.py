@@ -179,7 +179,7 @@ class JobQueue:
             self.rq.enqueue(record)
 
     def other_jobs_wait(self, job_id: str) -> bool:
-        """Whether jobs wait in the queues apart from the time slices of a job."""
+        """Return whether jobs other than the time slices of a job wait in the queues."""
         waiting = self.rq.waiting()
         states = self.store.chunks.time_slices(job_id).values() if waiting else ()
         return waiting > sum(state is JobState.QUEUED for state in states)

@@ -94,7 +94,7 @@ class Jobs:
             return None
 
     def expired(self, job_id: str) -> bool:
-        """Whether a job that does not exist has existed."""
+        """Return whether a job that does not exist has expired."""
         return bool(self.client.exists(keys.job_tombstone(job_id)))
 
     def state(self, job_id: str) -> JobState | None:

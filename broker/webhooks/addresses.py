@@ -24,7 +24,7 @@ _REFUSED: Final[tuple[Network, ...]] = (
 
 
 def permitted(address: str, allowed: tuple[Network, ...] = ()) -> bool:
-    """Whether an address is public, or in a network that is allowed explicitly.
+    """Return whether an address is public, or in a network that is allowed explicitly.
 
     Private, loopback, link-local (cloud metadata services), shared, multicast and reserved
     addresses are not public, nor IPv6 addresses that embed such an IPv4 address.

@@ -23,7 +23,7 @@ DRAIN_SECONDS: Final = 30.0
 
 
 async def drain(receive: Receive, seconds: float = DRAIN_SECONDS) -> None:
-    """Read on in a refused body: a client that is still sending would never read the answer."""
+    """Drain a refused body: a client that is still sending would never read the response."""
     most, more = DRAIN_BYTES, True
     with contextlib.suppress(TimeoutError, BodyRefused):
         async with asyncio.timeout(seconds):

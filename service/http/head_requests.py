@@ -14,7 +14,7 @@ _HEAD: Final = "isomatch.head"
 
 
 def body_wanted(request: HTTPConnection) -> bool:
-    """Whether the body of the answer is sent: not for a HEAD request passed on as GET."""
+    """Return whether the body is sent: not for a HEAD request passed on as GET."""
     return _HEAD not in request.scope
 
 

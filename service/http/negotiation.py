@@ -43,6 +43,6 @@ def _takes_gzip(accept_encoding: str) -> bool:
 
 
 def etag_matches(if_none_match: str, etag: str) -> bool:
-    """Whether a header ``If-None-Match`` lists an entity tag."""
+    """Return whether a header ``If-None-Match`` lists an entity tag."""
     tags = [tag.strip().removeprefix("W/") for tag in if_none_match.split(",")]
     return "*" in tags or etag in tags

@@ -33,7 +33,7 @@ _MIN_ORIENTATION = 0.2
 have 0.5 to 0.9."""
 
 _MIN_CLARITY = 0.05
-"""Least absolute orientation score in the quality score: less says nothing."""
+"""Least absolute orientation score in the quality score: smaller ones are not significant."""
 
 _MAX_CHANGE_RATIO = 2.0
 """Ratio to the least change of any map beyond which a map is not taken for its orientation."""

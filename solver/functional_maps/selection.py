@@ -130,7 +130,7 @@ def _is_clear(found: Sequence[DenseMap]) -> bool:
 def _restart(
     comparison: Comparison, found: Sequence[DenseMap], control: Control, hypothesis: int
 ) -> list[DenseMap]:
-    """Refine the best maps again from fewer of their eigenfunctions, to other maps perhaps."""
+    """Restart ZoomOut from fewer eigenfunctions of the best maps, which may lead to other maps."""
     best = drop_similar_maps(rank_by_quality(found), _RESTARTED_MAPS)
     starts = [one.functional_map.matrix[:size, :size] for one in best for size in _RESTART_SIZES]
     return [

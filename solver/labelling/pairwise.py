@@ -159,7 +159,7 @@ def listed_cost(costs: PairwiseCosts, a: int, b: int) -> float:
 
 @kernel
 def pairwise_cost(costs: PairwiseCosts, a: int, b: int) -> float:
-    """Cost of two compatible candidates; 0 when either is negative, which stands for none."""
+    """Cost of two compatible candidates; 0 if an index is negative: no candidate."""
     if a < 0 or b < 0:
         return 0.0
     return metric_cost(costs, a, b) + listed_cost(costs, a, b)

@@ -121,7 +121,7 @@ class LabellingProblem:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """(N, M)."""
+        """(N, M), numbers of source and target points."""
         return self.n_sources, self.n_targets
 
     @property
@@ -166,7 +166,7 @@ class LabellingProblem:
 
     @cached_property
     def non_negative(self) -> bool:
-        """Whether no cost is below zero, as of distortions; then no energy is either."""
+        """True if no cost is negative, as with distortions; then no energy is negative either."""
         costs = self.unary, self.terms.costs, self.table
         return all(bool(each.min(initial=0.0) >= 0.0) for each in costs)
 

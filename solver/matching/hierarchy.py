@@ -47,7 +47,7 @@ def refine(partners: IntArray, fine: Level, rho: float) -> RefinedCorrespondence
     fine
         The next level.
     rho
-        ρ of 4.1.
+        ρ of 4.1: radius of the neighbourhoods of the matched points, in their covering radii.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def rematch(partners: IntArray, level: Level, rho: float) -> RefinedCorresponden
 def _candidates(
     disagreement: FloatArray, near: BoolArray, allowed: BoolArray
 ) -> Iterator[IntArray]:
-    """(V, 2) candidates, ever more where they admit no assignment; the last ones always do."""
+    """Yield growing sets of (V, 2) candidates; the last one always admits an assignment."""
     per_point = candidates_per_point(len(near))
     yield best_candidates(disagreement, near, per_point)
     yield best_candidates(disagreement, near, 2 * per_point)

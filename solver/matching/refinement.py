@@ -75,7 +75,7 @@ def hypothesis_from_map(
     rho: float,
     control: Control,
 ) -> Hypothesis:
-    """Begin a further hypothesis at a map of the coarse samples, and refine it (4.1).
+    """Start a further hypothesis from a map of the coarse samples, and refine it (4.1).
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 Where a body is nearly symmetric, crossing its front legs but not its hind legs changes distances
 between the few matched points by less than bending does, and by less than the error of sampling.
-But it tears the flanks, whose points were near two legs of one side. So each hypothesis maps
+But it separates neighbouring points of the flanks. So each hypothesis maps
 further samples of the source, and their distortion replaces that of the matched points.
 """
 

@@ -199,7 +199,7 @@ def _keeps_topology(
 def _keeps_shape(
     u: int, v: int, positions: FloatArray, faces: IntArray, first: IntArray, links: IntArray
 ) -> bool:
-    """Whether no face flips or becomes a sliver when u moves to v."""
+    """Return whether u can move to v so that no face flips or becomes a sliver."""
     corner = first[u]
     while corner >= 0:
         f, k = corner // 3, corner % 3

@@ -94,7 +94,7 @@ def _check(prototype: Prototype) -> None:
 
 
 def _has_finite_peaks(mixtures: GaussianMixtures) -> bool:
-    """Whether the greatest densities, to which costs are relative, are finite."""
+    """Return whether the greatest densities, to which costs are relative, are finite."""
     with np.errstate(all="ignore"):
         try:
             return bool(np.isfinite(mixtures.log_peaks).all())

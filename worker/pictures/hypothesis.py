@@ -32,7 +32,7 @@ class NoAlternative(Exception):  # noqa: N818 - said of the match
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """One of the answers of a match, with the caption of its picture.
+    """The match or an alternative to draw, with the caption of the picture.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ def main() -> int:
 
 
 def has_live_worker(client: Redis, host: str) -> bool:
-    """Whether a worker of a host has sent a heartbeat recently.
+    """Return whether a worker of a host has sent a heartbeat recently.
 
     Parameters
     ----------

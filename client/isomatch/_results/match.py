@@ -43,7 +43,7 @@ class Match(Result, Correspondences):
     distortion
         First-order, second-order and maximal distortion.
     gromov_hausdorff
-        Gromov-Hausdorff distance of the samples: half the maximal distortion.
+        Upper bound of the Gromov-Hausdorff distance of the samples: half the maximal distortion.
     energy
         Energy of the labelling problem, equation (5).
     lower_bound

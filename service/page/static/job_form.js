@@ -23,7 +23,7 @@ export function jobForm(shapes, signal) {
     task = TASKS[name];
     submit.textContent = task.title;
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
-    get("/v1/structures").then((structures) => fill(parts, task.fields(structures, shapes, signal)))
+    get("/v1/structures").then((structures) => fill(parts, fieldsOf(task, structures, shapes, signal)))
       .catch((error) => fill(parts, problemBox(error)));
   };
   form.addEventListener("submit", async (event) => {

@@ -12,7 +12,7 @@ const FEW_POINTS = 16;
 const matching = {
   path: "/v1/matches",
   title: "Match",
-  about: "Match: points of the one to points of the other",
+  about: "Match: corresponding points of two shapes",
   parameters: MATCH,
   named: ([source, target]) => ({ source: source.id, target: target.id }),
   fields: ({ metrics, descriptors }, shapes, signal) => [
@@ -21,7 +21,7 @@ const matching = {
     structureField("descriptor", MATCH.descriptor, descriptors, shapes),
     h("div", { class: "checks" },
       checkbox("dense", true, "Extend the match to all vertices (dense map)", sizeOf(shapes) <= SIMPLIFIED),
-      checkbox("orientation", true, "Tell left from right (a dense map does so too)", false),
+      checkbox("orientation", true, "Preserve orientation: left to left (a dense map does so too)", false),
       checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", false),
       common(shapes)),
     landmarkField(shapes, signal),
@@ -44,7 +44,7 @@ const recognising = {
 const comparing = {
   path: "/v1/dissimilarities",
   title: "Compare",
-  about: "Compare: how different they are",
+  about: "Compare: dissimilarities of all pairs",
   parameters: COMPARE,
   named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
   fields: ({ metrics }, shapes) => [
@@ -57,15 +57,15 @@ const comparing = {
 const learning = {
   path: "/v1/prototypes",
   title: "Learn",
-  about: "Learn a prototype: what is usual of a class, from examples of it",
+  about: "Learn a prototype of a class from examples",
   parameters: LEARN,
   named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
   fields: (_, shapes) => [
-    textField("name", "Name", beginning(shapes), "One that is taken gets a next version."),
+    textField("name", "Name", beginning(shapes), "A name that exists gets a next version."),
     numberField("points", { ...LEARN.points, default: FEW_POINTS }),
-    choiceField("correspondence", "Which points correspond", [
-      ["matches", "those that the first shape is matched to"],
-      ["shared_connectivity", "the same vertex of every file"],
+    choiceField("correspondence", "Correspondence of the examples", [
+      ["matches", "by matching with the first shape"],
+      ["shared_connectivity", "by vertex number: the files share their triangles"],
     ], alike(shapes) ? 1 : 0, "Files of one template, in other poses, have the same triangles and share their vertices' numbers."),
     h("div", { class: "checks" }, shapes.some((shape) => shape.vertices > SIMPLIFIED) && !alike(shapes)
       ? checkbox("simplify", SIMPLIFIED, "Simplify to 20,000 vertices first", true) : null),

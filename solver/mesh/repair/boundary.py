@@ -115,7 +115,7 @@ def boundary_of(positions: FloatArray, faces: IntArray, edges: Edges) -> Boundar
 def denser_than(
     tree: KDTree, centre: FloatArray, radius: FloatArray | float, most: int = _MOST_CANDIDATES
 ) -> bool:
-    """Whether spheres hold more than so many points on average; counted until that is known.
+    """Return whether spheres hold more than `most` points on average; stop counting once certain.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ _ROUNDING = 1e-12
 """Twice the area, in a polygon of size 1, of a triangle whose corners lie on a line."""
 
 _INWARDS = 1e-9
-"""How far corners on straight sides are moved, in a polygon of size 1, while it is cut."""
+"""Displacement of corners on straight sides of a polygon of size 1, while it is cut."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,7 @@ class Incumbents(NamedTuple):
 
     @classmethod
     def none(cls, m: int, n_sources: int) -> "Incumbents":
-        """Return room for m correspondences."""
+        """Return incumbents without a correspondence, with a capacity of m."""
         chosen = np.full((m, n_sources), UNMATCHED, dtype=np.int64)
         return cls(np.full(m, np.inf), chosen, np.zeros(m, dtype=np.bool_))
 

@@ -77,7 +77,7 @@ class CommuteTime(MetricChoice):
 
 @dataclass(frozen=True)
 class Biharmonic(MetricChoice):
-    """Between geodesic and diffusion: local when near, aware of the whole shape when far."""
+    """Spectral distance like the geodesic one nearby, and dependent on the whole shape far away."""
 
     name = "biharmonic"
     formula = "d² = Σ (φ_i(x) - φ_i(y))² / λ_i²"

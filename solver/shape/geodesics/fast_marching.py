@@ -57,7 +57,10 @@ class FastMarching:
         return len(self._segments[0]) - 1
 
     def distances(self, sources: IntArray) -> FloatArray:
-        """(S, V) distances from (S,) vertices to all, too long or too short. O(S V log V)."""
+        """(S, V) approximate distances from (S,) vertices to all, with errors of both signs.
+
+        O(S V log V).
+        """
         known = checked_sources(sources, self.n_vertices)
         found = np.empty((len(known), self.n_vertices))
         march(*self._segments, *self._corners, known, found)

@@ -38,7 +38,7 @@ class GeodesicGraph:
         return int(self._graph.shape[0])
 
     def distances(self, sources: IntArray) -> FloatArray:
-        """(S, V) distances from (S,) vertices to all, never too short. O(S V log V)."""
+        """(S, V) upper bounds of the distances from (S,) vertices to all. O(S V log V)."""
         known = checked_sources(sources, self.n_vertices)
         found: FloatArray = np.asarray(dijkstra(self._graph, directed=True, indices=known))
         return found

@@ -83,7 +83,10 @@ NAN_Y = np.array([0.0, np.nan, 0.0])
         ((POINTS.astype(complex), CORNERS), "real numbers, not complex"),
         ((POINTS.astype(str), CORNERS), "real numbers, not <U"),
         ((POINTS, np.zeros((1, 4), dtype=int)), "faces must have the shape"),
-        ((POINTS, np.zeros((1, 3))), r"faces must be integers, not float64; faces.astype\(int\)"),
+        (
+            (POINTS, np.zeros((1, 3))),
+            r"faces must be integers, not float64; use faces.astype\(int\)",
+        ),
         ((POINTS, np.zeros((0, 3), dtype=int)), "one triangle"),
         ((POINTS, CORNERS + 2), r"faces\[0, 2\] is 4, but vertices count from 0 to 3"),
         ((POINTS, CORNERS - 1), r"faces\[0, 0\] is -1"),

@@ -27,9 +27,9 @@ def test_a_prototype_is_learned_and_matched(
     shapes = examples(upload, 500)
     page.goto(f"/#/with/{'/'.join(shapes)}")
     # By the keyboard: what is to be done, and in which way.
-    page.get_by_label("Compare: how different they are").focus()
+    page.get_by_label("Compare: dissimilarities of all pairs").focus()
     page.keyboard.press("ArrowDown")
-    correspondence = page.get_by_label("Which points correspond")
+    correspondence = page.get_by_label("Correspondence of the examples")
     expect(correspondence).to_have_value("shared_connectivity")
     name = page.get_by_label("Name", exact=True)
     name.fill("<b>page")
