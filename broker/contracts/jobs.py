@@ -226,5 +226,5 @@ class JobRecord(BaseModel):
 
     @property
     def kind(self) -> JobKind:
-        """What the job does."""
+        """Kind of the job."""
         return self.payload.kind
