@@ -11,6 +11,9 @@ from isomatch._figures.panel import plain, plotly_modules
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
+UPPER_QUANTILE: Final = 0.98
+"""Dissimilarities above this quantile have the last colour, as in pictures and on the page."""
+
 _MOST_NAMES: Final = 40
 """Shapes of which each is named on the axes; more names would overlap."""
 
@@ -34,13 +37,21 @@ def draw_dissimilarities(
     objects, _ = plotly_modules()
     order = np.arange(len(matrix)) if labels is None else np.argsort(labels, kind="stable")
     named = [plain(names[place]) for place in order]
+    known = matrix[np.triu_indices(len(matrix), 1)]
+    known = known[~np.isnan(known)]
+    greatest = float(np.quantile(known, UPPER_QUANTILE, method="lower")) if known.size else 0.0
+    ordered = matrix[np.ix_(order, order)]
     figure = objects.Figure(
         objects.Heatmap(
-            z=matrix[np.ix_(order, order)],
+            # The square root separates small dissimilarities, which decide the nearest neighbours.
+            z=np.sqrt(np.maximum(ordered, 0.0)),
+            zmin=0.0,
+            zmax=np.sqrt(max(greatest, 0.0)) or 1.0,
+            customdata=ordered,
             colorscale=COLOR_SCALE,
-            colorbar_title_text="dissimilarity",
+            colorbar_title_text="√ dissimilarity",
             text=[[f"{row}, {column}" for column in named] for row in named],
-            hovertemplate="%{text}: %{z:.4g}<extra></extra>",
+            hovertemplate="%{text}: %{customdata:.4g}<extra></extra>",
             hoverongaps=False,
         )
     )

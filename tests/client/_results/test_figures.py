@@ -194,7 +194,9 @@ def test_a_partial_matrix_is_drawn() -> None:
     )  # fmt: skip
     figure = partial.plot()
     (drawn,) = figure.data
-    np.testing.assert_array_equal(drawn.z, matrix)
+    np.testing.assert_array_equal(drawn.customdata, matrix)
+    np.testing.assert_array_equal(drawn.z, np.sqrt(matrix))
+    assert (drawn.zmin, drawn.zmax) == (0.0, 1.0)  # the 98 % quantile of 1 and 2, from below
     assert drawn.hoverongaps is False
     assert "2 of 3 pairs" in figure.layout.title.text
 
@@ -206,7 +208,9 @@ def test_a_matrix_is_drawn_in_the_order_of_its_labels(client: isomatch.Client, p
     found = client.dissimilarities(shapes, labels, points=4, eigenpairs=30).result()
     figure = found.plot()
     (drawn,) = figure.data
-    np.testing.assert_array_equal(drawn.z, found.matrix[np.ix_([1, 0, 2], [1, 0, 2])])
+    ordered = found.matrix[np.ix_([1, 0, 2], [1, 0, 2])]
+    np.testing.assert_array_equal(drawn.customdata, ordered)
+    np.testing.assert_array_equal(drawn.z, np.sqrt(ordered))
     assert drawn.colorscale[0][1] == "#440154"  # Viridis
     assert figure.layout.xaxis.ticktext == ("long", "round", "round")
     assert figure.layout.yaxis.autorange == "reversed"

@@ -5,6 +5,8 @@ import re
 
 import numpy as np
 import pytest
+from isomatch._figures import heat_map as client_heat_map
+from isomatch._figures.colors import COLOR_SCALE
 from matplotlib.colors import PowerNorm
 
 from service.page import STATIC
@@ -28,8 +30,10 @@ def test_ticks_that_are_apart_all_stay() -> None:
     assert separate_ticks([0.0, 0.25, 0.5, 1.0], PowerNorm(1.0, 0.0, 1.0)) == [0.0, 0.25, 0.5, 1.0]
 
 
-def test_the_page_has_the_same_scale() -> None:
+def test_page_and_client_have_the_same_scale() -> None:
     script = (STATIC / "heat_map.js").read_text()
     declared = dict(re.findall(r"const (COLORSCALE|UPPER_QUANTILE) = \"?([\w.]+)\"?;", script))
     assert declared["COLORSCALE"].lower() == COLORMAP
     assert float(declared["UPPER_QUANTILE"]) == UPPER_QUANTILE
+    assert COLOR_SCALE.lower() == COLORMAP
+    assert client_heat_map.UPPER_QUANTILE == UPPER_QUANTILE
