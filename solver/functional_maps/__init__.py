@@ -8,7 +8,7 @@ from solver.functional_maps.functional_map import (
     fit_orthonormal_map,
 )
 from solver.functional_maps.map_quality import EIGENPAIRS, ComparedShape, Comparison
-from solver.functional_maps.nearest import approximate_nearest_points, nearest_points
+from solver.functional_maps.nearest import approximate_nearest_points, mutual_nearest_points, nearest_points
 from solver.functional_maps.selection import (
     MIN_POINTS_EXTENDED,
     DenseCorrespondence,
@@ -35,6 +35,7 @@ __all__ = [
     "find_reflection",
     "fit_functional_map",
     "fit_orthonormal_map",
+    "mutual_nearest_points",
     "nearest_points",
     "rank_maps",
     "select_map",

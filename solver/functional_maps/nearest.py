@@ -37,6 +37,38 @@ def nearest_points(queries: RealArray, points: RealArray) -> IntArray:
     return found
 
 
+def mutual_nearest_points(points: RealArray, others: RealArray) -> tuple[IntArray, IntArray]:
+    """Find the nearest of the others to each point, and the nearest point to each other.
+
+    Parameters
+    ----------
+    points, others
+        As for :func:`nearest_points`.
+
+    Returns
+    -------
+    (S,) int64 rows of `others`, and (M,) int64 rows of `points`. Each product of a point and an
+    other is computed once.
+    """
+    here = 0.5 * np.einsum("ij,ij->i", points, points)
+    there = 0.5 * np.einsum("ij,ij->i", others, others)
+    images = np.empty(len(points), dtype=np.int64)
+    back = np.zeros(len(others), dtype=np.int64)
+    least = np.full(len(others), np.inf, dtype=points.dtype)
+    rows = max(_BLOCK_SIZE // max(len(others), 1), _MIN_BLOCK_ROWS)
+    for start in range(0, len(points), rows):
+        block = slice(start, start + rows)
+        squares = points[block] @ others.T
+        np.subtract(there, squares, out=squares)
+        np.argmin(squares, axis=1, out=images[block])
+        squares += here[block, None]
+        nearest = np.argmin(squares, axis=0)
+        found = squares[nearest, np.arange(len(others))]
+        closer = found < least
+        back[closer], least[closer] = start + nearest[closer], found[closer]
+    return images, back
+
+
 def approximate_nearest_points(queries: FloatArray, points: FloatArray, cells: int) -> IntArray:
     """Find a nearly nearest point to each query, among the points of the cells around it.
 

@@ -15,10 +15,10 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control, Status
-from solver.functional_maps import EIGENPAIRS, DenseMap
 from solver.gmds.descent import Term, gmds
 from solver.gmds.interpolation import InterpolatedMetric
 from solver.gmds.surface import SurfacePoints
+from solver.registration import EIGENPAIRS, Registration
 from solver.shape import DiffusionMetric, EmbeddedMetric, Shape, farthest_point_sampling
 
 _POINTS = 320
@@ -52,7 +52,7 @@ class GmdsRefinement:
     points
         n points of Y's surface, faces and barycentric coordinates.
     hypothesis
-        Index of the hypothesis that the dense map extends.
+        Index of the hypothesis that agrees with the registration.
     stress, initial_stress
         (7) of geodesic distances between neighbours among all moving points, weighted, after and
         before GMDS, in units of Y's area.
@@ -69,16 +69,21 @@ class GmdsRefinement:
 
 
 def refine_by_gmds(
-    dense: DenseMap, matched: IntArray, control: Control | None = None
+    registration: Registration,
+    matched: IntArray,
+    hypothesis: int = 0,
+    control: Control | None = None,
 ) -> GmdsRefinement:
     """Find the points of Y that correspond to matched points of X, between vertices.
 
     Parameters
     ----------
-    dense
-        Dense map from X to Y, which gives the initial points.
+    registration
+        Of X to Y, which gives the initial points.
     matched
         (n,) vertices of X, farthest first.
+    hypothesis
+        Index of the hypothesis that agrees with it.
     control
         Cancels, and ends at its deadline.
 
@@ -87,13 +92,13 @@ def refine_by_gmds(
     Cancelled
         Through `control`.
     """
-    source, target = dense.source, dense.target
+    source, target = registration.source, registration.target
     in_space = EmbeddedMetric(source.surface.vertices)
     between = farthest_point_sampling(in_space, min(_POINTS, source.n_vertices)).indices
     moving = np.concatenate([matched, between[~np.isin(between, matched)]])
     moving = moving[: max(_POINTS, len(matched))]
     near = _geodesic_term(source, target, moving)
-    start = SurfacePoints.at_vertices(target.surface, dense.images(moving))
+    start = SurfacePoints.at_vertices(target.surface, registration.images(moving))
     before = near.stress(start)
     first = gmds([near], start, iterations=_SWEEPS, control=control)
     terms = near, _diffusion_term(source, target, moving)
@@ -106,7 +111,7 @@ def refine_by_gmds(
     return GmdsRefinement(
         matched,
         points.first(len(matched)),
-        dense.hypothesis,
+        hypothesis,
         after / area,
         before / area,
         solution.status,

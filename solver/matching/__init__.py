@@ -1,4 +1,4 @@
-"""Matching of two shapes (4.1): sample, enumerate, refine, verify, orient, certify."""
+"""Matching of two shapes (4.1): sample, enumerate, refine, orient, certify."""
 
 from solver.matching.certification import certify
 from solver.matching.enumeration import enumerate_hypotheses
@@ -23,7 +23,6 @@ from solver.matching.varadhan_level import (
     build_varadhan_level,
     uses_varadhan_level,
 )
-from solver.matching.verification import VerificationSamples, verify
 
 __all__ = [
     "GMDS",
@@ -38,7 +37,6 @@ __all__ = [
     "MatchOptions",
     "SampledStructure",
     "SolvedLevel",
-    "VerificationSamples",
     "add_target_samples",
     "add_varadhan_size",
     "build_level",
@@ -58,5 +56,4 @@ __all__ = [
     "rematch",
     "report_match",
     "uses_varadhan_level",
-    "verify",
 ]

@@ -1,8 +1,10 @@
 """Enumeration stage: the best solutions of the coarsest level, found exactly (4.1)."""
 
+from dataclasses import replace
+
 from solver.arrays import IntArray
 from solver.control import Control
-from solver.labelling import LINF, LabellingProblem, Method, Solution
+from solver.labelling import LINF, UNMATCHED, LabellingProblem, Method, Solution
 from solver.matching.hypothesis import Hypothesis, SolvedLevel
 from solver.matching.level import Level
 from solver.matching.options import MatchOptions
@@ -86,3 +88,43 @@ def _enumerate_minimax(
         if distortion <= least.value
     ]
     return solutions, warnings
+
+
+def further_solutions(
+    coarse: Level, measured: Level, count: int, control: Control
+) -> list[tuple[IntArray, IntArray]]:
+    """Best correspondences of the coarsest level's samples in the structures of another level.
+
+    Parameters
+    ----------
+    coarse
+        The coarsest level.
+    measured
+        A level whose samples begin with those.
+    count
+        Greatest number of correspondences.
+    control
+        Cancels; past its deadline, the best ones found so far are returned.
+
+    Returns
+    -------
+    Source and target vertices that correspond, of each.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    level = replace(
+        measured,
+        source=measured.source.first(len(coarse.source.vertices)),
+        target=measured.target.first(len(coarse.target.vertices)),
+    )
+    problem = level.problem(level.all_candidates())
+    found = m_best_solutions(problem, count, control=control)
+    vertices = level.source.vertices, level.target.vertices
+    matched = [partners != UNMATCHED for partners in found.partners]
+    return [
+        (vertices[0][kept], vertices[1][partners[kept]])
+        for partners, kept in zip(found.partners, matched, strict=True)
+    ]

@@ -1,23 +1,20 @@
-"""Matching of two shapes: sample, enumerate, refine, verify, orient, certify."""
+"""Matching of two shapes: sample, enumerate, refine, orient, certify."""
 
 from dataclasses import replace
 
 from solver.control import Control
-from solver.functional_maps import DenseCorrespondence, DenseMap, dense_correspondence
 from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF
 from solver.matching.certification import certify
 from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
-from solver.matching.level import Level
 from solver.matching.options import GMDS, MatchOptions
-from solver.matching.orientation import orient
+from solver.matching.orientation import Orientation, orient
 from solver.matching.refinement import refine_hypotheses
 from solver.matching.report import report_match
 from solver.matching.result import Match
 from solver.matching.sampling import common_size, sample
-from solver.matching.varadhan_level import uses_varadhan_level
-from solver.matching.verification import verify
+from solver.registration import DenseCorrespondence
 from solver.shape import Shape
 
 
@@ -30,9 +27,8 @@ def match(
     """Find a minimum-distortion correspondence between samples of two shapes: problem (1), as (5).
 
     The stages: *sample* both shapes at every level (4.1); *enumerate* the best solutions of the
-    coarsest level, the hypotheses; *refine* each from level to level; *verify* them by samples that
-    were not matched; *orient*: extend them to all vertices and choose the best
-    orientation-preserving map; *certify* the chosen one by lower bounds at every level (section 4).
+    coarsest level, the hypotheses; *refine* each from level to level; *orient*: register the
+    surfaces and choose the hypothesis that agrees; *certify* the chosen one by lower bounds at every level (section 4).
 
     Parameters
     ----------
@@ -69,14 +65,12 @@ def match(
         levels, few_points = sample(source, target, options, control)
         hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
         hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
-        if uses_varadhan_level(options):
-            hypotheses = verify(hypotheses, levels[-1], source, target, control)
         hypotheses = drop_duplicates(hypotheses)
         oriented = orient(source, target, hypotheses, levels, options, control)
         best, *others = oriented.hypotheses
         if options.objective != LINF:  # else enumeration has bounded the only level
             best = certify(best, oriented.levels, control)
-        dense, refinement = _extend(oriented.dense_map, best, oriented.levels[-1], options, control)
+        dense, refinement = _extend(oriented, best, options, control)
     warnings = (
         *(f"source: {warning}" for warning in source.mesh.warnings),
         *(f"target: {warning}" for warning in target.mesh.warnings),
@@ -86,24 +80,24 @@ def match(
     )
     vertex_ids = source.mesh.vertex_ids, target.mesh.vertex_ids
     found = report_match([best, *others], oriented.levels, vertex_ids, warnings, control)
-    return replace(found, dense=dense, refinement=refinement)
+    registration = oriented.registration
+    confidence = None if registration is None else registration.confidence
+    return replace(found, dense=dense, refinement=refinement, confidence=confidence)
 
 
 def _extend(
-    dense_map: DenseMap | None,
-    best: Hypothesis,
-    finest: Level,
-    options: MatchOptions,
-    control: Control,
+    oriented: Orientation, best: Hypothesis, options: MatchOptions, control: Control
 ) -> tuple[DenseCorrespondence | None, GmdsRefinement | None]:
     """Map all vertices, and refine the answer between vertices (7.1), as far as asked for."""
-    if dense_map is None:
+    registration = oriented.registration
+    if registration is None:
         return None, None
     dense = None
     if options.dense:
-        with control.stage("dense map"):
-            dense = dense_correspondence(dense_map)
+        with control.stage("dense map", 0.85):
+            dense = replace(registration.dense(control), hypothesis=oriented.place)
     if options.refine != GMDS:
         return dense, None
     with control.stage("refinement between vertices", 0.9):
-        return dense, refine_by_gmds(dense_map, best.vertices(finest)[0], control)
+        matched, _ = best.vertices(oriented.levels[-1])
+        return dense, refine_by_gmds(registration, matched, oriented.place, control)

@@ -137,7 +137,7 @@ class MatchOptions(ParameterSet):
         source="section 7.1",
     )
     orientation: bool = parameter(
-        False,
+        True,
         "Return the hypothesis that preserves orientation, so that left is matched with left. Its"
         " extension to all vertices preserves most and keeps orientation; by distances alone the"
         " mirror image is as good. Alternatives may then have less energy. Takes some seconds;"
@@ -235,12 +235,13 @@ class MatchOptions(ParameterSet):
         )
 
     @property
-    def extended(self) -> bool:
-        """Whether hypotheses are extended to all vertices."""
-        return self.orientation or self.dense or self.refine == GMDS
+    def registered(self) -> bool:
+        """Whether the surfaces are registered."""
+        oriented = self.orientation and self.objective != LINF
+        return oriented or self.dense or self.refine == GMDS
 
     @property
     def needs_spectrum(self) -> bool:
         """Whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
-        return self.extended or described or any(d.spectral for d in self.metrics)
+        return self.registered or described or any(d.spectral for d in self.metrics)

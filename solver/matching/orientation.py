@@ -1,9 +1,9 @@
-"""Orientation stage: the hypothesis whose extension to all vertices preserves orientation.
+"""Orientation stage: the hypothesis that agrees with a registration of the surfaces.
 
 An intrinsic symmetry, such as the exchange of left and right, leaves all distances as they are, so
-that hypotheses include mirror images of one another. Their extensions to all vertices differ: only
-one preserves the orientation of the surface. Hypotheses come in; the chosen hypothesis, placed at
-the images of its map, and the map come out.
+that hypotheses include mirror images of one another. Bent onto the target in space, only one fits.
+Hypotheses come in; the chosen one, with its points matched near the images of the registration, and
+the registration come out.
 """
 
 from collections.abc import Sequence
@@ -11,16 +11,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.functional_maps import DenseMap, select_map
 from solver.labelling import LINF
+from solver.matching.enumeration import further_solutions
 from solver.matching.hypothesis import Hypothesis, move_to_front, rank_of
 from solver.matching.level import Level
 from solver.matching.options import MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, solved_level
+from solver.registration import Points, Registration, register
 from solver.shape import Shape
+
+_COARSE_SOLUTIONS = 32
+"""Coarse solutions that registrations begin at, in the first and in the last metric each: the more,
+the likelier is a right one among them."""
+
+_AGREE = 0.1
+"""Mean distance in space over √area within which a hypothesis agrees with a map: that of an answer
+that is right."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +42,18 @@ class Orientation:
         The chosen one first.
     levels
         Levels of the chosen one; the target samples of the finest include the images of its map.
-    dense_map
-        The chosen map of all vertices, if one was asked for and found.
+    registration
+        Of the shapes, if one was asked for and found.
+    place
+        Place of the hypothesis that agrees best with the registration.
     warnings
         For the user.
     """
 
     hypotheses: list[Hypothesis]
     levels: list[Level]
-    dense_map: DenseMap | None = None
+    registration: Registration | None = None
+    place: int = 0
     warnings: tuple[str, ...] = ()
 
 
@@ -53,12 +65,10 @@ def orient(
     options: MatchOptions,
     control: Control,
 ) -> Orientation:
-    """Extend hypotheses to all vertices, and choose the best orientation-preserving map.
+    """Register the surfaces, and choose the hypothesis that agrees with the registration.
 
-    Where no hypothesis has such a map and no landmarks say which symmetry is meant, further maps
-    are made (:func:`.select_map`), and a hypothesis is begun there. The points of the chosen
-    hypothesis are matched again near their images. With objective ``"linf"`` the hypotheses and
-    their order stay as they are.
+    Where none does, a hypothesis is begun there. The points of the chosen one are matched again
+    near their images. With objective ``"linf"`` the hypotheses and their order stay as they are.
 
     Parameters
     ----------
@@ -79,31 +89,68 @@ def orient(
         Through `control`.
     """
     unchanged = Orientation(list(hypotheses), list(levels))
-    if not options.extended:
+    if not options.registered:
         return unchanged
-    with control.stage("dense map", 0.5):
-        points = [one.vertices(levels[-1]) for one in hypotheses]
-        minimax = options.objective == LINF
-        further = not (options.landmarks or minimax)
-        found = select_map(source, target, points, control, further)
+    with control.stage("registration", 0.5):
+        starts = _starts(hypotheses, levels, options, control)
+        landmarks = _landmarks(levels[0])
+        found = register(source, target, starts, control, landmarks)
     if found is None:
-        return replace(
-            unchanged, warnings=("too few points were matched for a map of all vertices",)
-        )
-    if minimax:
-        return replace(unchanged, dense_map=found)
-    if found.hypothesis == len(hypotheses):
+        return replace(unchanged, warnings=("the shapes have too few vertices to be registered",))
+    apart = [_distance(target, one.vertices(levels[-1]), found) for one in hypotheses]
+    nearest = int(np.argmin(apart))
+    warnings = (_REFLECTED,) if found.reflected and not len(landmarks[0]) else ()
+    if options.objective == LINF:
+        return replace(unchanged, registration=found, place=nearest, warnings=warnings)
+    if apart[nearest] > _AGREE:
         distances = _distances_from_images(target, found, levels[0])
-        with control.stage("dense map"):
-            further_one = hypothesis_from_map(levels, distances, hypotheses, options.rho, control)
-        hypotheses = [*hypotheses, further_one]
-    ordered = move_to_front(hypotheses, found.hypothesis)
-    found = replace(found, hypothesis=0)
+        with control.stage("registration"):
+            further = hypothesis_from_map(levels, distances, hypotheses, options.rho, control)
+        hypotheses, nearest = [*hypotheses, further], len(hypotheses)
+    ordered = move_to_front(hypotheses, nearest)
     ordered[0], finest = _place(source, target, ordered, found, levels[-1], control)
-    return Orientation(ordered, [*levels[:-1], finest], found)
+    return Orientation(ordered, [*levels[:-1], finest], found, warnings=warnings)
 
 
-def _distances_from_images(target: Shape, found: DenseMap, coarse: Level) -> FloatArray:
+_REFLECTED = (
+    "the source fits the target only as its mirror image: one of the two seems to be reflected in"
+    " space"
+)
+
+
+def _starts(
+    hypotheses: Sequence[Hypothesis],
+    levels: Sequence[Level],
+    options: MatchOptions,
+    control: Control,
+) -> list[Points]:
+    """Corresponding vertices of the hypotheses, and of further solutions for the same samples."""
+    refined = [one.vertices(levels[-1]) for one in hypotheses]
+    if options.objective == LINF:
+        return refined
+    coarse = levels[0]
+    further = further_solutions(coarse, coarse, _COARSE_SOLUTIONS, control)
+    if levels[-1] is not coarse:
+        further += further_solutions(coarse, levels[-1], _COARSE_SOLUTIONS, control)
+    return [*refined, *further]
+
+
+def _landmarks(level: Level) -> Points:
+    count = level.landmarks
+    return level.source.vertices[:count], level.target.vertices[:count]
+
+
+def _distance(target: Shape, points: Points, found: Registration) -> float:
+    """Mean distance in space of partners from images, over √area."""
+    here, there = points
+    if not len(here):
+        return np.inf
+    positions = target.surface.vertices
+    apart = positions[found.images(here)] - positions[there]
+    return float(np.linalg.norm(apart, axis=1).mean()) / target.size
+
+
+def _distances_from_images(target: Shape, found: Registration, coarse: Level) -> FloatArray:
     """(N, M) distances in space from images of coarse source samples to coarse target samples."""
     positions = target.surface.vertices
     images = positions[found.images(coarse.source.vertices)]
@@ -116,7 +163,7 @@ def _place(
     source: Shape,
     target: Shape,
     hypotheses: Sequence[Hypothesis],
-    found: DenseMap,
+    found: Registration,
     finest: Level,
     control: Control,
 ) -> tuple[Hypothesis, Level]:
@@ -124,7 +171,7 @@ def _place(
     first = hypotheses[0]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
         control.report("points of the map", 0.55)
-        images = found.images(finest.source.vertices)
+        images: IntArray = found.images(finest.source.vertices)
         wider = add_target_samples(source, target, finest, images)
         placed = match_near_images(target, wider, images)
     if placed is None:

@@ -1,0 +1,18 @@
+"""Registration: hypotheses aligned in spectrum, space and normals; the best one chosen and refined.
+
+:func:`register` registers a source to a target, and says how sure it is.
+"""
+
+from solver.registration.candidates import Points
+from solver.registration.confidence import Confidence
+from solver.registration.registration import DenseCorrespondence, Registration, register
+from solver.registration.surface import EIGENPAIRS
+
+__all__ = [
+    "EIGENPAIRS",
+    "Confidence",
+    "DenseCorrespondence",
+    "Points",
+    "Registration",
+    "register",
+]

@@ -1,0 +1,195 @@
+"""Registration of two shapes: the front door of this package."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.registration.alignment import LOCAL, align
+from solver.registration.candidates import MIN_POINTS, Points
+from solver.registration.choice import STAGES, Candidate, Task, choose
+from solver.registration.confidence import Confidence, confidence_of
+from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import SurfaceMap
+from solver.shape import Shape
+
+_SIZES = tuple(range(20, 101, 5))
+"""Eigenfunctions that the chosen candidate is aligned by once more, in finer steps."""
+
+_REFLECTED_MARGIN = 1.0
+"""How much less the score of a reflected source must be for the shapes to be called reflected: the
+margin with which right answers win against wrong ones on generated shapes."""
+
+NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+
+
+@dataclass(frozen=True, eq=False)
+class DenseCorrespondence:
+    """A map of all vertices.
+
+    Parameters
+    ----------
+    source
+        (K,) the user's numbers of all vertices of the source's surface, ascending.
+    target
+        (K,) the user's number of the vertex nearest to each one's image; several may have the same.
+    faces
+        (K, 3) the user's numbers of the corners of the target's triangle that the image lies in.
+    barycentric
+        (K, 3) float64 barycentric coordinates of the image there; each row sums to 1.
+    hypothesis
+        Hypothesis that agrees best with the map: 0 for the match's best, or one more than a place
+        among its alternatives.
+    """
+
+    source: IntArray
+    target: IntArray
+    faces: IntArray
+    barycentric: FloatArray
+    hypothesis: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A source registered to a target.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    candidates
+        The chosen one first, then the best that differ from it.
+    reflected
+        Whether the source is reflected in space.
+    confidence
+        That the chosen one is right.
+    """
+
+    source: Shape
+    target: Shape
+    candidates: tuple[Candidate, ...]
+    reflected: bool
+    confidence: Confidence
+
+    @property
+    def score(self) -> float:
+        """Score of the chosen candidate's fit; the less, the better."""
+        return self.candidates[0].fit.score
+
+    def images(self, vertices: IntArray) -> IntArray:
+        """(S,) target vertices that S source vertices go to, before any refinement."""
+        return self._map.images(vertices)
+
+    @cached_property
+    def _map(self) -> SurfaceMap:
+        ours, theirs = smooth_surface(self.source), smooth_surface(self.target)
+        return SurfaceMap.of(ours, theirs, self.candidates[0].alignment, self.reflected)
+
+    def dense(self, control: Control) -> DenseCorrespondence:
+        """Map all vertices, refined beyond the eigenfunctions.
+
+        Parameters
+        ----------
+        control
+            May cancel; past its deadline, less is refined.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        MeshError
+            The source's Laplacian cannot be factored.
+        """
+        ours, theirs = smooth_surface(self.source), smooth_surface(self.target)
+        last, chosen = STAGES[-1], self.candidates[0].alignment
+        source = (ours.samples.reflected() if self.reflected else ours.samples).first(
+            last.source_samples
+        )
+        target = theirs.samples.first(last.target_samples)
+        pairs = chosen.pairs(source, target, LOCAL)
+        aligned = align(source, target, pairs, control.in_time(_SIZES, least=1), LOCAL)
+        if aligned.size < chosen.size:
+            aligned = chosen
+        refined, images = SurfaceMap.of(ours, theirs, aligned, self.reflected).refined(control)
+        faces, barycentric = refined.on_triangles(images)
+        ids, vertices = self.source.mesh.numbering
+        number = self.target.mesh.vertex_ids
+        return DenseCorrespondence(
+            ids,
+            number[images[vertices]],
+            number[theirs.mesh.faces[faces[vertices]]],
+            barycentric[vertices],
+        )
+
+
+def register(
+    source: Shape,
+    target: Shape,
+    hypotheses: Sequence[Points],
+    control: Control,
+    landmarks: Points = NO_LANDMARKS,
+) -> Registration | None:
+    """Register a source to a target: bend it onto the target in space, and see how well it fits.
+
+    Candidates begin at the hypotheses and at the signs of eigenfunctions. Those registered best are
+    registered more finely, and the one that fits best is chosen: the direct one, wherever the
+    surfaces tell left from right and front from back, as displacements reflect nothing. Where
+    landmarks say so, or no candidate fits, the reflected source is registered as well.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    hypotheses
+        (n,) vertices of X and (n,) vertices of Y that correspond, as many as there are.
+    control
+        May cancel; past its deadline, less is tried.
+    landmarks
+        Vertices of X and Y that are known to correspond: candidates that miss them come last.
+
+    Returns
+    -------
+    Registration
+        ``None`` if neither hypotheses nor eigenfunctions tell where to begin.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+
+    References
+    ----------
+    Compare Eisenberger, Lähner and Cremers, "Smooth Shells: Multi-scale shape registration with
+    functional maps", CVPR 2020, whose first candidates are random.
+    """
+    ours, theirs = smooth_surface(source), smooth_surface(target)
+    if min(ours.samples.size, theirs.samples.size) <= MIN_POINTS:
+        return None
+    samples = ours.samples, theirs.samples
+    task = Task(ours, theirs, samples, hypotheses, True, landmarks)
+    direct = _registered(source, target, task, False, control)
+    if len(landmarks[0]):
+        # Landmarks may mean the mirror image.
+        mirrored = _registered(source, target, _reflected(task), True, control)
+        return min(direct, mirrored, key=lambda one: (one.candidates[0].missed, one.score))
+    if direct.confidence.probability >= 0.5 or control.expired:
+        return direct
+    mirrored = _registered(source, target, _reflected(task), True, control)
+    return mirrored if mirrored.score < direct.score - _REFLECTED_MARGIN else direct
+
+
+def _reflected(task: Task) -> Task:
+    return replace(task, samples=(task.samples[0].reflected(), task.samples[1]))
+
+
+def _registered(
+    source: Shape, target: Shape, task: Task, reflected: bool, control: Control
+) -> Registration:
+    candidates = choose(task, control)
+    best, *others = candidates
+    margin = min((one.fit.score for one in others), default=np.inf) - best.fit.score
+    confidence = confidence_of(best.fit, margin, complete=not control.expired)
+    return Registration(source, target, tuple(candidates), reflected, confidence)

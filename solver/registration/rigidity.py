@@ -1,0 +1,80 @@
+"""As-rigid-as-possible displacement of a surface, drawn towards given places.
+
+Sorkine and Alexa, "As-rigid-as-possible surface modeling", SGP 2007. Minimises
+½ Σ_ij w_ij ‖(z_i − z_j) − (x_i − x_j) R_i‖² + ℓ⁻² Σ_i m_i ‖z_i − p_i‖² over positions z and
+rotations R_i in turn, with the weights w of the stiffness matrix and vertex areas m. Waves of the
+places p that are longer than ℓ are followed, shorter ones are not.
+"""
+
+import numpy as np
+import scipy.sparse as sp
+
+from solver.arrays import FloatArray
+from solver.mesh import TriangleMesh
+from solver.shape.laplacian import definite_factor, laplacian
+
+
+class RigidDisplacement:
+    """A surface at rest, prepared for displacements.
+
+    Parameters
+    ----------
+    mesh
+        The surface at rest, of unit area.
+    length
+        ℓ.
+
+    Raises
+    ------
+    MeshError
+        The Laplacian cannot be factored.
+    """
+
+    def __init__(self, mesh: TriangleMesh, length: float) -> None:
+        stiffness, mass = laplacian(mesh)
+        self._rest = mesh.vertices
+        self._degree = stiffness.diagonal()
+        self._weights = sp.csr_array(sp.diags_array(self._degree) - stiffness)
+        self._pull = (mass / length**2)[:, None]
+        self._factor = definite_factor(sp.csc_array(stiffness + sp.diags_array(self._pull[:, 0])))
+        self._weighted_rest = self._weights @ self._rest
+
+    def step(self, positions: FloatArray, places: FloatArray) -> FloatArray:
+        """Rotate every vertex' neighbourhood onto its displaced one, then move all vertices.
+
+        Parameters
+        ----------
+        positions
+            (V, 3) displaced so far.
+        places
+            (V, 3) places that vertices are drawn to.
+
+        Returns
+        -------
+        (V, 3) positions.
+        """
+        turns = self._rotations(positions)
+        n = len(turns)
+        own = self._degree[:, None] * self._rest - self._weighted_rest
+        sums = (self._weights @ turns.reshape(n, 9)).reshape(n, 3, 3)
+        edges = _product(own, turns) + _product(self._rest, sums)
+        edges -= self._weights @ _product(self._rest, turns)
+        return np.asarray(self._factor.solve(0.5 * edges + self._pull * places))
+
+    def _rotations(self, positions: FloatArray) -> FloatArray:
+        """(V, 3, 3) rotations R_i of the edges round each vertex: x_i − x_j goes to (x_i − x_j) R_i."""
+        rest = self._rest
+        outer = rest[:, :, None] * positions[:, None, :]
+        moments = self._degree[:, None, None] * outer
+        moments -= rest[:, :, None] * (self._weights @ positions)[:, None, :]
+        moments -= self._weighted_rest[:, :, None] * positions[:, None, :]
+        moments += (self._weights @ outer.reshape(-1, 9)).reshape(-1, 3, 3)
+        left, _, right = np.linalg.svd(moments)
+        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
+        turns: FloatArray = left @ right
+        return turns
+
+
+def _product(rows: FloatArray, matrices: FloatArray) -> FloatArray:
+    """(V, 3) each row times its matrix."""
+    return np.einsum("va,vab->vb", rows, matrices)

@@ -1,0 +1,271 @@
+"""A surface of unit area, smoothed to its first eigenfunctions, with normals and curvatures.
+
+The positions of a surface are three functions on it; their projections to the first k
+eigenfunctions are a smooth surface, the smoother the smaller k is (Vallet and Lévy, "Spectral
+geometry processing with manifold harmonics", CGF 27(2), 2008). Its tangents are linear in the
+coefficients, so that normals need no triangles once the eigenfunctions are differentiated.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import scipy.sparse as sp
+
+from solver.arrays import FloatArray, IntArray
+from solver.mesh import TriangleMesh, face_normals, vertex_normals
+from solver.shape import Shape, euclidean_farthest_points
+
+EIGENPAIRS = 100
+"""Eigenpairs of a registration. Features of the surface smaller than √(π / 100) = 0.18 √area, a
+wavelength by Weyl's law, are not smooth functions of them."""
+
+MIRROR = np.array([-1.0, 1.0, 1.0])
+"""Reflection in the plane x = 0."""
+
+_SAMPLES = 1500
+"""Samples spread over a surface, which candidates are registered by; each stage takes the first."""
+
+_CURVATURE_TIMES = 0.001, 0.003
+"""Diffusion times after which mean curvatures are compared: details of 0.03 to 0.06 √area."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Eigenfunctions and their derivatives at some points of a surface.
+
+    Parameters
+    ----------
+    vertices
+        (S,) vertices.
+    positions
+        (S, 3) positions, not smoothed.
+    eigenvalues, coefficients
+        (K,) eigenvalues, and (K, 3) coefficients of the surface's positions.
+    eigenfunctions
+        (S, K) values.
+    tangents
+        (2, S, K) derivatives in two orthogonal directions of the tangent plane.
+    curvatures
+        (S, m) mean curvature after diffusion for m times, without unit.
+    side
+        1, or -1 for the reflected surface, whose cross products of tangents point inwards.
+    """
+
+    vertices: IntArray
+    positions: FloatArray
+    eigenvalues: FloatArray
+    coefficients: FloatArray
+    eigenfunctions: FloatArray
+    tangents: FloatArray
+    curvatures: FloatArray
+    side: float = 1.0
+    _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
+
+    def __len__(self) -> int:
+        return len(self.vertices)
+
+    @property
+    def size(self) -> int:
+        """Number K of eigenfunctions."""
+        return len(self.eigenvalues)
+
+    def first(self, count: int) -> "Samples":
+        """Return the first samples, which are those of a shorter sampling."""
+        return replace(
+            self,
+            vertices=self.vertices[:count],
+            positions=self.positions[:count],
+            eigenfunctions=self.eigenfunctions[:count],
+            tangents=self.tangents[:, :count],
+            curvatures=self.curvatures[:count],
+            _smoothed={},
+        )
+
+    def surface(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions and normals of a smooth surface.
+
+        Parameters
+        ----------
+        coefficients
+            (k, 3) coefficients of its positions in the first k eigenfunctions.
+
+        Returns
+        -------
+        (S, 3) positions and (S, 3) unit normals.
+        """
+        k = len(coefficients)
+        normals = self.side * np.cross(*self.derivatives(coefficients))
+        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+        return self.eigenfunctions[:, :k] @ coefficients, normals / np.maximum(lengths, 1e-12)
+
+    def derivatives(self, coefficients: FloatArray) -> FloatArray:
+        """(2, S, 3) derivatives of a smooth surface's positions in both directions."""
+        derivatives: FloatArray = self.tangents[:, :, : len(coefficients)] @ coefficients
+        return derivatives
+
+    def smoothed(self, k: int) -> tuple[FloatArray, FloatArray]:
+        """Positions and normals of this surface, smoothed to k eigenfunctions."""
+        if k not in self._smoothed:
+            self._smoothed[k] = self.surface(self.coefficients[:k])
+        return self._smoothed[k]
+
+    def reflected(self) -> "Samples":
+        """Return the same samples of the surface reflected in the plane x = 0."""
+        return replace(
+            self,
+            positions=self.positions * MIRROR,
+            coefficients=self.coefficients * MIRROR,
+            side=-self.side,
+            _smoothed={},
+        )
+
+
+class SmoothSurface:
+    """A shape scaled to unit area, with its spectrum and what is derived of both.
+
+    Normals point outwards: where the surface encloses a negative volume, they are reversed, so that
+    the winding of the triangles does not matter.
+
+    Parameters
+    ----------
+    shape
+        The shape.
+
+    Attributes
+    ----------
+    mesh
+        Of unit area, centred.
+    spectrum
+        Of the mesh.
+    coefficients
+        (K, 3) coefficients of the positions.
+    side
+        -1 if the triangles are wound so that their normals point inwards, else 1.
+    normals
+        (V, 3) outward unit normals.
+    """
+
+    def __init__(self, shape: Shape) -> None:
+        self.spectrum = shape.spectrum(EIGENPAIRS).scaled(1.0 / shape.size)
+        self.mesh: TriangleMesh = shape.surface.scaled(1.0 / shape.size)
+        positions = self.mesh.vertices
+        weighted = self.spectrum.mass[:, None] * positions
+        self.coefficients: FloatArray = self.spectrum.eigenfunctions.T @ weighted
+        self.side = _outward(self.mesh)
+        self.normals: FloatArray = self.side * vertex_normals(positions, self.mesh.faces)
+
+    @cached_property
+    def samples(self) -> Samples:
+        """Samples spread over the surface, the farthest first."""
+        count = min(_SAMPLES, self.mesh.n_vertices)
+        return self.at(euclidean_farthest_points(self.mesh.vertices, count))
+
+    def at(self, vertices: IntArray) -> Samples:
+        """Return chosen vertices as samples."""
+        values, spectrum = self.spectrum.eigenfunctions, self.spectrum
+        frames = _tangent_frames(self.normals[vertices])
+        derivatives = _gradients(self.mesh, vertices) @ values
+        tangents = np.einsum("ads,sdk->ask", frames, derivatives.reshape(len(vertices), 3, -1))
+        samples = Samples(
+            vertices,
+            self.mesh.vertices[vertices],
+            spectrum.eigenvalues,
+            self.coefficients,
+            values[vertices],
+            np.ascontiguousarray(tangents),
+            np.empty((len(vertices), 0)),
+        )
+        return replace(samples, curvatures=_mean_curvatures(samples))
+
+    @cached_property
+    def adjacency(self) -> tuple[IntArray, IntArray]:
+        """Neighbours of vertex v are ``second[first[v]:first[v + 1]]``."""
+        i, j = self.mesh.edges.T
+        ends = sp.csr_array(
+            (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
+            shape=(self.mesh.n_vertices,) * 2,
+        )
+        return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
+
+    @cached_property
+    def incident(self) -> tuple[IntArray, IntArray]:
+        """Triangles round vertex v are ``second[first[v]:first[v + 1]]``."""
+        corners = self.mesh.faces.ravel()
+        counts = np.bincount(corners, minlength=self.mesh.n_vertices)
+        first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        return first, np.argsort(corners, kind="stable") // 3
+
+
+_SURFACES: "WeakKeyDictionary[Shape, SmoothSurface]" = WeakKeyDictionary()
+
+
+def smooth_surface(shape: Shape) -> SmoothSurface:
+    """Return the smooth surface of a shape, computed once for each shape."""
+    known = _SURFACES.get(shape)
+    if known is None:
+        known = _SURFACES[shape] = SmoothSurface(shape)
+    return known
+
+
+def _outward(mesh: TriangleMesh) -> float:
+    """Return -1.0 if the triangles are wound the other way round, else 1.0."""
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    middles = centred[mesh.faces].mean(axis=1)
+    volume = float((middles * face_normals(centred, mesh.faces)).sum())
+    return -1.0 if volume < 0.0 else 1.0
+
+
+def _tangent_frames(normals: FloatArray) -> FloatArray:
+    """(2, 3, S) two unit vectors at right angles to each normal, and to each other."""
+    axes = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    along = np.cross(normals, axes)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    return np.stack([along.T, np.cross(normals, along).T])
+
+
+def _gradients(mesh: TriangleMesh, vertices: IntArray) -> sp.csr_array:
+    """(3 S, V) operator: mean of a function's gradients on the triangles round each vertex, by area.
+
+    The gradient of a hat function on a triangle is the opposite edge, turned by a right angle, over
+    twice the area.
+    """
+    row = np.full(mesh.n_vertices, -1, dtype=np.int64)
+    row[vertices] = np.arange(len(vertices))
+    corners = mesh.vertices[mesh.faces]
+    doubled = face_normals(mesh.vertices, mesh.faces)
+    area = np.maximum(np.linalg.norm(doubled, axis=1), 1e-300)
+    unit = doubled / area[:, None]
+    # Each gradient times twice the area; the mean divides by the sum of these areas.
+    hats = [np.cross(unit, corners[:, (c + 2) % 3] - corners[:, (c + 1) % 3]) for c in range(3)]
+    around = np.zeros(len(vertices))
+    rows, columns, values = [], [], []
+    for corner in range(3):
+        faces = np.flatnonzero(row[mesh.faces[:, corner]] >= 0)
+        place = row[mesh.faces[faces, corner]]
+        around += np.bincount(place, area[faces], minlength=len(vertices))
+        for other in range(3):
+            for axis in range(3):
+                rows.append(3 * place + axis)
+                columns.append(mesh.faces[faces, other])
+                values.append(hats[other][faces, axis])
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    operator = sp.csr_array(entries, shape=(3 * len(vertices), mesh.n_vertices))
+    weights = np.repeat(1.0 / np.maximum(around, 1e-300), 3)
+    return sp.csr_array(sp.diags_array(weights) @ operator)
+
+
+def _mean_curvatures(samples: Samples) -> FloatArray:
+    """(S, m) mean curvatures times √t, of the surface after diffusion for times t.
+
+    ΔX = 2 H n for the positions X of a surface, here with the sign of Δ in section 3.3: H is
+    positive where the surface is convex.
+    """
+    found = []
+    for time in _CURVATURE_TIMES:
+        coefficients = np.exp(-time * samples.eigenvalues)[:, None] * samples.coefficients
+        laplacian = samples.eigenfunctions @ (samples.eigenvalues[:, None] * coefficients)
+        _, normals = samples.surface(coefficients)
+        found.append(0.5 * np.sqrt(time) * (laplacian * normals).sum(axis=1))
+    return np.stack(found, axis=1)
