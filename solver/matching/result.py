@@ -7,6 +7,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import DenseCorrespondence
 from solver.gmds import GmdsRefinement
 from solver.labelling import CERTIFIED_GAP, Distortion, Method, relative_gap
+from solver.registration import Confidence
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +116,9 @@ class Match:
     misfit
         Of a prototype: energy per point at the coarsest level over its median for left-out
         examples. ``None`` for two shapes, if that median is not known, and for other weights.
+    confidence
+        Probability that `best` is right, and reasons for doubt. ``None`` where the surfaces were
+        not registered: `orientation` off, objective "linf", or a prototype.
     """
 
     best: Correspondence
@@ -125,6 +129,7 @@ class Match:
     refinement: GmdsRefinement | None = None
     dense: DenseCorrespondence | None = None
     misfit: float | None = None
+    confidence: Confidence | None = None
 
     @property
     def lower_bound(self) -> float:
