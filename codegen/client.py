@@ -106,6 +106,8 @@ def _option(one: Described) -> str:
         # In brackets, help takes words for markup.
         listed = [f"{value} (default)" if value == one.default else value for value in one.values]
         help_text += f": {', '.join(listed)}"
+    if one.kind == "boolean" and one.default:
+        help_text += " (the default)"
     if one.limits:
         help_text += f", {one.limits}"
         help_text += "" if one.default is None else f" [{one.default}]"

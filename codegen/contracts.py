@@ -7,7 +7,7 @@ import typing
 from typing import Any, Final
 
 from codegen.python_source import docstring, header, literal
-from solver.functional_maps import EIGENPAIRS
+from solver.registration import EIGENPAIRS
 from solver.matching import MatchOptions
 from solver.parameters import Parameter, ParameterSet
 from solver.prototype import PrototypeOptions, PrototypeStructures

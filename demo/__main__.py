@@ -73,7 +73,7 @@ def demonstrate(console: Console, output: Path, vertices: int) -> None:
         console.print("Uploading and matching ...")
         with Client(stack.url) as client:
             source, target = (client.upload(path) for path in files)
-            job = client.match(source, target, points=POINTS, orientation=True)
+            job = client.match(source, target, points=POINTS)
             match = job.result(progress=True)
             match.save(output / "match.json")
             job.save_picture(output / "match.png")
@@ -95,13 +95,15 @@ def show(console: Console, match: Match, figures: Figures) -> None:
     distortion = match.distortion
     first_order = "none" if distortion.first_order is None else f"{distortion.first_order:.4g}"
     coarse = match.levels[0]
-    proof = "proven optimal" if coarse.certified else f"gap {coarse.gap:.2%}"
+    proof = "best of its candidates" if coarse.certified else f"gap {coarse.gap:.2%}"
+    if match.confidence is not None:
+        console.print(f"answer        {match.confidence}")
     console.print(
         f"distortion    second order {distortion.second_order:.4g}, first order {first_order}, "
         f"largest {distortion.linf:.4g}\n"
         f"energy        {match.energy:.6g}\n"
         f"lower bound   {match.lower_bound:.6g}: gap {match.gap:.2%}, "
-        f"{'certified optimal' if match.certified else 'not certified'}\n"
+        f"{'certified among its candidates' if match.certified else 'not certified'}\n"
         f"coarse level  {coarse.points} points, {proof}\n"
         f"alternatives  {len(match.alternatives)} more\n"
         f"time          {match.timings['total']:.1f} s in the worker\n"

@@ -48,6 +48,7 @@ from broker.contracts.prototypes import (
 from broker.contracts.requests import IdempotencyRecord, RequestOrigin
 from broker.contracts.results import (
     Alternative,
+    Confidence,
     Correspondence,
     DenseCorrespondence,
     Distortion,
@@ -82,6 +83,7 @@ __all__ = [
     "URN",
     "Alternative",
     "Choice",
+    "Confidence",
     "Correspondence",
     "Delivery",
     "DeliveryPayload",

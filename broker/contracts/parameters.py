@@ -125,17 +125,18 @@ class MatchParameters(solver.MatchOptions):
         """Whether any level, or the extension of the match, uses the spectrum of the shapes."""
         described = any(one.about.spectral for one in self.descriptors)
         spectral = any(one.about.spectral for one in self.metrics)
-        return self.extended or spectral or (described and self.first_order_weight > 0)
+        return self.registered or spectral or (described and self.first_order_weight > 0)
 
     @property
-    def extended(self) -> bool:
-        """Whether the match is extended to a dense map: for itself, or to choose or refine."""
-        return self.orientation or self.dense or self.refine is not None
+    def registered(self) -> bool:
+        """Whether the surfaces are registered: to choose, to map all vertices, or to refine."""
+        oriented = self.orientation and self.objective != "linf"
+        return oriented or self.dense or self.refine is not None
 
     @property
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape, and kept: no less than any part needs."""
-        return max(self.eigenpairs, solver.DENSE_EIGENPAIRS) if self.extended else self.eigenpairs
+        return max(self.eigenpairs, solver.REGISTRATION_EIGENPAIRS) if self.registered else self.eigenpairs
 
 
 class DissimilarityParameters(solver.SimilarityOptions):

@@ -1,11 +1,14 @@
 """The result of a match."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.parameters import MatchParameters
 from broker.contracts.problems import FieldProblem
+
+LIKELY_RIGHT: Final = 0.5
+"""Probability of being right from which on an answer is not in doubt."""
 
 
 class _Part(BaseModel):
@@ -57,13 +60,42 @@ class Level(_Part):
     energy: float = Field(description="Energy of the best answer found.")
     lower_bound: float = Field(description="No answer of the level's problem has less energy.")
     gap: float = Field(description="Relative difference of the two.")
-    certified: bool = Field(description="Whether the answer is proven to be the best.")
+    certified: bool = Field(
+        description="Whether the gap is at most 1e-4: no better correspondence among the candidates"
+        " of this level."
+    )
     iterations: int = Field(description="Steps of the solver.")
     method: str = Field(description="Method that found and bounded the answer.")
     seconds: float = Field(description="Time the level took.")
     rank: int = Field(
         description="Place of the answer among all hypotheses by their energy at this level."
     )
+
+
+class Confidence(_Part):
+    """How probably the answer is right, and reasons for doubt."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"probability": 0.97, "reasons": []},
+                {"probability": 0.31, "reasons": ["the mirror image fits nearly as well"]},
+            ]
+        }
+    )
+
+    probability: float = Field(
+        ge=0,
+        le=1,
+        description="Calibrated probability that the answer is right: that its mean geodesic error"
+        " is below a tenth of the square root of the area. Below one half the answer is in doubt.",
+    )
+    reasons: tuple[str, ...] = Field(description="Reasons for doubt, in words; empty if none.")
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the answer is less than likely to be right."""
+        return self.probability < LIKELY_RIGHT
 
 
 class RefinedPoint(_Part):
@@ -121,7 +153,7 @@ class Refinement(_Part):
 
 
 class DenseCorrespondence(_Part):
-    """A map of all vertices of the source's surface; both lists are of the same length."""
+    """A map of all vertices of the source's surface; all lists are of the same length."""
 
     hypothesis: int = Field(
         ge=0,
@@ -135,8 +167,24 @@ class DenseCorrespondence(_Part):
         " `simplify` has removed goes where the one that stands for it does."
     )
     target: tuple[int, ...] = Field(
-        description="The vertex of the target's file that each of them corresponds to; several"
-        " may go to one."
+        description="The vertex of the target's file that is nearest to the image of each of them;"
+        " several may go to one."
+    )
+    faces: tuple[Annotated[tuple[int, ...], Field(min_length=3, max_length=3)], ...] = Field(
+        default=(),
+        description="The corners, 0-based vertex indices in the target's file, of the triangle in"
+        " which the image of each of them lies. Of a shape that was simplified it is a triangle of"
+        " fewer, larger ones. Empty in results of versions that gave vertices alone.",
+    )
+    barycentric: tuple[
+        Annotated[
+            tuple[Annotated[float, Field(ge=0, le=1)], ...], Field(min_length=3, max_length=3)
+        ],
+        ...,
+    ] = Field(
+        default=(),
+        description="Barycentric coordinates of the images in these triangles, none negative, of"
+        " sum 1, to four decimals.",
     )
 
 
@@ -165,7 +213,15 @@ class MatchResult(_Part):
     lower_bound: float = Field(description="No correspondence of the problem solved has less.")
     gap: float = Field(description="Relative difference of `energy` and `lower_bound`.")
     certified: bool = Field(
-        description="Whether the correspondence is proven to be the best of the problem solved."
+        description="Whether the gap is at most 1e-4: no better correspondence among the candidates"
+        " of the finest level. It says nothing of other points, and not that the answer is right:"
+        " see `confidence`."
+    )
+    confidence: Confidence | None = Field(
+        default=None,
+        description="How probably the answer is right, and reasons for doubt; null where the"
+        " surfaces were not registered: `orientation` false without `dense` and `refine`, objective"
+        ' "linf", or a prototype.',
     )
     alternatives: tuple[Alternative, ...] = Field(
         description="Other good correspondences, the likeliest first; some may have less energy,"

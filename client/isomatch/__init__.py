@@ -38,6 +38,7 @@ from isomatch._errors import (
 )
 from isomatch._models import (
     Alternative,
+    Confidence,
     Correspondence,
     DenseCorrespondence,
     DissimilarityParameters,
@@ -78,6 +79,7 @@ __all__ = [
     "AsyncJob",
     "BadRequest",
     "Client",
+    "Confidence",
     "Conflict",
     "ConnectionFailed",
     "Correspondence",

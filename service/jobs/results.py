@@ -85,7 +85,8 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     For dissimilarities: `shapes` and `labels`; `matrix` (K, K); `lower_bounds` and `certified` of
     the pairs (0, 1), (0, 2), ..., (1, 2), ...; `nearest`, the indices of each shape's nearest
     neighbours. For a match: `source`, `target` and `costs` of the pairs; `unmatched`; and, if
-    requested, `dense_source` and `dense_target`, `refined_vertices` and `refined_weights`.
+    requested, `dense_source`, `dense_target`, `dense_faces` and `dense_barycentric`, the last to
+    four decimals, `refined_vertices` and `refined_weights`.
     """
     record = job_with_result(service, job_id)
     if not record.kind.has_arrays:

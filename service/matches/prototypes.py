@@ -56,8 +56,7 @@ def in_force(asked: MatchRequest, prototype: PrototypeRecord) -> MatchParameters
     own["points"] = min(asked.points, prototype.points)
     if asked.coarse_points == MatchParameters().coarse_points:
         own["coarse_points"] = _COARSE_POINTS
-    if "orientation" not in asked.model_fields_set:
-        own["orientation"] = prototype.surfaces > 0
+    own["orientation"] = asked.orientation and prototype.surfaces > 0
     return asked.parameters().model_copy(update=own)
 
 
@@ -78,9 +77,6 @@ def _unsupported(
         for name in ("refine", "dense", "landmarks")
         if getattr(asked, name)
     ]
-    if asked.orientation and not prototype.surfaces:
-        message = "the prototype keeps no surfaces; leave it out, or learn the prototype again"
-        wrong.append(FieldProblem(field="body.orientation", message=message))
     if asked.objective != "l2":
         message = 'only "l2" is supported with a prototype; leave it out, or set it to "l2"'
         wrong.append(FieldProblem(field="body.objective", message=message))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.functional_maps.dense_map import (
     DenseMap,
@@ -58,7 +58,11 @@ class DenseCorrespondence:
     source
         (K,) the user's numbers of all vertices of the source's surface, ascending.
     target
-        (K,) the user's number of each one's image; several may have the same.
+        (K,) the user's number of the vertex nearest to each one's image; several may have the same.
+    faces
+        (K, 3) the user's numbers of the corners of the target's triangle that holds each image.
+    barycentric
+        (K, 3) barycentric coordinates of each image in its triangle; each row has the sum 1.
     hypothesis
         Hypothesis that was extended: 0 for the match's best, or one more than a place among its
         alternatives.
@@ -66,6 +70,8 @@ class DenseCorrespondence:
 
     source: IntArray
     target: IntArray
+    faces: IntArray
+    barycentric: FloatArray
     hypothesis: int
 
 
@@ -157,4 +163,16 @@ def dense_correspondence(found: DenseMap) -> DenseCorrespondence:
     source, target = found.source.mesh, found.target.mesh
     ids, vertices = source.numbering
     images = found.images(np.arange(source.n_vertices, dtype=np.int64))
-    return DenseCorrespondence(ids, target.vertex_ids[images[vertices]], found.hypothesis)
+    nearest = images[vertices]
+    corners = target.faces.ravel()
+    # Of the triangles that share a vertex, any holds it.
+    held = np.empty(target.n_vertices, dtype=np.int64)
+    held[corners] = np.arange(len(corners))
+    faces, corner = np.divmod(held[nearest], 3)
+    return DenseCorrespondence(
+        ids,
+        target.vertex_ids[nearest],
+        target.vertex_ids[target.faces[faces]],
+        np.eye(3)[corner],
+        found.hypothesis,
+    )

@@ -116,7 +116,8 @@ class Match:
         Of a prototype: energy per point at the coarsest level over its median for left-out
         examples. ``None`` for two shapes, if that median is not known, and for other weights.
     confidence
-        That the answer is right; ``None`` where the surfaces were not registered.
+        Probability that `best` is right, and reasons for doubt. ``None`` where the surfaces were
+        not registered: `orientation` off, objective "linf", or a prototype.
     """
 
     best: Correspondence

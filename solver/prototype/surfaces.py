@@ -14,7 +14,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import MeshError
-from solver.functional_maps import EIGENPAIRS
+from solver.registration import EIGENPAIRS
 from solver.mesh import TriangleMesh, simplified, triangle_mesh
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum

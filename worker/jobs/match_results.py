@@ -7,10 +7,15 @@ import numpy as np
 
 from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, is_prototype
-from solver.functional_maps import DenseCorrespondence
+from solver.arrays import FloatArray
+from solver.registration import DenseCorrespondence
 from solver.gmds import GmdsRefinement
 from solver.matching import Correspondence, Match
 from solver.mesh import TriangleMesh
+from solver.registration import Confidence
+
+_DECIMALS = 4
+"""Decimals of barycentric coordinates of dense maps: far less than an edge, at half the size."""
 
 
 def document_of(
@@ -30,6 +35,7 @@ def document_of(
         lower_bound=found.lower_bound,
         gap=found.gap,
         certified=found.certified,
+        confidence=None if found.confidence is None else _confidence(found.confidence),
         alternatives=tuple(
             contracts.Alternative(
                 energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
@@ -77,8 +83,9 @@ def arrays_of(result: MatchResult) -> bytes:
     """Return a result as the bytes of an ``.npz`` file without pickled objects.
 
     `source`, `target` (n,) int64 and `costs` (n,) float64 of the pairs, `unmatched` (u,) int64;
-    `dense_source`, `dense_target` (K,) int64 and `refined_vertices` (n, 3) int64,
-    `refined_weights` (n, 3) float64 if the result has them.
+    `dense_source`, `dense_target` (K,) int64, `dense_faces` (K, 3) int64, `dense_barycentric`
+    (K, 3) float64, and `refined_vertices` (n, 3) int64, `refined_weights` (n, 3) float64 if the
+    result has them.
     """
     arrays = {
         "source": np.array([pair.source for pair in result.correspondences], dtype=np.int64),
@@ -89,6 +96,8 @@ def arrays_of(result: MatchResult) -> bytes:
     if result.dense is not None:
         arrays["dense_source"] = np.array(result.dense.source, dtype=np.int64)
         arrays["dense_target"] = np.array(result.dense.target, dtype=np.int64)
+        arrays["dense_faces"] = np.array(result.dense.faces, dtype=np.int64)
+        arrays["dense_barycentric"] = np.array(result.dense.barycentric, dtype=np.float64)
     if result.refinement is not None:
         points = result.refinement.points
         arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
@@ -103,12 +112,27 @@ def result_from_blob(packed: bytes) -> MatchResult:
     return MatchResult.model_validate_json(gzip.decompress(packed))
 
 
+def _confidence(found: Confidence) -> contracts.Confidence:
+    return contracts.Confidence.model_validate(found, from_attributes=True)
+
+
 def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
     return contracts.DenseCorrespondence(
         hypothesis=found.hypothesis,
         source=tuple(found.source.tolist()),
         target=tuple(found.target.tolist()),
+        faces=tuple(map(tuple, found.faces.tolist())),
+        barycentric=tuple(map(tuple, _rounded(found.barycentric).tolist())),
     )
+
+
+def _rounded(weights: FloatArray) -> FloatArray:
+    """(K, 3) barycentric coordinates to four decimals, none negative, of sum 1 as before."""
+    rounded = np.clip(weights, 0.0, 1.0).round(_DECIMALS)
+    rows = np.arange(len(rounded))
+    # The greatest of three is at least a third, so that it stays positive.
+    rounded[rows, rounded.argmax(axis=1)] += 1.0 - rounded.sum(axis=1)
+    return rounded.round(_DECIMALS)
 
 
 def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:

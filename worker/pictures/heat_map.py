@@ -146,7 +146,7 @@ def _captions(result: DissimilarityResult) -> tuple[str, str]:
     if result.mean_average_precision is not None:
         parts.append(f"mean average precision {100.0 * result.mean_average_precision:.1f} %")
     if result.certified:
-        parts.append("all proven optimal")
+        parts.append("all proven minimal")
     parameters = result.parameters
     parts.append(f"{parameters.points} points, {parameters.metrics[0].name}")
     return f"Dissimilarities of {count:,} shapes", "   ·   ".join(parts)

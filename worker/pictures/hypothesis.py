@@ -1,9 +1,11 @@
 """The answer of a match to draw: the chosen one, or an alternative."""
 
+import textwrap
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from broker.contracts import (
+    Confidence,
     Correspondence,
     DenseCorrespondence,
     MatchResult,
@@ -12,6 +14,9 @@ from broker.contracts import (
 )
 
 PartT = TypeVar("PartT", Refinement, DenseCorrespondence)
+
+_WIDTH: Final = 140
+"""Characters that fit in a line below the title."""
 
 
 class NoAlternative(Exception):  # noqa: N818 - said of the match
@@ -41,7 +46,7 @@ class Hypothesis:
     refinement, dense
         Its refined points and its dense map, if it has them.
     title, subtitle
-        The caption.
+        The caption; the second of one line or two.
     """
 
     correspondences: tuple[Correspondence, ...]
@@ -102,8 +107,26 @@ def _captions(result: MatchResult) -> tuple[str, str]:
     if result.refinement is not None:
         which = result.refinement.hypothesis
         title += ", refined between vertices" + (f" from alternative {which}" if which else "")
-    proof = "proven optimal" if result.certified else f"optimal to {100.0 * result.gap:.2g} %"
-    return title, (
+    proof = "no better correspondence among the candidates"
+    if not result.certified:
+        proof = f"within {100.0 * result.gap:.2g} % of the best among the candidates"
+    figures = (
         f"energy {result.energy:.4g}   ·   lower bound {result.lower_bound:.4g}   ·   {proof}"
         f"   ·   greatest distortion {result.distortion.linf:.3g}"
     )
+    if result.confidence is None:
+        return title, figures
+    return title, f"{confidence_line(result.confidence)}\n{figures}"
+
+
+def confidence_line(confidence: Confidence) -> str:
+    """Return the confidence in a line, as in ``in doubt, confidence 31 %: the mirror image ...``.
+
+    The percentage is never 0 or 100: no calibration is as sure as that.
+    """
+    said = f"confidence {min(max(round(100.0 * confidence.probability), 1), 99)} %"
+    if confidence.in_doubt:
+        said = f"in doubt, {said}"
+    if confidence.reasons:
+        said += f": {'; '.join(confidence.reasons)}"
+    return textwrap.shorten(said, _WIDTH, placeholder=" …")

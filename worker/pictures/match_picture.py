@@ -85,7 +85,7 @@ def draw_prototype_match(
 
 def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> bytes:
     figure = new_figure(_INCHES)
-    axes = figure.add_axes((0.02, 0.06, 0.96, 0.82))
+    axes = figure.add_axes((0.02, 0.06, 0.96, 0.80))
     axes.set_axis_off()
     axes.set_aspect("equal")
     for scene in (left, right):
@@ -102,7 +102,10 @@ def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> 
         )  # fmt: skip
     axes.autoscale_view()
     figure.text(0.5, 0.955, answer.title, ha="center", fontsize=14, color=INK)
-    figure.text(0.5, 0.915, answer.subtitle, ha="center", fontsize=10, color=FAINT)
+    figure.text(
+        0.5, 0.935, answer.subtitle, ha="center", va="top", fontsize=10, color=FAINT,
+        linespacing=1.5, parse_math=False,
+    )  # fmt: skip
     return png(figure)
 
 

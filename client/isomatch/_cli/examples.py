@@ -13,7 +13,7 @@ def _epilog(*examples: tuple[str, str]) -> str:
 MATCH_EXAMPLES: Final = _epilog(
     ("32 points, as a table and as a picture", "isomatch match a.off b.obj --picture match.png"),
     (
-        "all vertices, with the right orientation, the result in a file",
+        "all vertices, the result in a file",
         "isomatch match a.off b.obj --dense --output match.json",
     ),
     (

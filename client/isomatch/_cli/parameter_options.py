@@ -18,7 +18,10 @@ MATCH: Final = (
     ParameterOption(
         "orientation",
         "boolean",
-        ("Return the hypothesis that preserves orientation, so that left is matched with left."),
+        (
+            "Return the direct answer: left is matched with left and front with front,"
+            " wherever the surfaces tell them apart (the default)."
+        ),
         "",
     ),
     ParameterOption("dense", "boolean", "Extend the match to all vertices.", ""),
@@ -34,7 +37,7 @@ MATCH: Final = (
     ParameterOption(
         "normalise",
         "boolean",
-        ("Scale all shapes to unit area first, so that shapes of any size compare."),
+        ("Scale all shapes to unit area first, so that shapes of any size compare (the default)."),
         "Shapes",
     ),
     ParameterOption(
@@ -178,7 +181,7 @@ LEARN: Final = (
     ParameterOption(
         "normalise",
         "boolean",
-        ("Scale all shapes to unit area first, so that shapes of any size compare."),
+        ("Scale all shapes to unit area first, so that shapes of any size compare (the default)."),
         "Shapes",
     ),
     ParameterOption(

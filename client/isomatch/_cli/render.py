@@ -12,6 +12,7 @@ from rich.text import Text
 
 from isomatch._clients import Job
 from isomatch._models import (
+    Confidence,
     JobRecord,
     RefinedPoint,
     Refinement,
@@ -59,11 +60,14 @@ def _refined(point: RefinedPoint) -> str:
 
 
 def match_summary(match: Match) -> Table:
-    """Return distortion, energy and bounds of a match as a table."""
+    """Return confidence, distortion, energy and bounds of a match as a table."""
     distortion = match.distortion
     first_order = "none" if distortion.first_order is None else f"{distortion.first_order:.6g}"
-    proof = "yes, proven optimal" if match.certified else "no, see the gap"
+    proof = "no, see the gap"
+    if match.certified:
+        proof = "yes: no better correspondence among the candidates of the finest level"
     rows = {
+        **({} if match.confidence is None else {"answer": _answer(match.confidence)}),
         "distortion, first order": first_order,
         "distortion, second order": f"{distortion.second_order:.6g}",
         "distortion, maximal": f"{distortion.linf:.6g}",
@@ -81,6 +85,10 @@ def match_summary(match: Match) -> Table:
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
     }
     return named_values(rows)
+
+
+def _answer(found: Confidence) -> str:
+    return str(found) if found.in_doubt else f"likely right, {found}"
 
 
 def named_values(rows: Mapping[str, str]) -> Table:

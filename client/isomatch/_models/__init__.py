@@ -2,6 +2,7 @@
 
 from isomatch._models.answer import Answer, Page
 from isomatch._models.arguments import StructureChoice, check_names, structure_choice
+from isomatch._models.confidence import Confidence
 from isomatch._models.correspondences import (
     Alternative,
     Correspondence,
@@ -23,6 +24,7 @@ from isomatch._models.structures import Invariance, Structure, StructureParamete
 __all__ = [
     "Alternative",
     "Answer",
+    "Confidence",
     "Correspondence",
     "Correspondences",
     "DenseCorrespondence",

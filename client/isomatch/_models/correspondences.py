@@ -1,12 +1,15 @@
 """Correspondences of vertices, sparse and dense, and their distortion."""
 
 from functools import cached_property
+from typing import Annotated, Final
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import FiniteFloat
+from pydantic import Field, FiniteFloat
 
 from isomatch._models.answer import Answer
+
+_OF_THREE: Final = Field(min_length=3, max_length=3)
 
 
 class Correspondence(Answer):
@@ -87,8 +90,10 @@ class Level(Answer):
         Number of candidate pairs.
     metric, descriptor
         Names of the compared structures.
-    energy, lower_bound, gap, certified, iterations, method, seconds
+    energy, lower_bound, gap, iterations, method, seconds
         Solution, bound and cost of the solver.
+    certified
+        Whether no better correspondence exists among the candidates of this level.
     rank
         Rank of the solution by energy among all hypotheses at this level, from 1.
     """
@@ -119,12 +124,19 @@ class DenseCorrespondence(Answer):
     source
         Vertex indices in the source's file, ascending: all vertices of the matched surface.
     target
-        Corresponding vertex index in the target's file for each; not injective.
+        Vertex index in the target's file nearest to the image of each; not injective.
+    faces
+        Corners, as vertex indices in the target's file, of the triangle that holds each image.
+    barycentric
+        Barycentric coordinates of each image in its triangle, to four decimals. Like `faces` empty
+        in results of services that gave vertices alone.
     """
 
     hypothesis: int
     source: tuple[int, ...]
     target: tuple[int, ...]
+    faces: tuple[Annotated[tuple[int, ...], _OF_THREE], ...] = ()
+    barycentric: tuple[Annotated[tuple[FiniteFloat, ...], _OF_THREE], ...] = ()
 
     @cached_property
     def source_vertices(self) -> npt.NDArray[np.int64]:
@@ -135,3 +147,47 @@ class DenseCorrespondence(Answer):
     def target_vertices(self) -> npt.NDArray[np.int64]:
         """`target` as an array, (K,) int64."""
         return np.array(self.target, dtype=np.int64)
+
+    @cached_property
+    def image_faces(self) -> npt.NDArray[np.int64]:
+        """`faces` as an array, (K, 3) int64."""
+        return np.array(self.faces, dtype=np.int64).reshape(-1, 3)
+
+    @cached_property
+    def image_weights(self) -> npt.NDArray[np.float64]:
+        """`barycentric` as an array, (K, 3) float64."""
+        return np.array(self.barycentric, dtype=np.float64).reshape(-1, 3)
+
+    def interpolate(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Interpolate values of the target's vertices at the images: transfer them to the source.
+
+        Parameters
+        ----------
+        values
+            A value or a row for each vertex of the target's file, in its order: positions,
+            colours, (V,) or (V, ...).
+
+        Returns
+        -------
+        The value or row of each vertex in `source`, (K,) or (K, ...) float64.
+
+        Raises
+        ------
+        ValueError
+            `values` has fewer rows than the file, or the result has vertices alone.
+
+        Examples
+        --------
+        >>> positions = match.dense.interpolate(target_vertices)  # (K, 3), of source_vertices
+        """
+        rows = np.asarray(values, dtype=np.float64)
+        if len(self.faces) < len(self.source):
+            raise ValueError("the result has no images between vertices; match again")
+        last = int(self.image_faces.max(initial=-1))
+        if rows.ndim == 0 or last >= len(rows):
+            have = 0 if rows.ndim == 0 else len(rows)
+            raise ValueError(f"there are {have} rows of values, but a corner is vertex {last}")
+        found: npt.NDArray[np.float64] = np.einsum(
+            "kc,kc...->k...", self.image_weights, rows[self.image_faces]
+        )
+        return found

@@ -24,13 +24,14 @@ class MatchParameters(TypedDict, total=False):
         target's surface between its vertices, by generalized multidimensional scaling:
         `refinement` of the result. No refinement if left out [None].
     orientation
-        Return the hypothesis that preserves orientation, so that left is matched with left. Its
-        extension to all vertices preserves most and keeps orientation; by distances alone the
-        mirror image is as good. Alternatives may then have less energy. Takes some seconds;
-        included in `dense` and `refine`. Surfaces must be wound consistently, as closed ones
-        are after repair. With a prototype that keeps surfaces of its examples the default is
-        True, and front and hind legs are told apart too. With objective ``"linf"`` the answer
-        stays that of least distortion [False].
+        Return the direct answer: left is matched with left and front with front, wherever the
+        surfaces tell them apart. They are registered for it, and `confidence` of the result
+        says how sure the answer is; alternatives may have less energy. If False, nothing is
+        registered, which is faster: distances alone decide, and the mirror image is as good.
+        `dense` and `refine` include it. Surfaces must be wound consistently, as closed ones are
+        after repair. With a prototype the surfaces of its examples decide; without them, and
+        with objective ``"linf"``, whose answer stays that of least distortion, it has no effect
+        [True].
     dense
         Extend the match to all vertices. The extension is `dense` of the result [False].
     landmarks

@@ -11,6 +11,7 @@ from pydantic import FiniteFloat
 from isomatch._figures import draw_panels
 from isomatch._models import (
     Alternative,
+    Confidence,
     Correspondences,
     DenseCorrespondence,
     Level,
@@ -51,7 +52,11 @@ class Match(Result, Correspondences):
     gap
         Relative difference of `energy` and `lower_bound`.
     certified
-        Whether the correspondence is proven to be optimal among the candidates.
+        Whether no better correspondence exists among the candidates of the finest level. It says
+        nothing of other points, and not that the answer is right.
+    confidence
+        Probability that the answer is right, with reasons for doubt; None where the surfaces were
+        not registered: ``orientation=False``, objective ``"linf"``, or a prototype.
     alternatives
         Other good correspondences, such as reflections, each with its energy.
     levels
@@ -81,6 +86,7 @@ class Match(Result, Correspondences):
     lower_bound: FiniteFloat
     gap: FiniteFloat
     certified: bool
+    confidence: Confidence | None = None
     alternatives: tuple[Alternative, ...]
     levels: tuple[Level, ...]
     unmatched: tuple[int, ...]
@@ -91,10 +97,11 @@ class Match(Result, Correspondences):
     timings: dict[str, FiniteFloat]
 
     def __repr__(self) -> str:
-        proof = "certified" if self.certified else f"gap {self.gap:.2%}"
+        proof = "certified among its candidates" if self.certified else f"gap {self.gap:.2%}"
         others = f"{len(self.alternatives)} alternatives"
         points = f"{len(self.correspondences)} points"
-        return f"<Match of {points}, energy {self.energy:.6g}, {proof}, {others}>"
+        sure = "" if self.confidence is None else f"{self.confidence}, "
+        return f"<Match of {points}, {sure}energy {self.energy:.6g}, {proof}, {others}>"
 
     __str__ = __repr__
 
@@ -131,9 +138,13 @@ class Match(Result, Correspondences):
             title += ", refined between vertices"
         if dense is not None:
             title += ", and a map of all vertices"
-        proof = "proven optimal" if self.certified else f"gap {self.gap:.2g}"
+        proof = f"gap {self.gap:.2g}"
+        if self.certified:
+            proof = "no better correspondence among the candidates"
         if chosen:
             proof = f"of the match {self.energy:.4g}, {proof}"
+        elif self.confidence is not None:
+            title = f"{title}\n{self.confidence}"
         return draw_panels(panels, f"{title}\nenergy {answer.energy:.4g}, {proof}")
 
     def _extended_hypothesis(self) -> int:

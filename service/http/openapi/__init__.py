@@ -13,7 +13,8 @@ from service.http.problems import Unauthorized
 from service.http.security import PROTECTED
 
 DESCRIPTION = """\
-Correspondences of minimum distortion between non-rigid shapes, with certificates of optimality.
+Correspondences of minimum distortion between non-rigid shapes, each with a certificate and its
+confidence.
 
 1. `POST /v1/shapes`: upload two meshes.
 2. `POST /v1/matches`: request their correspondence.

@@ -81,6 +81,10 @@ export function checkbox(name, value, label, checked) {
     h("input", { type: "checkbox", name, value: String(value), checked, "data-json": json }), " ", label);
 }
 
+/** A checkbox whose state is the value of a parameter, by default the parameter's own default. */
+export const switchField = (name, about, label) => h("label", { class: "check" },
+  h("input", { type: "checkbox", name, checked: about.default, "data-switch": true }), " ", label);
+
 /** Mark the fields that were refused, each with the reason. */
 export function showErrors(form, errors, nameOf) {
   for (const field of form.querySelectorAll("[aria-invalid]")) field.removeAttribute("aria-invalid");

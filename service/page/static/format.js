@@ -58,14 +58,33 @@ export function figure(number) {
 export const certifiedBadge = ({ certified }) =>
   h("span", { class: certified ? "badge good" : "badge" }, certified ? "certified" : "not certified");
 
+/** Probability of being right from which on an answer is not in doubt. */
+const LIKELY_RIGHT = 0.5;
+
+/** "97 %", never 0 or 100: no calibration is as sure as that. */
+const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
+
+/** How sure a match is, with the reasons for doubt; null where its surfaces were not registered. */
+export function confidenceNote({ confidence }) {
+  if (!confidence) return null;
+  const { probability, reasons } = confidence;
+  const doubtful = probability < LIKELY_RIGHT;
+  const said = `confidence ${confidencePercent(probability)}`;
+  return h("div", { class: "confidence", "data-field": "confidence" },
+    h("p", {}, h("span", { class: doubtful ? "badge doubt" : "badge good" }, doubtful ? `in doubt, ${said}` : said), " ",
+      doubtful ? "The answer may be wrong." : "The answer is likely right.",
+      reasons.length > 0 ? " Reasons for doubt:" : null),
+    reasons.length > 0 ? h("ul", {}, reasons.map((reason) => h("li", {}, reason))) : null);
+}
+
 /** The certificate of a match as a sentence. */
 export function certificate({ certified, gap, energy, lower_bound: bound }) {
   if (certified) {
-    return "Proven optimal: no other correspondence of the same candidates has lower energy.";
+    return "No better correspondence among the candidates of the finest level.";
   }
   if (energy > 0 && bound <= 0) return "No useful lower bound is known for this match.";
   return (
-    `Within ${percent(gap)} of the optimum: no correspondence of the same candidates has an energy`
+    `Within ${percent(gap)} of the best among the candidates of the finest level: none has an energy`
     + ` below ${digits(bound)}.`
   );
 }

@@ -57,11 +57,13 @@ function choiceOf(names, take) {
 
 function values(form) {
   const chosen = [...form.elements].filter((field) =>
-    field.name && field.dataset.form === undefined && field.value !== "" && (field.type !== "checkbox" || field.checked));
+    field.name && field.dataset.form === undefined && field.value !== ""
+    && (field.type !== "checkbox" || field.checked || field.dataset.switch !== undefined));
   return Object.fromEntries(chosen.map((field) => [field.name, valueOf(field)]));
 }
 
 function valueOf(field) {
+  if (field.dataset.switch !== undefined) return field.checked;
   if (field.dataset.json !== undefined) return JSON.parse(field.value);
   return field.type === "number" ? Number(field.value) : field.value;
 }

@@ -3,7 +3,7 @@
 import { get, orNull } from "./api.js";
 import { h, fill, figureList, warningList } from "./dom.js";
 import { download } from "./download.js";
-import { certificate, certifiedBadge, digits, figure, percent, several } from "./format.js";
+import { certificate, certifiedBadge, confidenceNote, digits, figure, percent, several } from "./format.js";
 import { matchScenes } from "./match_scenes.js";
 import { orientationNote } from "./orientation.js";
 import { pairTable } from "./pair_table.js";
@@ -40,6 +40,7 @@ export async function matchView(place, result, job, signal) {
     h("h2", {}, name(source, learned), " and ", name(target)),
     h("p", { class: "proof" },
       certifiedBadge(result), " ", summary(result), " ", certificate(result)),
+    confidenceNote(result),
     warningList(result.warnings), orientationNote(result), alternatives(result, choose), scenes, numbers,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",

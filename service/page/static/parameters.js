@@ -21,9 +21,9 @@ export const MATCH = {
 },
   orientation: {
     "type": "boolean",
-    "default": false,
+    "default": true,
     "topic": "",
-    "about": "Return the hypothesis that preserves orientation, so that left is matched with left."
+    "about": "Return the direct answer: left is matched with left and front with front, wherever the surfaces tell them apart."
 },
   dense: {
     "type": "boolean",

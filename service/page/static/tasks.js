@@ -1,7 +1,7 @@
 // Tasks for chosen shapes, and the fields of their forms.
 
 import { h } from "./dom.js";
-import { checkbox, choiceField, moreFields, numberField, structureField, textField } from "./fields.js";
+import { checkbox, choiceField, moreFields, numberField, structureField, switchField, textField } from "./fields.js";
 import { landmarkField } from "./landmarks.js";
 import { COMPARE, LEARN, MATCH } from "./parameters.js";
 
@@ -20,9 +20,9 @@ const matching = {
     structureField("metric", MATCH.metric, metrics, shapes),
     structureField("descriptor", MATCH.descriptor, descriptors, shapes),
     h("div", { class: "checks" },
-      checkbox("dense", true, "Extend the match to all vertices (dense map)", sizeOf(shapes) <= SIMPLIFIED),
-      checkbox("orientation", true, "Preserve orientation: left to left (a dense map does so too)", false),
-      checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", false),
+      switchField("orientation", MATCH.orientation, "Tell left from right and front from back (a dense map does so too)"),
+      switchField("dense", MATCH.dense, "Extend the match to all vertices (dense map)"),
+      checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", MATCH.refine.default === "gmds"),
       common(shapes)),
     landmarkField(shapes, signal),
   ],

@@ -89,7 +89,7 @@ def matched_examples(
     )
     found = {number: [vertices] for number, vertices in propagated.vertices.items()}
     energies = dict.fromkeys(found, 0.0)
-    matching = MatchOptions(points=options.points, metric=(sampling, "geodesic"))
+    matching = MatchOptions(points=options.points, metric=(sampling, "geodesic"), orientation=False)
     for number, shape in enumerate(shapes):
         control.check()
         if number in found or number in left_out:

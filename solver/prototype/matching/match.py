@@ -43,9 +43,9 @@ def match_prototype(
     target
         The shape Y.
     options
-        By default ``MatchOptions()``, with orientation if the prototype has surfaces. Metric and
-        descriptor are the prototype's. By default the coarsest level has 10 points instead of 8: a
-        few more on the trunk distinguish the two ways to pair arms and legs.
+        By default ``MatchOptions()``. Orientation has no effect if the prototype has no surfaces.
+        Metric and descriptor are the prototype's. By default the coarsest level has 10 points
+        instead of 8: a few more on the trunk distinguish the two ways to pair arms and legs.
     control
         Reports progress and cancels. Past its deadline, or the options' time limit, the best
         answer so far is returned with the bound known by then.
@@ -72,7 +72,7 @@ def match_prototype(
     >>> found.best.source, found.best.target  # points of the prototype, the user's vertices
     >>> found.misfit  # about 1 for a usual member of the class
     """
-    options = options or MatchOptions(orientation=bool(prototype.surfaces))
+    options = options or MatchOptions()
     check_options(prototype, target, options)
     if options.coarse_points == MatchOptions().coarse_points:
         options = replace(options, coarse_points=MAX_COARSE_POINTS)
@@ -82,7 +82,7 @@ def match_prototype(
         levels, few_points = sample_target(prototype, target, options, control)
         hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
         hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
-        if options.orientation:
+        if options.orientation and prototype.surfaces:
             hypotheses, unlike = orient_by_examples(
                 prototype, target, hypotheses, levels, options.rho, control, surface_spectra
             )
@@ -112,11 +112,6 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     for field in ("refine", "dense"):
         if getattr(options, field):
             raise OptionError(field, f"{field} is not supported with a prototype; leave it out")
-    if options.orientation and not prototype.surfaces:
-        raise OptionError(
-            "orientation",
-            "the prototype keeps no surfaces; leave it out, or learn the prototype again",
-        )
     if options.landmarks:
         raise OptionError("landmarks", "a prototype has no vertices; leave them out")
     if options.objective != L2:

@@ -44,7 +44,7 @@ SurfaceMap = tuple[DenseMap, ExampleSurface]
 _MAX_SURFACES = 3
 """Surfaces that are mapped, the most similar first."""
 
-_MATCH = MatchOptions(points=16, alternatives=3, metric=("commute_time",))
+_MATCH = MatchOptions(points=16, alternatives=3, metric=("commute_time",), orientation=False)
 """Match of a surface with the target, by a metric that needs no fronts over the surface."""
 
 _MAX_HYPOTHESES = 4

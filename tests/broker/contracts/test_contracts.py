@@ -106,19 +106,24 @@ def test_one_name_or_several() -> None:
     ],
 )
 def test_when_a_spectrum_is_needed(metric: object, descriptor: object, needed: bool) -> None:
-    parameters = MatchParameters.model_validate({"metric": metric, "descriptor": descriptor})
+    parameters = MatchParameters.model_validate(
+        {"metric": metric, "descriptor": descriptor, "orientation": False}
+    )
     assert parameters.needs_spectrum is needed
     assert options_of(MatchOptions, parameters).needs_spectrum is needed
-    refined = parameters.model_copy(update={"refine": "gmds"})
-    assert refined.needs_spectrum
-    assert options_of(MatchOptions, refined).needs_spectrum
+    for change in ({"refine": "gmds"}, {"orientation": True}):
+        extended = parameters.model_copy(update=change)
+        assert extended.needs_spectrum
+        assert options_of(MatchOptions, extended).needs_spectrum
 
 
-def test_a_refinement_has_eigenpairs_enough() -> None:
-    """A refinement begins with a dense map, whose eigenpairs then come from the cache."""
+def test_an_extension_has_eigenpairs_enough() -> None:
+    """Orientation and refinement begin with a dense map, whose eigenpairs come from the cache."""
     for given, plain, refined in ((30, 30, 100), (100, 100, 100), (150, 150, 150)):
-        assert MatchParameters(eigenpairs=given).spectrum_size == plain
-        assert MatchParameters(eigenpairs=given, refine="gmds").spectrum_size == refined
+        assert MatchParameters(eigenpairs=given, orientation=False).spectrum_size == plain
+        assert MatchParameters(eigenpairs=given).spectrum_size == refined
+        refining = MatchParameters(eigenpairs=given, orientation=False, refine="gmds")
+        assert refining.spectrum_size == refined
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,13 @@ def test_head_of_a_picture_that_cannot_be_drawn(
 def test_head_of_events_ends_at_once(server: EmbeddedServer) -> None:
     with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=120.0) as http:
         source, target = put_shapes(api)
-        body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
+        body = {
+            "source": source,
+            "target": target,
+            "metric": "geodesic",
+            "descriptor": "none",
+            "orientation": False,
+        }
         job = http.post("/v1/matches", json=body).json()
         answer = http.head(job["links"]["events"])
         assert answer.status_code == 200

@@ -21,7 +21,13 @@ ROOT = Path(__file__).resolve().parents[3]
 DIGEST = hashlib.sha256(b"bobs-key").hexdigest()
 KEYS = f"alice:alices-key, bob:sha256:{DIGEST}\ncarol:a:b"
 
-MATCH = {"source": "a" * 32, "target": "b" * 32, "metric": "geodesic", "descriptor": "none"}
+MATCH = {
+    "source": "a" * 32,
+    "target": "b" * 32,
+    "metric": "geodesic",
+    "descriptor": "none",
+    "orientation": False,
+}
 
 
 @pytest.fixture(scope="module")

@@ -32,7 +32,13 @@ def http(api: Api) -> Iterator[httpx2.Client]:
 
 def asked(http: httpx2.Client, api: Api) -> Json:
     source, target = put_shapes(api)
-    body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
+    body = {
+        "source": source,
+        "target": target,
+        "metric": "geodesic",
+        "descriptor": "none",
+        "orientation": False,
+    }
     job: Json = http.post("/v1/matches", json=body).json()
     return job
 

@@ -9,7 +9,7 @@ import pytest
 from broker.contracts import Problem, shape_id
 from broker.store import keys
 from service.standalone import EmbeddedServer
-from tests.service.conftest import Api, idle_api, problem, put_shapes
+from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file
 
 LIMIT = 3
@@ -30,7 +30,13 @@ def http(api: Api) -> Iterator[httpx2.Client]:
         yield http
 
 
-BODY = {"source": "a" * 32, "target": "b" * 32, "metric": "geodesic", "descriptor": "none"}
+BODY: Json = {
+    "source": "a" * 32,
+    "target": "b" * 32,
+    "metric": "geodesic",
+    "descriptor": "none",
+    "orientation": False,
+}
 
 
 def ask(http: httpx2.Client, key: str | None = None, **changes: object) -> httpx2.Response:

@@ -175,7 +175,9 @@ def idle(server: EmbeddedServer) -> Iterator[tuple[httpx2.Client, Api]]:
 def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
     http, api = idle
     shapes = put_shapes(api)
-    jobs = [ask(http, shapes, metric="geodesic", descriptor="none") for _ in range(3)]
+    jobs = [
+        ask(http, shapes, metric="geodesic", descriptor="none", orientation=False) for _ in range(3)
+    ]
     assert [wait(http, job, 0)["position"] for job in jobs] == [0, 1, 2]
     answer = http.delete(jobs[0]["links"]["self"])
     assert answer.status_code == 200
@@ -193,7 +195,7 @@ def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
 
 def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Api]) -> None:
     http, api = idle
-    job = ask(http, put_shapes(api), metric="geodesic", descriptor="none")
+    job = ask(http, put_shapes(api), metric="geodesic", descriptor="none", orientation=False)
     start = time.monotonic()
     assert wait(http, job, 0.5)["state"] == "queued"
     assert time.monotonic() - start >= 0.5

@@ -33,7 +33,13 @@ def http(api: Api) -> Iterator[httpx2.Client]:
 
 def ask(http: httpx2.Client, api: Api, webhook: object) -> httpx2.Response:
     source, target = put_shapes(api)
-    body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
+    body = {
+        "source": source,
+        "target": target,
+        "metric": "geodesic",
+        "descriptor": "none",
+        "orientation": False,
+    }
     return http.post("/v1/matches", json=body | {"webhook": webhook})
 
 

@@ -58,7 +58,13 @@ def test_jobs_are_counted_from_their_queue_to_their_end(
 ) -> None:
     http, api = idle
     source, target = put_shapes(api)
-    body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
+    body = {
+        "source": source,
+        "target": target,
+        "metric": "geodesic",
+        "descriptor": "none",
+        "orientation": False,
+    }
     jobs = [http.post("/v1/matches", json=body).json()["id"] for _ in range(5)]
     assert samples(http)["isomatch_queue_jobs{queue=matches}"] == 5
     http.delete(f"/v1/jobs/{jobs[0]}")

@@ -8,7 +8,7 @@ from typing import Any
 
 import httpx2
 import pytest
-from playwright.sync_api import Browser, Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, Route, expect
 
 from service.page import STATIC
 from tests.service.conftest import Api, Json
@@ -34,6 +34,11 @@ def matched(browser: Browser, api: Api) -> Iterator[Page]:
         page.locator("#files").set_input_files([str(path) for path in FIGURES])
         expect(page.locator(".chips li")).to_have_count(2, timeout=PATIENCE)
         page.get_by_label("Points", exact=True).fill("12")
+        # The form has the defaults of the parameters.
+        expect(page.get_by_label("Tell left from right")).to_be_checked()
+        expect(page.get_by_label("Find matched points between vertices")).not_to_be_checked()
+        expect(page.get_by_label("Extend the match")).not_to_be_checked()
+        page.get_by_label("Extend the match").check()
         page.get_by_role("button", name="Match", exact=True).click()
         page.wait_for_url("**/#/jobs/*")
         shown(page)
@@ -74,8 +79,10 @@ def test_numbers_are_those_of_the_api(matched: Page, api: Api) -> None:
     for field in ("second_order", "first_order", "linf"):
         assert value(matched, field) == result["distortion"][field]
     assert result["certified"]
-    expect(matched.locator(".badge")).to_have_text("certified")
-    expect(matched.locator(".proof")).to_contain_text("Proven optimal")
+    expect(matched.locator(".proof .badge")).to_have_text("certified")
+    expect(matched.locator(".proof")).to_contain_text(
+        "No better correspondence among the candidates of the finest level."
+    )
 
 
 def test_both_shapes_are_drawn_with_their_points(matched: Page, api: Api) -> None:
@@ -167,10 +174,12 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
 
 
 def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page) -> None:
-    # The shapes are those of the match before, which had a dense map, and was told of.
+    # The shapes are those of the match before, which was told.
     expect(matched.get_by_role("button", name="Match with orientation")).to_have_count(0)
     told = result_of(matched, api)
+    assert told["parameters"]["orientation"]
     asked = {"source": told["source"], "target": told["target"], "points": 10, "metric": "geodesic"}
+    asked["orientation"] = False
     job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
     page.goto(f"/#/jobs/{job}")
     page.get_by_role("button", name="Match with orientation").click()
@@ -181,6 +190,48 @@ def test_left_is_told_from_right_afterwards(page: Page, api: Api, matched: Page)
     for name in ("points", "metric", "coarse_points", "eigenpairs"):
         assert again["parameters"][name] == result_named(api, job)["parameters"][name]
     expect(page.get_by_role("button", name="Match with orientation")).to_have_count(0)
+
+
+def test_an_unchecked_box_switches_orientation_off(page: Page, api: Api, matched: Page) -> None:
+    told = result_of(matched, api)
+    page.goto(f"/#/with/{told['source']}/{told['target']}")
+    page.get_by_label("Points", exact=True).fill("8")
+    page.get_by_label("Tell left from right").uncheck()
+    page.get_by_role("button", name="Match", exact=True).click()
+    page.wait_for_url("**/#/jobs/*")
+    shown(page)
+    result = result_of(page, api)
+    assert not result["parameters"]["orientation"]
+    assert not result["parameters"]["dense"]
+    assert result["confidence"] is None
+    expect(page.locator("[data-field=confidence]")).to_have_count(0)
+
+
+def answering(result: Json) -> Callable[[Route], None]:
+    """A result in place of the service's."""
+
+    def answer(route: Route) -> None:
+        route.fulfill(json=result)
+
+    return answer
+
+
+def test_confidence_is_shown_with_the_reasons(page: Page, api: Api, matched: Page) -> None:
+    result, job = result_of(matched, api), job_of(matched)
+    sure: Json = {"probability": 0.97, "reasons": []}
+    doubt: Json = {"probability": 0.31, "reasons": ["the <b>mirror</b> image fits", "few points"]}
+    for confidence, badge, said in (
+        (sure, "confidence 97 %", "The answer is likely right."),
+        (doubt, "in doubt, confidence 31 %", "The answer may be wrong."),
+    ):
+        page.route(f"**/v1/jobs/{job}/result", answering(result | {"confidence": confidence}))
+        page.goto("/#/")
+        page.goto(f"/#/jobs/{job}")
+        note = page.locator("[data-field=confidence]")
+        expect(note.locator(".badge")).to_have_text(badge)
+        expect(note).to_contain_text(said)
+        expect(note.get_by_role("listitem")).to_have_text(confidence["reasons"])
+        expect(page.locator(".proof .badge")).to_have_text("certified")
 
 
 def result_named(api: Api, job: str) -> Json:

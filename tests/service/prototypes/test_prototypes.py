@@ -293,7 +293,7 @@ def test_parameters_not_supported_with_a_prototype(
     assert word in document["errors"][0]["message"]
 
 
-def test_orientation_is_the_default_of_prototypes_with_surfaces(
+def test_orientation_is_that_of_the_surfaces_of_examples(
     http: httpx2.Client, archive: bytes, examples: list[str]
 ) -> None:
     """And an archive of old, which has none, is read, and matched without."""
@@ -304,7 +304,7 @@ def test_orientation_is_the_default_of_prototypes_with_surfaces(
         (archive, {}, True),
         (archive, {"orientation": False}, False),
         (bare, {}, False),
-        (bare, {"orientation": False}, False),
+        (bare, {"orientation": True}, False),
     ):
         body = {"source": ids[data], "target": examples[0], **given}
         job = http.post("/v1/matches", json=body).json()
@@ -312,10 +312,7 @@ def test_orientation_is_the_default_of_prototypes_with_surfaces(
         assert ended["state"] == "succeeded", ended["error"]
         result = http.get(job["links"]["result"]).json()
         assert result["parameters"]["orientation"] is expected
-    body = {"source": ids[bare], "target": examples[0], "orientation": True}
-    document = problem(http.post("/v1/matches", json=body), 422, "invalid-request")
-    assert [error["field"] for error in document["errors"]] == ["body.orientation"]
-    assert "surfaces" in document["errors"][0]["message"]
+        assert result["confidence"] is None
 
 
 def test_shapes_that_cannot_be_matched_with_a_prototype(

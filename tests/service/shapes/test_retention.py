@@ -24,7 +24,13 @@ def http(api: Api) -> Iterator[httpx2.Client]:
 
 def test_shapes(http: httpx2.Client, api: Api) -> None:
     shape, other = put_shapes(api)
-    body = {"source": shape, "target": other, "metric": "geodesic", "descriptor": "none"}
+    body = {
+        "source": shape,
+        "target": other,
+        "metric": "geodesic",
+        "descriptor": "none",
+        "orientation": False,
+    }
     assert api.store.client.ttl(keys.shape(shape)) == -1
     assert http.post("/v1/matches", json=body).status_code == 202
     assert 0 < api.store.client.ttl(keys.shape(shape)) <= 1000
@@ -45,7 +51,13 @@ def test_shapes(http: httpx2.Client, api: Api) -> None:
 
 def test_jobs(http: httpx2.Client, api: Api) -> None:
     source, target = put_shapes(api)
-    body = {"source": source, "target": target, "metric": "geodesic", "descriptor": "none"}
+    body = {
+        "source": source,
+        "target": target,
+        "metric": "geodesic",
+        "descriptor": "none",
+        "orientation": False,
+    }
     job = http.post("/v1/matches", json=body).json()["links"]["self"]
     api.store.client.delete(keys.job(job.rpartition("/")[2]))
     for path in ("", "/result", "/result.png", "/events"):

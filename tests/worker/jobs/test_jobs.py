@@ -93,7 +93,7 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
     second = spectra.counts()
     assert second.computed == first.computed
     assert second.hits == first.hits + 4
-    run(matching(source, target, QUICK.model_copy(update={"eigenpairs": 31})))
+    run(matching(source, target, QUICK.model_copy(update={"eigenpairs": 101})))
     assert spectra.counts().computed == first.computed + 2
     fewer, many = (QUICK.model_copy(update={"simplify": count}) for count in (200, 642))
     for parameters in (fewer, fewer, many):
@@ -106,9 +106,9 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
 def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, upload: Upload) -> None:
     shape = upload(blob_file(4))
     before = served.store.spectra.counts()
-    payload = SpectrumPayload(shape=shape, eigenpairs=80, largest_component=False)
+    payload = SpectrumPayload(shape=shape, eigenpairs=100, largest_component=False)
     jobs = [served.submit(new_job(payload)) for _ in range(2)]
-    parameters = MatchParameters(points=8, eigenpairs=80)
+    parameters = MatchParameters(points=8)
     jobs += [served.submit_with_spectra(matching(shape, shape, parameters)) for _ in range(2)]
     for job in jobs:
         assert ended(served, job.id).state is JobState.SUCCEEDED
@@ -120,7 +120,7 @@ def test_a_match_without_spectral_structures_computes_no_spectrum(
 ) -> None:
     before = served.store.spectra.counts()
     shape = upload(blob_file(2, seed=4))
-    parameters = MatchParameters(points=8, metric="geodesic", descriptor="none")
+    parameters = MatchParameters(points=8, metric="geodesic", descriptor="none", orientation=False)
     record = ended(served, served.submit_with_spectra(matching(shape, shape, parameters)).id)
     assert record.state is JobState.SUCCEEDED, record.error
     assert served.store.spectra.counts() == before

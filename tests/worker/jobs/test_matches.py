@@ -1,17 +1,26 @@
 """Results of matches as arrays."""
 
+import json
+import re
+from dataclasses import replace
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from broker import contracts
 from broker.contracts import MatchParameters, MatchPayload, MatchResult
 from solver.control import Control
+from solver.functional_maps import DenseCorrespondence
+from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh
+from solver.registration import Confidence
+from solver.shape import Shape
 from tests.solver import shapes
 from worker.jobs import MatchInput, match_shapes
-from worker.jobs.match_results import arrays_of
+from worker.jobs.match_results import arrays_of, document_of
 
 
 def answer(target: TriangleMesh | None = None, **changes: object) -> MatchResult:
@@ -55,7 +64,45 @@ def test_dense_and_refined_matches_have_more_arrays() -> None:
     assert result.refinement is not None
     assert found["dense_source"].tolist() == list(range(shapes.blob(2).n_vertices))
     assert found["dense_target"].tolist() == list(result.dense.target)
+    faces, barycentric = found["dense_faces"], found["dense_barycentric"]
+    assert faces.shape == barycentric.shape == (shapes.blob(2).n_vertices, 3)
+    assert (faces[np.arange(len(faces)), barycentric.argmax(axis=1)] == found["dense_target"]).all()
     assert found["refined_vertices"].shape == found["refined_weights"].shape == (12, 3)
     np.testing.assert_allclose(found["refined_weights"].sum(axis=1), 1.0)
     one = result.refinement.points[5]
     assert tuple(found["refined_vertices"][5]) == one.vertices
+
+
+def document(**changes: Any) -> MatchResult:
+    """The document of a small match, with parts of it replaced."""
+    source = Shape(shapes.blob(2))
+    found = match(source, source, MatchOptions(points=6, coarse_points=6, orientation=False))
+    payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
+    return document_of(replace(found, **changes), payload)
+
+
+def test_confidence_is_that_of_the_solver() -> None:
+    assert document().confidence is None
+    told = document(confidence=Confidence(0.31, ("the mirror image fits nearly as well",)))
+    assert told.confidence == contracts.Confidence(
+        probability=0.31, reasons=("the mirror image fits nearly as well",)
+    )
+
+
+def test_images_are_rounded_and_stay_in_their_triangles() -> None:
+    rng = np.random.default_rng(7)
+    weights = rng.dirichlet(np.full(3, 0.3), size=500)
+    weights[:3] = np.eye(3)
+    weights[3] = 1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0
+    # Rounding of the solver.
+    weights[4] = -1e-17, 0.5, 0.5
+    places = np.arange(500, dtype=np.int64)
+    faces = rng.integers(0, 99, size=(500, 3))
+    told = document(dense=DenseCorrespondence(places, places, faces, weights, 0)).dense
+    assert told is not None
+    assert [list(row) for row in told.faces] == faces.tolist()
+    found = np.array(told.barycentric)
+    assert found.min() >= 0.0
+    np.testing.assert_allclose(found.sum(axis=1), 1.0, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(found, weights, rtol=0.0, atol=2e-4)
+    assert max(len(text) for text in re.findall(r"[\d.e-]+", json.dumps(told.barycentric))) <= 6

@@ -1,0 +1,76 @@
+"""Confidence in words: sure, or in doubt for these reasons."""
+
+import json
+from typing import Any
+
+import isomatch
+import pytest
+from isomatch._cli.render import print_match
+from rich.console import Console
+
+from tests.client._models.test_schema import OPENAPI
+
+EXAMPLE: dict[str, Any] = OPENAPI["paths"]["/v1/jobs/{job_id}/result"]["get"]["responses"]["200"][
+    "content"
+]["application/json"]["examples"]["match"]["value"]
+DOUBT = {"probability": 0.31, "reasons": ["the mirror image fits nearly as well", "few points"]}
+PHRASE = "in doubt, confidence 31 %: the mirror image fits nearly as well; few points"
+
+
+def match(**changes: Any) -> isomatch.Match:
+    return isomatch.Match.from_json(json.dumps(EXAMPLE | changes))
+
+
+def printed(found: isomatch.Match) -> str:
+    console = Console(width=160, no_color=True)
+    with console.capture() as capture:
+        print_match(found, console)
+    return capture.get()
+
+
+@pytest.mark.parametrize(
+    ("probability", "phrase"),
+    [
+        (1.0, "confidence 99 %"),
+        (0.97, "confidence 97 %"),
+        (0.5, "confidence 50 %"),
+        (0.49, "in doubt, confidence 49 %"),
+        (0.0, "in doubt, confidence 1 %"),
+    ],
+)
+def test_a_phrase_has_the_percentage(probability: float, phrase: str) -> None:
+    assert str(isomatch.Confidence(probability=probability, reasons=())) == phrase
+
+
+def test_a_match_that_is_sure() -> None:
+    found = match()
+    assert found.confidence is not None
+    assert (found.confidence.probability, found.confidence.reasons) == (0.97, ())
+    assert not found.confidence.in_doubt
+    assert ", confidence 97 %, energy 0.0145, certified among its candidates, " in repr(found)
+    assert "likely right, confidence 97 %" in printed(found)
+
+
+def test_a_match_that_is_in_doubt_says_why() -> None:
+    found = match(confidence=DOUBT)
+    assert found.confidence is not None
+    assert found.confidence.in_doubt
+    assert PHRASE in repr(found)
+    assert PHRASE in printed(found)
+    assert "likely right" not in printed(found)
+
+
+def test_a_match_that_was_not_registered_has_no_confidence() -> None:
+    for found in (
+        match(confidence=None),
+        isomatch.Match.from_json(
+            json.dumps({name: value for name, value in EXAMPLE.items() if name != "confidence"})
+        ),
+    ):
+        assert found.confidence is None
+        assert "confidence" not in repr(found) + printed(found)
+
+
+def test_a_certificate_says_what_it_is_about() -> None:
+    assert "no better correspondence among the candidates of the finest level" in printed(match())
+    assert "see the gap" in printed(match(certified=False))
