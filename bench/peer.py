@@ -23,10 +23,10 @@ from threadpoolctl import threadpool_limits
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error, vertex_errors
-from bench.robust import changed
+from bench.robust import changed, simplified_to
 from solver.arrays import IntArray
 from solver.matching import MatchOptions, match
-from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
+from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from solver.shape import Shape
 
 SMALL, LARGE = 5_000, 50_000
@@ -47,10 +47,21 @@ class Run:
     error_at_vertices: float
 
 
+def write_pair(pair: Pair, folder: Path) -> tuple[Path, Path]:
+    """Write both meshes as OFF files, with all digits."""
+    paths = folder / "source.off", folder / "target.off"
+    for path, one in zip(paths, pair, strict=True):
+        mesh = one.shape.mesh
+        vertices = "\n".join(" ".join(map(repr, row)) for row in mesh.vertices.tolist())
+        faces = "\n".join(f"3 {a} {b} {c}" for a, b, c in mesh.faces.tolist())
+        path.write_text(f"OFF\n{mesh.n_vertices} {mesh.n_faces} 0\n{vertices}\n{faces}\n")
+    return paths
+
+
 def run_ours(pair: Pair, compared: int = 500) -> Run:
     """Read, compute spectra, map all vertices."""
     with TemporaryDirectory() as folder:
-        paths = _written(pair, Path(folder))
+        paths = write_pair(pair, Path(folder))
         started = time.process_time()
         shapes = [Shape(read_mesh(path.read_bytes(), "off")) for path in paths]
         found = match(shapes[0], shapes[1], MatchOptions(dense=True))
@@ -64,7 +75,7 @@ def run_ours(pair: Pair, compared: int = 500) -> Run:
 def run_peer(pair: Pair) -> Run:
     """Do the same with pyFM, as its README says."""
     with TemporaryDirectory() as folder:
-        source, target = _written(pair, Path(folder))
+        source, target = write_pair(pair, Path(folder))
         started = time.process_time()
         images = peer_map(source, target)
         seconds = time.process_time() - started
@@ -124,7 +135,6 @@ def by_size(pairs: list[Pair]) -> dict[str, float]:
         row = []
         for change in (_small, _large):
             sized = changed(pair[0], change), changed(pair[1], change)
-            # Points of which several are carried to one vertex are known all the same.
             found = run_ours(sized, _COMPARED_LARGE)
             row.append(found.seconds)
             vertices = sized[0].shape.n_vertices
@@ -141,33 +151,16 @@ def by_size(pairs: list[Pair]) -> dict[str, float]:
 
 
 def _small(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
-    return _simplified(mesh, SMALL)
+    return simplified_to(mesh, SMALL)
 
 
 def _large(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
     """Simplified, then subdivided twice, which multiplies vertices by about 16."""
-    coarse, image = _simplified(mesh, LARGE // 16)
+    coarse, image = simplified_to(mesh, LARGE // 16)
     vertices, faces = coarse.vertices, coarse.faces
     for _ in range(2):
         vertices, faces = subdivided(vertices, faces)
     return triangle_mesh(vertices, faces), image
-
-
-def _simplified(mesh: TriangleMesh, vertices: int) -> tuple[TriangleMesh, IntArray]:
-    coarse = simplified(mesh, vertices)
-    image = coarse.vertices_of(mesh.vertex_ids)
-    return triangle_mesh(coarse.vertices, coarse.faces), image
-
-
-def _written(pair: Pair, folder: Path) -> tuple[Path, Path]:
-    """Both meshes as OFF files."""
-    paths = folder / "source.off", folder / "target.off"
-    for path, one in zip(paths, pair, strict=True):
-        mesh = one.shape.mesh
-        vertices = "\n".join(" ".join(map(repr, row)) for row in mesh.vertices.tolist())
-        faces = "\n".join(f"3 {a} {b} {c}" for a, b, c in mesh.faces.tolist())
-        path.write_text(f"OFF\n{mesh.n_vertices} {mesh.n_faces} 0\n{vertices}\n{faces}\n")
-    return paths
 
 
 def main() -> None:

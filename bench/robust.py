@@ -67,10 +67,15 @@ def _turned(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
     return _moved(mesh, mesh.vertices @ turn.T + 3.0 * np.sqrt(mesh.area))
 
 
-def _simplified(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
-    coarse = simplified(mesh, mesh.n_vertices // 2)
+def simplified_to(mesh: TriangleMesh, vertices: int) -> tuple[TriangleMesh, IntArray]:
+    """Return a mesh of fewer vertices, and that into which each vertex was collapsed."""
+    coarse = simplified(mesh, vertices)
     image = coarse.vertices_of(mesh.vertex_ids)
-    return replace(coarse, vertex_ids=_every(coarse), merged=mesh.merged[:0]), image
+    return triangle_mesh(coarse.vertices, coarse.faces), image
+
+
+def _simplified(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
+    return simplified_to(mesh, mesh.n_vertices // 2)
 
 
 def _subdivided(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:

@@ -6,6 +6,7 @@ different classes, of which no answer is right.
 """
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -261,16 +262,20 @@ def _noisy(mesh: TriangleMesh, rng: np.random.Generator) -> Transformed:
 
 
 def _glued(mesh: TriangleMesh, rng: np.random.Generator) -> Transformed:
+    """Glued by tubes, or at single triangles where a limb is thinner than the disc."""
     places = near_in_space(mesh, int(rng.integers(1, 3)), _GLUE_APART)
-    try:
-        return glued(mesh, places, _GLUE_RADIUS)
-    except ValueError:  # a limb is thinner than the disc
-        return glued(mesh, places)
+    for radius in (_GLUE_RADIUS, None):
+        with suppress(ValueError):
+            return glued(mesh, places, radius)
+    return _as_it_is(mesh, rng)
 
 
 def _with_holes(mesh: TriangleMesh, rng: np.random.Generator) -> Transformed:
+    """With holes, unless the body is too thin for them."""
     count, radius = int(rng.integers(1, _MOST_HOLES + 1)), rng.uniform(*_HOLE_RADIUS)
-    return with_holes(mesh, count, radius, int(rng.integers(1 << 30)))
+    with suppress(ValueError):
+        return with_holes(mesh, count, radius, int(rng.integers(1 << 30)))
+    return _as_it_is(mesh, rng)
 
 
 CONDITIONS: Mapping[str, Callable[[TriangleMesh, np.random.Generator], Transformed]] = {
