@@ -72,7 +72,7 @@ def _fine(mesh: TriangleMesh) -> Scan:
     coarse = simplified(mesh, 50_000 // 16) if 16 * mesh.n_vertices > 50_000 else mesh
     vertices, faces = coarse.vertices, coarse.faces
     for _ in range(2):
-        vertices, faces = _halved(vertices, faces)
+        vertices, faces = subdivided(vertices, faces)
     return _near(mesh, triangle_mesh(vertices, faces))
 
 
@@ -212,8 +212,8 @@ def _kept(mesh: TriangleMesh, kept: BoolArray) -> Scan:
     return Scan(triangle_mesh(mesh.vertices, faces), mesh.vertices)
 
 
-def _halved(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Subdivide each triangle into four."""
+def subdivided(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
+    """Subdivide each triangle into four at the midpoints of its edges, after the old vertices."""
     edges = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     distinct, middle = np.unique(edges, axis=0, return_inverse=True)
     ab, bc, ca = (len(vertices) + middle.reshape(-1, 3)).T

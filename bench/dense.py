@@ -1,21 +1,61 @@
 """Accuracy of dense maps: ``python -m bench.dense``.
 
-Mean geodesic error over √area of all vertices' images with known truth, direct and against the
-better of the direct and the mirrored truth, per pair of shapes of a class.
+Mean geodesic error over √area of all vertices' images with known truth, per pair of shapes of a
+class: direct, on the surface and at vertices, and against the better of the direct and the mirrored
+truth; whether the confidence of the answers was justified; and seconds. With ``--data`` the class
+is a file's name up to its first digit.
 """
 
 import argparse
 import json
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from bench.calibration import calibration, print_calibration
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
-from bench.surface_error import surface_errors, truths_of
-from solver.arrays import FloatArray, IntArray
-from solver.gmds import SurfacePoints
-from solver.matching import MatchOptions, match
+from bench.map_error import COMPARED, MapError, error_figures, map_error
+from solver.matching import Match, MatchOptions, match
+from solver.shape import Shape
+
+MAPPING = "registration", "dense map"
+"""Stages of a match that count as mapping."""
+
+
+@dataclass(frozen=True)
+class DenseAnswer:
+    """A dense map between two shapes, judged.
+
+    Parameters
+    ----------
+    error
+        Against the truth.
+    probability
+        That the answer is right, by its confidence.
+    seconds_matching, seconds_mapping
+        Of sparse match and dense map, spectra known.
+    """
+
+    error: MapError
+    probability: float
+    seconds_matching: float
+    seconds_mapping: float
+
+
+def judged(
+    source: KnownShape, target: KnownShape, options: MatchOptions, most: int = COMPARED
+) -> tuple[DenseAnswer, Match]:
+    """Match two shapes of one class densely, and compare with the truth."""
+    started = time.perf_counter()
+    found = match(source.shape, target.shape, options)
+    seconds = time.perf_counter() - started
+    assert found.dense is not None
+    assert found.confidence is not None
+    mapping = sum(found.timings.get(stage, 0.0) for stage in MAPPING)
+    error = map_error(source, target, found.dense, most)
+    return DenseAnswer(error, found.confidence.probability, seconds - mapping, mapping), found
 
 
 def main() -> None:
@@ -24,71 +64,67 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--points", type=int, default=32, help="matched before")
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
-    parser.add_argument("--compared", type=int, default=500, help="known points compared, at most")
+    parser.add_argument("--classes", type=int, default=3, help="generated ones, without --data")
+    parser.add_argument("--compared", type=int, default=COMPARED, help="known points, at most")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    pairs = pairs_of_known_truth(collection(arguments.data, classes=3))
+    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    pairs = pairs[:: arguments.every]
+    spectra = [_spectral_seconds(one) for one in {id(s): s for p in pairs for s in p}.values()]
     options = MatchOptions(points=arguments.points, dense=True)
-    rows = []
-    print(f"{'pair':34}{'direct':>9}{'better':>9}{'hypothesis':>12}{'match s':>9}{'map s':>9}")
-    for source, target in pairs[:: arguments.every]:
-        source.shape.spectrum()
-        target.shape.spectrum()
-        started = time.perf_counter()
-        found = match(source.shape, target.shape, options)
-        seconds = time.perf_counter() - started
-        dense = found.dense
-        assert dense is not None
-        direct, better = mean_errors(source, target, dense.target, arguments.compared)
-        mapping = found.timings["dense map"]
-        rows.append((direct, better, seconds - mapping, mapping))
-        print(
-            f"{source.name + ' ' + target.name:34}{direct:9.4f}{better:9.4f}"
-            f"{dense.hypothesis:12}{seconds - mapping:9.2f}{mapping:9.2f}",
-            flush=True,
-        )
-    figures = summary(np.array(rows))
-    print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
+    heads = "direct", "vertices", "better", "<= 0.05", "sure", "match s", "map s"
+    print(f"{'pair':40}" + "".join(f"{head:>10}" for head in heads))
+    match(Shape(pairs[0][0].shape.mesh), Shape(pairs[0][1].shape.mesh), options)  # compiles
+    answers = []
+    for source, target in pairs:
+        answer, _ = judged(source, target, options, arguments.compared)
+        answers.append(answer)
+        _print_row(f"{source.name} {target.name}", answer)
+    figures = summary(answers, float(np.mean(spectra)))
+    print("\n" + "   ".join(f"{k} {v:.4g}" for k, v in figures.items() if v is not None))
     if arguments.json:
         print(json.dumps(figures))
 
 
-def mean_errors(
-    source: KnownShape, target: KnownShape, images: IntArray, most: int
-) -> tuple[float, float]:
-    """Mean error of known points, direct, and against the better truth.
+def summary(answers: list[DenseAnswer], seconds_spectrum: float) -> dict[str, float | None]:
+    """Print the calibration, and return all figures.
 
     Parameters
     ----------
-    source, target
-        The shapes, of one class, with known truth.
-    images
-        (V,) the user's number of the target vertex that each vertex of the source goes to.
-    most
-        How many points are compared, evenly among those known.
+    answers
+        Of all pairs, at least one.
+    seconds_spectrum
+        Mean time of a shape's spectrum.
     """
-    assert source.truth is not None
-    vertices = source.truth[:: max(len(source.truth) // most, 1)]
-    there = target.shape.mesh.vertices_of(images[vertices])
-    points = SurfacePoints.at_vertices(target.shape.surface, there)
-    truths = truths_of(source, target, vertices)
-    errors = [float(surface_errors(target, points, truth).mean()) for truth in truths]
-    return errors[0], min(errors)
-
-
-def summary(rows: FloatArray) -> dict[str, float]:
-    """Figures of the (P, 4) rows: errors, direct and better, seconds of matching and mapping."""
-    direct, better, matching, mapping = rows.T
+    found = calibration(
+        np.array([one.probability for one in answers]),
+        np.array([one.error.right for one in answers]),
+    )
+    print_calibration("confidence", found)
+    matching = float(np.mean([one.seconds_matching for one in answers]))
+    mapping = float(np.mean([one.seconds_mapping for one in answers]))
     return {
-        "pairs": len(rows),
-        "direct": float(direct.mean()),
-        "best": float(better.mean()),
-        "median_best": float(np.median(better)),
-        "share_over_0_1": float((better > 0.1).mean()),
-        "mirrored": float((better < 0.8 * direct).mean()),
-        "seconds_matching": float(matching.mean()),
-        "seconds_mapping": float(mapping.mean()),
+        **error_figures([one.error for one in answers]),
+        **found.figures(),
+        "seconds_matching": matching,
+        "seconds_mapping": mapping,
+        "seconds": matching + mapping,
+        "seconds_spectra": 2.0 * seconds_spectrum,
     }
+
+
+def _print_row(name: str, answer: DenseAnswer) -> None:
+    error = answer.error
+    errors = "".join(f"{one:10.4f}" for one in (error.direct, error.at_vertices, error.better))
+    rest = (error.within[0], answer.probability, answer.seconds_matching, answer.seconds_mapping)
+    mark = "" if error.right else "  wrong"
+    print(f"{name:40}{errors}" + "".join(f"{one:10.2f}" for one in rest) + mark, flush=True)
+
+
+def _spectral_seconds(one: KnownShape) -> float:
+    started = time.perf_counter()
+    one.shape.spectrum()
+    return time.perf_counter() - started
 
 
 if __name__ == "__main__":

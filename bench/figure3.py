@@ -23,7 +23,9 @@ from solver.matching import MatchOptions, match
 
 PICTURE = Path("bench-output/figure3.png")
 POINTS = 8
-GEODESIC = MatchOptions(points=POINTS, metric=("geodesic",), descriptor=("none",))
+GEODESIC = MatchOptions(
+    points=POINTS, metric=("geodesic",), descriptor=("none",), orientation=False
+)
 DEFAULT = MatchOptions(points=POINTS)
 
 WRONG = 0.25

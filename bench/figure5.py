@@ -77,13 +77,14 @@ class Answer:
 
 
 def answered(source: ScannedShape, target: ScannedShape, descriptor: DescriptorChoice) -> Answer:
-    """Match a pair as section 6.3 does."""
+    """Match a pair as section 6.3 does: only the descriptor can tell left from right."""
     options = MatchOptions(
         points=POINTS,
         metric=("commute_time",),
         descriptor=(descriptor,),
         beta=1.0,
         first_order_weight=1.0,
+        orientation=False,
     )
     found = match(source.shape, target.shape, options).best
     here = source.shape.mesh.vertices_of(found.source)

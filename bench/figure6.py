@@ -110,7 +110,9 @@ def judged(
 def usual_options(points: int) -> MatchOptions:
     """Options of a match of two shapes by the prototype's structures."""
     coarse = min(points, MAX_COARSE_POINTS)
-    return MatchOptions(points=points, coarse_points=coarse, metric=("geodesic",))
+    return MatchOptions(
+        points=points, coarse_points=coarse, metric=("geodesic",), orientation=False
+    )
 
 
 def deterministic(family: Family, figures: list[Unfamiliar], options: MatchOptions) -> list[Answer]:

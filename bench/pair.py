@@ -25,9 +25,10 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - started
 
 
-def times_of(source: TriangleMesh, target: TriangleMesh) -> tuple[float, float, float]:
+def times_of(
+    source: TriangleMesh, target: TriangleMesh, options: MatchOptions
+) -> tuple[float, float, float]:
     """Seconds of both eigensolves, of a cold match, and of a warm one, on fresh shapes."""
-    options = MatchOptions(points=8)
     alone = seconds(lambda: (Shape(source).spectrum(), Shape(target).spectrum()))
     cold = seconds(lambda: match(Shape(source), Shape(target), options))
     known = Shape(source).spectrum(), Shape(target).spectrum()
@@ -40,16 +41,23 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--most", type=int, default=12, help="pairs to time")
+    parser.add_argument(
+        "--orientation",
+        action=argparse.BooleanOptionalAction,
+        default=MatchOptions().orientation,
+        help="tell left from right",
+    )
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
+    options = MatchOptions(points=8, orientation=arguments.orientation)
     shapes = collection(arguments.data, 5000)
     pairs = pairs_within_classes(shapes)
     chosen = pairs[:: max(len(pairs) // arguments.most, 1)][: arguments.most]
-    times_of(chosen[0][0].shape.mesh, chosen[0][1].shape.mesh)  # compiles
+    times_of(chosen[0][0].shape.mesh, chosen[0][1].shape.mesh, options)  # compiles
     rows = []
     print(f"{'pair':30}{'spectra s':>11}{'cold s':>9}{'warm s':>9}{'cold/sp.':>10}{'warm/sp.':>10}")
     for source, target in chosen:
-        alone, cold, warm = times_of(source.shape.mesh, target.shape.mesh)
+        alone, cold, warm = times_of(source.shape.mesh, target.shape.mesh, options)
         rows.append((alone, cold, warm))
         name = f"{source.name} {target.name}"
         print(

@@ -146,8 +146,8 @@ def ratio_by_geodesics(prototype: Prototype, source: Shape, targets: Sequence[Sh
 
     Of neither is anything known but spectra.
     """
-    options = MatchOptions(points=8)
-    same = MatchOptions(points=8, metric=("geodesic",))
+    options = MatchOptions(points=8, orientation=False)
+    same = MatchOptions(points=8, metric=("geodesic",), orientation=False)
     seconds = np.zeros(2)
     for turn, target in enumerate((targets[0], *targets)):
         seconds[0] += _timed(partial(match, fresh(source), fresh(target), same))[0]

@@ -95,9 +95,14 @@ def known_points(pair: Pair, count: int, seed: int = 0) -> tuple[IntArray, IntAr
 
 
 def eight_points(metric: MetricChoice, descriptor: DescriptorChoice) -> MatchOptions:
-    """Options of section 6.1: eight points, both distortions weighted equally."""
+    """Options of section 6.1: eight points, both distortions weighted equally, nothing else."""
     return MatchOptions(
-        points=8, metric=(metric,), descriptor=(descriptor,), beta=1.0, first_order_weight=1.0
+        points=8,
+        metric=(metric,),
+        descriptor=(descriptor,),
+        beta=1.0,
+        first_order_weight=1.0,
+        orientation=False,
     )
 
 

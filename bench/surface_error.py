@@ -5,7 +5,7 @@ from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
 from solver.arrays import FloatArray, IntArray
-from solver.gmds import InterpolatedMetric, SurfacePoints
+from solver.gmds import SurfacePoints
 
 
 def truths_of(source: KnownShape, target: KnownShape, vertices: IntArray) -> list[IntArray]:
@@ -31,13 +31,37 @@ def truths_of(source: KnownShape, target: KnownShape, vertices: IntArray) -> lis
 
 def surface_errors(target: KnownShape, points: SurfacePoints, truth: IntArray) -> FloatArray:
     """(N,) geodesic distances over √area of N points from (N,) vertices of the target."""
-    surface = target.shape.surface
-    edges = InterpolatedMetric(target.shape.metric("geodesic"), surface).edges[points.faces]
+    corners = target.shape.surface.faces[points.faces]
+    return corner_errors(target, corners, points.barycentric, truth)
+
+
+def corner_errors(
+    target: KnownShape, corners: IntArray, barycentric: FloatArray, truth: IntArray
+) -> FloatArray:
+    """Geodesic distances over √area of points in triangles from vertices, by Stewart's theorem.
+
+    Parameters
+    ----------
+    target
+        Where the points are.
+    corners
+        (N, 3) vertex indices of the triangle of each point.
+    barycentric
+        (N, 3) coordinates in it.
+    truth
+        (N,) vertex indices.
+
+    Returns
+    -------
+    (N,) float64; :class:`.InterpolatedMetric` has the formula.
+    """
+    a, b, c = np.moveaxis(target.shape.surface.vertices[corners], 1, 0)
+    edges = np.stack([((c - b) ** 2).sum(1), ((a - c) ** 2).sum(1), ((b - a) ** 2).sum(1)], axis=1)
     rows = target.shape.metric("geodesic").distances(truth)
-    squares = np.take_along_axis(rows, surface.faces[points.faces], axis=1) ** 2
-    a, b, c = points.barycentric.T
-    inner = b * c * edges[:, 0] + c * a * edges[:, 1] + a * b * edges[:, 2]
-    apart = (squares * points.barycentric).sum(axis=1) - inner
+    squares = np.take_along_axis(rows, corners, axis=1) ** 2
+    u, v, w = barycentric.T
+    inner = v * w * edges[:, 0] + w * u * edges[:, 1] + u * v * edges[:, 2]
+    apart = (squares * barycentric).sum(axis=1) - inner
     errors: FloatArray = np.sqrt(np.maximum(apart, 0.0)) / target.shape.size
     return errors
 

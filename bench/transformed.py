@@ -143,7 +143,7 @@ def transformed_pairs(null: KnownShape) -> Iterator[tuple[str, Pair]]:
     mesh = null.shape.mesh
     transformations: dict[str, Transformed] = {
         TOPOLOGY: glued(mesh, near_in_space(mesh, GLUED_PAIRS, APART)),
-        HOLES: _with_holes(mesh),
+        HOLES: with_holes(mesh),
         SCALE: scaled(mesh, FACTOR),
         NOISE: noisy(mesh, NOISE_EDGES),
         REMESHING: _repainted(mesh, remeshed(mesh, round(REMESHED_SHARE * mesh.n_vertices))),
@@ -152,17 +152,25 @@ def transformed_pairs(null: KnownShape) -> Iterator[tuple[str, Pair]]:
         yield name, _pair(null, transformed)
 
 
-def _with_holes(mesh: TriangleMesh) -> Transformed:
-    """Holes at random places, where one of that size does not cut a limb off."""
+def with_holes(
+    mesh: TriangleMesh, count: int = HOLE_COUNT, radius: float = HOLE_RADIUS, seed: int = 0
+) -> Transformed:
+    """Cut holes at random places, where one of that size does not cut a limb off.
+
+    Raises
+    ------
+    ValueError
+        The surface is too thin for so many.
+    """
     centres: list[int] = []
-    for centre in np.random.default_rng(0).permutation(mesh.n_vertices):
+    for centre in np.random.default_rng(seed).permutation(mesh.n_vertices):
         try:
-            found = punched(mesh, np.array([*centres, centre]), HOLE_RADIUS)
+            found = punched(mesh, np.array([*centres, centre]), radius)
         except ValueError:
             continue
         if found.mesh.components == 1:
             centres.append(int(centre))
-        if len(centres) == HOLE_COUNT:
+        if len(centres) == count:
             return found
     raise ValueError("the surface is too thin for holes of that size")
 

@@ -1,0 +1,50 @@
+"""Weights of the confidence, fitted: ``python -m bench.confidence_fit FILE...``.
+
+The files are those of ``python -m bench.confidence --features FILE``. Prints the weights of a
+logistic regression of right answers on the measures, and its calibration, every answer predicted by
+a fit to the others.
+"""
+
+import argparse
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from bench.calibration import calibration, print_calibration
+from bench.confidence import load_features
+from bench.logistic import STRENGTH, fit_logistic, held_out_probability
+
+
+def main() -> None:
+    """Fit and print the weights."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", type=Path, nargs="+", help="written by bench.confidence")
+    parser.add_argument("--measures", nargs="+", help="names of those used; all by default")
+    parser.add_argument("--strength", type=float, default=STRENGTH, help="of the penalty")
+    parser.add_argument(
+        "--different",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="whether pairs of different classes are fitted too",
+    )
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    names, measures, right = load_features(arguments.files, arguments.different)
+    if arguments.measures:
+        measures = measures[:, [names.index(name) for name in arguments.measures]]
+        names = arguments.measures
+    fit = fit_logistic(names, measures, right, arguments.strength)
+    print(f"{'measure':32}{'weight':>14}{'effect of one deviation':>26}")
+    for name in names:
+        print(f"{name:32}{fit.weights[name]:14.6g}{fit.effects[name]:26.3f}")
+    print(f"{'intercept':32}{fit.intercept:14.6g}")
+    print_calibration("fitted", calibration(fit.probability(measures), right))
+    held_out = held_out_probability(names, measures, right, arguments.strength)
+    found = calibration(held_out, right)
+    print_calibration("held out", found)
+    if arguments.json:
+        print(json.dumps({"answers": len(right), **asdict(fit), **found.figures()}))
+
+
+if __name__ == "__main__":
+    main()
