@@ -79,7 +79,7 @@ def solver_options() -> str:
     shape = inspect.signature(Shape).parameters
     constants = {
         "GREATEST": (GREATEST, "Bound of lengths and areas, and of their inverses."),
-        "DENSE_EIGENPAIRS": (EIGENPAIRS, "Eigenpairs of dense maps, with which refinements begin."),
+        "REGISTRATION_EIGENPAIRS": (EIGENPAIRS, "Eigenpairs that surfaces are registered with."),
         "DEFAULT_EIGENPAIRS": (shape["eigenpairs"].default, "Eigenpairs of a shape's structures."),
         "DEFAULT_GEODESIC_METHOD": (shape["geodesic_method"].default, "Name of the method."),
     }

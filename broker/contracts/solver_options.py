@@ -19,8 +19,8 @@ from broker.contracts.vertices import Landmark
 GREATEST: Final = 1e30
 """Bound of lengths and areas, and of their inverses."""
 
-DENSE_EIGENPAIRS: Final = 100
-"""Eigenpairs of dense maps, with which refinements begin."""
+REGISTRATION_EIGENPAIRS: Final = 100
+"""Eigenpairs that surfaces are registered with."""
 
 DEFAULT_EIGENPAIRS: Final = 100
 """Eigenpairs of a shape's structures."""
