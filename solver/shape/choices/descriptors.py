@@ -12,7 +12,7 @@ from solver.parameters import parameter
 from solver.shape.choices.choice import Invariance, Structure, chosen
 from solver.shape.choices.metrics import GREATEST
 
-HEAT_TIMES = tuple(np.geomspace(np.log(10.0) / (100.0 * np.pi), 1.0, 32).tolist())
+HEAT_TIMES = tuple(np.geomspace(np.log(10.0) / (100.0 * np.pi), 1.0, 32).round(12).tolist())
 """Time scales of the heat kernel signature on a surface of unit area. They begin at 4 ln 10 / λ,
 λ = 4π · 100 being the hundredth eigenvalue by Weyl's law: its term has decayed to 10⁻⁴ by then
 (Sun, Ovsjanikov and Guibas, SGP 2009). At their end little but the constant is left."""
