@@ -30,9 +30,7 @@ class SampledStructure:
     def first(self, count: int) -> "SampledStructure":
         """Return the first samples."""
         descriptors = None if self.descriptors is None else self.descriptors[:count]
-        return SampledStructure(
-            self.vertices[:count], self.distances[:count, :count], descriptors
-        )
+        return SampledStructure(self.vertices[:count], self.distances[:count, :count], descriptors)
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,8 @@ def match(
 
     The stages: *sample* both shapes at every level (4.1); *enumerate* the best solutions of the
     coarsest level, the hypotheses; *refine* each from level to level; *orient*: register the
-    surfaces and choose the hypothesis that agrees; *certify* the chosen one by lower bounds at every level (section 4).
+    surfaces and choose the hypothesis that agrees; *certify* that one by lower bounds at every
+    level (section 4).
 
     Parameters
     ----------

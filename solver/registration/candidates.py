@@ -1,4 +1,4 @@
-"""Candidates of a registration: first images, from matched points or from the signs of eigenfunctions.
+"""Candidates of a registration: pairs from matched points, or from the signs of eigenfunctions.
 
 A coarse correspondence is decided at extremities, and an intrinsic symmetry of one half of a body
 changes it little. So all good ones are taken, and to those are added all choices of signs of the
@@ -6,12 +6,12 @@ first eigenfunctions: those of isometric shapes agree up to signs, and an intrin
 change of signs (Ovsjanikov, Sun, Guibas: "Global intrinsic symmetries of shapes", CGF 27(5), 2008).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 
 import numpy as np
 
-from solver.arrays import IntArray
+from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import FunctionalMap, fit_orthonormal_map, mutual_nearest_points
 from solver.registration.alignment import GLOBAL, Alignment, Pairs, rotation_onto
 from solver.registration.surface import Samples, SmoothSurface
@@ -36,7 +36,6 @@ def first_pairs(
     surfaces: tuple[SmoothSurface, SmoothSurface],
     samples: tuple[Samples, Samples],
     hypotheses: Sequence[Points],
-    signs: bool,
 ) -> Iterator[Pairs]:
     """Yield the first pairs of each candidate.
 
@@ -46,25 +45,56 @@ def first_pairs(
         The surfaces X and Y, and S and M samples of them; the source may be reflected.
     hypotheses
         Corresponding vertices; those of less than `MIN_POINTS` points are skipped.
-    signs
-        Whether to add the signs of eigenfunctions.
 
     Yields
     ------
     Pairs
+        Of every hypothesis, and of every choice of signs.
     """
-    source, target = samples
     for points in hypotheses:
         if len(points[0]) >= MIN_POINTS:
             yield pairs_from_points(surfaces, samples, points)
-    if signs:
-        count = min(_SIGNED, source.size - 1, target.size - 1)
-        theirs = target.eigenfunctions.astype(np.float32)
-        for chosen in product((1.0, -1.0), repeat=count):
-            # The first eigenfunction is constant.
-            start = FunctionalMap(np.diag((1.0, *chosen)))
-            images = start.images(source.eigenfunctions).astype(np.float32)
-            yield Pairs(*mutual_nearest_points(images, theirs[:, : count + 1]))
+    count = 1 + min(_SIGNED, *(one.size - 1 for one in samples))
+    for signs in _choices(count):
+        yield _spectral_pairs(samples, np.diag(signs))
+
+
+def varied_pairs(
+    samples: tuple[Samples, Samples], alignments: Iterable[Alignment]
+) -> Iterator[Pairs]:
+    """Yield the pairs of alignments, and of these with other signs of the first eigenfunctions.
+
+    A map that is right on one half of a body, and exchanges the limbs of the other, is put right by
+    the signs of some of the eigenfunctions.
+
+    Parameters
+    ----------
+    samples
+        Of X and Y.
+    alignments
+        The best so far.
+    """
+    for alignment in alignments:
+        yield alignment.pairs(*samples, GLOBAL)
+        matrix = alignment.functional_map.matrix
+        count = min(1 + _SIGNED, len(matrix))
+        for signs in _choices(count):
+            if (signs < 0.0).any():
+                yield _spectral_pairs(samples, matrix[:count, :count] * signs)
+
+
+def _choices(count: int) -> Iterator[FloatArray]:
+    """Yield all signs of the first eigenfunctions but the first, which is constant."""
+    for signs in product((1.0, -1.0), repeat=count - 1):
+        yield np.array((1.0, *signs))
+
+
+def _spectral_pairs(samples: tuple[Samples, Samples], matrix: FloatArray) -> Pairs:
+    """Nearest samples in the spectral embedding, under a small functional map."""
+    source, target = samples
+    ours = FunctionalMap(matrix).images(source.eigenfunctions).astype(np.float32)
+    theirs = target.eigenfunctions[:, : len(matrix)].astype(np.float32)
+    return Pairs(*mutual_nearest_points(ours, theirs))
 
 
 def pairs_from_points(

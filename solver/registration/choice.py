@@ -1,14 +1,14 @@
 """Choice among candidates: all are registered coarsely, the best more finely, and one remains."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.registration.alignment import GLOBAL, LOCAL, Alignment, Pairs, Weights, align
-from solver.registration.candidates import Points, first_pairs
+from solver.registration.candidates import Points
 from solver.registration.fit import Fit, measure_fit
 from solver.registration.surface import Samples, SmoothSurface
 
@@ -38,9 +38,10 @@ class Stage:
 
 # Chosen on generated people and animals: `python -m bench.dense`.
 STAGES = (
-    Stage(200, 500, (12, 14, 17, 20), GLOBAL, 20),
-    Stage(300, 750, (26, 33, 41, 50), LOCAL, 6),
-    Stage(750, 1500, (60, 75, 90, 100), LOCAL, 6),
+    Stage(200, 500, (8, 12), GLOBAL, 32),
+    Stage(200, 500, (14, 17, 20), GLOBAL, 16),
+    Stage(300, 750, (26, 33, 41, 50), LOCAL, 5),
+    Stage(750, 1500, (70, 85, 100), LOCAL, 4),
 )
 
 _SAME = 0.05
@@ -83,10 +84,6 @@ class Task:
         The surfaces X and Y.
     samples
         Samples of both; the source may be reflected.
-    hypotheses
-        Corresponding vertices of X and Y, each a candidate.
-    signs
-        Whether the signs of eigenfunctions are candidates as well.
     landmarks
         Vertices of X and Y that are known to correspond.
     """
@@ -94,9 +91,16 @@ class Task:
     source: SmoothSurface
     target: SmoothSurface
     samples: tuple[Samples, Samples]
-    hypotheses: Sequence[Points]
-    signs: bool
     landmarks: Points
+
+    @property
+    def is_reflected(self) -> bool:
+        """Whether the source is reflected in space."""
+        return self.samples[0].reflection
+
+    def reflected(self) -> "Task":
+        """Return the task with the source reflected."""
+        return replace(self, samples=(self.samples[0].reflected(), self.samples[1]))
 
     def missed(self, alignment: Alignment) -> float:
         """Mean distance of the displaced landmarks from where they should be, in √area."""
@@ -109,13 +113,19 @@ class Task:
         return float(np.linalg.norm(places - goals, axis=1).mean())
 
 
-def choose(task: Task, control: Control) -> list[Candidate]:
+Start = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]
+"""First pairs of candidates, given S and M samples of X and Y."""
+
+
+def choose(task: Task, first: Start, control: Control) -> list[Candidate]:
     """Register candidates in stages, each of which keeps the best that differ.
 
     Parameters
     ----------
     task
-        Surfaces, and where to begin.
+        The surfaces.
+    first
+        Where candidates begin.
     control
         May cancel; past its deadline, fewer candidates are tried, at least one in each stage.
 
@@ -134,7 +144,7 @@ def choose(task: Task, control: Control) -> list[Candidate]:
         source = task.samples[0].first(stage.source_samples)
         target = task.samples[1].first(stage.target_samples)
         starts = (
-            first_pairs((task.source, task.target), (source, target), task.hypotheses, task.signs)
+            first((source, target))
             if number == 0
             else (one.alignment.pairs(source, target, stage.weights) for one in kept)
         )
@@ -142,7 +152,7 @@ def choose(task: Task, control: Control) -> list[Candidate]:
             _register(task, source, target, pairs, stage)
             for pairs in control.in_time(starts, least=1)
         ]
-        kept = drop_similar(_ranked(found), task.target.mesh.vertices)[: stage.kept]
+        kept = ranked(found, task.target.mesh.vertices)[: stage.kept]
     return kept
 
 
@@ -154,24 +164,21 @@ def _register(
     return Candidate(target.vertices[found.images], alignment, fit, task.missed(alignment))
 
 
-def _ranked(found: Sequence[Candidate]) -> list[Candidate]:
-    least = min((one.missed for one in found), default=0.0)
-    return sorted(found, key=lambda one: (one.missed > least + _LANDMARK, one.fit.score))
-
-
-def drop_similar(ranked: Sequence[Candidate], positions: FloatArray) -> list[Candidate]:
-    """Leave out candidates whose images are those of an earlier one.
+def ranked(found: Sequence[Candidate], positions: FloatArray) -> list[Candidate]:
+    """Return candidates that differ, the best first: those that meet landmarks, by their score.
 
     Parameters
     ----------
-    ranked
+    found
         Candidates at the same source samples.
     positions
         (V, 3) vertices of the target.
     """
+    least = min((one.missed for one in found), default=0.0)
+    order = sorted(found, key=lambda one: (one.missed > least + _LANDMARK, one.fit.score))
     chosen: list[Candidate] = []
     places: list[FloatArray] = []
-    for one in ranked:
+    for one in order:
         here = positions[one.images]
         if all(float(np.linalg.norm(here - there, axis=1).mean()) > _SAME for there in places):
             chosen.append(one)

@@ -8,14 +8,14 @@ import numpy as np
 
 from solver.registration.fit import Fit
 
-_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -2.0, "margin": 1.0})
-_INTERCEPT = -16.0
+_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -2.5, "margin": 6.0})
+_INTERCEPT = -15.0
 """Logistic regression on generated pairs: ``python -m bench.confidence_fit``."""
 
 _SURE = 0.9
 """Probability from which no reason for doubt is given."""
 
-_CLOSE = 0.5
+_CLOSE = 0.2
 """Difference of scores below which another correspondence fits nearly as well: on generated pairs,
 a quarter of answers by less are wrong."""
 
@@ -56,7 +56,7 @@ def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
     complete
         Whether all candidates were tried.
     """
-    measures = {**fit.measures, "score": fit.score, "margin": min(max(margin, 0.0), 2.0)}
+    measures = {**fit.measures, "score": fit.score, "margin": min(max(margin, 0.0), 1.0)}
     logit = _INTERCEPT + sum(weight * measures[name] for name, weight in _WEIGHTS.items())
     probability = float(1.0 / (1.0 + np.exp(-logit)))
     reasons = []

@@ -6,7 +6,8 @@ errors Gaussian with unknown variances, the likelihood of a map would be the pro
 mean squares: the score is the sum of the logarithms.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -26,40 +27,47 @@ _LEAST = 1e-6
 class Fit:
     """Measures of a registered source and its target, each 0 for equal surfaces.
 
+    All are of first order in what differs.
+
     Parameters
     ----------
     apart
         Mean distance in the embedding, of both directions.
     turned
-        Mean of 1 − cos of the angle between normals, of both directions.
+        Root mean square distance of unit normals, of both directions.
     sheared
-        Mean logarithm of the conformal distortion of the displacement.
+        Root of twice the mean logarithm of the conformal distortion of the displacement.
     stretched
         Mean logarithm of its change of area, up or down.
     bent
-        Mean change of mean curvatures, relative to their mean deviations: with strain, this is what
-        the elastic energy of a thin shell is made of (Koiter 1966).
+        For each diffusion time, mean change of the mean curvature, of both directions, relative to
+        its mean deviation from the median: with strain, this is what the elastic energy of a thin
+        shell is made of (Koiter, "On the nonlinear theory of thin elastic shells", 1966).
     """
 
     apart: float
     turned: float
     sheared: float
     stretched: float
-    bent: float
+    bent: tuple[float, ...]
 
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        return {
-            name: float(np.log(max(measure, _LEAST))) for name, measure in asdict(self).items()
+        several = {f"bent_{number}": bent for number, bent in enumerate(self.bent)}
+        known = {
+            "apart": self.apart,
+            "turned": self.turned,
+            "sheared": self.sheared,
+            "stretched": self.stretched,
+            **several,
         }
+        return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
 
     @property
     def score(self) -> float:
         """Sum of the logarithms of the measures; the less, the better."""
-        apart, turned, sheared, stretched, bent = self.measures.values()
-        # Angles are of second order in the difference of normals, and both strains are one kind.
-        return 2.0 * apart + turned + 0.5 * (sheared + stretched) + 2.0 * bent
+        return sum(self.measures.values())
 
 
 def measure_fit(
@@ -82,14 +90,27 @@ def measure_fit(
     """
     ours, theirs = (one.astype(np.float32) for one in alignment.embed(source, target, weights))
     images, back = mutual_nearest_points(ours, theirs)
+    pairs = Pairs(images, back)
     apart = 0.5 * (_mean_distance(ours, theirs[images]) + _mean_distance(theirs, ours[back]))
-    here = source.surface(alignment.coefficients)[1]
-    there = target.smoothed(alignment.size)[1]
-    cosines = [(here * there[images]).sum(axis=1), (here[back] * there).sum(axis=1)]
+    normals = source.surface(alignment.coefficients)[1], target.smoothed(alignment.size)[1]
+    cosines = _both_ways(pairs, *normals, lambda here, there: (here * there).sum(axis=1))
+    turned = np.sqrt(max(2.0 - 2.0 * float(cosines), 0.0))
     sheared, stretched = _strain(source, alignment)
-    curved = source.curvatures, target.curvatures[images]
-    fit = Fit(apart, 1.0 - 0.5 * float(cosines[0].mean() + cosines[1].mean()), sheared, stretched, _change_of_curvature(*curved))
-    return fit, Pairs(images, back)
+    fit = Fit(apart, turned, sheared, stretched, _change_of_curvature(source, target, pairs))
+    return fit, pairs
+
+
+def _both_ways(
+    pairs: Pairs,
+    here: FloatArray,
+    there: FloatArray,
+    compare: Callable[[FloatArray, FloatArray], FloatArray],
+) -> FloatArray:
+    """Mean over the nearest neighbours of both directions, which weigh the same."""
+    ours = compare(here, there[pairs.images]).mean(axis=0)
+    theirs = compare(here[pairs.back], there).mean(axis=0)
+    mean: FloatArray = 0.5 * (ours + theirs)
+    return mean
 
 
 def _mean_distance(points: FloatArray, others: FloatArray) -> float:
@@ -97,7 +118,7 @@ def _mean_distance(points: FloatArray, others: FloatArray) -> float:
 
 
 def _strain(source: Samples, alignment: Alignment) -> tuple[float, float]:
-    """Mean logarithms of the conformal distortion and of the change of area.
+    """Conformal distortion and change of area, as in :class:`Fit`.
 
     With the first fundamental forms g of the smoothed source and G of the displaced one,
     tr(g⁻¹ G) / (2 √(det G / det g)) is at least 1, and 1 where angles are preserved.
@@ -108,9 +129,9 @@ def _strain(source: Samples, alignment: Alignment) -> tuple[float, float]:
     before, after = (np.maximum(x * z - y * y, 1e-12) for x, y, z in (rest, bent))
     trace = (c * p - 2.0 * b * q + a * r) / before
     ratio = np.sqrt(after / before)
-    sheared = np.log(np.maximum(0.5 * trace / ratio, 1.0))
-    stretched = np.abs(np.log(ratio))
-    return tuple(float(np.minimum(one, _MOST_STRAIN).mean()) for one in (sheared, stretched))  # type: ignore[return-value]
+    sheared = np.minimum(np.log(np.maximum(0.5 * trace / ratio, 1.0)), _MOST_STRAIN)
+    stretched = np.minimum(np.abs(np.log(ratio)), _MOST_STRAIN)
+    return float(np.sqrt(2.0 * sheared.mean())), float(stretched.mean())
 
 
 def _first_form(derivatives: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -118,9 +139,10 @@ def _first_form(derivatives: FloatArray) -> tuple[FloatArray, FloatArray, FloatA
     return (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
 
 
-def _change_of_curvature(here: FloatArray, there: FloatArray) -> float:
-    """Mean change, over the mean deviation from the median; of all diffusion times."""
-    change = np.abs(here - there).mean(axis=0)
+def _change_of_curvature(source: Samples, target: Samples, pairs: Pairs) -> tuple[float, ...]:
+    """Mean change over the mean deviation from the median, for each diffusion time."""
+    here, there = source.curvatures, target.curvatures
+    change = _both_ways(pairs, here, there, lambda ours, theirs: np.abs(ours - theirs))
     spread = [np.abs(one - np.median(one, axis=0)).mean(axis=0) for one in (here, there)]
     relative = change / np.maximum(np.sqrt(spread[0] * spread[1]), _LEAST)
-    return float(relative.mean())
+    return tuple(relative.tolist())

@@ -1,7 +1,7 @@
 """Registration of two shapes: the front door of this package."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -9,8 +9,8 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.registration.alignment import LOCAL, align
-from solver.registration.candidates import MIN_POINTS, Points
-from solver.registration.choice import STAGES, Candidate, Task, choose
+from solver.registration.candidates import MIN_POINTS, Points, first_pairs, varied_pairs
+from solver.registration.choice import STAGES, Candidate, Task, choose, ranked
 from solver.registration.confidence import Confidence, confidence_of
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -19,9 +19,15 @@ from solver.shape import Shape
 _SIZES = tuple(range(20, 101, 5))
 """Eigenfunctions that the chosen candidate is aligned by once more, in finer steps."""
 
-_REFLECTED_MARGIN = 1.0
+_REFLECTED_MARGIN = 0.5
 """How much less the score of a reflected source must be for the shapes to be called reflected: the
 margin with which right answers win against wrong ones on generated shapes."""
+
+_DOUBT = 0.5
+"""Probability below which more is tried."""
+
+_VARIED = 3
+"""Best candidates whose signs are varied when in doubt."""
 
 NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
@@ -169,27 +175,34 @@ def register(
     if min(ours.samples.size, theirs.samples.size) <= MIN_POINTS:
         return None
     samples = ours.samples, theirs.samples
-    task = Task(ours, theirs, samples, hypotheses, True, landmarks)
-    direct = _registered(source, target, task, False, control)
+    task = Task(ours, theirs, samples, landmarks)
+    direct = _registered(source, target, task, hypotheses, control)
     if len(landmarks[0]):
         # Landmarks may mean the mirror image.
-        mirrored = _registered(source, target, _reflected(task), True, control)
+        mirrored = _registered(source, target, task.reflected(), hypotheses, control)
         return min(direct, mirrored, key=lambda one: (one.candidates[0].missed, one.score))
-    if direct.confidence.probability >= 0.5 or control.expired:
+    if direct.confidence.probability >= _DOUBT or control.expired:
         return direct
-    mirrored = _registered(source, target, _reflected(task), True, control)
+    mirrored = _registered(source, target, task.reflected(), hypotheses, control)
     return mirrored if mirrored.score < direct.score - _REFLECTED_MARGIN else direct
 
 
-def _reflected(task: Task) -> Task:
-    return replace(task, samples=(task.samples[0].reflected(), task.samples[1]))
-
-
 def _registered(
-    source: Shape, target: Shape, task: Task, reflected: bool, control: Control
+    source: Shape, target: Shape, task: Task, hypotheses: Sequence[Points], control: Control
 ) -> Registration:
-    candidates = choose(task, control)
-    best, *others = candidates
-    margin = min((one.fit.score for one in others), default=np.inf) - best.fit.score
-    confidence = confidence_of(best.fit, margin, complete=not control.expired)
-    return Registration(source, target, tuple(candidates), reflected, confidence)
+    """Register in space as the task says; when in doubt, vary the best candidates and try again."""
+    surfaces = task.source, task.target
+    found = choose(task, lambda samples: first_pairs(surfaces, samples, hypotheses), control)
+    confidence = _confidence(found, control)
+    if confidence.probability < _DOUBT and not control.expired:
+        best = [one.alignment for one in found[:_VARIED]]
+        varied = choose(task, lambda samples: varied_pairs(samples, best), control)
+        found = ranked([*found, *varied], task.target.mesh.vertices)
+        confidence = _confidence(found, control)
+    return Registration(source, target, tuple(found), task.is_reflected, confidence)
+
+
+def _confidence(found: Sequence[Candidate], control: Control) -> Confidence:
+    best, *others = (one.fit for one in found)
+    margin = min((one.score for one in others), default=np.inf) - best.score
+    return confidence_of(best, margin, complete=not control.expired)

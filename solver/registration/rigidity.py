@@ -62,7 +62,7 @@ class RigidDisplacement:
         return np.asarray(self._factor.solve(0.5 * edges + self._pull * places))
 
     def _rotations(self, positions: FloatArray) -> FloatArray:
-        """(V, 3, 3) rotations R_i of the edges round each vertex: x_i − x_j goes to (x_i − x_j) R_i."""
+        """(V, 3, 3) rotations R_i: edges x_i − x_j round each vertex go to (x_i − x_j) R_i."""
         rest = self._rest
         outer = rest[:, :, None] * positions[:, None, :]
         moments = self._degree[:, None, None] * outer

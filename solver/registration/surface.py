@@ -49,8 +49,8 @@ class Samples:
         (2, S, K) derivatives in two orthogonal directions of the tangent plane.
     curvatures
         (S, m) mean curvature after diffusion for m times, without unit.
-    side
-        1, or -1 for the reflected surface, whose cross products of tangents point inwards.
+    reflection
+        Whether the surface is reflected, so that cross products of tangents point inwards.
     """
 
     vertices: IntArray
@@ -60,7 +60,7 @@ class Samples:
     eigenfunctions: FloatArray
     tangents: FloatArray
     curvatures: FloatArray
-    side: float = 1.0
+    reflection: bool = False
     _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
@@ -96,7 +96,9 @@ class Samples:
         (S, 3) positions and (S, 3) unit normals.
         """
         k = len(coefficients)
-        normals = self.side * np.cross(*self.derivatives(coefficients))
+        normals = np.cross(*self.derivatives(coefficients))
+        if self.reflection:
+            normals = -normals
         lengths = np.linalg.norm(normals, axis=1, keepdims=True)
         return self.eigenfunctions[:, :k] @ coefficients, normals / np.maximum(lengths, 1e-12)
 
@@ -117,7 +119,7 @@ class Samples:
             self,
             positions=self.positions * MIRROR,
             coefficients=self.coefficients * MIRROR,
-            side=-self.side,
+            reflection=not self.reflection,
             _smoothed={},
         )
 
@@ -226,7 +228,7 @@ def _tangent_frames(normals: FloatArray) -> FloatArray:
 
 
 def _gradients(mesh: TriangleMesh, vertices: IntArray) -> sp.csr_array:
-    """(3 S, V) operator: mean of a function's gradients on the triangles round each vertex, by area.
+    """(3 S, V) operator: mean of a function's gradients on the triangles round a vertex, by area.
 
     The gradient of a hat function on a triangle is the opposite edge, turned by a right angle, over
     twice the area.
