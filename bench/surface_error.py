@@ -1,7 +1,6 @@
 """Errors of matched surface points, at vertices or between them, against the known truth."""
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
 from solver.arrays import FloatArray, IntArray
@@ -23,8 +22,9 @@ def truths_of(source: KnownShape, target: KnownShape, vertices: IntArray) -> lis
     One or two arrays of (N,) vertex indices of the target: direct, and mirrored if known.
     """
     assert source.truth is not None
-    places = source.shape.surface.vertices
-    nearest = np.asarray(KDTree(places[source.truth]).query(places[vertices])[1])
+    # Along the surface: where a hand touches a thigh, the nearest point in space may be on that.
+    between = source.shape.metric("geodesic").distances(vertices)[:, source.truth]
+    nearest = between.argmin(axis=1)
     known = target.truth, target.symmetric_truth
     return [truth[nearest] for truth in known if truth is not None]
 
