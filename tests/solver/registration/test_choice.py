@@ -7,9 +7,9 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap
 from solver.mesh import triangle_mesh
-from solver.registration.alignment import GLOBAL, Alignment
-from solver.registration.candidates import Points, first_pairs, pairs_from_points
-from solver.registration.choice import Candidate, Task, choose, drop_similar
+from solver.registration.alignment import GLOBAL, Alignment, fit_alignment
+from solver.registration.candidates import Points, first_pairs, pairs_from_points, varied_pairs
+from solver.registration.choice import Candidate, Start, Task, choose, ranked
 from solver.registration.fit import Fit
 from solver.registration.registration import NO_LANDMARKS
 from solver.registration.surface import SmoothSurface, smooth_surface
@@ -36,13 +36,21 @@ def surfaces(
 
 
 def task_of(
+    surfaces: tuple[SmoothSurface, SmoothSurface], landmarks: Points = NO_LANDMARKS
+) -> Task:
+    return Task(*surfaces, (surfaces[0].samples, surfaces[1].samples), landmarks)
+
+
+def starting_at(surfaces: tuple[SmoothSurface, SmoothSurface], hypotheses: list[Points]) -> Start:
+    return lambda samples: [pairs_from_points(surfaces, samples, points) for points in hypotheses]
+
+
+def chosen_from(
     surfaces: tuple[SmoothSurface, SmoothSurface],
     hypotheses: list[Points],
-    signs: bool = False,
     landmarks: Points = NO_LANDMARKS,
-) -> Task:
-    samples = surfaces[0].samples, surfaces[1].samples
-    return Task(*surfaces, samples, hypotheses, signs, landmarks)
+) -> list[Candidate]:
+    return choose(task_of(surfaces, landmarks), starting_at(surfaces, hypotheses), Control())
 
 
 def images_after(figures: tuple[SyntheticShape, SyntheticShape], change: list[float]) -> IntArray:
@@ -63,36 +71,36 @@ def test_the_truth_fits_better_than_a_near_symmetry(
     """Begun at the truth, and where left and right, or front and back as well, are exchanged."""
     points = surfaces[0].samples.vertices[:60]
     truth, wrong = (images_after(figures, each)[points] for each in ([1.0] * 3, change))
-    best, *others = choose(task_of(surfaces, [(points, wrong), (points, truth)]), Control())
+    best, *others = chosen_from(surfaces, [(points, wrong), (points, truth)])
     rest = figures[1].rest
     here = images_after(figures, [1.0] * 3)[surfaces[0].samples.first(len(best.images)).vertices]
     size = np.sqrt(np.ptp(rest, axis=0).prod() ** (2.0 / 3.0))
     assert np.linalg.norm(rest[best.images] - rest[here], axis=1).mean() < 0.1 * size
-    alone = choose(task_of(surfaces, [(points, wrong)]), Control())
+    alone = chosen_from(surfaces, [(points, wrong)])
     assert best.fit.score < min(one.fit.score for one in [*alone, *others])
 
 
 def candidate(images: list[int], score: float = 0.0) -> Candidate:
     measure = float(np.exp(score))
-    fit = Fit(measure, 1.0, 1.0, 1.0, 1.0)
+    fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,))
     return Candidate(np.array(images), NOTHING, fit)
 
 
 def test_similar_candidates_are_left_out() -> None:
     positions = np.array([[0.0, 0, 0], [0.01, 0, 0], [1.0, 0, 0]])
-    first, alike, other = candidate([0, 2]), candidate([1, 2]), candidate([2, 0])
-    assert drop_similar([first, alike, other], positions) == [first, other]
-    assert drop_similar([alike, first], positions) == [alike]
-    assert drop_similar([], positions) == []
+    first, alike, other = candidate([0, 2], -2.0), candidate([1, 2], -1.0), candidate([2, 0])
+    assert ranked([other, alike, first], positions) == [first, other]
+    assert ranked([alike, other], positions) == [alike, other]
+    assert ranked([], positions) == []
 
 
 def test_the_best_candidate_comes_first_and_all_differ(
     surfaces: tuple[SmoothSurface, SmoothSurface],
 ) -> None:
-    found = choose(task_of(surfaces, [], signs=True), Control())
+    found = choose(task_of(surfaces), lambda samples: first_pairs(surfaces, samples, []), Control())
     scores = [one.fit.score for one in found]
     assert scores == sorted(scores)
-    assert drop_similar(found, surfaces[1].mesh.vertices) == found
+    assert ranked(found, surfaces[1].mesh.vertices) == found
 
 
 def test_candidates_that_miss_the_landmarks_come_last(
@@ -107,7 +115,7 @@ def test_candidates_that_miss_the_landmarks_come_last(
     exchanged = images_after(figures, [-1.0, 1.0, -1.0])
     hypotheses = [(points, truth[points]), (points, exchanged[points])]
     meant = landmarks, exchanged[landmarks]
-    best, *others = choose(task_of(surfaces, hypotheses, landmarks=meant), Control())
+    best, *others = chosen_from(surfaces, hypotheses, meant)
     assert best.missed < min(one.missed for one in others)
     assert best.fit.score > min(one.fit.score for one in others)
 
@@ -132,24 +140,29 @@ def test_there_are_as_many_candidates_as_hypotheses_and_signs(
     samples = surfaces[0].samples.first(50), surfaces[1].samples.first(60)
     points = np.arange(5), np.arange(5)
     few = np.arange(2), np.arange(2)
-    for hypotheses, signs, expected in (([points, few], False, 1), ([points], True, 65)):
-        found = list(first_pairs(surfaces, samples, hypotheses, signs))
+    for hypotheses, expected in (([points, few], 1 + 64), ([], 64)):
+        found = list(first_pairs(surfaces, samples, hypotheses))
         assert len(found) == expected
         assert all(len(one.images) == 50 and len(one.back) == 60 for one in found)
+    alignment = fit_alignment(*samples, found[0], 12)
+    varied = list(varied_pairs(samples, [alignment, alignment]))
+    assert len(varied) == 2 * 64
+    own = alignment.pairs(*samples, GLOBAL)
+    np.testing.assert_array_equal(varied[0].images, own.images)
 
 
 def test_nothing_to_begin_with_gives_nothing(
     surfaces: tuple[SmoothSurface, SmoothSurface],
 ) -> None:
-    assert choose(task_of(surfaces, []), Control()) == []
+    assert chosen_from(surfaces, []) == []
 
 
 def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> None:
     k = surface.samples.size
     own = Alignment(surface.coefficients, FunctionalMap(np.eye(k)), np.eye(3))
     vertices = np.arange(0, 600, 60)
-    task = task_of((surface, surface), [], landmarks=(vertices, vertices))
+    task = task_of((surface, surface), (vertices, vertices))
     assert task.missed(own) < 0.02
     assert task.missed(NOTHING) > 0.1
-    assert task_of((surface, surface), []).missed(NOTHING) == 0.0
+    assert task_of((surface, surface)).missed(NOTHING) == 0.0
     assert own.pairs(surface.samples, surface.samples, GLOBAL).images[3] == 3

@@ -1,7 +1,5 @@
 """Confidence: a probability that agrees with its reasons."""
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,14 +8,16 @@ from hypothesis import strategies as st
 from solver.registration.confidence import MISFIT, RIVAL, UNFINISHED, confidence_of
 from solver.registration.fit import Fit
 
-MEASURES = st.builds(Fit, *[st.floats(1e-3, 3.0)] * 5)
+MEASURE = st.floats(1e-3, 3.0)
+MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE))
 MARGINS = st.floats(-1.0, 5.0) | st.just(np.inf)
 
 WORSE = 1.1, 1.5, 3.0
 
 
 def worse_than(fit: Fit, factor: float) -> Fit:
-    return Fit(*(factor * measure for measure in asdict(fit).values()))
+    plain = (factor * one for one in (fit.apart, fit.turned, fit.sheared, fit.stretched))
+    return Fit(*plain, tuple(factor * one for one in fit.bent))
 
 
 @given(MEASURES, MARGINS)
@@ -43,13 +43,13 @@ def test_a_greater_margin_is_more_probable(fit: Fit, one: float, other: float) -
 
 
 def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
-    bad = Fit(2.0, 1.0, 1.0, 1.0, 1.0)
+    bad = Fit(2.0, 1.0, 1.0, 1.0, (1.0, 1.0))
     assert confidence_of(bad, np.inf).reasons == (MISFIT,)
     assert confidence_of(bad, 0.0).reasons == (RIVAL, MISFIT)
 
 
 def test_a_search_without_time_says_so() -> None:
-    good = Fit(1e-3, 1e-3, 1e-3, 1e-3, 1e-3)
+    good = Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3))
     assert confidence_of(good, np.inf).reasons == ()
     unfinished = confidence_of(good, np.inf, complete=False)
     assert unfinished.reasons == (UNFINISHED,)

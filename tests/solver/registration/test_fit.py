@@ -34,13 +34,13 @@ def test_equal_surfaces_fit_exactly(surface: SmoothSurface) -> None:
     everywhere = np.arange(len(surface.samples))
     np.testing.assert_array_equal(pairs.images, everywhere)
     np.testing.assert_array_equal(pairs.back, everywhere)
-    for measure in (fit.apart, fit.turned, fit.sheared, fit.stretched, fit.bent):
+    for measure in (fit.apart, fit.turned, fit.sheared, fit.stretched, *fit.bent):
         assert measure == pytest.approx(0.0, abs=1e-6)
 
 
 def test_rotations_strain_nothing(surface: SmoothSurface) -> None:
     fit = fit_of(surface.samples, Rotation.from_rotvec([0.5, 1.0, -0.2]).as_matrix())
-    assert fit.sheared == pytest.approx(0.0, abs=1e-9)
+    assert fit.sheared == pytest.approx(0.0, abs=1e-6)
     assert fit.stretched == pytest.approx(0.0, abs=1e-9)
     assert fit.apart > 0.01
 
@@ -50,7 +50,7 @@ def test_scaling_changes_areas_by_the_square_and_no_angles(
     surface: SmoothSurface, factor: float
 ) -> None:
     fit = fit_of(surface.samples, factor * np.eye(3))
-    assert fit.sheared == pytest.approx(0.0, abs=1e-9)
+    assert fit.sheared == pytest.approx(0.0, abs=1e-6)
     assert fit.stretched == pytest.approx(2.0 * abs(np.log(factor)), rel=1e-6)
 
 
@@ -62,7 +62,8 @@ def test_stretching_a_plane_in_one_direction(factor: float) -> None:
     inside = np.abs(mesh.vertices - [0.75, 0.5, 0.0]).max(axis=1) < 0.4
     samples = SmoothSurface(Shape(mesh)).at(np.flatnonzero(inside))
     fit = fit_of(samples, np.diag([factor, 1.0, 1.0]))
-    assert fit.sheared == pytest.approx(np.log(0.5 * (factor + 1.0 / factor)), rel=1e-4)
+    distortion = np.log(0.5 * (factor + 1.0 / factor))
+    assert fit.sheared == pytest.approx(np.sqrt(2.0 * distortion), rel=1e-4)
     assert fit.stretched == pytest.approx(abs(np.log(factor)), rel=1e-4)
 
 
@@ -72,17 +73,21 @@ def test_a_reflection_turns_normals(surface: SmoothSurface) -> None:
     assert fit.turned > 0.5
 
 
-@given(st.lists(MEASURES, min_size=5, max_size=5), st.integers(0, 4), st.floats(0.1, 0.9))
+@given(st.lists(MEASURES, min_size=6, max_size=6), st.integers(0, 5), st.floats(0.1, 0.9))
 def test_the_score_falls_with_each_measure(
     measures: list[float], place: int, factor: float
 ) -> None:
     better = list(measures)
     better[place] *= factor
-    assert Fit(*better).score < Fit(*measures).score
+    assert fit_with(better).score < fit_with(measures).score
 
 
 def test_the_score_is_the_sum_of_logarithms() -> None:
-    fit = Fit(0.1, 0.02, 0.03, 0.04, 0.5)
-    product = 0.1**2 * 0.02 * np.sqrt(0.03 * 0.04) * 0.5**2
-    assert fit.score == pytest.approx(np.log(product))
-    assert np.isfinite(Fit(0.0, 0.0, 0.0, 0.0, 0.0).score)
+    measures = [0.1, 0.02, 0.03, 0.04, 0.5, 0.6]
+    assert fit_with(measures).score == pytest.approx(np.log(np.prod(measures)))
+    assert np.isfinite(fit_with([0.0] * 6).score)
+
+
+def fit_with(measures: list[float]) -> Fit:
+    apart, turned, sheared, stretched, *bent = measures
+    return Fit(apart, turned, sheared, stretched, tuple(bent))
