@@ -16,8 +16,14 @@ WORSE = 1.1, 1.5, 3.0
 
 
 def worse_than(fit: Fit, factor: float) -> Fit:
-    plain = (factor * one for one in (fit.apart, fit.turned, fit.sheared, fit.stretched))
-    return Fit(*plain, tuple(factor * one for one in fit.bent))
+    bent = tuple(factor * one for one in fit.bent)
+    return Fit(
+        factor * fit.apart,
+        factor * fit.turned,
+        factor * fit.sheared,
+        factor * fit.stretched,
+        bent,
+    )
 
 
 @given(MEASURES, MARGINS)
