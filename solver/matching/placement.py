@@ -44,6 +44,8 @@ def add_target_samples(source: Shape, target: Shape, level: Level, images: IntAr
         distances = varadhan_distances(target.spectrum(), vertices, level.metric.time)
     else:
         distances = target.metric(level.metric).between(vertices)
+    # Geodesic distances depend on the direction that they are computed in.
+    distances[: len(known), : len(known)] = level.target.distances
     ours, theirs = level.source, SampledStructure(vertices, distances, None)
     if ours.descriptors is not None:
         both = ours.vertices, vertices

@@ -41,7 +41,7 @@ def refine_hypotheses(
     """
     ordered = list(hypotheses)
     for level in levels:
-        with control.stage(_STAGE, 0.45 + 0.05 * level.index):
+        with control.stage(_STAGE, 0.45 + 0.005 * level.index):
             found = [(*_refine(one, level, rho, control), one) for one in ordered]
         found.sort(key=lambda entry: entry[0].energy)
         ordered = [
@@ -104,7 +104,7 @@ def hypothesis_from_map(
     known = others[0].levels[0].solution
     solution = Solution(partners, energy, known.lower_bound, known.iterations, known.method)
     coarse = SolvedLevel(problem, solution, 1, clock.timings["coarse matching"])
-    (found,) = refine_hypotheses([Hypothesis((coarse,))], levels[1:], rho, control)
+    (found,) = refine_hypotheses([Hypothesis((coarse,))], levels[1:], rho, control.quiet())
     ranked = (
         replace(solved, rank=rank_of(solved.solution.value, others, index))
         for index, solved in enumerate(found.levels)

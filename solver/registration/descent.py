@@ -113,7 +113,8 @@ def project(
             if square < best:
                 best = square
                 chosen[place] = face
-                weights[place, own], weights[place, one], weights[place, two] = 1.0 - s - t, s, t
+                weights[place, own] = max(1.0 - s - t, 0.0)
+                weights[place, one], weights[place, two] = s, t
     return chosen, weights
 
 

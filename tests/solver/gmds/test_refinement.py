@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
+from solver.control import Control
 from solver.errors import OptionError
 from solver.gmds import refine_by_gmds
 from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
+from solver.registration import Registration, register
 from solver.shape import Shape
 from synthetic import ASYMMETRIC_HUMAN, SyntheticShape, correspondence, human
 from tests.solver import shapes
-from tests.solver.functional_maps.maps import dense_map
 
 Pair = tuple[SyntheticShape, SyntheticShape]
 
@@ -33,6 +34,14 @@ def pair(figures: Pair) -> tuple[Shape, Shape]:
 @pytest.fixture(scope="module")
 def answer(pair: tuple[Shape, Shape]) -> Match:
     return match(*pair, MatchOptions(points=32, refine="gmds"))
+
+
+def registration(
+    source: Shape, target: Shape, points: IntArray, partners: IntArray
+) -> Registration:
+    found = register(source, target, [(points, partners)], Control())
+    assert found is not None
+    return found
 
 
 def apart(figures: Pair, source: IntArray, places: FloatArray) -> FloatArray:
@@ -63,7 +72,7 @@ def test_gmds_does_not_raise_the_stress(answer: Match) -> None:
 def test_a_shape_is_refined_to_itself() -> None:
     shape = Shape(shapes.blob())
     points = shape.sampling("geodesic", 20).indices
-    refined = refine_by_gmds(dense_map(shape, shape, [(points, points)]), points)
+    refined = refine_by_gmds(registration(shape, shape, points, points), points)
     places = refined.points.positions(shape.surface.vertices, shape.surface.faces)
     np.testing.assert_allclose(places, shape.surface.vertices[points], atol=1e-9)
     assert refined.stress == pytest.approx(0.0, abs=1e-12)
@@ -83,7 +92,7 @@ def test_scale_changes_nothing(figures: Pair) -> None:
         one = Shape(triangle_mesh(source.vertices, source.faces), normalise=normalise)
         vertices = factor * target.vertices
         other = Shape(triangle_mesh(vertices, target.faces), normalise=normalise)
-        results.append(refine_by_gmds(dense_map(one, other, [(points, partners)]), points))
+        results.append(refine_by_gmds(registration(one, other, points, partners), points))
     first, second = results
     assert second.stress == pytest.approx(first.stress, rel=5e-3)
     np.testing.assert_allclose(

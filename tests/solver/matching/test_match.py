@@ -58,15 +58,24 @@ def test_the_certificate_holds_together(answer: Match) -> None:
 
 
 def test_costs_sum_up_to_the_energy(answer: Match) -> None:
+    """Alternatives come by their energy; the answer is chosen by registration."""
     for found in (answer.best, *answer.alternatives):
         assert found.costs.sum() == pytest.approx(found.energy)
-    energies = [found.energy for found in (answer.best, *answer.alternatives)]
+    energies = [found.energy for found in answer.alternatives]
     assert energies == sorted(energies)
 
 
 def test_alternatives_differ_from_the_answer_and_each_other(answer: Match) -> None:
     targets = {tuple(found.target) for found in (answer.best, *answer.alternatives)}
     assert len(targets) == 1 + len(answer.alternatives)
+
+
+def test_confidence_is_a_probability_with_reasons(answer: Match) -> None:
+    found = answer.confidence
+    assert found is not None
+    assert 0.5 < found.probability <= 1.0
+    assert bool(found.reasons) == (found.probability < 0.9)
+    assert {"score", "margin"} <= set(found.measures)
 
 
 @pytest.mark.parametrize(
@@ -163,7 +172,7 @@ def test_progress_rises_and_cancellation_leaves() -> None:
     shape = Shape(shapes.blob())
     reported: list[float] = []
     control = Control(on_progress=lambda stage, fraction: reported.append(fraction))
-    match(shape, shape, MatchOptions(points=32), control)
+    match(shape, shape, MatchOptions(points=32, dense=True, refine="gmds"), control)
     assert reported == sorted(reported)
     assert 0.0 <= reported[0] < reported[-1] <= 1.0
     with pytest.raises(Cancelled):

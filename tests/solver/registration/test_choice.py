@@ -1,0 +1,168 @@
+"""Choice among candidates: those that differ, those that meet landmarks, and the truth."""
+
+import numpy as np
+import pytest
+
+from solver.arrays import IntArray
+from solver.control import Control
+from solver.functional_maps import FunctionalMap
+from solver.mesh import triangle_mesh
+from solver.registration.alignment import GLOBAL, Alignment, fit_alignment
+from solver.registration.candidates import Points, first_pairs, pairs_from_points, varied_pairs
+from solver.registration.choice import Candidate, Start, Task, choose, ranked
+from solver.registration.fit import Fit
+from solver.registration.registration import NO_LANDMARKS
+from solver.registration.surface import SmoothSurface, smooth_surface
+from solver.shape import Shape
+from synthetic import SyntheticShape, correspondence, human
+
+NOTHING = Alignment(np.zeros((1, 3)), FunctionalMap(np.eye(1)), np.eye(3))
+
+
+@pytest.fixture(scope="module")
+def figures() -> tuple[SyntheticShape, SyntheticShape]:
+    """A person in two poses, left and right alike."""
+    return human("standing", resolution=1000, seed=1), human("walking", resolution=1000, seed=2)
+
+
+@pytest.fixture(scope="module")
+def surfaces(
+    figures: tuple[SyntheticShape, SyntheticShape],
+) -> tuple[SmoothSurface, SmoothSurface]:
+    one, other = (
+        smooth_surface(Shape(triangle_mesh(each.vertices, each.faces))) for each in figures
+    )
+    return one, other
+
+
+def task_of(
+    surfaces: tuple[SmoothSurface, SmoothSurface], landmarks: Points = NO_LANDMARKS
+) -> Task:
+    return Task(*surfaces, (surfaces[0].samples, surfaces[1].samples), landmarks)
+
+
+def starting_at(surfaces: tuple[SmoothSurface, SmoothSurface], hypotheses: list[Points]) -> Start:
+    return lambda samples: [pairs_from_points(surfaces, samples, points) for points in hypotheses]
+
+
+def chosen_from(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+    hypotheses: list[Points],
+    landmarks: Points = NO_LANDMARKS,
+) -> list[Candidate]:
+    return choose(task_of(surfaces, landmarks), starting_at(surfaces, hypotheses), Control())
+
+
+def images_after(figures: tuple[SyntheticShape, SyntheticShape], change: list[float]) -> IntArray:
+    """Images when positions at rest are changed in sign before."""
+    source, target = figures
+    moved = SyntheticShape(source.vertices, source.faces, source.rest * change)
+    return correspondence(moved, target)
+
+
+@pytest.mark.parametrize(
+    "change", [[-1.0, 1.0, -1.0], [-1.0, 1.0, 1.0]], ids=["turned by 180°", "mirrored"]
+)
+def test_the_truth_fits_better_than_a_near_symmetry(
+    figures: tuple[SyntheticShape, SyntheticShape],
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+    change: list[float],
+) -> None:
+    """Begun at the truth, and where left and right, or front and back as well, are exchanged."""
+    points = surfaces[0].samples.vertices[:60]
+    truth, wrong = (images_after(figures, each)[points] for each in ([1.0] * 3, change))
+    best, *others = chosen_from(surfaces, [(points, wrong), (points, truth)])
+    rest = figures[1].rest
+    here = images_after(figures, [1.0] * 3)[surfaces[0].samples.first(len(best.images)).vertices]
+    size = np.sqrt(np.ptp(rest, axis=0).prod() ** (2.0 / 3.0))
+    assert np.linalg.norm(rest[best.images] - rest[here], axis=1).mean() < 0.1 * size
+    alone = chosen_from(surfaces, [(points, wrong)])
+    assert best.fit.score < min(one.fit.score for one in [*alone, *others])
+
+
+def candidate(images: list[int], score: float = 0.0) -> Candidate:
+    measure = float(np.exp(score))
+    fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,))
+    return Candidate(np.array(images), NOTHING, fit)
+
+
+def test_similar_candidates_are_left_out() -> None:
+    positions = np.array([[0.0, 0, 0], [0.01, 0, 0], [1.0, 0, 0]])
+    first, alike, other = candidate([0, 2], -2.0), candidate([1, 2], -1.0), candidate([2, 0])
+    assert ranked([other, alike, first], positions) == [first, other]
+    assert ranked([alike, other], positions) == [alike, other]
+    assert ranked([], positions) == []
+
+
+def test_the_best_candidate_comes_first_and_all_differ(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    found = choose(task_of(surfaces), lambda samples: first_pairs(surfaces, samples, []), Control())
+    scores = [one.fit.score for one in found]
+    assert scores == sorted(scores)
+    assert ranked(found, surfaces[1].mesh.vertices) == found
+
+
+def test_candidates_that_miss_the_landmarks_come_last(
+    figures: tuple[SyntheticShape, SyntheticShape],
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    """Landmarks on the other side of the body: the truth fits better, and is not meant."""
+    rest = figures[0].rest
+    landmarks = np.array([rest[:, 0].argmax(), rest[:, 0].argmin()])
+    points = surfaces[0].samples.vertices[:60]
+    truth = images_after(figures, [1.0] * 3)
+    exchanged = images_after(figures, [-1.0, 1.0, -1.0])
+    hypotheses = [(points, truth[points]), (points, exchanged[points])]
+    meant = landmarks, exchanged[landmarks]
+    best, *others = chosen_from(surfaces, hypotheses, meant)
+    assert best.missed < min(one.missed for one in others)
+    assert best.fit.score > min(one.fit.score for one in others)
+
+
+def test_first_pairs_of_known_points_are_near_the_truth(
+    figures: tuple[SyntheticShape, SyntheticShape],
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    truth = images_after(figures, [1.0] * 3)
+    samples = surfaces[0].samples.first(200), surfaces[1].samples.first(500)
+    points = samples[0].vertices[:16]
+    pairs = pairs_from_points(surfaces, samples, (points, truth[points]))
+    positions = surfaces[1].mesh.vertices
+    found = positions[samples[1].vertices[pairs.images]]
+    errors = np.linalg.norm(found - positions[truth[samples[0].vertices]], axis=1)
+    assert np.median(errors) < 0.15
+
+
+def test_there_are_as_many_candidates_as_hypotheses_and_signs(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    samples = surfaces[0].samples.first(50), surfaces[1].samples.first(60)
+    points = np.arange(5), np.arange(5)
+    few = np.arange(2), np.arange(2)
+    for hypotheses, expected in (([points, few], 1 + 64), ([], 64)):
+        found = list(first_pairs(surfaces, samples, hypotheses))
+        assert len(found) == expected
+        assert all(len(one.images) == 50 and len(one.back) == 60 for one in found)
+    alignment = fit_alignment(*samples, found[0], 12)
+    varied = list(varied_pairs(samples, [alignment, alignment]))
+    assert len(varied) == 2 * 64
+    own = alignment.pairs(*samples, GLOBAL)
+    np.testing.assert_array_equal(varied[0].images, own.images)
+
+
+def test_nothing_to_begin_with_gives_nothing(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    assert chosen_from(surfaces, []) == []
+
+
+def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> None:
+    k = surface.samples.size
+    own = Alignment(surface.coefficients, FunctionalMap(np.eye(k)), np.eye(3))
+    vertices = np.arange(0, 600, 60)
+    task = task_of((surface, surface), (vertices, vertices))
+    assert task.missed(own) < 0.02
+    assert task.missed(NOTHING) > 0.1
+    assert task_of((surface, surface)).missed(NOTHING) == 0.0
+    assert own.pairs(surface.samples, surface.samples, GLOBAL).images[3] == 3

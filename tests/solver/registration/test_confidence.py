@@ -1,0 +1,62 @@
+"""Confidence: a probability that agrees with its reasons."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from solver.registration.confidence import MISFIT, RIVAL, UNFINISHED, confidence_of
+from solver.registration.fit import Fit
+
+MEASURE = st.floats(1e-3, 3.0)
+MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE))
+MARGINS = st.floats(-1.0, 5.0) | st.just(np.inf)
+
+WORSE = 1.1, 1.5, 3.0
+
+
+def worse_than(fit: Fit, factor: float) -> Fit:
+    bent = tuple(factor * one for one in fit.bent)
+    return Fit(
+        factor * fit.apart,
+        factor * fit.turned,
+        factor * fit.sheared,
+        factor * fit.stretched,
+        bent,
+    )
+
+
+@given(MEASURES, MARGINS)
+def test_reasons_agree_with_the_probability(fit: Fit, margin: float) -> None:
+    found = confidence_of(fit, margin)
+    assert 0.0 <= found.probability <= 1.0
+    assert bool(found.reasons) == (found.probability < 0.9)
+    assert set(found.reasons) <= {RIVAL, MISFIT}
+    assert all(np.isfinite(value) for value in found.measures.values())
+
+
+@given(MEASURES, MARGINS, st.sampled_from(WORSE))
+def test_a_better_fit_is_more_probable(fit: Fit, margin: float, factor: float) -> None:
+    better, worse = confidence_of(fit, margin), confidence_of(worse_than(fit, factor), margin)
+    assert worse.measures["score"] > better.measures["score"]
+    assert worse.probability <= better.probability
+
+
+@given(MEASURES, MARGINS, MARGINS)
+def test_a_greater_margin_is_more_probable(fit: Fit, one: float, other: float) -> None:
+    less, more = (confidence_of(fit, margin) for margin in sorted((one, other)))
+    assert less.probability <= more.probability
+
+
+def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
+    bad = Fit(2.0, 1.0, 1.0, 1.0, (1.0, 1.0))
+    assert confidence_of(bad, np.inf).reasons == (MISFIT,)
+    assert confidence_of(bad, 0.0).reasons == (RIVAL, MISFIT)
+
+
+def test_a_search_without_time_says_so() -> None:
+    good = Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3))
+    assert confidence_of(good, np.inf).reasons == ()
+    unfinished = confidence_of(good, np.inf, complete=False)
+    assert unfinished.reasons == (UNFINISHED,)
+    assert unfinished.probability == pytest.approx(confidence_of(good, np.inf).probability)

@@ -1,0 +1,93 @@
+"""Measures of a fit: closed forms of strains, and what the score prefers."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from solver.arrays import FloatArray
+from solver.functional_maps import FunctionalMap
+from solver.registration.alignment import GLOBAL, Alignment
+from solver.registration.fit import Fit, measure_fit
+from solver.registration.surface import Samples, SmoothSurface
+from solver.shape import Shape
+from tests.solver import shapes
+
+K = 40
+MEASURES = st.floats(1e-4, 10.0)
+
+
+def displaced(samples: Samples, matrix: FloatArray) -> Alignment:
+    """Positions x of a source that go to x A."""
+    return Alignment(samples.coefficients[:K] @ matrix, FunctionalMap(np.eye(K)), np.eye(3))
+
+
+def fit_of(samples: Samples, matrix: FloatArray) -> Fit:
+    return measure_fit(samples, samples, displaced(samples, matrix), GLOBAL)[0]
+
+
+def test_equal_surfaces_fit_exactly(surface: SmoothSurface) -> None:
+    fit, pairs = measure_fit(
+        surface.samples, surface.samples, displaced(surface.samples, np.eye(3)), GLOBAL
+    )
+    everywhere = np.arange(len(surface.samples))
+    np.testing.assert_array_equal(pairs.images, everywhere)
+    np.testing.assert_array_equal(pairs.back, everywhere)
+    for measure in (fit.apart, fit.turned, fit.sheared, fit.stretched, *fit.bent):
+        assert measure == pytest.approx(0.0, abs=1e-6)
+
+
+def test_rotations_strain_nothing(surface: SmoothSurface) -> None:
+    fit = fit_of(surface.samples, Rotation.from_rotvec([0.5, 1.0, -0.2]).as_matrix())
+    assert fit.sheared == pytest.approx(0.0, abs=1e-6)
+    assert fit.stretched == pytest.approx(0.0, abs=1e-9)
+    assert fit.apart > 0.01
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.1, 2.0])
+def test_scaling_changes_areas_by_the_square_and_no_angles(
+    surface: SmoothSurface, factor: float
+) -> None:
+    fit = fit_of(surface.samples, factor * np.eye(3))
+    assert fit.sheared == pytest.approx(0.0, abs=1e-6)
+    assert fit.stretched == pytest.approx(2.0 * abs(np.log(factor)), rel=1e-6)
+
+
+@pytest.mark.parametrize("factor", [0.5, 1.2, 3.0])
+def test_stretching_a_plane_in_one_direction(factor: float) -> None:
+    """Singular values a and 1: conformal distortion (a + 1 / a) / 2, change of area a."""
+    mesh = shapes.plane_grid(24, 17)
+    # At the border the derivatives of eigenfunctions vanish across it.
+    inside = np.abs(mesh.vertices - [0.75, 0.5, 0.0]).max(axis=1) < 0.4
+    samples = SmoothSurface(Shape(mesh)).at(np.flatnonzero(inside))
+    fit = fit_of(samples, np.diag([factor, 1.0, 1.0]))
+    distortion = np.log(0.5 * (factor + 1.0 / factor))
+    assert fit.sheared == pytest.approx(np.sqrt(2.0 * distortion), rel=1e-4)
+    assert fit.stretched == pytest.approx(abs(np.log(factor)), rel=1e-4)
+
+
+def test_a_reflection_turns_normals(surface: SmoothSurface) -> None:
+    """Positions that are reflected have normals on the inside."""
+    fit = fit_of(surface.samples, np.diag([-1.0, 1.0, 1.0]))
+    assert fit.turned > 0.5
+
+
+@given(st.lists(MEASURES, min_size=6, max_size=6), st.integers(0, 5), st.floats(0.1, 0.9))
+def test_the_score_falls_with_each_measure(
+    measures: list[float], place: int, factor: float
+) -> None:
+    better = list(measures)
+    better[place] *= factor
+    assert fit_with(better).score < fit_with(measures).score
+
+
+def test_the_score_is_the_sum_of_logarithms() -> None:
+    measures = [0.1, 0.02, 0.03, 0.04, 0.5, 0.6]
+    assert fit_with(measures).score == pytest.approx(np.log(np.prod(measures)))
+    assert np.isfinite(fit_with([0.0] * 6).score)
+
+
+def fit_with(measures: list[float]) -> Fit:
+    apart, turned, sheared, stretched, *bent = measures
+    return Fit(apart, turned, sheared, stretched, tuple(bent))
