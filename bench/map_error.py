@@ -12,8 +12,8 @@ import numpy as np
 from bench.collection import KnownShape
 from bench.surface_error import corner_errors, surface_errors
 from solver.arrays import FloatArray, IntArray
-from solver.functional_maps import DenseCorrespondence
 from solver.gmds import SurfacePoints
+from solver.registration import DenseCorrespondence
 
 WRONG = 0.1
 """Mean error over √area above which an answer counts as wrong."""
