@@ -2,10 +2,7 @@
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray, RealArray
-
-_CELLS_SEARCHED = 24
-"""Cells nearest to that of a query whose points are compared, chosen on generated shapes."""
+from solver.arrays import IntArray, RealArray
 
 _BLOCK_SIZE = 200_000
 """Distances computed at a time: they stay in the processor's cache."""
@@ -67,42 +64,3 @@ def mutual_nearest_points(points: RealArray, others: RealArray) -> tuple[IntArra
         closer = found < least
         back[closer], least[closer] = start + nearest[closer], found[closer]
     return images, back
-
-
-def approximate_nearest_points(queries: FloatArray, points: FloatArray, cells: int) -> IntArray:
-    """Find a nearly nearest point to each query, among the points of the cells around it.
-
-    Points and queries are assigned to the Voronoi cells of some of the points. Each query is
-    compared with the points of the cells whose centres are nearest to that of its own.
-
-    Parameters
-    ----------
-    queries, points
-        (S, k) and (M, k).
-    cells
-        Least number C of cells.
-
-    Returns
-    -------
-    (S,) int64 rows of `points`. O((S + M) C k) time.
-    """
-    centres = points[:: max(len(points) // cells, 1)]
-    cell, home = nearest_points(points, centres), nearest_points(queries, centres)
-    members = _rows_of(cell, len(centres))
-    visitors = _rows_of(home, len(centres))
-    count = min(_CELLS_SEARCHED, len(centres))
-    found = np.empty(len(queries), dtype=np.int64)
-    for number, here in enumerate(visitors):
-        if len(here):
-            apart = np.linalg.norm(centres - centres[number], axis=1)
-            around = np.argpartition(apart, count - 1)[:count]
-            there = np.concatenate([members[place] for place in around])
-            found[here] = there[nearest_points(queries[here], points[there])]
-    return found
-
-
-def _rows_of(number: IntArray, count: int) -> list[IntArray]:
-    """Rows that have each number below `count`."""
-    order = np.argsort(number, kind="stable")
-    ends = np.searchsorted(number[order], np.arange(1, count))
-    return [rows.astype(np.int64) for rows in np.split(order, ends)]

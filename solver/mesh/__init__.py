@@ -1,6 +1,6 @@
 """Triangle meshes: reading, repair, colours and textures, normals, simplification."""
 
-from solver.mesh.normals import face_normals, signed_areas, vertex_normals
+from solver.mesh.normals import face_normals, vertex_normals
 from solver.mesh.simplification import simplified
 from solver.mesh.triangle_mesh import (
     MESH_FORMATS,
@@ -17,7 +17,6 @@ __all__ = [
     "face_normals",
     "largest_component",
     "read_mesh",
-    "signed_areas",
     "simplified",
     "triangle_areas",
     "triangle_mesh",

@@ -1,4 +1,4 @@
-"""Surfaces of a prototype's examples, from which orientation-preserving maps are made.
+"""Surfaces of a prototype's examples, which are registered to targets.
 
 The distributions of section 5 hold each distance separately. Only a surface shows that the left
 fore leg is on the side of the left hind leg, and that left differs from right. So a prototype keeps
@@ -14,8 +14,8 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.errors import MeshError
-from solver.registration import EIGENPAIRS
 from solver.mesh import TriangleMesh, simplified, triangle_mesh
+from solver.registration import EIGENPAIRS
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 
@@ -23,7 +23,7 @@ MOST_SURFACES = 24
 """Greatest number of surfaces of a prototype, chosen on generated shapes."""
 
 KEPT_VERTICES = 1000
-"""Greatest number of vertices of a surface; maps from it hardly gain from more."""
+"""Greatest number of vertices of a surface; registrations hardly gain from more."""
 
 MOST_VERTICES = 1500
 """Greatest number of vertices of a surface in an archive: that of older versions."""
@@ -35,7 +35,7 @@ EIGENVALUES = 19
 """Number of eigenvalues that describe a shape as a whole, ShapeDNA (Reuter et al. 2006)."""
 
 _MIN_VERTICES = 100
-"""Least number of vertices of a surface from which maps are made."""
+"""Least number of vertices of a surface that is registered."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,7 +36,9 @@ _MAX_MISFIT = 3.0
 _MIN_EXAMPLES = 4
 """Examples below which no preliminary prototype is learned."""
 
-_UNREACHED = "no cycle-consistent map reaches it, and there are too few examples to check a match"
+_UNREACHED = (
+    "no cycle-consistent registration reaches it, and there are too few examples to check a match"
+)
 _MISFIT = "its match with the reference misfits those of the others"
 
 
@@ -48,8 +50,7 @@ def matched_examples(
 ) -> CorrespondingExamples:
     """Put shapes of a class into correspondence by matching.
 
-    1. The reference's points are propagated by orientation-preserving maps
-       (:func:`.propagate_points`).
+    1. The reference's points are propagated by registrations (:func:`.propagate_points`).
     2. The reference is matched with the shapes not reached; with fewer than four shapes, where no
        other could correct a wrong match, these are left out. A match and its mirror image differ
        little in energy. So the best matches first, of each match's answer and alternatives the one

@@ -2,8 +2,8 @@
 
 A match of two shapes errs where they differ much, but in a class most shapes are similar to some
 other one. So points go from the reference to the shape nearest to it by its eigenvalues, and on
-from all shapes that have them. Each map must be cycle-consistent: a second map, made without
-knowledge of the first, brings the points back.
+from all shapes that have them. Each registration must be cycle-consistent: a second one, made
+without knowledge of the first, brings the points back.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,10 +19,6 @@ from solver.shape import Shape
 
 _STAGE = "matches of the examples"
 
-_MIN_ORIENTATION = 0.65
-"""Orientation score from which on maps are accepted. Of generated animals, maps of less are wrong
-as often as right; maps of more, up to `CERTAIN`, are right if cycle-consistent."""
-
 _MAX_CYCLE_ERROR = 0.3
 """Geodesic distance over √area within which every point must come back, chosen on generated
 shapes."""
@@ -35,10 +31,9 @@ class PropagatedPoints:
     Parameters
     ----------
     vertices
-        By place, (N,) vertices of the reference and of every shape that was reached, by
-        orientation-preserving maps.
+        By place, (N,) vertices of the reference and of every shape that was reached.
     unreached
-        Places of the shapes to which no map is accepted.
+        Places of the shapes to which no registration is accepted.
     """
 
     vertices: Mapping[int, IntArray]
@@ -48,10 +43,10 @@ class PropagatedPoints:
 def propagate_points(
     shapes: Sequence[Shape], reference: int, own: IntArray, control: Control
 ) -> PropagatedPoints:
-    """Propagate points to all shapes that accepted orientation-preserving maps reach.
+    """Propagate points to all shapes that accepted registrations reach.
 
-    Certain maps come first, as further shapes may be more similar to theirs. Maps that are
-    accepted but not certain follow, the clearest first.
+    Certain ones come first, as further shapes may be more similar to theirs. Those that are
+    accepted but not certain follow, the likeliest first.
 
     Parameters
     ----------
@@ -81,10 +76,10 @@ def propagate_points(
         place = front.next_to_try()
         if place is not None:
             found = front.try_map(place)
-            if found is None or found.orientation_score < CERTAIN:
+            if found is None or found.probability < CERTAIN:
                 continue
         elif front.uncertain:
-            place = max(front.uncertain, key=lambda n: front.uncertain[n].orientation_score)
+            place = max(front.uncertain, key=lambda n: front.uncertain[n].probability)
             found = front.uncertain[place]
         else:
             break
@@ -110,12 +105,12 @@ class _Front:
     surfaces
         Surfaces of these, with their places.
     uncertain
-        By place, accepted maps that are not certain, to shapes that wait.
+        By place, accepted points of waiting shapes that are not certain.
     waiting
         Places of the shapes that may still get the points.
     nearest
         By place of a waiting shape, distance of its eigenvalues from those of the nearest shape
-        with a surface; `tried` has that distance when a map to it was last tried.
+        with a surface; `tried` has that distance when points of it were last sought.
     """
 
     shapes: Sequence[Shape]
@@ -154,13 +149,12 @@ class _Front:
         return min(nearer, key=lambda n: (n in tried, nearest[n])) if nearer else None
 
     def try_map(self, place: int) -> MappedPoints | None:
-        """Map the points to a shape; return the best accepted map to it so far."""
+        """Map the points to a shape; return the likeliest accepted images so far."""
         self.tried[place] = self.nearest[place]
         surfaces = [surface for surface, _ in self.surfaces]
-        found = map_points(surfaces, self.shapes[place], (), self.control, verified=True)
+        found = map_points(surfaces, self.shapes[place], (), self.control)
         known = self.uncertain.get(place)
-        least = _MIN_ORIENTATION if known is None else known.orientation_score
-        if found is None or found.orientation_score < least:
+        if found is None or (known is not None and found.probability < known.probability):
             return known
         start = next(n for surface, n in self.surfaces if surface is found.surface)
         ends = (self.shapes[start], self.reached[start]), (self.shapes[place], found.vertices)
@@ -173,7 +167,7 @@ class _Front:
 def is_cycle_consistent(
     start: tuple[Shape, IntArray], end: tuple[Shape, IntArray], control: Control
 ) -> bool | None:
-    """Return whether a map back brings points to where they were.
+    """Return whether a registration back brings points to where they were.
 
     Parameters
     ----------
@@ -184,7 +178,7 @@ def is_cycle_consistent(
 
     Returns
     -------
-    ``None`` if no map back is accepted.
+    ``None`` if no registration back is accepted.
 
     Raises
     ------
@@ -195,7 +189,7 @@ def is_cycle_consistent(
     if surface is None:
         return None
     shape, own = start
-    back = map_points([surface], shape, (), control, verified=True)
+    back = map_points([surface], shape, (), control)
     if back is None:
         return None
     distances = shape.metric("geodesic").distances(own)[np.arange(len(own)), back.vertices]

@@ -34,7 +34,7 @@ def match_prototype(
     """Find the most likely correspondence of a prototype's points with a shape: problem (6).
 
     The stages are those of :func:`solver.matching.match`, except that the levels hold likelihoods
-    (section 5) and that surfaces of examples choose the orientation-preserving hypothesis.
+    (section 5) and that surfaces of examples choose the hypothesis, by their registrations.
 
     Parameters
     ----------

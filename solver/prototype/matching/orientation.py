@@ -1,7 +1,7 @@
-"""Orientation stage of a match with a prototype: a hypothesis like the map of an example's surface.
+"""Orientation stage of a match with a prototype: the hypothesis that agrees with an example.
 
-Distributions of single distances (section 5) hardly distinguish left from right. Maps from the
-surfaces of similar examples do. Hypotheses come in; the chosen hypothesis comes out first.
+Distributions of single distances (section 5) hardly distinguish left from right. Registrations of
+the surfaces of similar examples do. Hypotheses come in; the chosen hypothesis comes out first.
 """
 
 from collections.abc import Sequence
@@ -17,10 +17,10 @@ from solver.prototype.surfaces import SurfaceSpectra
 from solver.shape import Shape
 
 _NEAR = 0.3
-"""Geodesic distance over √area within which the points of a hypothesis agree with a map, chosen on
-generated shapes."""
+"""Geodesic distance over √area within which the points of a hypothesis agree with their images,
+chosen on generated shapes."""
 
-_STAGE = "maps from examples"
+_STAGE = "registration of examples"
 
 
 def orient_by_examples(
@@ -32,10 +32,10 @@ def orient_by_examples(
     control: Control,
     spectra: SurfaceSpectra,
 ) -> tuple[list[Hypothesis], tuple[str, ...]]:
-    """Put the hypothesis first that agrees with an orientation-preserving map of an example.
+    """Put the hypothesis first that agrees with the registration of an example's surface.
 
-    It is the most likely hypothesis all of whose points are near their images under the map. If
-    there is none, a further hypothesis is begun at the images.
+    It is the most likely hypothesis all of whose points are near their images. If there is none, a
+    further hypothesis is begun at the images.
 
     Parameters
     ----------

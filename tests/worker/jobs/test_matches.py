@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 from broker import contracts
 from broker.contracts import MatchParameters, MatchPayload, MatchResult
 from solver.control import Control
-from solver.functional_maps import DenseCorrespondence
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh
-from solver.registration import Confidence
+from solver.registration import Confidence, DenseCorrespondence
 from solver.shape import Shape
 from tests.solver import shapes
 from worker.jobs import MatchInput, match_shapes
