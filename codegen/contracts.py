@@ -7,10 +7,10 @@ import typing
 from typing import Any, Final
 
 from codegen.python_source import docstring, header, literal
-from solver.registration import EIGENPAIRS
 from solver.matching import MatchOptions
 from solver.parameters import Parameter, ParameterSet
 from solver.prototype import PrototypeOptions, PrototypeStructures
+from solver.registration import EIGENPAIRS
 from solver.shape import Shape
 from solver.shape.choices import (
     DESCRIPTORS,

@@ -136,7 +136,11 @@ class MatchParameters(solver.MatchOptions):
     @property
     def spectrum_size(self) -> int:
         """Eigenpairs that are computed of each shape, and kept: no less than any part needs."""
-        return max(self.eigenpairs, solver.REGISTRATION_EIGENPAIRS) if self.registered else self.eigenpairs
+        return (
+            max(self.eigenpairs, solver.REGISTRATION_EIGENPAIRS)
+            if self.registered
+            else self.eigenpairs
+        )
 
 
 class DissimilarityParameters(solver.SimilarityOptions):

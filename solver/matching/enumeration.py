@@ -12,6 +12,11 @@ from solver.optimisation.exact import m_best_solutions, minimax_correspondence, 
 from solver.optimisation.primal import local_search, solve_lap
 
 
+_FURTHER_NODES = 200_000
+"""Search nodes of further solutions, which need not be proven the best: a fraction of a second.
+Featureless shapes such as spheres have very many that are nearly as good."""
+
+
 def enumerate_hypotheses(
     level: Level, options: MatchOptions, control: Control
 ) -> tuple[list[Hypothesis], tuple[str, ...]]:
@@ -121,7 +126,7 @@ def further_solutions(
         target=measured.target.first(len(coarse.target.vertices)),
     )
     problem = level.problem(level.all_candidates())
-    found = m_best_solutions(problem, count, control=control)
+    found = m_best_solutions(problem, count, node_limit=_FURTHER_NODES, control=control)
     vertices = level.source.vertices, level.target.vertices
     matched = [partners != UNMATCHED for partners in found.partners]
     return [

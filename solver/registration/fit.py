@@ -94,7 +94,7 @@ def measure_fit(
     apart = 0.5 * (_mean_distance(ours, theirs[images]) + _mean_distance(theirs, ours[back]))
     normals = source.surface(alignment.coefficients)[1], target.smoothed(alignment.size)[1]
     cosines = _both_ways(pairs, *normals, lambda here, there: (here * there).sum(axis=1))
-    turned = np.sqrt(max(2.0 - 2.0 * float(cosines), 0.0))
+    turned = float(np.sqrt(max(2.0 - 2.0 * float(cosines), 0.0)))
     sheared, stretched = _strain(source, alignment)
     fit = Fit(apart, turned, sheared, stretched, _change_of_curvature(source, target, pairs))
     return fit, pairs

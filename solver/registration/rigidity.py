@@ -77,4 +77,5 @@ class RigidDisplacement:
 
 def _product(rows: FloatArray, matrices: FloatArray) -> FloatArray:
     """(V, 3) each row times its matrix."""
-    return np.einsum("va,vab->vb", rows, matrices)
+    products: FloatArray = np.einsum("va,vab->vb", rows, matrices)
+    return products
