@@ -11,7 +11,6 @@ from solver.matching.options import MatchOptions
 from solver.optimisation.exact import m_best_solutions, minimax_correspondence, within_distortion
 from solver.optimisation.primal import local_search, solve_lap
 
-
 _FURTHER_NODES = 200_000
 """Search nodes of further solutions, which need not be proven the best: a fraction of a second.
 Featureless shapes such as spheres have very many that are nearly as good."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray
+from solver.arrays import FloatArray, RealArray
 from solver.functional_maps import mutual_nearest_points
 from solver.registration.alignment import Alignment, Pairs, Weights
 from solver.registration.surface import Samples
@@ -113,7 +113,7 @@ def _both_ways(
     return mean
 
 
-def _mean_distance(points: FloatArray, others: FloatArray) -> float:
+def _mean_distance(points: RealArray, others: RealArray) -> float:
     return float(np.linalg.norm(points - others, axis=1).mean())
 
 

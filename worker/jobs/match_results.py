@@ -8,11 +8,10 @@ import numpy as np
 from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, is_prototype
 from solver.arrays import FloatArray
-from solver.registration import DenseCorrespondence
 from solver.gmds import GmdsRefinement
 from solver.matching import Correspondence, Match
 from solver.mesh import TriangleMesh
-from solver.registration import Confidence
+from solver.registration import Confidence, DenseCorrespondence
 
 _DECIMALS = 4
 """Decimals of barycentric coordinates of dense maps: far less than an edge, at half the size."""
