@@ -117,7 +117,9 @@ Start = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]
 """First pairs of candidates, given S and M samples of X and Y."""
 
 
-def choose(task: Task, first: Start, control: Control) -> list[Candidate]:
+def choose(
+    task: Task, first: Start, control: Control, stages: Sequence[Stage] = STAGES
+) -> list[Candidate]:
     """Register candidates in stages, each of which keeps the best that differ.
 
     Parameters
@@ -128,6 +130,8 @@ def choose(task: Task, first: Start, control: Control) -> list[Candidate]:
         Where candidates begin.
     control
         May cancel; past its deadline, fewer candidates are tried, at least one in each stage.
+    stages
+        That candidates go through.
 
     Returns
     -------
@@ -140,7 +144,7 @@ def choose(task: Task, first: Start, control: Control) -> list[Candidate]:
         Through `control`.
     """
     kept: list[Candidate] = []
-    for number, stage in enumerate(STAGES):
+    for number, stage in enumerate(stages):
         source = task.samples[0].first(stage.source_samples)
         target = task.samples[1].first(stage.target_samples)
         starts = (

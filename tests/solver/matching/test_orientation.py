@@ -151,9 +151,6 @@ def test_a_shape_reflected_in_space_is_said_to_be() -> None:
     assert not any("reflected" in warning for warning in found.warnings)
 
 
-@pytest.mark.xfail(
-    reason="a direct registration that is sure by its score alone is not compared", strict=True
-)
 def test_a_left_hand_is_matched_with_a_right_one() -> None:
     """What has no symmetry is reflected in space if need be, and the user is warned."""
     mesh = shapes.blob()
