@@ -61,7 +61,7 @@ class LevelReport:
         Time spent on the level.
     rank
         Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
-        level. More than 1: a finer level, verification or orientation preferred it.
+        level. More than 1: a finer level or the registration preferred it.
     """
 
     points: int
@@ -96,10 +96,8 @@ class Match:
     best
         The answer.
     alternatives
-        Other hypotheses at the finest level, mostly intrinsic symmetries. In the order of their
-        verification, so that some may have less energy than `best`. Without a Varadhan level, and
-        with a prototype, in the order of their energy; then none has less than `best`, unless
-        orientation chose that.
+        Other hypotheses at the finest level, mostly intrinsic symmetries, in the order of their
+        energy. None has less than `best`, unless a registration chose that.
     levels
         From the coarsest; the last one's bound is the certificate of `best`.
     warnings

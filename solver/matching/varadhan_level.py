@@ -24,7 +24,7 @@ they are, the nearer is one to the image of a source sample."""
 
 
 def uses_varadhan_level(options: MatchOptions) -> bool:
-    """Return whether a match has a Varadhan level, and verifies its hypotheses.
+    """Return whether a match has a Varadhan level.
 
     It does where the coarsest level has commute times and the next has geodesic distances.
     One metric given for all levels is used alone.
