@@ -70,7 +70,7 @@ def warm_up() -> None:
     target = MatchInput(_stretched(mesh), None)
     few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
     for structures in (
-        {"descriptor": ("si_hks", "geodesic_histogram")},
+        {"descriptor": ("si_hks", "geodesic_histogram"), "dense": True},
         {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
         | {"refine": "gmds"},
     ):

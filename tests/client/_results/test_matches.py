@@ -38,7 +38,8 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
         assert alternative.pairs.shape == (8, 2)
 
     assert repr(match) == str(match)
-    assert repr(match).startswith(f"<Match of 8 points, energy {match.energy:.6g}, ")
+    assert match.confidence is not None
+    assert repr(match).startswith(f"<Match of 8 points, {match.confidence}, energy ")
 
     match.save(tmp_path / "match.json")
     saved = (tmp_path / "match.json").read_bytes()

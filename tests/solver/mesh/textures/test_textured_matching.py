@@ -19,6 +19,7 @@ OPTIONS = MatchOptions(
     descriptor=(Photometric(radius=0.1),),
     beta=1.0,
     first_order_weight=1.0,
+    orientation=False,  # colours alone decide, against the surface where they are mirrored
 )
 
 
