@@ -11,10 +11,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
-from solver.arrays import FloatArray, IntArray
+from bench.surface_error import truths_of
+from solver.arrays import FloatArray
 from solver.matching import Match, MatchOptions, match
 
 FARTHEST = 0.25
@@ -29,20 +29,11 @@ def point_errors(
     The second is infinite where nobody knows the symmetry.
     """
     distances = target.shape.metric("geodesic").distances(found.best.target)
-    assert source.truth is not None
-    nearest = np.asarray(
-        KDTree(source.shape.surface.vertices[source.truth]).query(
-            source.shape.surface.vertices[found.best.source]
-        )[1]
+    rows = np.arange(len(found.best.source))
+    direct, *mirrored = (
+        distances[rows, truth] for truth in truths_of(source, target, found.best.source)
     )
-
-    def errors(truth: IntArray | None) -> FloatArray:
-        if truth is None:
-            return np.full(len(nearest), np.inf)
-        found: FloatArray = distances[np.arange(len(nearest)), truth[nearest]]
-        return found
-
-    return errors(target.truth), errors(target.symmetric_truth)
+    return direct, mirrored[0] if mirrored else np.full(len(rows), np.inf)
 
 
 def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[float, float]:
