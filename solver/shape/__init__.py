@@ -10,11 +10,7 @@ from solver.shape.metrics import (
 )
 from solver.shape.sampling import euclidean_farthest_points, farthest_first, farthest_point_sampling
 from solver.shape.shape import WITHOUT_COLORS, Shape
-from solver.shape.varadhan import (
-    embedded_varadhan_distances,
-    heat_kernel_embedding,
-    varadhan_distances,
-)
+from solver.shape.varadhan import varadhan_distances
 
 __all__ = [
     "WITHOUT_COLORS",
@@ -25,10 +21,8 @@ __all__ = [
     "GeodesicMetric",
     "Metric",
     "Shape",
-    "embedded_varadhan_distances",
     "euclidean_farthest_points",
     "farthest_first",
     "farthest_point_sampling",
-    "heat_kernel_embedding",
     "varadhan_distances",
 ]
