@@ -18,13 +18,20 @@ export function jobForm(shapes, signal) {
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" });
   const form = h("form", { novalidate: true, "aria-label": "Task" });
+  // Requested once: an answer that came twice would replace fields that are already filled in.
+  const structures = get("/v1/structures", signal);
   let task;
-  const take = (name) => {
-    task = TASKS[name];
+  const take = async (name) => {
+    const taken = TASKS[name];
+    task = taken;
     submit.textContent = task.title;
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
-    get("/v1/structures").then((structures) => fill(parts, fieldsOf(task, structures, shapes, signal)))
-      .catch((error) => fill(parts, problemBox(error)));
+    try {
+      const known = await structures;
+      if (task === taken) fill(parts, fieldsOf(task, known, shapes, signal));
+    } catch (error) {
+      if (!signal.aborted) fill(parts, problemBox(error));
+    }
   };
   form.addEventListener("submit", async (event) => {
     event.preventDefault();

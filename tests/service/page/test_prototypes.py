@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import httpx2
 import numpy as np
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 from scipy.spatial.distance import pdist
 
 from tests.service.conftest import Api, Json
@@ -19,6 +19,25 @@ ADDRESS = "[aria-label='Address of this result']"
 def examples(upload: Callable[..., Json], first: int) -> list[str]:
     """Ids of four shapes of one connectivity."""
     return [upload(data)["id"] for data in family(4, first=first)]
+
+
+def test_a_late_answer_does_not_replace_what_was_filled_in(
+    page: Page, upload: Callable[..., Json]
+) -> None:
+    shapes = examples(upload, 540)
+    asked: list[Route] = []
+    page.route("**/v1/structures", lambda route: asked.append(route))
+    page.goto(f"/#/with/{'/'.join(shapes)}")
+    page.get_by_label("Compare: dissimilarities of all pairs").focus()
+    page.keyboard.press("ArrowDown")
+    expect(page.get_by_role("button", name="Learn")).to_be_visible()
+    asked[0].continue_()
+    name = page.get_by_label("Name", exact=True)
+    name.fill("mine")
+    for late in asked[1:]:
+        late.continue_()
+    page.wait_for_load_state("networkidle")
+    expect(name).to_have_value("mine")
 
 
 def test_a_prototype_is_learned_and_matched(
