@@ -1,6 +1,6 @@
 """Choice among candidates: all are registered coarsely, the best more finely, and one remains."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,7 +9,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.registration.alignment import GLOBAL, LOCAL, Alignment, Pairs, Weights, align
 from solver.registration.candidates import Points
-from solver.registration.fit import Fit, measure_fit
+from solver.registration.fit import Fit, LocalFit, measure_fit
 from solver.registration.surface import Samples, SmoothSurface
 
 
@@ -37,9 +37,11 @@ class Stage:
 
 
 # Chosen on generated people and animals: `python -m bench.dense`.
-STAGES = (
+COARSE = (
     Stage(200, 500, (8, 12), GLOBAL, 32),
-    Stage(200, 500, (14, 17, 20), GLOBAL, 16),
+    Stage(200, 500, (14, 17, 20), GLOBAL, 32),
+)
+FINE = (
     Stage(300, 750, (26, 33, 41, 50), LOCAL, 5),
     Stage(750, 1500, (70, 85, 100), LOCAL, 4),
 )
@@ -61,8 +63,8 @@ class Candidate:
         (S,) target vertices of the source samples of the last stage.
     alignment
         Its alignment.
-    fit
-        Its fit.
+    fit, local
+        Its fit, and what the local measures are made of.
     missed
         Mean distance of the displaced landmarks from where they should be, in √area; 0 without
         landmarks.
@@ -71,6 +73,7 @@ class Candidate:
     images: IntArray
     alignment: Alignment
     fit: Fit
+    local: LocalFit
     missed: float = 0.0
 
 
@@ -102,6 +105,11 @@ class Task:
         """Return the task with the source reflected."""
         return replace(self, samples=(self.samples[0].reflected(), self.samples[1]))
 
+    def sampled(self, stage: Stage) -> tuple[Samples, Samples]:
+        """Samples of a stage."""
+        source, target = self.samples
+        return source.first(stage.source_samples), target.first(stage.target_samples)
+
     def missed(self, alignment: Alignment) -> float:
         """Mean distance of the displaced landmarks from where they should be, in √area."""
         here, there = self.landmarks
@@ -117,9 +125,7 @@ Start = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]
 """First pairs of candidates, given S and M samples of X and Y."""
 
 
-def choose(
-    task: Task, first: Start, control: Control, stages: Sequence[Stage] = STAGES
-) -> list[Candidate]:
+def choose(task: Task, first: Start, stages: Sequence[Stage], control: Control) -> list[Candidate]:
     """Register candidates in stages, each of which keeps the best that differ.
 
     Parameters
@@ -128,10 +134,10 @@ def choose(
         The surfaces.
     first
         Where candidates begin.
-    control
-        May cancel; past its deadline, fewer candidates are tried, at least one in each stage.
     stages
         That candidates go through.
+    control
+        May cancel; past its deadline, fewer candidates are tried, at least one in each stage.
 
     Returns
     -------
@@ -145,30 +151,38 @@ def choose(
     """
     kept: list[Candidate] = []
     for number, stage in enumerate(stages):
-        source = task.samples[0].first(stage.source_samples)
-        target = task.samples[1].first(stage.target_samples)
-        starts = (
-            first((source, target))
-            if number == 0
-            else (one.alignment.pairs(source, target, stage.weights) for one in kept)
-        )
+        samples = task.sampled(stage)
+        starts = first(samples) if number == 0 else again(kept, stage.weights)(samples)
         found = [
-            _register(task, source, target, pairs, stage)
+            register_candidate(task, samples, pairs, stage)
             for pairs in control.in_time(starts, least=1)
         ]
-        kept = ranked(found, task.target.mesh.vertices)[: stage.kept]
+        kept = ranked(found, task.target.mesh.vertices, stage.kept)
     return kept
 
 
-def _register(
-    task: Task, source: Samples, target: Samples, pairs: Pairs, stage: Stage
+def again(candidates: Iterable[Candidate], weights: Weights) -> Start:
+    """Return the start of candidates that go on from where they are."""
+
+    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        return (one.alignment.pairs(*samples, weights) for one in candidates)
+
+    return pairs
+
+
+def register_candidate(
+    task: Task, samples: tuple[Samples, Samples], pairs: Pairs, stage: Stage
 ) -> Candidate:
-    alignment = align(source, target, pairs, stage.sizes, stage.weights)
-    fit, found = measure_fit(source, target, alignment, GLOBAL)
-    return Candidate(target.vertices[found.images], alignment, fit, task.missed(alignment))
+    """Register a candidate in one stage, whose samples are given, and measure its fit."""
+    alignment = align(*samples, pairs, stage.sizes, stage.weights)
+    fit, local = measure_fit(*samples, alignment, GLOBAL)
+    images = samples[1].vertices[local.pairs.images]
+    return Candidate(images, alignment, fit, local, task.missed(alignment))
 
 
-def ranked(found: Sequence[Candidate], positions: FloatArray) -> list[Candidate]:
+def ranked(
+    found: Sequence[Candidate], positions: FloatArray, most: int | None = None
+) -> list[Candidate]:
     """Return candidates that differ, the best first: those that meet landmarks, by their score.
 
     Parameters
@@ -177,14 +191,19 @@ def ranked(found: Sequence[Candidate], positions: FloatArray) -> list[Candidate]
         Candidates at the same source samples.
     positions
         (V, 3) vertices of the target.
+    most
+        How many to return at most; all by default.
     """
     least = min((one.missed for one in found), default=0.0)
     order = sorted(found, key=lambda one: (one.missed > least + _LANDMARK, one.fit.score))
     chosen: list[Candidate] = []
-    places: list[FloatArray] = []
+    places = np.empty((len(order), 0 if not order else len(order[0].images), 3))
     for one in order:
+        if len(chosen) == most:
+            break
         here = positions[one.images]
-        if all(float(np.linalg.norm(here - there, axis=1).mean()) > _SAME for there in places):
+        apart = np.linalg.norm(places[: len(chosen)] - here, axis=2).mean(axis=1)
+        if (apart > _SAME).all():
+            places[len(chosen)] = here
             chosen.append(one)
-            places.append(here)
     return chosen

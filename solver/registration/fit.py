@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, RealArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.functional_maps import mutual_nearest_points
 from solver.registration.alignment import Alignment, Pairs, Weights
-from solver.registration.surface import Samples
+from solver.registration.surface import Samples, commute_times
 
 _MOST_STRAIN = 2.0
 """Logarithm of a distortion beyond which it counts no more: the triangle is folded."""
@@ -27,14 +27,15 @@ _LEAST = 1e-6
 class Fit:
     """Measures of a registered source and its target, each 0 for equal surfaces.
 
-    All are of first order in what differs.
+    All but `turned` are of first order in what differs. The squares make the direction of normals,
+    which tells the two sides of a body apart, count as much as two of the others.
 
     Parameters
     ----------
     apart
         Mean distance in the embedding, of both directions.
     turned
-        Root mean square distance of unit normals, of both directions.
+        Half the mean square distance of unit normals, of both directions.
     sheared
         Root of twice the mean logarithm of the conformal distortion of the displacement.
     stretched
@@ -43,6 +44,10 @@ class Fit:
         For each diffusion time, mean change of the mean curvature, of both directions, relative to
         its mean deviation from the median: with strain, this is what the elastic energy of a thin
         shell is made of (Koiter, "On the nonlinear theory of thin elastic shells", 1966).
+    distorted
+        Mean change of commute-time distances between samples, relative to the mean distance. The
+        other measures are local: where two limbs are exchanged and all else is right, they are
+        large near the trunk only.
     """
 
     apart: float
@@ -50,6 +55,7 @@ class Fit:
     sheared: float
     stretched: float
     bent: tuple[float, ...]
+    distorted: float
 
     @property
     def measures(self) -> dict[str, float]:
@@ -61,6 +67,7 @@ class Fit:
             "sheared": self.sheared,
             "stretched": self.stretched,
             **several,
+            "distorted": self.distorted,
         }
         return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
 
@@ -70,9 +77,46 @@ class Fit:
         return sum(self.measures.values())
 
 
+@dataclass(frozen=True, eq=False)
+class LocalFit:
+    """The local measures of a fit round each source sample.
+
+    Parameters
+    ----------
+    densities
+        (m, S) what the local measures are means of: apart, turned, half the square of sheared,
+        stretched, and each of bent.
+    pairs
+        Nearest neighbours it was measured at.
+    """
+
+    densities: FloatArray
+    pairs: Pairs
+
+    def over(self, other: "LocalFit") -> FloatArray:
+        """(S,) by how much this fits worse than another round each sample.
+
+        Of first order in the difference, the mean is that of the logarithms of the local measures.
+        """
+        mean = 0.5 * (self.densities + other.densities).mean(axis=1)
+        share = self._powers / np.maximum(mean, _LEAST)
+        difference: FloatArray = share @ (self.densities - other.densities)
+        return difference
+
+    @property
+    def _powers(self) -> FloatArray:
+        powers = np.ones(len(self.densities))
+        powers[_SHEARED] = 0.5
+        return powers
+
+
+_SHEARED = 2
+"""Row of the densities whose mean's root is the measure."""
+
+
 def measure_fit(
     source: Samples, target: Samples, alignment: Alignment, weights: Weights
-) -> tuple[Fit, Pairs]:
+) -> tuple[Fit, LocalFit]:
     """Measure the fit of an aligned source.
 
     Parameters
@@ -86,39 +130,51 @@ def measure_fit(
 
     Returns
     -------
-    The fit, and the nearest neighbours it was measured at.
+    The fit, and what its local measures are made of.
     """
     ours, theirs = (one.astype(np.float32) for one in alignment.embed(source, target, weights))
-    images, back = mutual_nearest_points(ours, theirs)
-    pairs = Pairs(images, back)
-    apart = 0.5 * (_mean_distance(ours, theirs[images]) + _mean_distance(theirs, ours[back]))
+    pairs = Pairs(*mutual_nearest_points(ours, theirs))
     normals = source.surface(alignment.coefficients)[1], target.smoothed(alignment.size)[1]
-    cosines = _both_ways(pairs, *normals, lambda here, there: (here * there).sum(axis=1))
-    turned = float(np.sqrt(max(2.0 - 2.0 * float(cosines), 0.0)))
-    sheared, stretched = _strain(source, alignment)
-    fit = Fit(apart, turned, sheared, stretched, _change_of_curvature(source, target, pairs))
-    return fit, pairs
+    densities = np.stack(
+        [
+            _both_ways(pairs, ours, theirs, _distances),
+            _both_ways(pairs, *normals, lambda here, there: 1.0 - (here * there).sum(axis=1)),
+            *_strain(source, alignment),
+            *_changes_of_curvature(source, target, pairs),
+        ]
+    )
+    apart, turned, sheared, stretched, *bent = np.maximum(densities.mean(axis=1), 0.0).tolist()
+    fit = Fit(
+        apart,
+        turned,
+        float(np.sqrt(2.0 * sheared)),
+        stretched,
+        tuple(bent),
+        _distortion(source, target, pairs.images),
+    )
+    return fit, LocalFit(densities, pairs)
 
 
 def _both_ways(
     pairs: Pairs,
-    here: FloatArray,
-    there: FloatArray,
-    compare: Callable[[FloatArray, FloatArray], FloatArray],
+    here: RealArray,
+    there: RealArray,
+    compare: Callable[[RealArray, RealArray], RealArray],
 ) -> FloatArray:
-    """Mean over the nearest neighbours of both directions, which weigh the same."""
-    ours = compare(here, there[pairs.images]).mean(axis=0)
-    theirs = compare(here[pairs.back], there).mean(axis=0)
-    mean: FloatArray = 0.5 * (ours + theirs)
-    return mean
+    """(S,) of each source sample, from pairs of both directions, which weigh the same."""
+    ours = compare(here, there[pairs.images])
+    theirs = np.bincount(pairs.back, compare(here[pairs.back], there), minlength=len(here))
+    both: FloatArray = 0.5 * ours + 0.5 * len(here) / len(there) * theirs
+    return both
 
 
-def _mean_distance(points: RealArray, others: RealArray) -> float:
-    return float(np.linalg.norm(points - others, axis=1).mean())
+def _distances(points: RealArray, others: RealArray) -> RealArray:
+    distances: RealArray = np.linalg.norm(points - others, axis=1)
+    return distances
 
 
-def _strain(source: Samples, alignment: Alignment) -> tuple[float, float]:
-    """Conformal distortion and change of area, as in :class:`Fit`.
+def _strain(source: Samples, alignment: Alignment) -> tuple[FloatArray, FloatArray]:
+    """(S,) logarithms of the conformal distortion and of the change of area, up or down.
 
     With the first fundamental forms g of the smoothed source and G of the displaced one,
     tr(g⁻¹ G) / (2 √(det G / det g)) is at least 1, and 1 where angles are preserved.
@@ -131,7 +187,7 @@ def _strain(source: Samples, alignment: Alignment) -> tuple[float, float]:
     ratio = np.sqrt(after / before)
     sheared = np.minimum(np.log(np.maximum(0.5 * trace / ratio, 1.0)), _MOST_STRAIN)
     stretched = np.minimum(np.abs(np.log(ratio)), _MOST_STRAIN)
-    return float(np.sqrt(2.0 * sheared.mean())), float(stretched.mean())
+    return sheared, stretched
 
 
 def _first_form(derivatives: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -139,10 +195,17 @@ def _first_form(derivatives: FloatArray) -> tuple[FloatArray, FloatArray, FloatA
     return (u * u).sum(axis=1), (u * v).sum(axis=1), (v * v).sum(axis=1)
 
 
-def _change_of_curvature(source: Samples, target: Samples, pairs: Pairs) -> tuple[float, ...]:
-    """Mean change over the mean deviation from the median, for each diffusion time."""
-    here, there = source.curvatures, target.curvatures
-    change = _both_ways(pairs, here, there, lambda ours, theirs: np.abs(ours - theirs))
-    spread = [np.abs(one - np.median(one, axis=0)).mean(axis=0) for one in (here, there)]
-    relative = change / np.maximum(np.sqrt(spread[0] * spread[1]), _LEAST)
-    return tuple(relative.tolist())
+def _changes_of_curvature(source: Samples, target: Samples, pairs: Pairs) -> list[FloatArray]:
+    """(S,) changes over the mean deviation from the median, for each diffusion time."""
+    found = []
+    for here, there in zip(source.curvatures.T, target.curvatures.T, strict=True):
+        found.append(_both_ways(pairs, here, there, lambda ours, theirs: np.abs(ours - theirs)))
+    spread = np.sqrt(source.deviations * target.deviations)
+    return [change / max(one, _LEAST) for change, one in zip(found, spread, strict=True)]
+
+
+def _distortion(source: Samples, target: Samples, images: IntArray) -> float:
+    """Change of commute-time distances, as in :class:`Fit`."""
+    here = source.commute_times
+    there = commute_times(target, images[: len(here)])
+    return float(np.abs(here - there).mean())

@@ -9,9 +9,10 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.registration.alignment import GLOBAL, LOCAL, Pairs, align
-from solver.registration.candidates import MIN_POINTS, Points, first_pairs, varied_pairs
-from solver.registration.choice import STAGES, Candidate, Task, choose, ranked
-from solver.registration.confidence import SURE, Confidence, confidence_of
+from solver.registration.candidates import MIN_POINTS, Points, first_pairs
+from solver.registration.choice import COARSE, FINE, Candidate, Task, again, choose
+from solver.registration.confidence import Confidence
+from solver.registration.search import search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
 from solver.shape import Shape
@@ -21,11 +22,8 @@ _SIZES = tuple(range(20, 101, 5))
 
 _REFLECTED_MARGIN = 3.0
 """How much less the score of the reflected source must be for the shapes to be called reflected:
-all six measures less by two fifths. A symmetric body in a mirrored pose fits somewhat better
+the measures less by a third each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
-
-_VARIED = 3
-"""Best candidates whose signs are varied when in doubt."""
 
 NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
@@ -108,7 +106,7 @@ class Registration:
             The source's Laplacian cannot be factored.
         """
         ours, theirs = smooth_surface(self.source), smooth_surface(self.target)
-        last, chosen = STAGES[-1], self.candidates[0].alignment
+        last, chosen = FINE[-1], self.candidates[0].alignment
         source = (ours.samples.reflected() if self.reflected else ours.samples).first(
             last.source_samples
         )
@@ -196,30 +194,13 @@ def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:
     def signs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         return first_pairs((task.source, task.target), samples, ())
 
-    def chosen(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        yield direct.alignment.pairs(*samples, GLOBAL)
-
-    coarse = STAGES[:2]
-    mirrored = choose(task.reflected(), signs, control, coarse)[0].fit.score
-    return mirrored < choose(task, chosen, control, coarse)[0].fit.score - _REFLECTED_MARGIN
+    mirrored = choose(task.reflected(), signs, COARSE, control)[0].fit.score
+    coarse = choose(task, again([direct], GLOBAL), COARSE, control)[0].fit.score
+    return mirrored < coarse - _REFLECTED_MARGIN
 
 
 def _registered(
     source: Shape, target: Shape, task: Task, hypotheses: Sequence[Points], control: Control
 ) -> Registration:
-    """Register in space as the task says; when in doubt, vary the best candidates and try again."""
-    surfaces = task.source, task.target
-    found = choose(task, lambda samples: first_pairs(surfaces, samples, hypotheses), control)
-    confidence = _confidence(found, control)
-    if confidence.probability < SURE and not control.expired:
-        best = [one.alignment for one in found[:_VARIED]]
-        varied = choose(task, lambda samples: varied_pairs(samples, best), control)
-        found = ranked([*found, *varied], task.target.mesh.vertices)
-        confidence = _confidence(found, control)
+    found, confidence = search(task, hypotheses, control)
     return Registration(source, target, tuple(found), task.is_reflected, confidence)
-
-
-def _confidence(found: Sequence[Candidate], control: Control) -> Confidence:
-    best, *others = (one.fit for one in found)
-    margin = min((one.score for one in others), default=np.inf) - best.score
-    return confidence_of(best, margin, complete=not control.expired)

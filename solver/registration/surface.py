@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import scipy.sparse as sp
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.mesh import TriangleMesh, face_normals, vertex_normals
 from solver.shape import Shape, euclidean_farthest_points
 
@@ -26,6 +26,9 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 
 _SAMPLES = 1500
 """Samples spread over a surface, which candidates are registered by; each stage takes the first."""
+
+_SPREAD = 100
+"""Samples, the first, between which distances are compared."""
 
 _CURVATURE_TIMES = 0.001, 0.003
 """Diffusion times after which mean curvatures are compared: details of 0.03 to 0.06 √area."""
@@ -113,6 +116,18 @@ class Samples:
             self._smoothed[k] = self.surface(self.coefficients[:k])
         return self._smoothed[k]
 
+    @cached_property
+    def commute_times(self) -> RealArray:
+        """(n, n) commute-time distances of the first samples, with mean 1."""
+        return commute_times(self, np.arange(min(_SPREAD, len(self))))
+
+    @cached_property
+    def deviations(self) -> FloatArray:
+        """(m,) mean deviations of the curvatures from their medians."""
+        middle = np.median(self.curvatures, axis=0)
+        deviations: FloatArray = np.abs(self.curvatures - middle).mean(axis=0)
+        return deviations
+
     def reflected(self) -> "Samples":
         """Return the same samples of the surface reflected in the plane x = 0."""
         return replace(
@@ -122,6 +137,16 @@ class Samples:
             reflection=not self.reflection,
             _smoothed={},
         )
+
+
+def commute_times(samples: Samples, chosen: IntArray) -> RealArray:
+    """(n, n) commute-time distances of n chosen samples, equation (4), with mean 1."""
+    weights = 1.0 / np.sqrt(np.maximum(samples.eigenvalues[1:], 1e-12))
+    points = (samples.eigenfunctions[chosen, 1:] * weights).astype(np.float32)
+    squares = np.einsum("ij,ij->i", points, points)
+    distances = np.sqrt(np.maximum(squares[:, None] + squares - 2.0 * points @ points.T, 0.0))
+    relative: RealArray = distances / max(float(distances.mean()), 1e-12)
+    return relative
 
 
 class SmoothSurface:

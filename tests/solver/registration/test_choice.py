@@ -7,15 +7,17 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap
 from solver.mesh import triangle_mesh
-from solver.registration.alignment import GLOBAL, Alignment, fit_alignment
+from solver.registration.alignment import GLOBAL, Alignment, Pairs, fit_alignment
 from solver.registration.candidates import Points, first_pairs, pairs_from_points, varied_pairs
-from solver.registration.choice import Candidate, Start, Task, choose, ranked
-from solver.registration.fit import Fit
+from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, ranked
+from solver.registration.crossing import cross
+from solver.registration.fit import Fit, LocalFit
 from solver.registration.registration import NO_LANDMARKS
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 from synthetic import SyntheticShape, correspondence, human
 
+STAGES = (*COARSE, *FINE)
 NOTHING = Alignment(np.zeros((1, 3)), FunctionalMap(np.eye(1)), np.eye(3))
 
 
@@ -50,7 +52,8 @@ def chosen_from(
     hypotheses: list[Points],
     landmarks: Points = NO_LANDMARKS,
 ) -> list[Candidate]:
-    return choose(task_of(surfaces, landmarks), starting_at(surfaces, hypotheses), Control())
+    start = starting_at(surfaces, hypotheses)
+    return choose(task_of(surfaces, landmarks), start, STAGES, Control())
 
 
 def images_after(figures: tuple[SyntheticShape, SyntheticShape], change: list[float]) -> IntArray:
@@ -82,8 +85,10 @@ def test_the_truth_fits_better_than_a_near_symmetry(
 
 def candidate(images: list[int], score: float = 0.0) -> Candidate:
     measure = float(np.exp(score))
-    fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,))
-    return Candidate(np.array(images), NOTHING, fit)
+    fit = Fit(measure, 1.0, 1.0, 1.0, (1.0,), 1.0)
+    everywhere = np.arange(len(images))
+    local = LocalFit(np.ones((5, len(images))), Pairs(everywhere, everywhere))
+    return Candidate(np.array(images), NOTHING, fit, local)
 
 
 def test_similar_candidates_are_left_out() -> None:
@@ -91,13 +96,16 @@ def test_similar_candidates_are_left_out() -> None:
     first, alike, other = candidate([0, 2], -2.0), candidate([1, 2], -1.0), candidate([2, 0])
     assert ranked([other, alike, first], positions) == [first, other]
     assert ranked([alike, other], positions) == [alike, other]
+    assert ranked([other, alike, first], positions, 1) == [first]
     assert ranked([], positions) == []
 
 
 def test_the_best_candidate_comes_first_and_all_differ(
     surfaces: tuple[SmoothSurface, SmoothSurface],
 ) -> None:
-    found = choose(task_of(surfaces), lambda samples: first_pairs(surfaces, samples, []), Control())
+    found = choose(
+        task_of(surfaces), lambda samples: first_pairs(surfaces, samples, []), STAGES, Control()
+    )
     scores = [one.fit.score for one in found]
     assert scores == sorted(scores)
     assert ranked(found, surfaces[1].mesh.vertices) == found
@@ -155,6 +163,41 @@ def test_nothing_to_begin_with_gives_nothing(
     surfaces: tuple[SmoothSurface, SmoothSurface],
 ) -> None:
     assert chosen_from(surfaces, []) == []
+
+
+def test_candidates_right_on_one_half_each_are_crossed_to_one_that_is_right(
+    figures: tuple[SyntheticShape, SyntheticShape],
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    """One exchanges the arms, the other one the legs."""
+    points = surfaces[0].samples.vertices[:60]
+    truth, mirrored = (images_after(figures, [sign, 1.0, 1.0])[points] for sign in (1.0, -1.0))
+    upper = figures[0].rest[points, 1] > np.median(figures[0].rest[:, 1])
+    arms, legs = np.where(upper, mirrored, truth), np.where(upper, truth, mirrored)
+    task = task_of(surfaces)
+    halves = choose(
+        task, starting_at(surfaces, [(points, arms), (points, legs)]), COARSE, Control()
+    )
+    crossed = cross(task, halves, Control())
+    rest = figures[1].rest
+    samples = surfaces[0].samples.first(len(crossed[0].images)).vertices
+    here = rest[images_after(figures, [1.0] * 3)[samples]]
+    size = np.sqrt(np.ptp(rest, axis=0).prod() ** (2.0 / 3.0))
+    before, after = (
+        min(float(np.linalg.norm(rest[one.images] - here, axis=1).mean()) for one in found) / size
+        for found in (halves, crossed[:1])
+    )
+    assert after < 0.1 < before
+    assert crossed[0].fit.score < halves[0].fit.score
+
+
+def test_one_candidate_alone_is_not_crossed(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    points = surfaces[0].samples.vertices[:60]
+    task = task_of(surfaces)
+    alone = choose(task, starting_at(surfaces, [(points, points)]), COARSE, Control())
+    assert cross(task, alone, Control()) == alone
 
 
 def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> None:

@@ -9,7 +9,7 @@ from solver.registration.confidence import MISFIT, RIVAL, UNFINISHED, confidence
 from solver.registration.fit import Fit
 
 MEASURE = st.floats(1e-3, 3.0)
-MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE))
+MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE), MEASURE)
 MARGINS = st.floats(-1.0, 5.0) | st.just(np.inf)
 
 WORSE = 1.1, 1.5, 3.0
@@ -23,6 +23,7 @@ def worse_than(fit: Fit, factor: float) -> Fit:
         factor * fit.sheared,
         factor * fit.stretched,
         bent,
+        factor * fit.distorted,
     )
 
 
@@ -49,13 +50,13 @@ def test_a_greater_margin_is_more_probable(fit: Fit, one: float, other: float) -
 
 
 def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
-    bad = Fit(2.0, 1.0, 1.0, 1.0, (1.0, 1.0))
+    bad = Fit(2.0, 1.0, 1.0, 1.0, (1.0, 1.0), 1.0)
     assert confidence_of(bad, np.inf).reasons == (MISFIT,)
     assert confidence_of(bad, 0.0).reasons == (RIVAL, MISFIT)
 
 
 def test_a_search_without_time_says_so() -> None:
-    good = Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3))
+    good = Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3)
     assert confidence_of(good, np.inf).reasons == ()
     unfinished = confidence_of(good, np.inf, complete=False)
     assert unfinished.reasons == (UNFINISHED,)

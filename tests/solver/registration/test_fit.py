@@ -10,7 +10,7 @@ from solver.arrays import FloatArray
 from solver.functional_maps import FunctionalMap
 from solver.registration.alignment import GLOBAL, Alignment
 from solver.registration.fit import Fit, measure_fit
-from solver.registration.surface import Samples, SmoothSurface
+from solver.registration.surface import Samples, SmoothSurface, commute_times
 from solver.shape import Shape
 from tests.solver import shapes
 
@@ -28,13 +28,13 @@ def fit_of(samples: Samples, matrix: FloatArray) -> Fit:
 
 
 def test_equal_surfaces_fit_exactly(surface: SmoothSurface) -> None:
-    fit, pairs = measure_fit(
+    fit, local = measure_fit(
         surface.samples, surface.samples, displaced(surface.samples, np.eye(3)), GLOBAL
     )
     everywhere = np.arange(len(surface.samples))
-    np.testing.assert_array_equal(pairs.images, everywhere)
-    np.testing.assert_array_equal(pairs.back, everywhere)
-    for measure in (fit.apart, fit.turned, fit.sheared, fit.stretched, *fit.bent):
+    np.testing.assert_array_equal(local.pairs.images, everywhere)
+    np.testing.assert_array_equal(local.pairs.back, everywhere)
+    for measure in (fit.apart, fit.turned, fit.sheared, fit.stretched, *fit.bent, fit.distorted):
         assert measure == pytest.approx(0.0, abs=1e-6)
 
 
@@ -73,7 +73,7 @@ def test_a_reflection_turns_normals(surface: SmoothSurface) -> None:
     assert fit.turned > 0.5
 
 
-@given(st.lists(MEASURES, min_size=6, max_size=6), st.integers(0, 5), st.floats(0.1, 0.9))
+@given(st.lists(MEASURES, min_size=7, max_size=7), st.integers(0, 6), st.floats(0.1, 0.9))
 def test_the_score_falls_with_each_measure(
     measures: list[float], place: int, factor: float
 ) -> None:
@@ -83,11 +83,31 @@ def test_the_score_falls_with_each_measure(
 
 
 def test_the_score_is_the_sum_of_logarithms() -> None:
-    measures = [0.1, 0.02, 0.03, 0.04, 0.5, 0.6]
+    measures = [0.1, 0.02, 0.03, 0.04, 0.5, 0.6, 0.07]
     assert fit_with(measures).score == pytest.approx(np.log(np.prod(measures)))
-    assert np.isfinite(fit_with([0.0] * 6).score)
+    assert np.isfinite(fit_with([0.0] * 7).score)
 
 
 def fit_with(measures: list[float]) -> Fit:
-    apart, turned, sheared, stretched, *bent = measures
-    return Fit(apart, turned, sheared, stretched, tuple(bent))
+    apart, turned, sheared, stretched, *bent, distorted = measures
+    return Fit(apart, turned, sheared, stretched, tuple(bent), distorted)
+
+
+def test_the_local_measures_add_up_to_the_difference_of_scores(surface: SmoothSurface) -> None:
+    """To first order, and without the distortion of distances, which is not local."""
+    stretched = np.diag([1.3, 1.0, 0.9])
+    one, other = (
+        measure_fit(surface.samples, surface.samples, displaced(surface.samples, matrix), GLOBAL)
+        for matrix in (stretched, stretched @ np.diag([1.005, 1.0, 1.0]))
+    )
+    local = [sum(fit.measures.values()) - fit.measures["distorted"] for fit, _ in (one, other)]
+    assert one[1].over(other[1]).mean() == pytest.approx(local[0] - local[1], rel=0.05)
+    np.testing.assert_allclose(other[1].over(one[1]), -one[1].over(other[1]))
+
+
+def test_commute_times_are_those_of_the_metric(surface: SmoothSurface) -> None:
+    vertices = surface.samples.vertices[:20]
+    metric = Shape(surface.mesh).metric("commute_time").distances(vertices)[:, vertices]
+    found = commute_times(surface.samples, np.arange(20))
+    assert found.mean() == pytest.approx(1.0)
+    np.testing.assert_allclose(found, metric / metric.mean(), atol=0.02)

@@ -1,0 +1,92 @@
+"""Crossing of candidates: each is taken where it fits better.
+
+A candidate is often right on one half of a body and wrong on the other, and another one the other
+way round. The difference of their local fits says which is better round each sample, and a minimum
+cut where to change from one to the other. From the images that are chosen there, a new candidate
+begins. Compare the crossover of genetic algorithms (Holland, "Adaptation in natural and artificial
+systems", 1975) and fusion moves (Lempitsky, Rother, Roth, Blake, IEEE TPAMI 32(8), 2010).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from solver.control import Control
+from solver.functional_maps import mutual_nearest_points
+from solver.registration.alignment import Pairs
+from solver.registration.choice import COARSE, Candidate, Task, ranked, register_candidate
+from solver.registration.seams import neighbours_of, takes_second
+from solver.registration.surface import Samples
+
+_STAGE = replace(COARSE[-1], sizes=COARSE[-1].sizes[-2:])
+"""Stage in which candidates are crossed. Finer ones can say more of what fits nearly, and are too
+stiff to become right."""
+
+_PARENTS = 6
+"""Best candidates that are crossed with all others."""
+
+_GENERATIONS = 2
+
+_FEW = 0.05
+"""Share of the samples that has to come from each of both."""
+
+
+def cross(task: Task, candidates: Sequence[Candidate], control: Control) -> list[Candidate]:
+    """Cross candidates with one another for some generations.
+
+    Parameters
+    ----------
+    task
+        The surfaces.
+    candidates
+        Of the coarse stages, the best first.
+    control
+        May cancel; past its deadline, fewer are crossed.
+
+    Returns
+    -------
+    The best of all that differ, the best first.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    samples = task.sampled(_STAGE)
+    found = list(candidates[: _STAGE.kept])
+    for _ in range(_GENERATIONS):
+        crossed = [
+            register_candidate(task, samples, pairs, _STAGE)
+            for pairs in control.in_time(crossed_pairs(samples, found))
+        ]
+        found = ranked([*found, *crossed], task.target.mesh.vertices, _STAGE.kept)
+    return found
+
+
+def crossed_pairs(
+    samples: tuple[Samples, Samples], candidates: Sequence[Candidate]
+) -> Iterator[Pairs]:
+    """Yield pairs of the best candidates crossed with each of the others.
+
+    Parameters
+    ----------
+    samples
+        That the candidates were measured at.
+    candidates
+        The best first.
+    """
+    source, target = samples
+    neighbours = neighbours_of(source)
+    embedded = [one.alignment.embed(source, target, _STAGE.weights) for one in candidates]
+    places = [target.positions[one.local.pairs.images] for one in candidates]
+    for first, one in enumerate(candidates[:_PARENTS]):
+        for second, other in enumerate(candidates[first + 1 :], first + 1):
+            worse = one.local.over(other.local)
+            taken = takes_second(worse, neighbours, places[first], places[second])
+            if _FEW <= taken.mean() <= 1.0 - _FEW:
+                ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
+                theirs = embedded[first][1]
+                yield Pairs(
+                    *mutual_nearest_points(ours.astype(np.float32), theirs.astype(np.float32))
+                )

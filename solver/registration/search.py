@@ -1,0 +1,76 @@
+"""Search for the candidate that fits best: from coarse to fine, and further while in doubt."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from solver.control import Control
+from solver.registration.alignment import Pairs
+from solver.registration.candidates import Points, first_pairs, varied_pairs
+from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, again, choose, ranked
+from solver.registration.confidence import SURE, Confidence, confidence_of
+from solver.registration.crossing import cross
+from solver.registration.surface import Samples
+
+_KEPT = 16
+"""Best candidates of the coarse stages that go through the fine ones."""
+
+_ROUNDS = 2
+"""How often, when in doubt, the best candidates are varied and crossed; a third changes nothing."""
+
+_VARIED = 3
+"""Best candidates whose signs are varied."""
+
+
+def search(
+    task: Task, hypotheses: Sequence[Points], control: Control
+) -> tuple[list[Candidate], Confidence]:
+    """Register candidates coarsely, the best finely; when in doubt, vary and cross the best ones.
+
+    Parameters
+    ----------
+    task
+        The surfaces.
+    hypotheses
+        Corresponding vertices, as many as there are.
+    control
+        May cancel; past its deadline, less is tried.
+
+    Returns
+    -------
+    Candidates that differ, the best first, and the confidence in that one.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+
+    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        return first_pairs((task.source, task.target), samples, hypotheses)
+
+    positions = task.target.mesh.vertices
+    coarse = choose(task, first, COARSE, control)
+    found = _finely(task, coarse, control)
+    for _ in range(_ROUNDS):
+        if _confidence(found, control).probability >= SURE or control.expired:
+            break
+        varied = choose(task, _variations(found[:_VARIED]), COARSE, control)
+        coarse = cross(task, ranked([*coarse, *varied], positions), control)
+        found = ranked([*found, *_finely(task, coarse, control)], positions)
+    return found, _confidence(found, control)
+
+
+def _variations(candidates: Sequence[Candidate]) -> Start:
+    alignments = [one.alignment for one in candidates]
+    return lambda samples: varied_pairs(samples, alignments)
+
+
+def _finely(task: Task, coarse: Sequence[Candidate], control: Control) -> list[Candidate]:
+    return choose(task, again(coarse[:_KEPT], FINE[0].weights), FINE, control)
+
+
+def _confidence(found: Sequence[Candidate], control: Control) -> Confidence:
+    best, *others = (one.fit for one in found)
+    margin = min((one.score for one in others), default=np.inf) - best.score
+    return confidence_of(best, margin, complete=not control.expired)
