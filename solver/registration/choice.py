@@ -49,7 +49,7 @@ FINE = (
 _SAME = 0.05
 """Mean distance in space over √area between the images of candidates that are the same."""
 
-_LANDMARK = 0.1
+LANDMARK = 0.1
 """Mean distance in space over √area within which landmarks are met as well as they can be."""
 
 
@@ -86,7 +86,7 @@ class Task:
     source, target
         The surfaces X and Y.
     samples
-        Samples of both; the source may be reflected.
+        Samples of both, of which one may be reflected.
     landmarks
         Vertices of X and Y that are known to correspond.
     """
@@ -104,6 +104,10 @@ class Task:
     def reflected(self) -> "Task":
         """Return the task with the source reflected."""
         return replace(self, samples=(self.samples[0].reflected(), self.samples[1]))
+
+    def swapped(self) -> "Task":
+        """Return the task with source and target exchanged."""
+        return Task(self.target, self.source, self.samples[::-1], self.landmarks[::-1])
 
     def sampled(self, stage: Stage) -> tuple[Samples, Samples]:
         """Samples of a stage."""
@@ -195,7 +199,7 @@ def ranked(
         How many to return at most; all by default.
     """
     least = min((one.missed for one in found), default=0.0)
-    order = sorted(found, key=lambda one: (one.missed > least + _LANDMARK, one.fit.score))
+    order = sorted(found, key=lambda one: (one.missed > least + LANDMARK, one.fit.score))
     chosen: list[Candidate] = []
     places = np.empty((len(order), 0 if not order else len(order[0].images), 3))
     for one in order:

@@ -27,15 +27,14 @@ _LEAST = 1e-6
 class Fit:
     """Measures of a registered source and its target, each 0 for equal surfaces.
 
-    All but `turned` are of first order in what differs. The squares make the direction of normals,
-    which tells the two sides of a body apart, count as much as two of the others.
+    All are of first order in what differs.
 
     Parameters
     ----------
     apart
         Mean distance in the embedding, of both directions.
     turned
-        Half the mean square distance of unit normals, of both directions.
+        Root mean square distance of unit normals, of both directions.
     sheared
         Root of twice the mean logarithm of the conformal distortion of the displacement.
     stretched
@@ -84,8 +83,8 @@ class LocalFit:
     Parameters
     ----------
     densities
-        (m, S) what the local measures are means of: apart, turned, half the square of sheared,
-        stretched, and each of bent.
+        (m, S) what the local measures are means of: apart, half the squares of turned and of
+        sheared, stretched, and each of bent.
     pairs
         Nearest neighbours it was measured at.
     """
@@ -106,12 +105,12 @@ class LocalFit:
     @property
     def _powers(self) -> FloatArray:
         powers = np.ones(len(self.densities))
-        powers[_SHEARED] = 0.5
+        powers[_ROOTS] = 0.5
         return powers
 
 
-_SHEARED = 2
-"""Row of the densities whose mean's root is the measure."""
+_ROOTS = [1, 2]
+"""Rows of the densities whose means' roots are the measures."""
 
 
 def measure_fit(
@@ -146,7 +145,7 @@ def measure_fit(
     apart, turned, sheared, stretched, *bent = np.maximum(densities.mean(axis=1), 0.0).tolist()
     fit = Fit(
         apart,
-        turned,
+        float(np.sqrt(2.0 * turned)),
         float(np.sqrt(2.0 * sheared)),
         stretched,
         tuple(bent),

@@ -7,8 +7,18 @@ import numpy as np
 from solver.control import Control
 from solver.registration.alignment import Pairs
 from solver.registration.candidates import Points, first_pairs, varied_pairs
-from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, again, choose, ranked
-from solver.registration.confidence import SURE, Confidence, confidence_of
+from solver.registration.choice import (
+    COARSE,
+    FINE,
+    LANDMARK,
+    Candidate,
+    Start,
+    Task,
+    again,
+    choose,
+    ranked,
+)
+from solver.registration.confidence import CLOSE, SURE, Confidence, confidence_of
 from solver.registration.crossing import cross
 from solver.registration.surface import Samples
 
@@ -52,18 +62,49 @@ def search(
     positions = task.target.mesh.vertices
     coarse = choose(task, first, COARSE, control)
     found = _finely(task, coarse, control)
-    for _ in range(_ROUNDS):
+    for number in range(_ROUNDS):
         if _confidence(found, control).probability >= SURE or control.expired:
             break
         varied = choose(task, _variations(found[:_VARIED]), COARSE, control)
+        if number == 0:
+            varied += _from_the_target(task, hypotheses, control)
         coarse = cross(task, ranked([*coarse, *varied], positions), control)
-        found = ranked([*found, *_finely(task, coarse, control)], positions)
+        further = ranked([*found, *_finely(task, coarse, control)], positions)
+        found = _unless_it_is_close(found[0], further)
     return found, _confidence(found, control)
+
+
+def _unless_it_is_close(known: Candidate, found: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates with a known one first, unless another one is clearly better.
+
+    Of many candidates, some wrong ones fit nearly as well as the right one by chance: the more are
+    tried, the more of them.
+    """
+    best = found[0]
+    close = best.fit.score > known.fit.score - CLOSE and known.missed <= best.missed + LANDMARK
+    return [known, *(one for one in found if one is not known)] if close else list(found)
 
 
 def _variations(candidates: Sequence[Candidate]) -> Start:
     alignments = [one.alignment for one in candidates]
     return lambda samples: varied_pairs(samples, alignments)
+
+
+def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control) -> list[Candidate]:
+    """Candidates found by bending the target onto the source: others than the other way round."""
+    turned = task.swapped()
+
+    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        swapped = [(there, here) for here, there in hypotheses]
+        return first_pairs((turned.source, turned.target), samples, swapped)
+
+    found = choose(turned, first, COARSE, control)
+
+    def back(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        pairs = again(found, COARSE[-1].weights)(samples[::-1])
+        return (Pairs(one.back, one.images) for one in pairs)
+
+    return choose(task, back, COARSE[-1:], control)
 
 
 def _finely(task: Task, coarse: Sequence[Candidate], control: Control) -> list[Candidate]:
