@@ -1,0 +1,154 @@
+"""Branch and bound over regions, best bound first: proof of optimality over very many candidates.
+
+The bound of a region comes from dual ascent, which also drops the labels that no better
+correspondence uses. What is left is searched exactly where it is small, else divided by the place
+of the partner of one source point. A division by places breaks intrinsic symmetries at once, which
+a relaxation of the whole problem mixes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from solver.arrays import IntArray
+from solver.control import Control
+from solver.labelling import LabellingProblem
+from solver.optimisation.primal import Incumbent, local_search
+from solver.optimisation.regions.branching import divide_region
+from solver.optimisation.regions.completion import assign_labels, search_region
+from solver.optimisation.regions.message_passing import MetricCosts
+from solver.optimisation.regions.region import Region, ascend, least_of_interest, whole_region
+
+_FIRST_ROUNDS, _ROUNDS = 40, 30
+"""Greatest number of rounds of dual ascent, of the whole problem and of a region."""
+_SEARCH_LABELS = 400
+"""Labels up to which a region is searched depth first."""
+_SEARCH_NODES = 20_000
+"""Nodes of such a search, after which the region is divided further: some 20 ms."""
+_MEMORY = 256 * 2**20
+"""Bytes of open regions above which those of the greatest bound come first, so that few are added.
+A region takes 8 L N bytes."""
+_PAIR_VISITS = 8
+"""Times that a round of dual ascent looks at each pair of labels."""
+_NODE_WORK = 10
+"""Work of a search node for each label of its region."""
+
+
+@dataclass(eq=False)
+class RegionSearchState:
+    """Open regions, and the best correspondence so far.
+
+    Parameters
+    ----------
+    incumbent
+        The best correspondence known.
+    open
+        Disjoint regions that contain every better one.
+    regions
+        Number of regions bounded so far.
+    work
+        Pairs of labels looked at so far.
+    seen
+        Assignments that local search has begun at.
+    """
+
+    incumbent: Incumbent
+    open: list[Region]
+    regions: int = 0
+    work: int = 0
+    seen: set[bytes] = field(default_factory=set)
+
+    @property
+    def lower_bound(self) -> float:
+        """Lower bound of the optimum, at most the energy of the incumbent."""
+        return min((region.bound for region in self.open), default=self.incumbent.energy)
+
+    @property
+    def limit(self) -> float:
+        """Bound at and above which a region is of no interest."""
+        return least_of_interest(self.incumbent.energy)
+
+
+class RegionSearch:
+    """Branch and bound over regions as an iterative method: each step closes or divides one.
+
+    Parameters
+    ----------
+    problem
+        A problem with β > 0, without explicit or tabulated costs and without negative ones.
+    starts
+        Correspondences of it, at least one.
+    work
+        Limit on the pairs of labels looked at: some 10¹⁰ a second.
+    control
+        Cancels and ends steps.
+    """
+
+    def __init__(
+        self, problem: LabellingProblem, starts: Sequence[IntArray], work: float, control: Control
+    ) -> None:
+        self._problem, self._starts, self._work = problem, starts, work
+        self._control = control
+
+    def init(self) -> RegionSearchState:
+        """Return the region of all correspondences, and the best local optimum near the starts."""
+        problem = self._problem
+        found = [Incumbent.of(problem, local_search(problem, start)) for start in self._starts]
+        best = min(found, key=lambda one: one.energy)
+        self._costs = MetricCosts.of(problem, best.energy)
+        return RegionSearchState(best, [whole_region(problem)])
+
+    def step(self, state: RegionSearchState) -> RegionSearchState:
+        """Search or divide the region of least bound, and bound its parts."""
+        region = self._next(state)
+        if region.bound >= state.limit:
+            return state
+        if state.regions == 0:
+            parts, rounds = [region], _FIRST_ROUNDS
+        elif self._searched(state, region):
+            return state
+        elif self._control.expired:
+            state.open.append(region)
+            return state
+        else:
+            self._improve(state, region)
+            parts, rounds = divide_region(self._problem, region, state.limit), _ROUNDS
+        for part in parts:
+            raised, pairs = ascend(
+                self._problem, self._costs, part, state.limit, rounds, self._control
+            )
+            state.regions += 1
+            state.work += _PAIR_VISITS * pairs
+            if raised.bound < state.limit:
+                state.open.append(raised)
+        return state
+
+    def done(self, state: RegionSearchState) -> bool:
+        """Return whether the incumbent is optimal, or the work is used up."""
+        return not state.open or state.work >= self._work
+
+    def _next(self, state: RegionSearchState) -> Region:
+        """Take the region of least bound; of the greatest while there are too many."""
+        crowded = sum(region.memory for region in state.open) > _MEMORY
+        places = range(len(state.open))
+        bound = [region.bound for region in state.open]
+        place = (max if crowded else min)(places, key=bound.__getitem__)
+        return state.open.pop(place)
+
+    def _searched(self, state: RegionSearchState, region: Region) -> bool:
+        """Search a small region; return whether it has no better correspondence."""
+        if len(region.labels) > max(_SEARCH_LABELS, self._problem.n_sources):
+            return False
+        state.incumbent, exhausted, nodes = search_region(
+            self._problem, region, state.incumbent, _SEARCH_NODES, self._control
+        )
+        state.work += _NODE_WORK * nodes * len(region.labels)
+        return exhausted
+
+    def _improve(self, state: RegionSearchState, region: Region) -> None:
+        """Search locally around the assignment of least cost in a region."""
+        start = assign_labels(self._problem, region)
+        if start.tobytes() in state.seen:
+            return
+        state.seen.add(start.tobytes())
+        found = Incumbent.of(self._problem, local_search(self._problem, start))
+        state.incumbent = min(state.incumbent, found, key=lambda one: one.energy)
