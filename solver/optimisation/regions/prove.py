@@ -8,7 +8,7 @@ from solver.labelling import LabellingProblem, Method, Solution
 from solver.optimisation.primal import solve_lap
 from solver.optimisation.regions.search import RegionSearch
 
-WORK_PER_SECOND = 1e10
+_WORK_PER_SECOND = 3e9
 """Pairs of labels that one core looks at in a second, nearly."""
 _MOST_BYTES = 128 * 2**20
 """Bytes of the messages of all candidates above which nothing is proven: 8 |V| N."""
@@ -76,7 +76,7 @@ def prove(
     if problem.beta == 0.0 or not problem.n_candidates:
         energy = problem.energy(assignment)
         return Solution(assignment, energy, energy, 0, Method.BRANCH_AND_BOUND)
-    search = RegionSearch(problem, starts or [assignment], seconds * WORK_PER_SECOND, control)
+    search = RegionSearch(problem, starts or [assignment], seconds * _WORK_PER_SECOND, control)
     ended = iterate(search, _STEPS, control)
     state, status = ended.state, ended.status
     if state.open and status is Status.CONVERGED:

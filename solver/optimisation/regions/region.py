@@ -11,6 +11,8 @@ from solver.optimisation.regions.message_passing import MetricCosts, divide_cost
 
 ROUNDING = 1e-12
 """Allowance for rounding errors of a bound, relative to it."""
+_ROUNDS = 40
+"""Greatest number of rounds of a dual ascent."""
 _STALL = 0.1
 """Least rise of the bound in a round, relative to its distance from the limit, to go on."""
 _FEW = 0.03
@@ -33,7 +35,8 @@ class Region:
     labels
         (L,) candidate of the problem, ascending; `UNMATCHED`, if at all, last of a source point.
     messages
-        (N, L) costs moved to each label from its point's pair with each other point.
+        (N, L) costs moved to each label from its point's pair with each other point; (0, L) before
+        any are, or after they were forgotten.
     bounds
         (L,) lower bound of the correspondences of the region with each label.
     bound
@@ -61,6 +64,15 @@ class Region:
         """Number of pairs of labels of different source points."""
         counts = np.diff(self.rows)
         return int(counts.sum() ** 2 - (counts**2).sum()) // 2
+
+    @property
+    def is_divided(self) -> bool:
+        """Whether a dual ascent has divided the costs, and its messages are kept."""
+        return len(self.messages) > 0
+
+    def without_messages(self) -> "Region":
+        """Return the region with its bounds, but without messages."""
+        return replace(self, messages=np.zeros((0, len(self.labels))))
 
     @property
     def memory(self) -> int:
@@ -107,7 +119,7 @@ def whole_region(problem: LabellingProblem) -> Region:
         order = np.argsort(points, kind="stable")
         points, labels = points[order], labels[order]
     rows = np.searchsorted(points, np.arange(n + 1)).astype(np.int64)
-    nothing = np.zeros((n, len(labels)))
+    nothing = np.zeros((0, len(labels)))
     region = Region(rows, labels.astype(np.int64), nothing, np.zeros(len(labels)), 0.0)
     return replace(region, bound=np.inf) if region.is_empty else region
 
@@ -117,10 +129,11 @@ def ascend(
     costs: MetricCosts,
     region: Region,
     limit: float,
-    rounds: int,
     control: Control,
 ) -> tuple[Region, int]:
     """Raise the bound of a region by dual ascent, and drop labels whose bound reaches a limit.
+
+    It ends when a round neither drops many labels nor raises the bound by much.
 
     Parameters
     ----------
@@ -132,8 +145,6 @@ def ascend(
         A region.
     limit
         Bound from which on a label is of no interest.
-    rounds
-        Greatest number of rounds; fewer if one neither drops labels nor raises the bound by much.
     control
         Cancels; past its deadline no further round is begun.
 
@@ -148,7 +159,7 @@ def ascend(
         Through `control`.
     """
     work = 0
-    for _ in range(rounds):
+    for _ in range(_ROUNDS):
         control.check()
         if region.bound >= limit or control.expired:
             break
@@ -163,7 +174,10 @@ def ascend(
 
 def _round(problem: LabellingProblem, costs: MetricCosts, region: Region) -> Region:
     """One round, in order and back; messages are copied, as other regions may share them."""
-    rows, messages, unary = region.rows, region.messages.copy(), region.unary(problem)
+    rows, unary = region.rows, region.unary(problem)
+    messages = np.zeros((problem.n_sources, len(region.labels)))
+    if region.is_divided:
+        messages[:] = region.messages
     matched = region.labels != UNMATCHED
     targets = np.where(matched, problem.candidates[region.labels, 1], UNMATCHED)
     for back in (False, True):

@@ -18,15 +18,14 @@ from solver.optimisation.regions.completion import assign_labels, search_region
 from solver.optimisation.regions.message_passing import MetricCosts
 from solver.optimisation.regions.region import Region, ascend, least_of_interest, whole_region
 
-_FIRST_ROUNDS, _ROUNDS = 40, 30
-"""Greatest number of rounds of dual ascent, of the whole problem and of a region."""
 _SEARCH_LABELS = 400
 """Labels up to which a region is searched depth first."""
 _SEARCH_NODES = 20_000
 """Nodes of such a search, after which the region is divided further: some 20 ms."""
 _MEMORY = 256 * 2**20
-"""Bytes of open regions above which those of the greatest bound come first, so that few are added.
-A region takes 8 L N bytes."""
+"""Bytes of the messages of open regions, 8 N L each; beyond, some are forgotten until needed."""
+_STEP_WORK = 10**7
+"""Work of a step apart from what is counted: some 3 ms."""
 _PAIR_VISITS = 8
 """Times that a round of dual ascent looks at each pair of labels."""
 _NODE_WORK = 10
@@ -78,7 +77,7 @@ class RegionSearch:
     starts
         Correspondences of it, at least one.
     work
-        Limit on the pairs of labels looked at: some 10¹⁰ a second.
+        Limit on the pairs of labels looked at: some 3 · 10⁹ a second.
     control
         Cancels and ends steps.
     """
@@ -98,41 +97,48 @@ class RegionSearch:
         return RegionSearchState(best, [whole_region(problem)])
 
     def step(self, state: RegionSearchState) -> RegionSearchState:
-        """Search or divide the region of least bound, and bound its parts."""
-        region = self._next(state)
+        """Bound, search or divide the region of least bound."""
+        state.work += _STEP_WORK
+        state.open.sort(key=_bound, reverse=True)
+        region = state.open.pop()
         if region.bound >= state.limit:
-            return state
-        if state.regions == 0:
-            parts, rounds = [region], _FIRST_ROUNDS
-        elif self._searched(state, region):
-            return state
-        elif self._control.expired:
-            state.open.append(region)
-            return state
-        else:
-            self._improve(state, region)
-            parts, rounds = divide_region(self._problem, region, state.limit), _ROUNDS
-        for part in parts:
-            raised, pairs = ascend(
-                self._problem, self._costs, part, state.limit, rounds, self._control
-            )
-            state.regions += 1
-            state.work += _PAIR_VISITS * pairs
-            if raised.bound < state.limit:
-                state.open.append(raised)
+            state.open.clear()
+        elif not region.is_divided:
+            self._raise(state, region)
+        elif not self._searched(state, region):
+            self._divide(state, region)
+        self._forget(state)
         return state
 
     def done(self, state: RegionSearchState) -> bool:
         """Return whether the incumbent is optimal, or the work is used up."""
         return not state.open or state.work >= self._work
 
-    def _next(self, state: RegionSearchState) -> Region:
-        """Take the region of least bound; of the greatest while there are too many."""
-        crowded = sum(region.memory for region in state.open) > _MEMORY
-        places = range(len(state.open))
-        bound = [region.bound for region in state.open]
-        place = (max if crowded else min)(places, key=bound.__getitem__)
-        return state.open.pop(place)
+    def _raise(self, state: RegionSearchState, region: Region) -> None:
+        """Raise the bound of a region, and keep it open unless it is of no interest."""
+        state.regions += 1
+        region, pairs = ascend(self._problem, self._costs, region, state.limit, self._control)
+        state.work += _PAIR_VISITS * pairs
+        if region.bound < state.limit:
+            state.open.append(region)
+
+    def _divide(self, state: RegionSearchState, region: Region) -> None:
+        """Divide a region, and bound its parts."""
+        if self._control.expired:  # the search of it may have been cut short
+            state.open.append(region)
+            return
+        self._improve(state, region)
+        for part in divide_region(self._problem, region, state.limit):
+            self._raise(state, part)
+
+    def _forget(self, state: RegionSearchState) -> None:
+        """Forget the messages of the regions of greatest bound where they take too much memory."""
+        used = 0
+        state.open.sort(key=_bound)
+        for place, region in enumerate(state.open):
+            used += region.memory
+            if used > _MEMORY and region.is_divided and place > 0:
+                state.open[place] = region.without_messages()
 
     def _searched(self, state: RegionSearchState, region: Region) -> bool:
         """Search a small region; return whether it has no better correspondence."""
@@ -152,3 +158,7 @@ class RegionSearch:
         state.seen.add(start.tobytes())
         found = Incumbent.of(self._problem, local_search(self._problem, start))
         state.incumbent = min(state.incumbent, found, key=lambda one: one.energy)
+
+
+def _bound(region: Region) -> float:
+    return region.bound

@@ -42,7 +42,7 @@ def test_costs_are_only_moved(regime: str) -> None:
     problem = metric_instance(5, 9, 3, **REGIMES[regime])
     region = whole_region(problem)
     costs, targets = MetricCosts.of(problem, 2.0), targets_of(problem, region)
-    unary, messages = region.unary(problem), np.zeros_like(region.messages)
+    unary, messages = region.unary(problem), np.zeros((problem.n_sources, len(region.labels)))
     own, theta = unary.copy(), plain_costs(costs, region.points, targets)
     bound = -np.inf
     for back in (False, True, False):
@@ -61,7 +61,7 @@ def test_bounds_of_labels(regime: str) -> None:
     problem = metric_instance(4, 8, 1, **REGIMES[regime])
     region = whole_region(problem)
     costs, targets = MetricCosts.of(problem, 2.0), targets_of(problem, region)
-    unary, messages = region.unary(problem), np.zeros_like(region.messages)
+    unary, messages = region.unary(problem), np.zeros((problem.n_sources, len(region.labels)))
     divide_costs(costs, region.rows, targets, unary, messages, False)
     left = residuals(plain_costs(costs, region.points, targets), region.points, messages)
     total = left + unary[None]
