@@ -10,7 +10,7 @@ from solver.optimisation.regions.search import RegionSearch
 
 _WORK_PER_SECOND = 3e9
 """Pairs of labels that one core looks at in a second, nearly."""
-_MOST_BYTES = 128 * 2**20
+_MOST_BYTES = 64 * 2**20
 """Bytes of the messages of all candidates above which nothing is proven: 8 |V| N."""
 _STEPS = 10**9
 
@@ -47,7 +47,7 @@ def prove(
     -------
     Solution
         ``lower_bound <= optimum <= value``; both equal where the optimum is proven. Its iterations
-        are the regions bounded. The memory of a proof is at most some 400 MB.
+        are the regions bounded. The memory of a proof is at most some 450 MB.
 
     Raises
     ------

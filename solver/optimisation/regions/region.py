@@ -129,6 +129,7 @@ def ascend(
     costs: MetricCosts,
     region: Region,
     limit: float,
+    visits: float,
     control: Control,
 ) -> tuple[Region, int]:
     """Raise the bound of a region by dual ascent, and drop labels whose bound reaches a limit.
@@ -145,6 +146,8 @@ def ascend(
         A region.
     limit
         Bound from which on a label is of no interest.
+    visits
+        Greatest number of pairs of labels visited.
     control
         Cancels; past its deadline no further round is begun.
 
@@ -161,7 +164,7 @@ def ascend(
     work = 0
     for _ in range(_ROUNDS):
         control.check()
-        if region.bound >= limit or control.expired:
+        if region.bound >= limit or control.expired or work + region.pairs > visits:
             break
         before, count = region.bound, len(region.labels)
         work += region.pairs

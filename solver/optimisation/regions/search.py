@@ -53,7 +53,7 @@ class RegionSearchState:
     incumbent: Incumbent
     open: list[Region]
     regions: int = 0
-    work: int = 0
+    work: float = 0.0
     seen: set[bytes] = field(default_factory=set)
 
     @property
@@ -116,11 +116,18 @@ class RegionSearch:
 
     def _raise(self, state: RegionSearchState, region: Region) -> None:
         """Raise the bound of a region, and keep it open unless it is of no interest."""
-        state.regions += 1
-        region, pairs = ascend(self._problem, self._costs, region, state.limit, self._control)
-        state.work += _PAIR_VISITS * pairs
-        if region.bound < state.limit:
+        visits = (self._work - state.work) / _PAIR_VISITS
+        if region.pairs > visits:
+            state.work = self._work
             state.open.append(region)
+            return
+        raised, pairs = ascend(
+            self._problem, self._costs, region, state.limit, visits, self._control
+        )
+        state.regions += 1
+        state.work += _PAIR_VISITS * pairs
+        if raised.bound < state.limit:
+            state.open.append(raised)
 
     def _divide(self, state: RegionSearchState, region: Region) -> None:
         """Divide a region, and bound its parts."""

@@ -52,7 +52,7 @@ def test_dropped_labels_are_of_no_better_correspondence(regime: str) -> None:
         solutions = all_solutions(problem)
         limit = solutions[len(solutions) // 8][0]
         whole = whole_region(problem)
-        region, _ = ascend(problem, MetricCosts.of(problem, limit), whole, limit, Control())
+        region, _ = ascend(problem, MetricCosts.of(problem, limit), whole, limit, np.inf, Control())
         assert region.bound <= solutions[0][0] + 1e-9
         left = set(zip(region.points.tolist(), region.labels.tolist(), strict=True))
         for energy, partners in solutions:
