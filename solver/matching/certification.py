@@ -100,3 +100,8 @@ def prove_over_samples(
         starts = [one.partners for one in hypotheses]
         found = prove(problem, starts, seconds=options.proof_work, control=control)
     return SolvedLevel(problem, found, rank_of(found.value, hypotheses), clock.timings["proof"])
+
+
+def replaces(proof: SolvedLevel, answer: Hypothesis) -> bool:
+    """Return whether a solution over all samples is better than an answer, or proven optimal."""
+    return proof.solution.certified or proof.solution.value < answer.energy

@@ -5,7 +5,7 @@ from dataclasses import replace
 from solver.control import Control
 from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF
-from solver.matching.certification import certify, prove_over_samples
+from solver.matching.certification import certify, prove_over_samples, replaces
 from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
 from solver.matching.options import GMDS, MatchOptions
@@ -72,7 +72,7 @@ def match(
         if options.objective != LINF:  # else enumeration has bounded the only level
             best = certify(best, oriented.levels, control)
         proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
-        if proof is not None and not options.registered and proof.solution.value <= best.energy:
+        if proof is not None and not options.registered and replaces(proof, best):
             best = best.with_finest(proof)
         dense, refinement = _extend(oriented, best, options, control)
     warnings = (
