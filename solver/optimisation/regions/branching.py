@@ -67,7 +67,7 @@ def _scatter(problem: LabellingProblem, labels: IntArray, weights: FloatArray) -
     if not apart > 0.0:
         return np.inf
     mean = apart / float(weights.sum()) ** 2
-    return total / mean**2
+    return total / mean**1.5
 
 
 def _clusters(problem: LabellingProblem, labels: IntArray, bounds: FloatArray) -> IntArray:

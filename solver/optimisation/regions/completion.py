@@ -13,6 +13,9 @@ from solver.optimisation.primal import Incumbent, partners_of, solve_lap
 from solver.optimisation.regions.region import Region
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
+_NODES_PER_ROUND = 20_000
+"""Nodes between two looks at the deadline: some 20 ms."""
+
 
 def search_region(
     problem: LabellingProblem, region: Region, incumbent: Incumbent, nodes: int, control: Control
@@ -28,9 +31,9 @@ def search_region(
     incumbent
         The best correspondence known.
     nodes
-        Limit on the search nodes.
+        Limit on the search nodes, at least 1.
     control
-        Cancels; past its deadline, the search is not begun.
+        Cancels the search, or ends it at a deadline as the limit on the nodes does.
 
     Returns
     -------
@@ -49,7 +52,8 @@ def search_region(
     kept = np.arange(part.n_candidates)
     costs = _costs(problem, region, own)
     search = start_search(own, costs, region.points[matched], kept, best)
-    ended = iterate(DepthFirstSearch(search, nodes), 1, control)
+    each = min(nodes, _NODES_PER_ROUND)
+    ended = iterate(DepthFirstSearch(search, each), -(-nodes // each), control)
     if best.energies[0] < incumbent.energy:
         incumbent = Incumbent.of(problem, partners_of(part, best.chosen[0]))
     return incumbent, ended.status is Status.CONVERGED, int(search.counters[NODES])

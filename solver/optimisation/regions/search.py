@@ -20,8 +20,10 @@ from solver.optimisation.regions.region import Region, ascend, least_of_interest
 
 _SEARCH_LABELS = 400
 """Labels up to which a region is searched depth first."""
-_SEARCH_NODES = 20_000
-"""Nodes of such a search, after which the region is divided further: some 20 ms."""
+_SEARCH_WORK = 8_000_000
+"""Nodes times labels of such a search, after which the region is divided further: some 20 ms."""
+_PATIENCE = 8
+"""Regions divided after such a search until the next ones are as much longer."""
 _MEMORY = 256 * 2**20
 """Bytes of the messages of open regions, 8 N L each; beyond, some are forgotten until needed."""
 _STEP_WORK = 10**7
@@ -46,6 +48,8 @@ class RegionSearchState:
         Number of regions bounded so far.
     work
         Pairs of labels looked at so far.
+    divided
+        Number of regions that were searched in vain.
     seen
         Assignments that local search has begun at.
     """
@@ -54,6 +58,7 @@ class RegionSearchState:
     open: list[Region]
     regions: int = 0
     work: float = 0.0
+    divided: int = 0
     seen: set[bytes] = field(default_factory=set)
 
     @property
@@ -151,9 +156,12 @@ class RegionSearch:
         """Search a small region; return whether it has no better correspondence."""
         if len(region.labels) > max(_SEARCH_LABELS, self._problem.n_sources):
             return False
+        work = _SEARCH_WORK * (1 + state.divided // _PATIENCE)
+        most_nodes = max(work // len(region.labels), self._problem.n_sources + 1)
         state.incumbent, exhausted, nodes = search_region(
-            self._problem, region, state.incumbent, _SEARCH_NODES, self._control
+            self._problem, region, state.incumbent, most_nodes, self._control
         )
+        state.divided += not exhausted
         state.work += _NODE_WORK * nodes * len(region.labels)
         return exhausted
 
