@@ -44,7 +44,8 @@ def _point_to_divide(problem: LabellingProblem, region: Region, limit: float) ->
     """Source point with few labels of interest that lie far apart.
 
     A label weighs the margin that its bound leaves below the limit. The sum of the weights is
-    divided by the square of the mean distance of two labels, drawn by their weights.
+    divided by a power of the mean distance of two labels, drawn by their weights; the power 3/2 was
+    chosen on a few pairs of animals and people.
     """
     best, least = -1, np.inf
     for x, (first, last) in enumerate(zip(region.rows[:-1], region.rows[1:], strict=True)):
@@ -59,7 +60,7 @@ def _point_to_divide(problem: LabellingProblem, region: Region, limit: float) ->
 
 
 def _scatter(problem: LabellingProblem, labels: IntArray, weights: FloatArray) -> float:
-    """Weight of some labels over the square of their mean distance; ``inf`` for one place."""
+    """Weight of some labels over a power of their mean distance; ``inf`` for one place."""
     matched = labels != UNMATCHED
     total, weights = float(weights.sum()), weights[matched]
     places = problem.candidates[labels[matched], 1]
@@ -67,7 +68,7 @@ def _scatter(problem: LabellingProblem, labels: IntArray, weights: FloatArray) -
     if not apart > 0.0:
         return np.inf
     mean = apart / float(weights.sum()) ** 2
-    return total / mean**1.5
+    return total / float(mean**1.5)
 
 
 def _clusters(problem: LabellingProblem, labels: IntArray, bounds: FloatArray) -> IntArray:
