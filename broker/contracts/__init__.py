@@ -56,6 +56,7 @@ from broker.contracts.results import (
     MatchResult,
     RefinedPoint,
     Refinement,
+    SampleProof,
     no_alternative,
 )
 from broker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
@@ -118,6 +119,7 @@ __all__ = [
     "RefinedPoint",
     "Refinement",
     "RequestOrigin",
+    "SampleProof",
     "ShapeRecord",
     "SpectrumKey",
     "SpectrumPayload",

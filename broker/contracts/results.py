@@ -70,6 +70,31 @@ class Level(_Part):
     rank: int = Field(
         description="Place of the answer among all hypotheses by their energy at this level."
     )
+    scope: Literal["candidates", "samples"] | None = Field(
+        default=None,
+        description='Correspondences that the bound holds for: "samples" if all target samples of'
+        ' the level are candidates, else "candidates". Null in results of earlier versions.',
+    )
+
+
+class SampleProof(_Part):
+    """The least energy over all target samples of the finest level, with its certificate."""
+
+    target_points: int = Field(description="Samples on the target.")
+    candidates: int = Field(description="Pairs of samples: all that landmarks allow.")
+    energy: float = Field(description="Least energy that is known over all samples.")
+    lower_bound: float = Field(description="No correspondence of these samples has less energy.")
+    gap: float = Field(description="Relative difference of the two.")
+    certified: bool = Field(
+        description="Whether the gap is at most 1e-4: no better correspondence among all samples."
+    )
+    correspondences: tuple[Correspondence, ...] = Field(
+        description="The correspondence of that energy. It may differ from the direct answer, for"
+        " instance by an intrinsic symmetry."
+    )
+    distortion: Distortion
+    regions: int = Field(description="Regions of the branch and bound.")
+    seconds: float = Field(description="Time the proof took.")
 
 
 class Confidence(_Part):
@@ -228,6 +253,13 @@ class MatchResult(_Part):
         " where the rest of the surface agrees better with the answer, or orientation chose it."
     )
     levels: tuple[Level, ...] = Field(description="The levels, coarsest first.")
+    proof: SampleProof | None = Field(
+        default=None,
+        description="The least energy over all target samples of the finest level. `certified`"
+        " compares the answer with about twelve of them for each point; this, with all. Null with"
+        ' `proof` "candidates", with a prototype, with the objective "linf", and of too many'
+        " samples.",
+    )
     unmatched: tuple[int, ...] = Field(
         description="Source vertices (or points) that are cheaper to leave unmatched."
     )

@@ -180,6 +180,27 @@ class MatchOptions(StrictModel):
         ),
         examples=[[[17, 203], [1040, 88]]],
     )
+    proof: Annotated[Literal["candidates", "samples"], Topic("Solver")] = Field(
+        default="samples",
+        description=(
+            'Correspondences that the answer is compared with. "candidates": those of the'
+            ' finest level, about twelve target samples for each point. "samples": in'
+            " addition, the least energy over all target samples of the finest level, with"
+            " a proof: `proof` of the result. It replaces the answer if `orientation` is"
+            " false; else the direct answer stays, which may have more energy. No effect"
+            ' with a prototype, with objective "linf", and above some 110 points.'
+        ),
+    )
+    proof_work: Annotated[float, Topic("Solver")] = Field(
+        default=1.0,
+        gt=0.0,
+        le=86400.0,
+        description=(
+            "Limit of the work of the proof over all samples, in seconds of a typical"
+            " core, after which the bound known by then is returned. Operations are"
+            " counted, not time, so that the result is the same on every machine."
+        ),
+    )
     time_limit: Annotated[float | None, Topic("Solver")] = Field(
         default=None,
         gt=0.0,

@@ -11,11 +11,19 @@ from solver.matching.hypothesis import (
 )
 from solver.matching.level import Level, SampledStructure
 from solver.matching.match import match
-from solver.matching.options import GMDS, MAX_COARSE_POINTS, MAX_POINTS, MIN_POINTS, MatchOptions
+from solver.matching.options import (
+    CANDIDATES,
+    GMDS,
+    MAX_COARSE_POINTS,
+    MAX_POINTS,
+    MIN_POINTS,
+    SAMPLES,
+    MatchOptions,
+)
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, refine_hypotheses
 from solver.matching.report import report_match
-from solver.matching.result import Correspondence, LevelReport, Match
+from solver.matching.result import Correspondence, LevelReport, Match, SampleProof
 from solver.matching.sampling import level_sizes
 from solver.matching.structures import build_level, check_colors, check_distances
 from solver.matching.varadhan_level import (
@@ -25,16 +33,19 @@ from solver.matching.varadhan_level import (
 )
 
 __all__ = [
+    "CANDIDATES",
     "GMDS",
     "MAX_COARSE_POINTS",
     "MAX_POINTS",
     "MIN_POINTS",
+    "SAMPLES",
     "Correspondence",
     "Hypothesis",
     "Level",
     "LevelReport",
     "Match",
     "MatchOptions",
+    "SampleProof",
     "SampledStructure",
     "SolvedLevel",
     "add_target_samples",

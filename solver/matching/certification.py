@@ -7,10 +7,12 @@ import numpy as np
 
 from solver.arrays import IntArray
 from solver.control import Control
-from solver.labelling import LabellingProblem, Method, Solution
-from solver.matching.hypothesis import Hypothesis, SolvedLevel
+from solver.labelling import LINF, LabellingProblem, Method, Solution
+from solver.matching.hypothesis import Hypothesis, SolvedLevel, rank_of
 from solver.matching.level import Level
+from solver.matching.options import SAMPLES, MatchOptions
 from solver.optimisation import minimise
+from solver.optimisation.regions import can_prove, prove
 
 _DUAL_WORK = 2e8
 """Squared candidates times iterations of a level's dual decomposition: some 0.7 s on one core."""
@@ -61,3 +63,45 @@ def _minimise(
     """Prove a solution optimal or improve it, within the work that a level may take."""
     iterations = int(np.clip(_DUAL_WORK / max(problem.n_candidates, 1) ** 2, *_DUAL_ITERATIONS))
     return minimise(problem, known.answer, iterations=iterations, control=control)
+
+
+def prove_over_samples(
+    hypotheses: Sequence[Hypothesis], level: Level, options: MatchOptions, control: Control
+) -> SolvedLevel | None:
+    """Find the correspondence of least energy over all target samples of a level, with a proof.
+
+    Parameters
+    ----------
+    hypotheses
+        The answer and the others, solved at this level.
+    level
+        The finest level.
+    options
+        Of the match.
+    control
+        Reports progress and cancels. Past its deadline, the bound known by then is returned.
+
+    Returns
+    -------
+    The level's problem on all allowed pairs, and its solution; ``None`` if it is not asked for, or
+    the level has too many samples.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    if options.proof != SAMPLES or options.objective == LINF:
+        return None
+    with (clock := control.timed()).stage("proof"), control.stage("proof", 0.83):
+        problem = level.problem(level.all_candidates())
+        if not can_prove(problem):
+            return None
+        starts = [one.partners for one in hypotheses]
+        found = prove(problem, starts, seconds=options.proof_work, control=control)
+    return SolvedLevel(problem, found, rank_of(found.value, hypotheses), clock.timings["proof"])
+
+
+def replaces(proof: SolvedLevel, answer: Hypothesis) -> bool:
+    """Return whether a solution over all samples is better than an answer, or proven optimal."""
+    return proof.solution.certified or proof.solution.value < answer.energy

@@ -5,7 +5,7 @@ from dataclasses import replace
 from solver.control import Control
 from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF
-from solver.matching.certification import certify
+from solver.matching.certification import certify, prove_over_samples, replaces
 from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
 from solver.matching.options import GMDS, MatchOptions
@@ -29,7 +29,7 @@ def match(
     The stages: *sample* both shapes at every level (4.1); *enumerate* the best solutions of the
     coarsest level, the hypotheses; *refine* each from level to level; *orient*: register the
     surfaces and choose the hypothesis that agrees; *certify* that one by lower bounds at every
-    level (section 4).
+    level (section 4), and bound the energy over all target samples of the finest.
 
     Parameters
     ----------
@@ -71,6 +71,9 @@ def match(
         best, *others = oriented.hypotheses
         if options.objective != LINF:  # else enumeration has bounded the only level
             best = certify(best, oriented.levels, control)
+        proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
+        if proof is not None and not options.registered and replaces(proof, best):
+            best = best.with_finest(proof)
         dense, refinement = _extend(oriented, best, options, control)
     warnings = (
         *(f"source: {warning}" for warning in source.mesh.warnings),
@@ -80,7 +83,7 @@ def match(
         *oriented.warnings,
     )
     vertex_ids = source.mesh.vertex_ids, target.mesh.vertex_ids
-    found = report_match([best, *others], oriented.levels, vertex_ids, warnings, control)
+    found = report_match([best, *others], oriented.levels, vertex_ids, warnings, control, proof)
     registration = oriented.registration
     confidence = None if registration is None else registration.confidence
     return replace(found, dense=dense, refinement=refinement, confidence=confidence)

@@ -19,6 +19,11 @@ from solver.shape.choices import (
 GMDS = "gmds"
 """Generalized multidimensional scaling, the one method of refinement."""
 
+CANDIDATES = "candidates"
+"""Scope of a certificate: the candidates of its level."""
+SAMPLES = "samples"
+"""Scope of a certificate: all target samples of its level."""
+
 MIN_POINTS = 3
 MAX_POINTS = 256
 MAX_COARSE_POINTS = 10
@@ -157,6 +162,25 @@ class MatchOptions(ParameterSet):
         " from right. A vertex that repair or `simplify` has merged into another is replaced by"
         ' that one. With `occlusion_cost`, they may stay unmatched too. Not with objective "linf".',
         longest=MAX_LANDMARKS,
+    )
+    proof: str = parameter(
+        SAMPLES,
+        'Correspondences that the answer is compared with. "candidates": those of the finest level,'
+        ' about twelve target samples for each point. "samples": in addition, the least energy over'
+        " all target samples of the finest level, with a proof: `proof` of the result. It replaces"
+        " the answer if `orientation` is false; else the direct answer stays, which may have more"
+        ' energy. No effect with a prototype, with objective "linf", and above some 110 points.',
+        one_of=(CANDIDATES, SAMPLES),
+        topic="Solver",
+    )
+    proof_work: float = parameter(
+        1.0,
+        "Limit of the work of the proof over all samples, in seconds of a typical core, after which"
+        " the bound known by then is returned. Operations are counted, not time, so that the result"
+        " is the same on every machine.",
+        above=0.0,
+        most=86400.0,
+        topic="Solver",
     )
     time_limit: float | None = parameter(
         None,

@@ -1,6 +1,7 @@
 """Report of a match: hypotheses and levels in the user's vertex numbers."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +10,8 @@ from solver.control import Control
 from solver.labelling import UNMATCHED, Method, greatest_distortions
 from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
 from solver.matching.level import Level
-from solver.matching.result import Correspondence, LevelReport, Match
+from solver.matching.options import CANDIDATES, SAMPLES
+from solver.matching.result import Correspondence, LevelReport, Match, SampleProof
 
 
 def report_match(
@@ -18,6 +20,7 @@ def report_match(
     vertex_ids: tuple[IntArray, IntArray],
     warnings: Iterable[str],
     control: Control,
+    proof: SolvedLevel | None = None,
 ) -> Match:
     """Report the answer and its alternatives.
 
@@ -33,6 +36,8 @@ def report_match(
         For the user.
     control
         Holds the timings.
+    proof
+        The finest level solved over all target samples, if it is.
     """
     finest = levels[-1]
     source = vertex_ids[0][finest.source.vertices]
@@ -44,7 +49,20 @@ def report_match(
         _report_level(level, solved, finest)
         for level, solved in zip(levels, hypotheses[0].levels, strict=True)
     )
-    return Match(best, tuple(alternatives), reports, tuple(warnings), control.timings)
+    found = Match(best, tuple(alternatives), reports, tuple(warnings), control.timings)
+    if proof is None:
+        return found
+    optimum = _correspondence(Hypothesis((proof,)), finest, source, target)
+    solution = proof.solution
+    proven = SampleProof(
+        target_points=proof.problem.n_targets,
+        candidates=proof.problem.n_candidates,
+        optimum=optimum,
+        lower_bound=solution.lower_bound,
+        regions=solution.iterations,
+        seconds=proof.seconds,
+    )
+    return replace(found, proof=proven)
 
 
 def _correspondence(
@@ -77,6 +95,8 @@ def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelRepo
     coarse = level.index == 0 and level is not finest
     enumerated = coarse and solution.method is Method.BRANCH_AND_BOUND
     optimum_known = enumerated and solution.lower_bound > 0.0
+    landmarks = level.landmarks
+    allowed = (problem.n_sources - landmarks) * (problem.n_targets - landmarks) + landmarks
     return LevelReport(
         points=problem.n_sources,
         target_points=problem.n_targets,
@@ -89,4 +109,5 @@ def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelRepo
         method=solution.method,
         seconds=solved.seconds,
         rank=solved.rank,
+        scope=SAMPLES if problem.n_candidates == allowed else CANDIDATES,
     )

@@ -62,6 +62,9 @@ class LevelReport:
     rank
         Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
         level. More than 1: a finer level or the registration preferred it.
+    scope
+        Correspondences that the bound holds for: ``"samples"`` if all target samples of the level
+        are candidates, else ``"candidates"``.
     """
 
     points: int
@@ -75,6 +78,7 @@ class LevelReport:
     method: Method
     seconds: float
     rank: int
+    scope: str
 
     @property
     def gap(self) -> float:
@@ -84,6 +88,50 @@ class LevelReport:
     @property
     def certified(self) -> bool:
         """Return whether the energy is proven optimal among the level's candidates."""
+        return self.gap <= CERTIFIED_GAP
+
+
+@dataclass(frozen=True, eq=False)
+class SampleProof:
+    """Least energy over all target samples of the finest level, with its certificate.
+
+    Parameters
+    ----------
+    target_points
+        Number M of target samples.
+    candidates
+        Number of pairs of samples: N·M without landmarks.
+    optimum
+        The correspondence of least energy that is known. It may differ from the direct answer, for
+        instance by an intrinsic symmetry.
+    lower_bound
+        No correspondence among these samples has less energy.
+    regions
+        Regions of the branch and bound.
+    seconds
+        Time spent.
+    """
+
+    target_points: int
+    candidates: int
+    optimum: Correspondence
+    lower_bound: float
+    regions: int
+    seconds: float
+
+    @property
+    def energy(self) -> float:
+        """Energy of the optimum."""
+        return self.optimum.energy
+
+    @property
+    def gap(self) -> float:
+        """Relative distance of the bound from the energy, in [0, 1]."""
+        return relative_gap(self.energy, self.lower_bound)
+
+    @property
+    def certified(self) -> bool:
+        """Return whether the optimum is proven."""
         return self.gap <= CERTIFIED_GAP
 
 
@@ -116,6 +164,9 @@ class Match:
     confidence
         Probability that `best` is right, and reasons for doubt. ``None`` where the surfaces were
         not registered: `orientation` off, objective "linf", or a prototype.
+    proof
+        Least energy over all target samples of the finest level. ``None`` if not asked for, with
+        objective "linf", of a prototype, and of too many samples.
     """
 
     best: Correspondence
@@ -127,6 +178,7 @@ class Match:
     dense: DenseCorrespondence | None = None
     misfit: float | None = None
     confidence: Confidence | None = None
+    proof: SampleProof | None = None
 
     @property
     def lower_bound(self) -> float:

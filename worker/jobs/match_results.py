@@ -9,7 +9,7 @@ from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, is_prototype
 from solver.arrays import FloatArray
 from solver.gmds import GmdsRefinement
-from solver.matching import Correspondence, Match
+from solver.matching import Correspondence, Match, SampleProof
 from solver.mesh import TriangleMesh
 from solver.registration import Confidence, DenseCorrespondence
 
@@ -44,6 +44,7 @@ def document_of(
         levels=tuple(
             contracts.Level.model_validate(level, from_attributes=True) for level in found.levels
         ),
+        proof=None if found.proof is None else _proof(found.proof),
         unmatched=tuple(best.unmatched.tolist()),
         dense=None if found.dense is None else _dense(found.dense),
         refinement=refinement,
@@ -113,6 +114,21 @@ def result_from_blob(packed: bytes) -> MatchResult:
 
 def _confidence(found: Confidence) -> contracts.Confidence:
     return contracts.Confidence.model_validate(found, from_attributes=True)
+
+
+def _proof(found: SampleProof) -> contracts.SampleProof:
+    return contracts.SampleProof(
+        target_points=found.target_points,
+        candidates=found.candidates,
+        energy=found.energy,
+        lower_bound=found.lower_bound,
+        gap=found.gap,
+        certified=found.certified,
+        correspondences=_pairs(found.optimum),
+        distortion=_distortion(found.optimum),
+        regions=found.regions,
+        seconds=found.seconds,
+    )
 
 
 def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:

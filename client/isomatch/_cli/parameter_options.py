@@ -115,6 +115,22 @@ MATCH: Final = (
         "objective", "string", "Quantity that is minimised: l2 (default), linf.", "Solver"
     ),
     ParameterOption(
+        "proof",
+        "string",
+        ("Correspondences that the answer is compared with: candidates, samples (default)."),
+        "Solver",
+    ),
+    ParameterOption(
+        "proof_work",
+        "number",
+        (
+            "Limit of the work of the proof over all samples, in seconds of a typical"
+            " core, after which the bound known by then is returned, over 0, up to 86,400"
+            " [1.0]."
+        ),
+        "Solver",
+    ),
+    ParameterOption(
         "time_limit",
         "number",
         (

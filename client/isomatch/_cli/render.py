@@ -16,6 +16,7 @@ from isomatch._models import (
     JobRecord,
     RefinedPoint,
     Refinement,
+    SampleProof,
     Shape,
     Structure,
     StructureParameter,
@@ -77,6 +78,7 @@ def match_summary(match: Match) -> Table:
         "gap": f"{match.gap:.3g}",
         "certified": proof,
         "certified levels": certified_levels(match),
+        **({} if match.proof is None else {"over all samples": _sample_proof(match.proof)}),
         "alternatives": str(len(match.alternatives)),
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
@@ -104,6 +106,11 @@ def _refinement(found: Refinement | None) -> str:
         return "none"
     what = f"alternative {found.hypothesis}" if found.hypothesis else "this correspondence"
     return f"of {what}: stress {found.stress:.3g}, initially {found.initial_stress:.3g}"
+
+
+def _sample_proof(proof: SampleProof) -> str:
+    bound = "proven" if proof.certified else f"gap {proof.gap:.3g}"
+    return f"least energy {proof.energy:.6g}, {bound}"
 
 
 def certified_levels(match: Match) -> str:

@@ -10,6 +10,7 @@ from isomatch._models.correspondences import (
     DenseCorrespondence,
     Distortion,
     Level,
+    SampleProof,
 )
 from isomatch._models.job import JobRecord, JobState, JobWebhook, Progress
 from isomatch._models.parameters import (
@@ -41,6 +42,7 @@ __all__ = [
     "PrototypeParameters",
     "RefinedPoint",
     "Refinement",
+    "SampleProof",
     "Shape",
     "Structure",
     "StructureChoice",

@@ -96,6 +96,9 @@ class Level(Answer):
         Whether no better correspondence exists among the candidates of this level.
     rank
         Rank of the solution by energy among all hypotheses at this level, from 1.
+    scope
+        What the bound holds for: ``"samples"`` if all target samples of the level are candidates,
+        else ``"candidates"``; None in results of earlier versions.
     """
 
     points: int
@@ -111,6 +114,43 @@ class Level(Answer):
     method: str
     seconds: FiniteFloat
     rank: int
+    scope: str | None = None
+
+
+class SampleProof(Correspondences):
+    """Least energy over all target samples of the finest level, with its certificate.
+
+    Attributes
+    ----------
+    energy
+        Least energy that is known over all samples.
+    correspondences
+        The correspondence of that energy, which may differ from the direct answer.
+    distortion
+        Its distortion.
+    target_points
+        Number of samples on the target.
+    candidates
+        Number of pairs of samples.
+    lower_bound
+        Lower bound of the energy of all correspondences of these samples.
+    gap
+        Relative difference of `energy` and `lower_bound`.
+    certified
+        Whether no better correspondence exists among all samples.
+    regions
+        Number of regions of the branch and bound.
+    seconds
+        Time of the proof.
+    """
+
+    target_points: int
+    candidates: int
+    lower_bound: FiniteFloat
+    gap: FiniteFloat
+    certified: bool
+    regions: int
+    seconds: FiniteFloat
 
 
 class DenseCorrespondence(Answer):

@@ -99,6 +99,17 @@ class MatchParameters(TypedDict, total=False):
         the matched samples. ``"linf"`` is solved exactly, on one level: it takes at most 10
         points, matches all of them, and of its optima returns those of least energy (5)
         [``"l2"``].
+    proof
+        Correspondences that the answer is compared with. ``"candidates"``: those of the finest
+        level, about twelve target samples for each point. ``"samples"``: in addition, the least
+        energy over all target samples of the finest level, with a proof: `proof` of the result.
+        It replaces the answer if `orientation` is False; else the direct answer stays, which
+        may have more energy. No effect with a prototype, with objective ``"linf"``, and above
+        some 110 points [``"samples"``].
+    proof_work
+        Limit of the work of the proof over all samples, in seconds of a typical core, after
+        which the bound known by then is returned. Operations are counted, not time, so that the
+        result is the same on every machine; over 0, up to 86,400 [1.0].
     time_limit
         Seconds after which the best answer so far is returned with its gap. No limit if left
         out; over 0, up to 86,400 [None].
@@ -125,6 +136,8 @@ class MatchParameters(TypedDict, total=False):
     first_order_weight: float
     alternatives: int
     objective: str
+    proof: str
+    proof_work: float
     time_limit: float | None
 
 

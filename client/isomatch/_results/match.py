@@ -17,6 +17,7 @@ from isomatch._models import (
     Level,
     MatchParameters,
     Refinement,
+    SampleProof,
 )
 from isomatch._results.geometry import Geometry
 from isomatch._results.match_panels import match_panels
@@ -61,6 +62,9 @@ class Match(Result, Correspondences):
         Other good correspondences, such as reflections, each with its energy.
     levels
         Levels of the hierarchy, coarsest first.
+    proof
+        Least energy over all target samples of the finest level, with its own bound; None with
+        ``proof="candidates"``, for a prototype, objective ``"linf"``, and too many samples.
     unmatched
         Source vertices (or points) left unmatched at their occlusion cost.
     refinement
@@ -89,6 +93,7 @@ class Match(Result, Correspondences):
     confidence: Confidence | None = None
     alternatives: tuple[Alternative, ...]
     levels: tuple[Level, ...]
+    proof: SampleProof | None = None
     unmatched: tuple[int, ...]
     refinement: Refinement | None = None
     dense: DenseCorrespondence | None = None

@@ -165,6 +165,24 @@ export const MATCH = {
     "topic": "Solver",
     "about": "Quantity that is minimised."
 },
+  proof: {
+    "type": "string",
+    "default": "samples",
+    "values": [
+        "candidates",
+        "samples"
+    ],
+    "topic": "Solver",
+    "about": "Correspondences that the answer is compared with."
+},
+  proof_work: {
+    "type": "number",
+    "default": 1.0,
+    "above": 0.0,
+    "max": 86400.0,
+    "topic": "Solver",
+    "about": "Limit of the work of the proof over all samples, in seconds of a typical core, after which the bound known by then is returned."
+},
   time_limit: {
     "type": "number",
     "default": null,

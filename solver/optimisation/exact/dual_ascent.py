@@ -143,7 +143,7 @@ class AscentState:
         unary = self.own + self.messages.sum(axis=0)
         matched = np.flatnonzero(self.labels != UNMATCHED)
         alone = np.flatnonzero(self.labels == UNMATCHED)
-        pairwise = _divided(
+        pairwise = divided_costs(
             self.original.pairwise,
             self.labels[matched],
             self.points[matched],
@@ -200,7 +200,7 @@ def _largest(costs: FloatArray) -> float:
 
 
 @kernel
-def _divided(
+def divided_costs(
     pairwise: FloatArray, kept: IntArray, points: IntArray, messages: FloatArray
 ) -> FloatArray:
     """Pairwise costs of some candidates, less the costs that were moved to points.

@@ -1,0 +1,104 @@
+"""Correspondences of a region by the costs of its dual ascent: exact search, and assignment."""
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.control import Control, Status, iterate
+from solver.labelling import UNMATCHED, LabellingProblem
+from solver.optimisation.exact import Incumbents
+from solver.optimisation.exact.depth_first import DepthFirstSearch
+from solver.optimisation.exact.dual_ascent import divided_costs
+from solver.optimisation.exact.search_state import NODES, start_search
+from solver.optimisation.primal import Incumbent, partners_of, solve_lap
+from solver.optimisation.regions.region import Region
+from solver.optimisation.reparametrisation import ReparametrisedCosts
+
+_NODES_PER_ROUND = 20_000
+"""Nodes between two looks at the deadline: some 20 ms."""
+
+
+def search_region(
+    problem: LabellingProblem, region: Region, incumbent: Incumbent, nodes: int, control: Control
+) -> tuple[Incumbent, bool, int]:
+    """Search a region depth first for a correspondence better than the incumbent.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    region
+        A region of few labels; memory is some 32 bytes times the square of their number.
+    incumbent
+        The best correspondence known.
+    nodes
+        Limit on the search nodes, at least 1.
+    control
+        Cancels the search, or ends it at a deadline as the limit on the nodes does.
+
+    Returns
+    -------
+    The best correspondence known; whether the region has no better one; search nodes visited.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    matched = region.labels != UNMATCHED
+    part = problem.among(region.labels[matched])
+    own = ReparametrisedCosts.of(part)
+    best = Incumbents.none(1, problem.n_sources)
+    best.energies[0] = incumbent.energy
+    kept = np.arange(part.n_candidates)
+    costs = _costs(problem, region, own)
+    search = start_search(own, costs, region.points[matched], kept, best)
+    each = min(nodes, _NODES_PER_ROUND)
+    ended = iterate(DepthFirstSearch(search, each), -(-nodes // each), control)
+    if best.energies[0] < incumbent.energy:
+        incumbent = Incumbent.of(problem, partners_of(part, best.chosen[0]))
+    return incumbent, ended.status is Status.CONVERGED, int(search.counters[NODES])
+
+
+def _costs(
+    problem: LabellingProblem, region: Region, own: ReparametrisedCosts
+) -> ReparametrisedCosts:
+    """Costs as the dual ascent has divided them, without pairs of which a point is unmatched."""
+    unary, points = region.unary(problem), region.points
+    matched = np.flatnonzero(region.labels != UNMATCHED)
+    alone = np.flatnonzero(region.labels == UNMATCHED)
+    pairwise = divided_costs(
+        own.pairwise,
+        np.arange(len(matched)),
+        points[matched],
+        np.ascontiguousarray(region.messages[:, matched]),
+    )
+    occlusion = np.full(problem.n_sources, np.inf)
+    occlusion[points[alone]] = unary[alone]
+    return ReparametrisedCosts(0.0, unary[matched], pairwise, occlusion)
+
+
+def assign_labels(problem: LabellingProblem, region: Region) -> IntArray:
+    """Return the assignment of least cost in a region, as its dual ascent has divided the costs.
+
+    Parameters
+    ----------
+    problem
+        The labelling problem.
+    region
+        A region.
+
+    Returns
+    -------
+    (N,) target point of each source point; outside the region where that allows no assignment.
+
+    Raises
+    ------
+    InfeasibleError
+        Every source point must be matched, and the candidates do not allow it.
+    """
+    matched = region.labels != UNMATCHED
+    unary = region.unary(problem)[matched]
+    outside = 1.0 + 2.0 * float(np.abs(unary).sum())
+    costs = np.full(problem.n_candidates, outside)
+    costs[region.labels[matched]] = unary
+    return solve_lap(problem, costs)

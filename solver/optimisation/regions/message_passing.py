@@ -1,0 +1,260 @@
+"""Messages between labels of source points, with pairwise costs computed from the two metrics.
+
+A label of a source point is a target point, or `UNMATCHED`. Nothing of the size of all pairs of
+candidates is stored: a pairwise cost takes three operations on two distances, which is faster than
+reading it from memory.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.kernel import inlined, kernel
+from solver.labelling import UNMATCHED, LabellingProblem, distortion_cost
+
+_DENSE = 0.35
+"""Share of the target points above which costs with all of them take less time than with some."""
+
+
+class MetricCosts(NamedTuple):
+    """Pairwise costs β |d_X(x, x') − d_Y(y, y')|², for compiled code.
+
+    Attributes
+    ----------
+    source, target
+        (N, N) and (M, M) symmetric distances. The diagonal of the latter is negative, so that two
+        source points with the same target point cost more than a limit.
+    beta
+        Weight β > 0.
+    """
+
+    source: FloatArray
+    target: FloatArray
+    beta: float
+
+    @classmethod
+    def of(cls, problem: LabellingProblem, limit: float) -> "MetricCosts":
+        """Return the costs of a problem.
+
+        Parameters
+        ----------
+        problem
+            A problem whose pairwise costs are all distortions of the metrics, with β > 0.
+        limit
+            Energy that is reached where a target point is used twice, not negative.
+        """
+        target = problem.target_distances.copy()
+        np.fill_diagonal(target, -np.sqrt(2.0 * (1.0 + limit) / problem.beta))
+        return cls(np.ascontiguousarray(problem.source_distances), target, problem.beta)
+
+
+@kernel
+def divide_costs(
+    costs: MetricCosts,
+    rows: IntArray,
+    targets: IntArray,
+    unary: FloatArray,
+    messages: FloatArray,
+    back: bool,
+) -> None:
+    """Let every pair of source points divide its costs anew (MPLP++), in order or in the opposite.
+
+    Each pair receives the costs of its two points, and divides them such that neither could cost
+    more; then no pair has a negative cost left, and the least costs of the points add up to a lower
+    bound, which never falls.
+
+    Parameters
+    ----------
+    costs
+        Pairwise costs.
+    rows
+        (N+1,) labels of source point x are ``rows[x]`` to ``rows[x+1]``.
+    targets
+        (L,) target point of each label; `UNMATCHED`, if at all, last of a source point.
+    unary
+        (L,) costs of labels with the costs that were moved to them; changed in place.
+    messages
+        (N, L) costs moved to each label from its point's pair with each other; changed in place.
+    back
+        Whether in the opposite order.
+    """
+    n, widest = len(rows) - 1, np.diff(rows).max()
+    f, g, half, second = np.empty(widest), np.empty(widest), np.empty(widest), np.empty(widest)
+    scratch = np.empty(len(costs.target))
+    for i in range(n):
+        for j in range(i + 1, n):
+            x, y = (n - 1 - i, n - 1 - j) if back else (i, j)
+            here, there = rows[x], rows[y]
+            count, other = rows[x + 1] - here, rows[y + 1] - there
+            ours, theirs = targets[here : here + count], targets[there : there + other]
+            distance = costs.source[x, y]
+            for a in range(count):
+                f[a] = unary[here + a] - messages[y, here + a]
+            for b in range(other):
+                g[b] = unary[there + b] - messages[x, there + b]
+            # Each in turn takes what is left, the first one half of it beforehand.
+            _least(costs, distance, theirs, g, ours, half, scratch)
+            for a in range(count):
+                half[a] = f[a] - 0.5 * (f[a] + half[a])
+            _least(costs, distance, ours, half, theirs, second, scratch)
+            for b in range(other):
+                second[b] += g[b]
+                messages[x, there + b] += second[b] - unary[there + b]
+                unary[there + b] = second[b]
+                g[b] -= second[b]
+            _least(costs, distance, theirs, g, ours, half, scratch)
+            for a in range(count):
+                first = f[a] + half[a]
+                messages[y, here + a] += first - unary[here + a]
+                unary[here + a] = first
+
+
+@kernel
+def label_bounds(
+    costs: MetricCosts,
+    rows: IntArray,
+    targets: IntArray,
+    unary: FloatArray,
+    messages: FloatArray,
+) -> FloatArray:
+    """Lower bounds of all correspondences with each label: its cost with the best of each point.
+
+    Parameters
+    ----------
+    costs, rows, targets, unary, messages
+        After :func:`divide_costs`.
+
+    Returns
+    -------
+    (L,) float64.
+    """
+    n, widest = len(rows) - 1, np.diff(rows).max()
+    g, least, scratch = np.empty(widest), np.empty(widest), np.empty(len(costs.target))
+    total = unary.copy()
+    for x in range(n):
+        here, count = rows[x], rows[x + 1] - rows[x]
+        for y in range(n):
+            if x == y:
+                continue
+            there, other = rows[y], rows[y + 1] - rows[y]
+            for b in range(other):
+                g[b] = unary[there + b] - messages[x, there + b]
+            ours, theirs = targets[here : here + count], targets[there : there + other]
+            _least(costs, costs.source[x, y], theirs, g, ours, least, scratch)
+            for a in range(count):
+                total[here + a] += least[a] - messages[y, here + a]
+    return total
+
+
+@inlined
+def _least(
+    costs: MetricCosts,
+    distance: float,
+    theirs: IntArray,
+    offsets: FloatArray,
+    ours: IntArray,
+    least: FloatArray,
+    scratch: FloatArray,
+) -> None:
+    """Write the least cost of each label of x with the labels of y, to which offsets are added.
+
+    Parameters
+    ----------
+    costs
+        Pairwise costs.
+    distance
+        d_X(x, y).
+    theirs, offsets
+        Target points of the labels of y, and what is added to their costs.
+    ours, least
+        Target points of the labels of x; the least cost of each, written.
+    scratch
+        (M,) for intermediate values.
+    """
+    count, other = len(ours), len(theirs)
+    alone = np.inf
+    if other > 0 and theirs[other - 1] == UNMATCHED:
+        other -= 1
+        alone = offsets[other]
+    if count > 0 and ours[count - 1] == UNMATCHED:
+        count -= 1
+        least[count] = alone
+        for b in range(other):
+            least[count] = min(least[count], offsets[b])
+    if count > _DENSE * len(scratch):
+        scratch[:] = alone
+        _lower(costs, distance, theirs, other, offsets, scratch)
+        for a in range(count):
+            least[a] = scratch[ours[a]]
+    else:
+        _lower_some(costs, distance, theirs, other, offsets, ours, count, alone, least)
+
+
+@kernel
+def _lower(
+    costs: MetricCosts,
+    distance: float,
+    theirs: IntArray,
+    other: int,
+    offsets: FloatArray,
+    least: FloatArray,
+) -> None:
+    """Lower the cost of each target point to the least with some labels, four at a time."""
+    target, beta, b = costs.target, costs.beta, 0
+    while b + 4 <= other:
+        p, q = target[theirs[b]], target[theirs[b + 1]]
+        r, s = target[theirs[b + 2]], target[theirs[b + 3]]
+        e, f, g, h = offsets[b], offsets[b + 1], offsets[b + 2], offsets[b + 3]
+        for y in range(len(least)):
+            one = distortion_cost(beta, distance, p[y]) + e
+            two = distortion_cost(beta, distance, q[y]) + f
+            three = distortion_cost(beta, distance, r[y]) + g
+            four = distortion_cost(beta, distance, s[y]) + h
+            one = one if one < two else two
+            three = three if three < four else four
+            one = one if one < three else three
+            least[y] = one if one < least[y] else least[y]
+        b += 4
+    while b < other:
+        p, e = target[theirs[b]], offsets[b]
+        for y in range(len(least)):
+            one = distortion_cost(beta, distance, p[y]) + e
+            least[y] = one if one < least[y] else least[y]
+        b += 1
+
+
+@kernel
+def _lower_some(
+    costs: MetricCosts,
+    distance: float,
+    theirs: IntArray,
+    other: int,
+    offsets: FloatArray,
+    ours: IntArray,
+    count: int,
+    most: float,
+    least: FloatArray,
+) -> None:
+    """Write the least cost of some labels with others, at most a given one."""
+    target, beta, a = costs.target, costs.beta, 0
+    while a + 4 <= count:
+        p, q, r, s = most, most, most, most
+        i, j, k, h = ours[a], ours[a + 1], ours[a + 2], ours[a + 3]
+        for b in range(other):
+            y, offset = theirs[b], offsets[b]
+            one = distortion_cost(beta, distance, target[y, i]) + offset
+            two = distortion_cost(beta, distance, target[y, j]) + offset
+            three = distortion_cost(beta, distance, target[y, k]) + offset
+            four = distortion_cost(beta, distance, target[y, h]) + offset
+            p, q = one if one < p else p, two if two < q else q
+            r, s = three if three < r else r, four if four < s else s
+        least[a], least[a + 1], least[a + 2], least[a + 3] = p, q, r, s
+        a += 4
+    while a < count:
+        p, i = most, ours[a]
+        for b in range(other):
+            one = distortion_cost(beta, distance, target[theirs[b], i]) + offsets[b]
+            p = one if one < p else p
+        least[a] = p
+        a += 1
