@@ -105,6 +105,9 @@ function more(energy, least) {
   return share >= 0 ? `+${percent(share)}` : `−${percent(-share)}`;
 }
 
+const overAllSamples = ({ energy, gap, certified }) =>
+  h("span", {}, figure(energy), certified ? ", proven" : `, within ${percent(gap)} of the bound`);
+
 // The bounds hold for the problem that the chosen match solves.
 const OTHER = "only for the chosen match";
 
@@ -114,6 +117,7 @@ function figures(result, { which, energy, distortion }) {
     ["Energy", figure(energy), "energy"],
     ["Lower bound", best ? figure(result.lower_bound) : OTHER, "lower_bound"],
     ["Gap", best ? h("data", { value: result.gap, title: String(result.gap) }, percent(result.gap)) : OTHER, "gap"],
+    ...(result.proof ? [["Least energy over all samples", overAllSamples(result.proof), "proof"]] : []),
     ["Distortion of distances", figure(distortion.second_order), "second_order"],
     ["Distortion of descriptors", figure(distortion.first_order), "first_order"],
     ["Greatest distortion", figure(distortion.linf), "linf"],

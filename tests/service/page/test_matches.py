@@ -78,6 +78,8 @@ def test_numbers_are_those_of_the_api(matched: Page, api: Api) -> None:
         assert value(matched, field) == pytest.approx(result[field], rel=1e-12)
     for field in ("second_order", "first_order", "linf"):
         assert value(matched, field) == result["distortion"][field]
+    assert value(matched, "proof") == result["proof"]["energy"]
+    expect(matched.locator("[data-field=proof]")).to_contain_text("proven")
     assert result["certified"]
     expect(matched.locator(".proof .badge")).to_have_text("certified")
     expect(matched.locator(".proof")).to_contain_text(
