@@ -19,6 +19,8 @@ from solver.registration.surface import Samples, commute_times
 _MOST_STRAIN = 2.0
 """Logarithm of a distortion beyond which it counts no more: the triangle is folded."""
 
+_DISTORTED = "distorted"
+
 _LEAST = 1e-6
 """Least measure whose logarithm is taken: those of equal surfaces are rounding errors."""
 
@@ -44,9 +46,9 @@ class Fit:
         its mean deviation from the median: with strain, this is what the elastic energy of a thin
         shell is made of (Koiter, "On the nonlinear theory of thin elastic shells", 1966).
     distorted
-        Mean change of commute-time distances between samples, relative to the mean distance. The
-        other measures are local: where two limbs are exchanged and all else is right, they are
-        large near the trunk only.
+        Mean change of commute-time distances between samples, relative to the mean distance. It
+        is not local as the others are, and says how probable an answer is, not which one is better:
+        animals of different species, and limbs that touch, change distances more than wrong maps.
     """
 
     apart: float
@@ -66,14 +68,14 @@ class Fit:
             "sheared": self.sheared,
             "stretched": self.stretched,
             **several,
-            "distorted": self.distorted,
+            _DISTORTED: self.distorted,
         }
         return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
 
     @property
     def score(self) -> float:
-        """Sum of the logarithms of the measures; the less, the better."""
-        return sum(self.measures.values())
+        """Sum of the logarithms of the local measures; the less, the better."""
+        return sum(value for name, value in self.measures.items() if name != _DISTORTED)
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ _SIZES = tuple(range(20, 101, 5))
 
 _REFLECTED_MARGIN = 3.0
 """How much less the score of the reflected source must be for the shapes to be called reflected:
-the measures less by a third each. A symmetric body in a mirrored pose fits somewhat better
+the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
 
 NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
