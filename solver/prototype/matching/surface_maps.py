@@ -35,7 +35,7 @@ among them. With 8 in one metric, a third of generated animals less is right."""
 
 LIKELY, CERTAIN = 0.5, 0.9
 """Probabilities of a registration that is accepted, as it is right rather than wrong, and of one
-that ends the search, from which on no reason for doubt is given."""
+whose points may be learned from, of which no reason for doubt is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,8 +104,6 @@ def map_points(
         if registration is None:
             continue
         found.append((registration, surface))
-        if registration.confidence.probability >= CERTAIN:
-            break
         images.append((np.arange(len(surface.points)), registration.images(surface.points)))
     if not found:
         return None
