@@ -20,7 +20,8 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.registration.surface import Samples
 
 # Of jumps and of places covered twice, in what a sample changes the score by, times the number of
-# samples. Found on generated animals; half or twice both change errors by a twentieth.
+# samples. On generated pairs, half or twice of both change errors by a fiftieth; on
+# bodies with glued parts, twice is worse by a half.
 _JUMP = 10.0
 """Weight of a jump of √area between samples that are neighbours."""
 
