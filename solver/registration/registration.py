@@ -25,6 +25,10 @@ _REFLECTED_MARGIN = 3.0
 the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
 
+_REFLECTED_KEPT = 4
+"""Candidates of the reflected source that are kept after the first stage: a reflected copy fits far
+better than any other."""
+
 NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
 
@@ -194,7 +198,8 @@ def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:
     def signs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         return first_pairs((task.source, task.target), samples, ())
 
-    mirrored = choose(task.reflected(), signs, COARSE, control)[0].fit.score
+    stages = replace(COARSE[0], kept=_REFLECTED_KEPT), *COARSE[1:]
+    mirrored = choose(task.reflected(), signs, stages, control)[0].fit.score
     coarse = choose(task, again([direct], GLOBAL), COARSE, control)[0].fit.score
     return mirrored < coarse - _REFLECTED_MARGIN
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from solver.arrays import FloatArray
 from solver.control import Control
 from solver.registration.alignment import Pairs
 from solver.registration.candidates import Points, first_pairs, varied_pairs
@@ -70,19 +71,23 @@ def search(
             varied += _from_the_target(task, hypotheses, control)
         coarse = cross(task, ranked([*coarse, *varied], positions), control)
         further = ranked([*found, *_finely(task, coarse, control)], positions)
-        found = _unless_it_is_close(found[0], further)
+        found = unless_it_is_close(found[0], further, positions)
     return found, _confidence(found, control)
 
 
-def _unless_it_is_close(known: Candidate, found: Sequence[Candidate]) -> list[Candidate]:
+def unless_it_is_close(
+    known: Candidate, found: Sequence[Candidate], positions: FloatArray
+) -> list[Candidate]:
     """Candidates with a known one first, unless another one is clearly better.
 
     Of many candidates, some wrong ones fit nearly as well as the right one by chance: the more are
-    tried, the more of them.
+    tried, the more of them. Where the known one was dropped for one that is the same but fits
+    better, that one stands for it.
     """
     best = found[0]
-    close = best.fit.score > known.fit.score - CLOSE and known.missed <= best.missed + LANDMARK
-    return [known, *(one for one in found if one is not known)] if close else list(found)
+    same = next(one for one in found if len(ranked([one, known], positions)) == 1)
+    close = best.fit.score > same.fit.score - CLOSE and same.missed <= best.missed + LANDMARK
+    return [same, *(one for one in found if one is not same)] if close else list(found)
 
 
 def _variations(candidates: Sequence[Candidate]) -> Start:
