@@ -1,9 +1,12 @@
 """As-rigid-as-possible displacement of a surface, drawn towards given places.
 
-Sorkine and Alexa, "As-rigid-as-possible surface modeling", SGP 2007. Minimises
-½ Σ_ij w_ij ‖(z_i − z_j) − (x_i − x_j) R_i‖² + ℓ⁻² Σ_i m_i ‖z_i − p_i‖² over positions z and
-rotations R_i in turn, with the weights w of the stiffness matrix and vertex areas m. Waves of the
-places p that are longer than ℓ are followed, shorter ones are not.
+Sorkine and Alexa, "As-rigid-as-possible surface modeling", SGP 2007, with rotations that vary
+smoothly, as in Levi and Gotsman, "Smooth rotation enhanced as-rigid-as-possible mesh animation",
+IEEE TVCG 21(2), 2015: neighbourhoods are not rings of triangles, but overlap. Minimises
+½ Σ_ijk w_ij a_ik ‖(z_i − z_j) − (x_i − x_j) R_k‖² + ℓ⁻² Σ_i m_i ‖z_i − p_i‖² over positions z and
+rotations R_k in turn, with the weights w of the stiffness matrix S and vertex areas M = diag(m).
+Neighbourhoods a = (M + h² S)⁻¹ M are those of diffusion over the width h; each row sums to 1. Waves
+of the places p that are longer than ℓ are followed, shorter ones are not.
 """
 
 import numpy as np
@@ -23,6 +26,8 @@ class RigidDisplacement:
         The surface at rest, of unit area.
     length
         ℓ.
+    width
+        h; 0 for neighbourhoods of single rings.
 
     Raises
     ------
@@ -30,8 +35,10 @@ class RigidDisplacement:
         The Laplacian cannot be factored.
     """
 
-    def __init__(self, mesh: TriangleMesh, length: float) -> None:
+    def __init__(self, mesh: TriangleMesh, length: float, width: float) -> None:
         stiffness, mass = laplacian(mesh)
+        self._mass = mass[:, None]
+        self._diffusion = definite_factor(sp.csc_array(sp.diags_array(mass) + width**2 * stiffness))
         self._rest = mesh.vertices
         self._degree = stiffness.diagonal()
         self._weights = sp.csr_array(sp.diags_array(self._degree) - stiffness)
@@ -53,8 +60,8 @@ class RigidDisplacement:
         -------
         (V, 3) positions.
         """
-        turns = self._rotations(positions)
-        n = len(turns)
+        n = len(positions)
+        turns = self._diffused(self._mass * self._rotations(positions).reshape(n, 9))
         own = self._degree[:, None] * self._rest - self._weighted_rest
         sums = (self._weights @ turns.reshape(n, 9)).reshape(n, 3, 3)
         edges = _product(own, turns) + _product(self._rest, sums)
@@ -62,17 +69,21 @@ class RigidDisplacement:
         return np.asarray(self._factor.solve(0.5 * edges + self._pull * places))
 
     def _rotations(self, positions: FloatArray) -> FloatArray:
-        """(V, 3, 3) rotations R_i: edges x_i − x_j round each vertex go to (x_i − x_j) R_i."""
+        """(V, 3, 3) rotations R_k: edges x_i − x_j round vertex k go to (x_i − x_j) R_k."""
         rest = self._rest
         outer = rest[:, :, None] * positions[:, None, :]
         moments = self._degree[:, None, None] * outer
         moments -= rest[:, :, None] * (self._weights @ positions)[:, None, :]
         moments -= self._weighted_rest[:, :, None] * positions[:, None, :]
         moments += (self._weights @ outer.reshape(-1, 9)).reshape(-1, 3, 3)
-        left, _, right = np.linalg.svd(moments)
+        left, _, right = np.linalg.svd(self._diffused(moments.reshape(-1, 9)))
         left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
         turns: FloatArray = left @ right
         return turns
+
+    def _diffused(self, values: FloatArray) -> FloatArray:
+        """(V, 3, 3) sums of (V, 9) values over the neighbourhoods."""
+        return np.asarray(self._diffusion.solve(values)).reshape(-1, 3, 3)
 
 
 def _product(rows: FloatArray, matrices: FloatArray) -> FloatArray:

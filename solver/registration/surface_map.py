@@ -15,12 +15,19 @@ from solver.registration.descent import descend, project
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.surface import MIRROR, SmoothSurface
 
-_LENGTH = 0.03
-"""ℓ of :class:`.RigidDisplacement`: a seventh of the finest wavelength of the eigenfunctions. From
-0.02 to 0.04, errors change by 3 %."""
+_LENGTH = 0.02
+"""ℓ of :class:`.RigidDisplacement`. From 0.015 to 0.03, errors change by 5 %."""
+
+_WIDTH = 0.03
+"""h of :class:`.RigidDisplacement`. With single rings instead, errors are a quarter more."""
 
 _ROUNDS = 12
-"""Rounds of displacement and new images. Twice as many change errors by 2 %."""
+"""Rounds of displacement and new images. Four more change errors by 3 %."""
+
+_MOMENTUM = 0.9
+"""Share of a displacement that is added to the next one. Without, thrice as many rounds are needed
+(Nesterov, "A method of solving a convex programming problem with convergence rate O(1/k²)", 1983).
+"""
 
 _NEAR = Weights(spectrum=0.0, space=LOCAL.space, normals=LOCAL.normals)
 """Of the embedding beyond the eigenfunctions: with spectral coordinates, errors are 6 % more."""
@@ -115,13 +122,19 @@ class SurfaceMap:
         MeshError
             The source's Laplacian cannot be factored.
         """
-        rigid = RigidDisplacement(self.source.mesh, _LENGTH)
-        current, images = self, self.images()
+        rest = self.source.mesh
+        if self.reflected:
+            rest = replace(rest, vertices=rest.vertices * MIRROR)
+        rigid = RigidDisplacement(rest, _LENGTH, _WIDTH)
+        current, ahead, images = self, self, self.images()
         for _ in control.in_time(range(_ROUNDS)):
-            positions = rigid.step(current.positions, current._places(images))
-            current = replace(current, positions=positions, weights=_NEAR)
-            images = current.images(start=images)
-        return current, images
+            positions = rigid.step(ahead.positions, ahead._places(images))
+            further = positions + _MOMENTUM * (positions - current.positions)
+            current, ahead = (
+                replace(self, positions=one, weights=_NEAR) for one in (positions, further)
+            )
+            images = ahead.images(start=images)
+        return current, current.images(start=images)
 
     def _places(self, images: IntArray) -> FloatArray:
         """(V, 3) images of all vertices between vertices."""
