@@ -273,13 +273,12 @@ class _Bisection:
 
 
 def _next_threshold(state: _Bracket) -> int:
-    """Return the middle of what is not given up, lower thresholds first, then higher ones."""
+    """Return the middle of the wider range of thresholds that are not given up."""
     if state.given_up is not None:
-        first, last = state.given_up
-        if state.low < min(first, state.high):
-            return (state.low + min(first, state.high)) // 2
-        if last + 1 < state.high:
-            return (last + 1 + state.high) // 2
+        first, last = min(state.given_up[0], state.high), state.given_up[1] + 1
+        if max(first - state.low, state.high - last) > 0:
+            below = first - state.low >= state.high - last
+            return (state.low + first) // 2 if below else (last + state.high) // 2
         state.given_up = None
         state.limit *= _MORE_WORK
     return (state.low + state.high) // 2
