@@ -13,7 +13,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import inlined, kernel
-from solver.optimisation.exact.distinct_partners import have_distinct_partners
+from solver.optimisation.exact.distinct_partners import point_without_partner
 
 MAX_POINTS: Final = 62
 """Most points of a set: the bits of a mask."""
@@ -41,7 +41,7 @@ class PairSearch(NamedTuple):
     changed: BoolArray  # (N+M,) domains at this depth that were changed since they were consistent
     covered: IntArray  # (N+M,) how many chosen pairs cover each point
     chosen: IntArray  # (D,) pairs
-    failures: IntArray  # (N+M,) nodes that ended because a point had no partner, and 1
+    failures: IntArray  # (N+M,) 1, and nodes that ended for want of a partner
     counters: IntArray  # (3,) see `DEPTH`
 
 
@@ -174,11 +174,10 @@ def _drop(s: PairSearch, domains: IntArray, x: int, y: int) -> None:
 @kernel
 def _is_consistent(s: PairSearch, domains: IntArray) -> bool:
     """Drop pairs without support; return whether all points may still be covered."""
-    n, m = s.sources, s.targets
-    checked = np.empty(n + m, dtype=np.int64)
+    checked = np.empty(len(domains), dtype=np.int64)
     while True:
         count = 0
-        for point in range(n + m):
+        for point in range(len(domains)):
             if s.must[point]:
                 if domains[point] == 0:
                     s.failures[point] += 1
@@ -189,18 +188,26 @@ def _is_consistent(s: PairSearch, domains: IntArray) -> bool:
             s.changed[point] = False
         if count == 0:
             break
-        for x in range(n):
-            for y in range(m):
-                if (domains[x] >> y) & 1 == 0:
-                    continue
-                masks = s.support[x * m + y]
-                s.counters[WORK] += count
-                for place in range(count):
-                    point = checked[place]
-                    if domains[point] & masks[point] == 0:
-                        _drop(s, domains, x, y)
-                        break
-    return have_distinct_partners(domains, s.apart, s.must, s.sources)
+        _keep_supported(s, domains, checked[:count])
+    lacking = point_without_partner(domains, s.apart, s.must, s.sources)
+    if lacking >= 0:
+        s.failures[lacking] += 1
+    return lacking < 0
+
+
+@kernel
+def _keep_supported(s: PairSearch, domains: IntArray, checked: IntArray) -> None:
+    """Drop pairs that are compatible with no pair of one of some points."""
+    for x in range(s.sources):
+        for y in range(s.targets):
+            if (domains[x] >> y) & 1 == 0:
+                continue
+            masks = s.support[x * s.targets + y]
+            s.counters[WORK] += len(checked)
+            for point in checked:
+                if domains[point] & masks[point] == 0:
+                    _drop(s, domains, x, y)
+                    break
 
 
 @kernel

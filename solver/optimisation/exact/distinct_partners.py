@@ -13,10 +13,8 @@ _BITS = 63
 
 
 @kernel
-def have_distinct_partners(
-    domains: IntArray, apart: IntArray, must: BoolArray, sources: int
-) -> bool:
-    """Return whether points that need different partners can have them.
+def point_without_partner(domains: IntArray, apart: IntArray, must: BoolArray, sources: int) -> int:
+    """Return a point that cannot have a partner of its own though it needs one; −1 if none is seen.
 
     On either side, points that need different partners are collected greedily, and matched along
     augmenting paths (Kuhn, Naval Research Logistics Quarterly 2, 1955).
@@ -40,8 +38,8 @@ def have_distinct_partners(
             if must[point] and collected & ~apart[point] == 0:
                 collected |= 1 << (point - first)
                 if not _augment(domains, owner, point):
-                    return False
-    return True
+                    return point
+    return -1
 
 
 @kernel

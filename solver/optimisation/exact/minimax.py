@@ -120,7 +120,12 @@ def gromov_hausdorff_distance(
     """
     if not (len(source_distances) and len(target_distances)):
         raise ValueError("a metric space needs a point")
-    return _bisect(source_distances, target_distances, False, seconds, control or Control())
+    spaces = source_distances, target_distances
+    # Fewer pairs suit the points of the wider space, which are then branched on first.
+    turned = target_distances.max() > source_distances.max()
+    found = _bisect(*(spaces[::-1] if turned else spaces), False, seconds, control or Control())
+    pairs = np.unique(found.answer[:, ::-1] if turned else found.answer, axis=0)
+    return replace(found, answer=pairs)
 
 
 def within_distortion(
