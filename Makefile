@@ -67,6 +67,7 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (
 	$(BIN)/python -m bench.pair
 	$(BIN)/python -m bench.solver
 	$(BIN)/python -m bench.certificates
+	$(BIN)/python -m bench.minimax --points 8 12 16
 	$(BIN)/python -m bench.spectrum --most 10000
 	$(BIN)/python -m bench.geodesics --most 5000
 	$(BIN)/python -m bench.refinement --every 4

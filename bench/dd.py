@@ -18,9 +18,10 @@ from solver.control import Control
 from solver.labelling import LabellingProblem, Solution
 from solver.optimisation import minimise
 
-_SMALL = "p 17 2 18 1\n" + "\n".join(
+SMALL = "p 17 2 18 1\n" + "\n".join(
     [*(f"a {x} {x} 0 -1" for x in range(17)), "a 17 0 1 -1", "e 1 17 -1"]
 )
+"""A small instance, solved once so that everything is compiled."""
 
 
 def solve(problem: LabellingProblem, seconds: float, gap: float) -> Solution[IntArray]:
@@ -50,7 +51,7 @@ def main() -> None:
     parser.add_argument("--gap", type=float, default=1e-6, help="relative gap to stop at")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    solve(parse_dd(_SMALL), 60.0, 0.0)  # compiles
+    solve(parse_dd(SMALL), 60.0, 0.0)  # compiles
     print(f"{'instance':24}{'size':>12}{'terms':>9}{'energy':>14}{'bound':>14}{'gap':>10}{'s':>8}")
     rows = []
     for path in arguments.files:

@@ -90,8 +90,8 @@ class MatchParameters(solver.MatchOptions):
     @field_validator("objective")
     @classmethod
     def _suits_the_objective(cls, value: str, info: ValidationInfo) -> str:
-        if value == "linf" and info.data.get("points", 0) > 10:
-            raise ValueError('"linf" takes at most 10 points; give `points`, from 3 to 10')
+        if value == "linf" and info.data.get("points", 0) > 32:
+            raise ValueError('"linf" takes at most 32 points; give `points`, from 3 to 32')
         if value == "linf" and info.data.get("occlusion_cost") is not None:
             raise ValueError('"linf" matches every point; leave `occlusion_cost` out')
         return value

@@ -97,6 +97,33 @@ class SampleProof(_Part):
     seconds: float = Field(description="Time the proof took.")
 
 
+class GromovHausdorff(_Part):
+    """Gromov-Hausdorff distance of the samples of both shapes, with its certificate.
+
+    The sampled shapes are finite metric spaces, and every sample of either is in a pair or more.
+    """
+
+    points: int = Field(description="Samples on either shape.")
+    value: float = Field(
+        description="The distance if certified, else an upper bound: half of the largest"
+        " distortion."
+    )
+    lower_bound: float = Field(description="No correspondence of these samples has less.")
+    gap: float = Field(description="Relative difference of the two.")
+    certified: bool = Field(
+        description="Whether the gap is at most 1e-4: the value is the distance of the samples."
+    )
+    correspondences: tuple[Correspondence, ...] = Field(
+        description="The correspondence of that value. A sample may be in several pairs; their"
+        " cost is the largest distortion."
+    )
+    sampling_error: float = Field(
+        description="The distance of the two sets of all vertices differs from that of the samples"
+        " by at most this, the sum of the covering radii, as far as the triangle inequality holds."
+    )
+    seconds: float = Field(description="Time it took.")
+
+
 class Confidence(_Part):
     """How probably the answer is right, and reasons for doubt."""
 
@@ -228,8 +255,8 @@ class MatchResult(_Part):
     correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
     distortion: Distortion
     gromov_hausdorff: float = Field(
-        description="Upper bound of the Gromov-Hausdorff distance of the samples: half the"
-        " largest distortion."
+        description="Upper bound of the Gromov-Hausdorff distance of the matched points: half the"
+        " largest distortion. `gromov_hausdorff_distance` has that of the samples."
     )
     energy: float = Field(
         description="Energy of the labelling problem, (5) of the paper; with the objective"
@@ -259,6 +286,11 @@ class MatchResult(_Part):
         " compares the answer with about twelve of them for each point; this, with all. Null with"
         ' `proof` "candidates", with a prototype, with the objective "linf", and of too many'
         " samples.",
+    )
+    gromov_hausdorff_distance: GromovHausdorff | None = Field(
+        default=None,
+        description='With the objective "linf", the Gromov-Hausdorff distance of as many samples of'
+        ' either shape; null with another objective, and with `proof` "candidates".',
     )
     unmatched: tuple[int, ...] = Field(
         description="Source vertices (or points) that are cheaper to leave unmatched."

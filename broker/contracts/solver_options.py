@@ -133,10 +133,10 @@ class MatchOptions(StrictModel):
         default="l2",
         description=(
             'Quantity that is minimised. "l2" is the energy (5); "linf" the greatest'
-            " distortion of a distance (section 2), half of which is the Gromov-Hausdorff"
-            ' distance of the matched samples. "linf" is solved exactly, on one level: it'
-            " takes at most 10 points, matches all of them, and of its optima returns"
-            " those of least energy (5)."
+            " distortion of a distance (section 2), half of which bounds the Gromov-"
+            'Hausdorff distance of the matched samples from above. "linf" takes one level'
+            " of at most 32 points, matches all of them, and of its optima returns those"
+            " of least energy (5). Twelve points are proven in a second."
         ),
     )
     refine: Annotated[Literal["gmds"] | None, Topic("")] = Field(
@@ -187,8 +187,10 @@ class MatchOptions(StrictModel):
             ' finest level, about twelve target samples for each point. "samples": in'
             " addition, the least energy over all target samples of the finest level, with"
             " a proof: `proof` of the result. It replaces the answer if `orientation` is"
-            " false; else the direct answer stays, which may have more energy. No effect"
-            ' with a prototype, with objective "linf", and above some 110 points.'
+            " false; else the direct answer stays, which may have more energy. With"
+            ' objective "linf": the Gromov-Hausdorff distance of the samples,'
+            " `gromov_hausdorff_distance` of the result. No effect with a prototype, and"
+            " above some 110 points."
         ),
     )
     proof_work: Annotated[float, Topic("Solver")] = Field(
@@ -197,8 +199,9 @@ class MatchOptions(StrictModel):
         le=86400.0,
         description=(
             "Limit of the work of the proof over all samples, in seconds of a typical"
-            " core, after which the bound known by then is returned. Operations are"
-            " counted, not time, so that the result is the same on every machine."
+            " core, after which the bound known by then is returned; with objective"
+            ' "linf", of the answer, too. Operations are counted, not time, so that the'
+            " result is the same on every machine."
         ),
     )
     time_limit: Annotated[float | None, Topic("Solver")] = Field(
@@ -248,8 +251,9 @@ class SimilarityOptions(StrictModel):
         default="l2",
         description=(
             'Dissimilarity of two shapes. "l2" is the least energy (5) of a matched'
-            ' point; "linf" the least greatest distortion of a distance, twice the Gromov-'
-            "Hausdorff distance of the matched points, which has no first-order term."
+            ' point; "linf" the least greatest distortion of a distance, half of which'
+            " bounds the Gromov-Hausdorff distance of the samples from above; it has no"
+            " first-order term."
         ),
     )
 

@@ -23,7 +23,13 @@ from solver.matching.options import (
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, refine_hypotheses
 from solver.matching.report import report_match
-from solver.matching.result import Correspondence, LevelReport, Match, SampleProof
+from solver.matching.result import (
+    Correspondence,
+    GromovHausdorff,
+    LevelReport,
+    Match,
+    SampleProof,
+)
 from solver.matching.sampling import level_sizes
 from solver.matching.structures import build_level, check_colors, check_distances
 from solver.matching.varadhan_level import (
@@ -40,6 +46,7 @@ __all__ = [
     "MIN_POINTS",
     "SAMPLES",
     "Correspondence",
+    "GromovHausdorff",
     "Hypothesis",
     "Level",
     "LevelReport",

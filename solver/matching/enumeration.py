@@ -42,7 +42,7 @@ def enumerate_hypotheses(
     with control.stage("coarse matching", 0.4):
         problem = level.problem(level.all_candidates())
         if options.objective == LINF:
-            solutions, warnings = _enumerate_minimax(problem, level, options.alternatives, control)
+            solutions, warnings = _enumerate_minimax(problem, level, options, control)
         else:
             solutions, warnings = _enumerate_by_energy(problem, options.alternatives, control)
     seconds = control.timings["coarse matching"]
@@ -73,16 +73,18 @@ def _enumerate_by_energy(
 
 
 def _enumerate_minimax(
-    problem: LabellingProblem, level: Level, count: int, control: Control
+    problem: LabellingProblem, level: Level, options: MatchOptions, control: Control
 ) -> tuple[list[Solution[IntArray]], tuple[str, ...]]:
     """Correspondences of least dis∞ (section 2), by their energy (5)."""
     source, target = level.source.distances, level.target.distances
-    least = minimax_correspondence(source, target, control=control)
+    seconds = options.proof_work
+    least = minimax_correspondence(source, target, seconds=seconds, control=control)
     warnings = () if least.certified else ("the minimax distortion could not be proven in time",)
     found = m_best_solutions(
         within_distortion(problem, source, target, least.value),
-        count,
+        options.alternatives,
         known=least.answer[:, 1],
+        node_limit=_FURTHER_NODES,
         control=control,
     )
     distortions = [level.distortion(partners).linf for partners in found.partners]

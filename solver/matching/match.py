@@ -7,6 +7,7 @@ from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF
 from solver.matching.certification import certify, prove_over_samples, replaces
 from solver.matching.enumeration import enumerate_hypotheses
+from solver.matching.gromov_hausdorff import UNPROVEN_DISTANCE, gromov_hausdorff
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
 from solver.matching.options import GMDS, MatchOptions
 from solver.matching.orientation import Orientation, orient
@@ -74,19 +75,27 @@ def match(
         proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
         if proof is not None and not options.registered and replaces(proof, best):
             best = best.with_finest(proof)
+        distance = gromov_hausdorff(source, target, levels[0], options, control)
         dense, refinement = _extend(oriented, best, options, control)
     warnings = (
         *(f"source: {warning}" for warning in source.mesh.warnings),
         *(f"target: {warning}" for warning in target.mesh.warnings),
         *few_points,
         *unproven,
+        *(() if distance is None or distance.certified else (UNPROVEN_DISTANCE,)),
         *oriented.warnings,
     )
     vertex_ids = source.mesh.vertex_ids, target.mesh.vertex_ids
     found = report_match([best, *others], oriented.levels, vertex_ids, warnings, control, proof)
     registration = oriented.registration
     confidence = None if registration is None else registration.confidence
-    return replace(found, dense=dense, refinement=refinement, confidence=confidence)
+    return replace(
+        found,
+        gromov_hausdorff_distance=distance,
+        dense=dense,
+        refinement=refinement,
+        confidence=confidence,
+    )
 
 
 def _extend(

@@ -27,6 +27,7 @@ SAMPLES = "samples"
 MIN_POINTS = 3
 MAX_POINTS = 256
 MAX_COARSE_POINTS = 10
+MAX_MINIMAX_POINTS = 32
 MAX_LANDMARKS = 32
 
 
@@ -127,9 +128,9 @@ class MatchOptions(ParameterSet):
     objective: str = parameter(
         L2,
         'Quantity that is minimised. "l2" is the energy (5); "linf" the greatest distortion of a'
-        " distance (section 2), half of which is the Gromov-Hausdorff distance of the matched"
-        ' samples. "linf" is solved exactly, on one level: it takes at most 10 points, matches all'
-        " of them, and of its optima returns those of least energy (5).",
+        " distance (section 2), half of which bounds the Gromov-Hausdorff distance of the matched"
+        ' samples from above. "linf" takes one level of at most 32 points, matches all of them, and'
+        " of its optima returns those of least energy (5). Twelve points are proven in a second.",
         one_of=(L2, LINF),
         topic="Solver",
     )
@@ -169,15 +170,17 @@ class MatchOptions(ParameterSet):
         ' about twelve target samples for each point. "samples": in addition, the least energy over'
         " all target samples of the finest level, with a proof: `proof` of the result. It replaces"
         " the answer if `orientation` is false; else the direct answer stays, which may have more"
-        ' energy. No effect with a prototype, with objective "linf", and above some 110 points.',
+        ' energy. With objective "linf": the Gromov-Hausdorff distance of the samples,'
+        " `gromov_hausdorff_distance` of the result. No effect with a prototype, and above some 110"
+        " points.",
         one_of=(CANDIDATES, SAMPLES),
         topic="Solver",
     )
     proof_work: float = parameter(
         1.0,
         "Limit of the work of the proof over all samples, in seconds of a typical core, after which"
-        " the bound known by then is returned. Operations are counted, not time, so that the result"
-        " is the same on every machine.",
+        ' the bound known by then is returned; with objective "linf", of the answer, too.'
+        " Operations are counted, not time, so that the result is the same on every machine.",
         above=0.0,
         most=86400.0,
         topic="Solver",
@@ -203,8 +206,8 @@ class MatchOptions(ParameterSet):
         self._check_landmarks()
 
     def _check_linf(self) -> None:
-        if self.points > MAX_COARSE_POINTS:
-            raise OptionError("points", f"objective {LINF} takes at most {MAX_COARSE_POINTS}")
+        if self.points > MAX_MINIMAX_POINTS:
+            raise OptionError("points", f"objective {LINF} takes at most {MAX_MINIMAX_POINTS}")
         if self.occlusion_cost is not None:
             raise OptionError("occlusion_cost", f"objective {LINF} matches every point")
         if self.landmarks:

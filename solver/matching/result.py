@@ -136,6 +136,52 @@ class SampleProof:
 
 
 @dataclass(frozen=True, eq=False)
+class GromovHausdorff:
+    """Gromov-Hausdorff distance of the samples of two shapes (section 2), with its certificate.
+
+    The sampled shapes are finite metric spaces. Correspondences are relations here: every sample of
+    either shape is in one pair or more.
+
+    Parameters
+    ----------
+    points
+        Number N of samples of either shape.
+    source, target
+        (K,) the user's own vertex numbers of the pairs of the best correspondence, K < 2N.
+    costs
+        (K,) greatest distortion |d_X − d_Y| of each pair with another.
+    value
+        Half of the greatest distortion: the distance, or an upper bound.
+    lower_bound
+        No correspondence of these samples has a smaller value.
+    sampling_error
+        Sum of the covering radii of both samplings. By the triangle inequality, the distance of the
+        two sets of all vertices differs from that of the samples by at most this.
+    seconds
+        Time spent.
+    """
+
+    points: int
+    source: IntArray
+    target: IntArray
+    costs: FloatArray
+    value: float
+    lower_bound: float
+    sampling_error: float
+    seconds: float
+
+    @property
+    def gap(self) -> float:
+        """Relative distance of the bound from the value, in [0, 1]."""
+        return relative_gap(self.value, self.lower_bound)
+
+    @property
+    def certified(self) -> bool:
+        """Return whether the value is proven to be the distance."""
+        return self.gap <= CERTIFIED_GAP
+
+
+@dataclass(frozen=True, eq=False)
 class Match:
     """A minimum-distortion correspondence with its certificate.
 
@@ -167,6 +213,8 @@ class Match:
     proof
         Least energy over all target samples of the finest level. ``None`` if not asked for, with
         objective "linf", of a prototype, and of too many samples.
+    gromov_hausdorff_distance
+        Of the samples of both shapes. ``None`` if not asked for, or with another objective.
     """
 
     best: Correspondence
@@ -179,6 +227,7 @@ class Match:
     misfit: float | None = None
     confidence: Confidence | None = None
     proof: SampleProof | None = None
+    gromov_hausdorff_distance: GromovHausdorff | None = None
 
     @property
     def lower_bound(self) -> float:

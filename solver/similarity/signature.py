@@ -68,8 +68,8 @@ class SimilarityOptions(ParameterSet):
     objective: str = parameter(
         L2,
         'Dissimilarity of two shapes. "l2" is the least energy (5) of a matched point; "linf" the'
-        " least greatest distortion of a distance, twice the Gromov-Hausdorff distance of the"
-        " matched points, which has no first-order term.",
+        " least greatest distortion of a distance, half of which bounds the Gromov-Hausdorff"
+        " distance of the samples from above; it has no first-order term.",
         one_of=(L2, LINF),
         topic="Solver",
     )

@@ -9,7 +9,7 @@ from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, is_prototype
 from solver.arrays import FloatArray
 from solver.gmds import GmdsRefinement
-from solver.matching import Correspondence, Match, SampleProof
+from solver.matching import Correspondence, GromovHausdorff, Match, SampleProof
 from solver.mesh import TriangleMesh
 from solver.registration import Confidence, DenseCorrespondence
 
@@ -45,6 +45,7 @@ def document_of(
             contracts.Level.model_validate(level, from_attributes=True) for level in found.levels
         ),
         proof=None if found.proof is None else _proof(found.proof),
+        gromov_hausdorff_distance=_gromov_hausdorff(found.gromov_hausdorff_distance),
         unmatched=tuple(best.unmatched.tolist()),
         dense=None if found.dense is None else _dense(found.dense),
         refinement=refinement,
@@ -131,6 +132,21 @@ def _proof(found: SampleProof) -> contracts.SampleProof:
     )
 
 
+def _gromov_hausdorff(found: GromovHausdorff | None) -> contracts.GromovHausdorff | None:
+    if found is None:
+        return None
+    return contracts.GromovHausdorff(
+        points=found.points,
+        value=found.value,
+        lower_bound=found.lower_bound,
+        gap=found.gap,
+        certified=found.certified,
+        correspondences=_pairs(found),
+        sampling_error=found.sampling_error,
+        seconds=found.seconds,
+    )
+
+
 def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
     return contracts.DenseCorrespondence(
         hypothesis=found.hypothesis,
@@ -150,7 +166,7 @@ def _rounded(weights: FloatArray) -> FloatArray:
     return rounded.round(_DECIMALS)
 
 
-def _pairs(found: Correspondence) -> tuple[contracts.Correspondence, ...]:
+def _pairs(found: Correspondence | GromovHausdorff) -> tuple[contracts.Correspondence, ...]:
     rows = zip(found.source.tolist(), found.target.tolist(), found.costs.tolist(), strict=True)
     return tuple(
         contracts.Correspondence(source=source, target=target, cost=cost)

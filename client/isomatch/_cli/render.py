@@ -72,7 +72,7 @@ def match_summary(match: Match) -> Table:
         "distortion, first order": first_order,
         "distortion, second order": f"{distortion.second_order:.6g}",
         "distortion, maximal": f"{distortion.linf:.6g}",
-        "Gromov-Hausdorff": f"{match.gromov_hausdorff:.6g}",
+        "Gromov-Hausdorff": _gromov_hausdorff(match),
         "energy": f"{match.energy:.6g}",
         "lower bound": f"{match.lower_bound:.6g}",
         "gap": f"{match.gap:.3g}",
@@ -111,6 +111,14 @@ def _refinement(found: Refinement | None) -> str:
 def _sample_proof(proof: SampleProof) -> str:
     bound = "proven" if proof.certified else f"gap {proof.gap:.3g}"
     return f"least energy {proof.energy:.6g}, {bound}"
+
+
+def _gromov_hausdorff(match: Match) -> str:
+    found = match.gromov_hausdorff_distance
+    if found is None:
+        return f"at most {match.gromov_hausdorff:.6g}"
+    bound = "proven" if found.certified else f"at least {found.lower_bound:.6g}"
+    return f"{found.value:.6g}, {bound}"
 
 
 def certified_levels(match: Match) -> str:

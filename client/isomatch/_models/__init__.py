@@ -9,6 +9,7 @@ from isomatch._models.correspondences import (
     Correspondences,
     DenseCorrespondence,
     Distortion,
+    GromovHausdorff,
     Level,
     SampleProof,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "DenseCorrespondence",
     "DissimilarityParameters",
     "Distortion",
+    "GromovHausdorff",
     "Invariance",
     "JobRecord",
     "JobState",

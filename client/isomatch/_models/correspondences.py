@@ -153,6 +153,40 @@ class SampleProof(Correspondences):
     seconds: FiniteFloat
 
 
+class GromovHausdorff(Answer):
+    """Gromov-Hausdorff distance of as many samples of either shape, with its certificate.
+
+    Attributes
+    ----------
+    points
+        Number of samples of either shape.
+    value
+        The distance if `certified`, else an upper bound.
+    lower_bound
+        Lower bound of the distance.
+    gap
+        Relative difference of `value` and `lower_bound`.
+    certified
+        Whether the value is the distance of the samples.
+    correspondences
+        The correspondence of that value, in which every sample of either shape is in one pair or
+        more; costs are largest distortions.
+    sampling_error
+        The distance of the two sets of all vertices differs by at most this.
+    seconds
+        Time it took.
+    """
+
+    points: int
+    value: FiniteFloat
+    lower_bound: FiniteFloat
+    gap: FiniteFloat
+    certified: bool
+    correspondences: tuple[Correspondence, ...]
+    sampling_error: FiniteFloat
+    seconds: FiniteFloat
+
+
 class DenseCorrespondence(Answer):
     """A match extended to all vertices of the source.
 

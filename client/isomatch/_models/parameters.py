@@ -95,21 +95,23 @@ class MatchParameters(TypedDict, total=False):
         Number of best solutions of the coarsest level that are refined and ranked; 1 to 32 [8].
     objective
         Quantity that is minimised. ``"l2"`` is the energy (5); ``"linf"`` the greatest
-        distortion of a distance (section 2), half of which is the Gromov-Hausdorff distance of
-        the matched samples. ``"linf"`` is solved exactly, on one level: it takes at most 10
-        points, matches all of them, and of its optima returns those of least energy (5)
-        [``"l2"``].
+        distortion of a distance (section 2), half of which bounds the Gromov-Hausdorff distance
+        of the matched samples from above. ``"linf"`` takes one level of at most 32 points,
+        matches all of them, and of its optima returns those of least energy (5). Twelve points
+        are proven in a second [``"l2"``].
     proof
         Correspondences that the answer is compared with. ``"candidates"``: those of the finest
         level, about twelve target samples for each point. ``"samples"``: in addition, the least
         energy over all target samples of the finest level, with a proof: `proof` of the result.
         It replaces the answer if `orientation` is False; else the direct answer stays, which
-        may have more energy. No effect with a prototype, with objective ``"linf"``, and above
-        some 110 points [``"samples"``].
+        may have more energy. With objective ``"linf"``: the Gromov-Hausdorff distance of the
+        samples, `gromov_hausdorff_distance` of the result. No effect with a prototype, and
+        above some 110 points [``"samples"``].
     proof_work
         Limit of the work of the proof over all samples, in seconds of a typical core, after
-        which the bound known by then is returned. Operations are counted, not time, so that the
-        result is the same on every machine; over 0, up to 86,400 [1.0].
+        which the bound known by then is returned; with objective ``"linf"``, of the answer,
+        too. Operations are counted, not time, so that the result is the same on every machine;
+        over 0, up to 86,400 [1.0].
     time_limit
         Seconds after which the best answer so far is returned with its gap. No limit if left
         out; over 0, up to 86,400 [None].
@@ -170,8 +172,9 @@ class DissimilarityParameters(TypedDict, total=False):
         Weight of the first-order (descriptor) term; 0 to 1e6 [0.0].
     objective
         Dissimilarity of two shapes. ``"l2"`` is the least energy (5) of a matched point;
-        ``"linf"`` the least greatest distortion of a distance, twice the Gromov-Hausdorff
-        distance of the matched points, which has no first-order term [``"l2"``].
+        ``"linf"`` the least greatest distortion of a distance, half of which bounds the
+        Gromov-Hausdorff distance of the samples from above; it has no first-order term
+        [``"l2"``].
     """
 
     points: int

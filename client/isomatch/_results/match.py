@@ -14,6 +14,7 @@ from isomatch._models import (
     Confidence,
     Correspondences,
     DenseCorrespondence,
+    GromovHausdorff,
     Level,
     MatchParameters,
     Refinement,
@@ -45,7 +46,8 @@ class Match(Result, Correspondences):
     distortion
         First-order, second-order and maximal distortion.
     gromov_hausdorff
-        Upper bound of the Gromov-Hausdorff distance of the samples: half the maximal distortion.
+        Upper bound of the Gromov-Hausdorff distance of the matched points: half the maximal
+        distortion.
     energy
         Energy of the labelling problem, equation (5).
     lower_bound
@@ -65,6 +67,9 @@ class Match(Result, Correspondences):
     proof
         Least energy over all target samples of the finest level, with its own bound; None with
         ``proof="candidates"``, for a prototype, objective ``"linf"``, and too many samples.
+    gromov_hausdorff_distance
+        Gromov-Hausdorff distance of the samples, with its bound; None but with objective
+        ``"linf"``.
     unmatched
         Source vertices (or points) left unmatched at their occlusion cost.
     refinement
@@ -94,6 +99,7 @@ class Match(Result, Correspondences):
     alternatives: tuple[Alternative, ...]
     levels: tuple[Level, ...]
     proof: SampleProof | None = None
+    gromov_hausdorff_distance: GromovHausdorff | None = None
     unmatched: tuple[int, ...]
     refinement: Refinement | None = None
     dense: DenseCorrespondence | None = None

@@ -108,6 +108,9 @@ function more(energy, least) {
 const overAllSamples = ({ energy, gap, certified }) =>
   h("span", {}, figure(energy), certified ? ", proven" : `, within ${percent(gap)} of the bound`);
 
+const ofTheSamples = ({ value, lower_bound, certified }) =>
+  h("span", {}, figure(value), certified ? ", proven" : [", at least ", figure(lower_bound)]);
+
 // The bounds hold for the problem that the chosen match solves.
 const OTHER = "only for the chosen match";
 
@@ -121,6 +124,8 @@ function figures(result, { which, energy, distortion }) {
     ["Distortion of distances", figure(distortion.second_order), "second_order"],
     ["Distortion of descriptors", figure(distortion.first_order), "first_order"],
     ["Greatest distortion", figure(distortion.linf), "linf"],
+    ...(result.gromov_hausdorff_distance ? [["Gromov–Hausdorff distance of the samples",
+      ofTheSamples(result.gromov_hausdorff_distance), "gromov_hausdorff_distance"]] : []),
     ["Gromov–Hausdorff distance of the points, upper bound", figure(0.5 * distortion.linf), "gromov_hausdorff"],
     ...(typeof result.misfit !== "number" ? [] : [
       ["Misfit of the target to the class (1 is typical)", best ? figure(result.misfit) : OTHER, "misfit"]]),

@@ -1,123 +1,234 @@
-"""Search for pairwise compatible pairs that cover all points of two small sets."""
+"""Search for pairwise compatible pairs that cover all points of two small sets.
 
-from typing import NamedTuple
+The partners that each point still has are a bit mask, its *domain*. A search node removes every
+pair without a compatible pair at some other point (arc consistency: Mackworth, Artificial
+Intelligence 8, 1977), and ends if points that need different partners have too few (Hall's
+condition). It then branches on a pair of a point with few partners, which failed often before: with
+the pair, or without.
+"""
+
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from solver.arrays import BoolArray, IntArray
-from solver.kernel import kernel
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.kernel import inlined, kernel
+from solver.optimisation.exact.distinct_partners import point_without_partner
 
+MAX_POINTS: Final = 62
+"""Most points of a set: the bits of a mask."""
 UNDECIDED, FOUND, NONE = 0, 1, 2
 """Outcomes of a search."""
-DEPTH, NODES, ENTERING = 0, 1, 2
-"""Positions of its counters; the last one is a flag: the node is new."""
+DEPTH, NODES, WORK = 0, 1, 2
+"""Positions of its counters; the work, in comparisons of domains."""
+_NODE_WORK = 20
+"""Work of a node for each point, beside the comparison of domains."""
 
 
 class PairSearch(NamedTuple):
-    """Depth-first search for compatible pairs that cover all points, in arrays, to be resumed."""
+    """Depth-first search for compatible pairs that cover all points, in arrays, to be resumed.
 
-    compatible: BoolArray  # (V, V)
-    points: IntArray  # (V, 2) points that each pair covers, -1 for those that may stay free
-    alive: BoolArray  # (D+1, V) pairs compatible with all chosen so far
-    covered: IntArray  # (P,) how many chosen pairs cover each point
+    Points are the N source points, then the M target points. Pair (x, y) has the number xM + y.
+    """
+
+    sources: int  # N
+    targets: int  # M
+    support: IntArray  # (NM, N+M) mask of each point's partners in pairs compatible with a pair
+    apart: IntArray  # (N+M,) mask of the points of the same side that need another partner
+    order: IntArray  # (N+M, max(N, M)) partners of each point in the order of trial, then -1
+    must: BoolArray  # (N+M,) whether a point has to be covered
+    domains: IntArray  # (D+1, N+M) masks at each depth
+    changed: BoolArray  # (N+M,) domains at this depth that were changed since they were consistent
+    covered: IntArray  # (N+M,) how many chosen pairs cover each point
     chosen: IntArray  # (D,) pairs
-    branch: IntArray  # (D+1,) the point to cover at each depth
-    cursor: IntArray  # (D+1,) next pair to try
+    failures: IntArray  # (N+M,) 1, and nodes that ended for want of a partner
     counters: IntArray  # (3,) see `DEPTH`
 
 
 def start_pair_search(
-    compatible: BoolArray, pairs: IntArray, n: int, m: int, one_to_one: bool
+    source: FloatArray,
+    target: FloatArray,
+    limit: float,
+    one_to_one: bool,
+    order: IntArray,
+    failures: IntArray,
 ) -> PairSearch:
     """Return a search that has not begun.
 
     Parameters
     ----------
-    compatible
-        (V, V) whether two pairs may go together; the diagonal, whether a pair may occur.
-    pairs
-        (V, 2) indices (x, y).
-    n, m
-        Numbers of source and target points.
+    source, target
+        (N, N) and (M, M) symmetric metrics of at most `MAX_POINTS` points. Two pairs are compatible
+        if their distances differ by at most the limit.
+    limit
+        The limit.
     one_to_one
-        Whether only source points must be covered, each once.
+        Whether no point may be in two pairs, and only source points must be covered.
+    order
+        (N+M, max(N, M)) partners of each point, the most promising first, then −1.
+    failures
+        (N+M,) weights of the points, at least 1: those of great weight are branched on early. The
+        search adds 1 where a point has no partner left.
     """
-    x, y = pairs.T
-    count = n if one_to_one else n + m
-    second = np.full(len(y), -1) if one_to_one else n + y
-    depth = count + 1
-    alive = np.zeros((depth + 1, len(x)), dtype=np.bool_)
-    alive[0] = np.diag(compatible)
+    n, m = len(source), len(target)
+    must = np.ones(n + m, dtype=np.bool_)
+    must[n:] = not one_to_one or n == m
+    domains = np.zeros((n + m + 1, n + m), dtype=np.int64)
+    domains[0, :n], domains[0, n:] = (1 << m) - 1, (1 << n) - 1
+    farthest = -1.0 if one_to_one else limit
     return PairSearch(
-        compatible=compatible,
-        points=np.stack([x, second], axis=1).astype(np.int64),
-        alive=alive,
-        covered=np.zeros(count, dtype=np.int64),
-        chosen=np.zeros(depth, dtype=np.int64),
-        branch=np.zeros(depth + 1, dtype=np.int64),
-        cursor=np.zeros(depth + 1, dtype=np.int64),
-        counters=np.array([0, 0, 1], dtype=np.int64),
+        sources=n,
+        targets=m,
+        support=_support(source, target, limit, one_to_one),
+        apart=np.concatenate([_apart(d, farthest) for d in (source, target)]),
+        order=order,
+        must=must,
+        domains=domains,
+        changed=np.ones(n + m, dtype=np.bool_),
+        covered=np.zeros(n + m, dtype=np.int64),
+        chosen=np.zeros(n + m, dtype=np.int64),
+        failures=failures,
+        counters=np.zeros(3, dtype=np.int64),
     )
 
 
 @kernel
-def advance(s: PairSearch, max_nodes: int) -> int:
-    """Visit some more nodes, at most `max_nodes`; return the outcome."""
-    points, alive, covered, chosen = s.points, s.alive, s.covered, s.chosen
-    depth = s.counters[DEPTH]
-    for _ in range(max_nodes):
-        if s.counters[ENTERING] == 1:
-            s.counters[NODES] += 1
-            s.counters[ENTERING] = 0
-            s.branch[depth] = _tightest(points, alive[depth], covered)
-            s.cursor[depth] = 0
-            if s.branch[depth] == -1:
-                s.counters[DEPTH] = depth
-                return FOUND
-        point = s.branch[depth]
-        a = s.cursor[depth] if point >= 0 else len(points)
-        while a < len(points) and not (
-            alive[depth, a] and (points[a, 0] == point or points[a, 1] == point)
-        ):
-            a += 1
-        if a == len(points):
+def _support(source: FloatArray, target: FloatArray, limit: float, one_to_one: bool) -> IntArray:
+    """(NM, N+M) masks of the partners of each point in pairs that are compatible with a pair."""
+    n, m = len(source), len(target)
+    support = np.zeros((n * m, n + m), dtype=np.int64)
+    for x in range(n):
+        for y in range(m):
+            masks = support[x * m + y]
+            for other in range(n):
+                for partner in range(m):
+                    if one_to_one and (other == x) != (partner == y):
+                        continue
+                    if abs(source[x, other] - target[y, partner]) <= limit:
+                        masks[other] |= 1 << partner
+                        masks[n + partner] |= 1 << other
+    return support
+
+
+def _apart(distances: FloatArray, limit: float) -> IntArray:
+    """(n,) masks of the points farther from each than a limit, itself left out."""
+    far = distances > limit
+    np.fill_diagonal(far, False)
+    masks: IntArray = (far * (1 << np.arange(len(far)))).sum(axis=1)
+    return masks
+
+
+@kernel
+def advance(s: PairSearch, max_work: int) -> int:
+    """Visit more nodes until some work is done, or the search ends; return the outcome."""
+    stop = s.counters[WORK] + max_work
+    while s.counters[WORK] < stop:
+        depth = s.counters[DEPTH]
+        s.counters[NODES] += 1
+        s.counters[WORK] += _NODE_WORK * len(s.must)
+        if not _is_consistent(s, s.domains[depth]):
             if depth == 0:
                 return NONE
-            depth -= 1
-            for point in points[chosen[depth]]:
-                if point >= 0:
-                    covered[point] -= 1
+            s.counters[DEPTH] = depth - 1
+            _leave(s, depth - 1)
             continue
-        s.cursor[depth] = a + 1
-        # All correspondences with this pair are in its subtree: later siblings go without it.
-        chosen[depth] = a
-        alive[depth, a] = False
-        row, compatible = alive[depth], s.compatible[a]
-        for b in range(len(points)):
-            alive[depth + 1, b] = row[b] and compatible[b]
-        for point in points[a]:
-            if point >= 0:
-                covered[point] += 1
-        depth += 1
-        s.counters[ENTERING] = 1
-        s.counters[DEPTH] = depth
-    s.counters[DEPTH] = depth
+        pair = _next_pair(s, s.domains[depth])
+        if pair < 0:
+            return FOUND
+        _enter(s, depth, pair)
+        s.counters[DEPTH] = depth + 1
     return UNDECIDED
 
 
 @kernel
-def _tightest(points: IntArray, alive: BoolArray, covered: IntArray) -> int:
-    """Uncovered point with the fewest pairs left; -1 when all are covered, -2 for a dead end."""
-    count = np.zeros(len(covered), dtype=np.int64)
-    for a in range(len(points)):
-        if alive[a]:
-            for point in points[a]:
-                if point >= 0:
-                    count[point] += 1
-    best = -1
-    for point in range(len(covered)):
-        if covered[point] == 0 and (best < 0 or count[point] < count[best]):
-            best = point
-    if best >= 0 and count[best] == 0:
-        return -2
-    return best
+def _enter(s: PairSearch, depth: int, pair: int) -> None:
+    """Choose a pair: the next depth keeps what is compatible with it."""
+    x, y = divmod(pair, s.targets)
+    for point in range(len(s.must)):
+        before = s.domains[depth, point]
+        after = before & s.support[pair, point]
+        s.domains[depth + 1, point] = after
+        s.changed[point] = after != before
+    s.chosen[depth] = pair
+    s.covered[x] += 1
+    s.covered[s.sources + y] += 1
+
+
+@kernel
+def _leave(s: PairSearch, depth: int) -> None:
+    """Drop the pair chosen at a depth: correspondences with it have been searched."""
+    x, y = divmod(s.chosen[depth], s.targets)
+    s.covered[x] -= 1
+    s.covered[s.sources + y] -= 1
+    s.changed[:] = False
+    _drop(s, s.domains[depth], x, y)
+
+
+@inlined
+def _drop(s: PairSearch, domains: IntArray, x: int, y: int) -> None:
+    domains[x] &= ~(1 << y)
+    domains[s.sources + y] &= ~(1 << x)
+    s.changed[x] = s.changed[s.sources + y] = True
+
+
+@kernel
+def _is_consistent(s: PairSearch, domains: IntArray) -> bool:
+    """Drop pairs without support; return whether all points may still be covered."""
+    checked = np.empty(len(domains), dtype=np.int64)
+    while True:
+        count = 0
+        for point in range(len(domains)):
+            if s.must[point]:
+                if domains[point] == 0:
+                    s.failures[point] += 1
+                    return False
+                if s.changed[point]:
+                    checked[count] = point
+                    count += 1
+            s.changed[point] = False
+        if count == 0:
+            break
+        _keep_supported(s, domains, checked[:count])
+    lacking = point_without_partner(domains, s.apart, s.must, s.sources)
+    if lacking >= 0:
+        s.failures[lacking] += 1
+    return lacking < 0
+
+
+@kernel
+def _keep_supported(s: PairSearch, domains: IntArray, checked: IntArray) -> None:
+    """Drop pairs that are compatible with no pair of one of some points."""
+    for x in range(s.sources):
+        for y in range(s.targets):
+            if (domains[x] >> y) & 1 == 0:
+                continue
+            masks = s.support[x * s.targets + y]
+            s.counters[WORK] += len(checked)
+            for point in checked:
+                if domains[point] & masks[point] == 0:
+                    _drop(s, domains, x, y)
+                    break
+
+
+@kernel
+def _next_pair(s: PairSearch, domains: IntArray) -> int:
+    """First pair of the uncovered point of fewest partners per failure; −1 if all are covered."""
+    best, least = -1, np.inf
+    for point in range(len(domains)):
+        if s.must[point] and s.covered[point] == 0:
+            count, mask = 0, domains[point]
+            while mask != 0:
+                mask &= mask - 1
+                count += 1
+            share = count / s.failures[point]
+            if share < least:
+                best, least = point, share
+    if best < 0:
+        return -1
+    place = 0
+    while (domains[best] >> s.order[best, place]) & 1 == 0:
+        place += 1
+    partner = s.order[best, place]
+    if best < s.sources:
+        return int(best * s.targets + partner)
+    return int(partner * s.targets + best - s.sources)

@@ -1,5 +1,7 @@
 """Matches of shapes whose correspondence is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -198,6 +200,43 @@ def test_least_greatest_distortion(standing: SyntheticShape, sitting: SyntheticS
     assert all(another.energy == found.best.energy for another in found.alternatives)
     assert [level.points for level in found.levels] == [8]
     assert found.levels[0].method == "minimax"
+
+
+def test_gromov_hausdorff_distance_of_the_samples(
+    standing: SyntheticShape, sitting: SyntheticShape
+) -> None:
+    source, target = shape_of(standing), shape_of(sitting)
+    options = MatchOptions(points=12, objective="linf", metric=("geodesic",))
+    found, back = match(source, target, options), match(target, source, options)
+    one, other = found.gromov_hausdorff_distance, back.gromov_hausdorff_distance
+    assert one is not None
+    assert other is not None
+    assert one.certified
+    assert one.points == 12
+    assert one.value == other.value == one.costs.max() / 2
+    first, second = (shape.sampling("geodesic", 12) for shape in (source, target))
+    assert set(one.source) == set(source.mesh.vertex_ids[first.indices])
+    assert set(one.target) == set(target.mesh.vertex_ids[second.indices])
+    assert one.sampling_error == first.radii[-1] + second.radii[-1]
+    assert one.value >= abs(first.distances.max() - second.distances.max()) / 2
+    same = match(source, source, options).gromov_hausdorff_distance
+    assert same is not None
+    assert same.value == 0.0
+
+
+def test_bounds_of_more_points_than_can_be_proven(
+    standing: SyntheticShape, sitting: SyntheticShape
+) -> None:
+    options = MatchOptions(points=32, objective="linf", proof_work=0.01)
+    found = match(shape_of(standing), shape_of(sitting), options)
+    distance = found.gromov_hausdorff_distance
+    assert distance is not None
+    assert 0.0 <= distance.lower_bound < distance.value
+    assert found.lower_bound <= found.best.energy == found.best.distortion.linf
+    assert not distance.certified
+    assert any("Gromov-Hausdorff distance" in warning for warning in found.warnings)
+    without = match(shape_of(standing), shape_of(sitting), replace(options, proof="candidates"))
+    assert without.gromov_hausdorff_distance is None
 
 
 def test_several_components_are_refused() -> None:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from isomatch import Match
 from numpy.typing import NDArray
 
 from broker import contracts
@@ -105,3 +106,20 @@ def test_images_are_rounded_and_stay_in_their_triangles() -> None:
     np.testing.assert_allclose(found.sum(axis=1), 1.0, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(found, weights, rtol=0.0, atol=2e-4)
     assert max(len(text) for text in re.findall(r"[\d.e-]+", json.dumps(told.barycentric))) <= 6
+
+
+def test_the_distance_of_the_samples_is_in_the_document() -> None:
+    result = answer(objective="linf", points=10, metric="geodesic")
+    found = result.gromov_hausdorff_distance
+    assert found is not None
+    # The target is the source, moved and with its vertices in another order.
+    assert (found.points, found.certified, found.gap) == (10, True, 0.0)
+    assert found.value == pytest.approx(0.0, abs=1e-9)
+    assert {pair.source for pair in found.correspondences} == {
+        pair.source for pair in result.correspondences
+    }
+    read = Match.model_validate_json(result.model_dump_json())
+    assert read.gromov_hausdorff_distance is not None
+    assert read.gromov_hausdorff_distance.value == found.value
+    assert answer(proof="candidates", objective="linf").gromov_hausdorff_distance is None
+    assert answer().gromov_hausdorff_distance is None
