@@ -44,6 +44,7 @@ from isomatch._models import (
     DissimilarityParameters,
     Distortion,
     Invariance,
+    InverseCorrespondence,
     JobRecord,
     JobWebhook,
     Level,
@@ -57,6 +58,7 @@ from isomatch._models import (
     Structure,
     StructureParameter,
     Structures,
+    VertexMap,
 )
 from isomatch._problem import FieldProblem, Problem
 from isomatch._results import (
@@ -96,6 +98,7 @@ __all__ = [
     "InvalidRequest",
     "InvalidSignature",
     "Invariance",
+    "InverseCorrespondence",
     "IsomatchError",
     "Job",
     "JobCancelled",
@@ -135,6 +138,7 @@ __all__ = [
     "UnprocessablePrototype",
     "UnprocessableShape",
     "UnsupportedFormat",
+    "VertexMap",
     "WaitTimeout",
     "Webhook",
     "WebhookEvent",

@@ -86,7 +86,8 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     the pairs (0, 1), (0, 2), ..., (1, 2), ...; `nearest`, the indices of each shape's nearest
     neighbours. For a match: `source`, `target` and `costs` of the pairs; `unmatched`; and, if
     requested, `dense_source`, `dense_target`, `dense_faces` and `dense_barycentric`, the last to
-    four decimals, `refined_vertices` and `refined_weights`.
+    four decimals, the other direction as `inverse_target`, `inverse_source`, `inverse_faces` and
+    `inverse_barycentric`, `refined_vertices` and `refined_weights`.
     """
     record = job_with_result(service, job_id)
     if not record.kind.has_arrays:

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.mesh import vertex_normals
@@ -71,13 +71,8 @@ class SurfaceMap:
         start
             (S,) target vertices to begin at, by default the nearest samples.
         """
-        here, there = self._embedded, self._target_embedded
-        if vertices is not None:
-            here = here[vertices]
-        if start is None:
-            samples = self.target.samples.vertices
-            start = samples[nearest_points(here, there[samples])]
-        return descend(here, there, *self.target.adjacency, start)
+        here = self._embedded if vertices is None else self._embedded[vertices]
+        return _nearest_vertices(here, self._target_embedded, self.target, start)
 
     def on_triangles(self, images: IntArray) -> tuple[IntArray, FloatArray]:
         """Images of all vertices between vertices: triangles, and barycentric coordinates.
@@ -87,9 +82,20 @@ class SurfaceMap:
         images
             (V,) nearest target vertices.
         """
-        target = self.target
-        embedded = self._embedded, self._target_embedded
-        return project(*embedded, target.mesh.faces, *target.incident, images)
+        return _on_triangles(self._embedded, self._target_embedded, self.target, images)
+
+    def inverse(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """Nearest points of the displaced source to all target vertices, in the same embedding.
+
+        Every target vertex has one, whether or not an image of the source is near it.
+
+        Returns
+        -------
+        (W,) nearest source vertices, (W,) source triangles, and (W, 3) barycentric coordinates.
+        """
+        here, there = self._target_embedded, self._embedded
+        vertices = _nearest_vertices(here, there, self.source)
+        return vertices, *_on_triangles(here, there, self.source, vertices)
 
     def refined(self, control: Control) -> tuple["SurfaceMap", IntArray]:
         """Displace the source as rigidly as possible towards its images, and find them again.
@@ -133,7 +139,7 @@ class SurfaceMap:
         return FunctionalMap(np.ascontiguousarray(left @ right))
 
     @cached_property
-    def _embedded(self) -> FloatArray:
+    def _embedded(self) -> RealArray:
         faces = self.source.mesh.faces
         side = -self.source.side if self.reflected else self.source.side
         normals = side * vertex_normals(self.positions, faces)
@@ -141,13 +147,30 @@ class SurfaceMap:
         return _embedding(spectral, self.positions, normals)
 
     @cached_property
-    def _target_embedded(self) -> FloatArray:
+    def _target_embedded(self) -> RealArray:
         target = self.target
         spectral = target.spectrum.eigenfunctions[:, : self.functional_map.size]
         return _embedding(spectral, target.mesh.vertices, target.normals)
 
 
-def _embedding(spectral: FloatArray, positions: FloatArray, normals: FloatArray) -> FloatArray:
+def _nearest_vertices(
+    queries: RealArray, points: RealArray, surface: SmoothSurface, start: IntArray | None = None
+) -> IntArray:
+    """(S,) vertices of an embedded surface nearest to queries, by descent from nearest samples."""
+    if start is None:
+        samples = surface.samples.vertices
+        start = samples[nearest_points(queries, points[samples])]
+    return descend(queries, points, *surface.adjacency, start)
+
+
+def _on_triangles(
+    queries: RealArray, points: RealArray, surface: SmoothSurface, vertices: IntArray
+) -> tuple[IntArray, FloatArray]:
+    """Nearest points in the triangles round the nearest vertices of an embedded surface."""
+    return project(queries, points, surface.mesh.faces, *surface.incident, vertices)
+
+
+def _embedding(spectral: FloatArray, positions: FloatArray, normals: FloatArray) -> RealArray:
     """Embedding as of :meth:`.Alignment.embed`, in single precision."""
     parts = (
         LOCAL.spectrum / np.sqrt(spectral.shape[1]) * spectral,

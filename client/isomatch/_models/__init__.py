@@ -9,6 +9,7 @@ from isomatch._models.correspondences import (
     Correspondences,
     DenseCorrespondence,
     Distortion,
+    InverseCorrespondence,
     Level,
     SampleProof,
 )
@@ -21,6 +22,7 @@ from isomatch._models.parameters import (
 from isomatch._models.refinement import RefinedPoint, Refinement
 from isomatch._models.shape import Shape
 from isomatch._models.structures import Invariance, Structure, StructureParameter, Structures
+from isomatch._models.vertex_map import VertexMap
 
 __all__ = [
     "Alternative",
@@ -32,6 +34,7 @@ __all__ = [
     "DissimilarityParameters",
     "Distortion",
     "Invariance",
+    "InverseCorrespondence",
     "JobRecord",
     "JobState",
     "JobWebhook",
@@ -48,6 +51,7 @@ __all__ = [
     "StructureChoice",
     "StructureParameter",
     "Structures",
+    "VertexMap",
     "check_names",
     "structure_choice",
 ]
