@@ -105,6 +105,24 @@ class TriangleMesh:
         return connected_components(adjacency, directed=False)[1].astype(np.int64)
 
     @cached_property
+    def neighbours(self) -> tuple[IntArray, IntArray]:
+        """Neighbours of vertex v are ``second[first[v]:first[v + 1]]``."""
+        i, j = self.edges.T
+        ends = sp.csr_array(
+            (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
+            shape=(self.n_vertices,) * 2,
+        )
+        return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
+
+    @cached_property
+    def incident_faces(self) -> tuple[IntArray, IntArray]:
+        """Triangles round vertex v are ``second[first[v]:first[v + 1]]``."""
+        corners = self.faces.ravel()
+        counts = np.bincount(corners, minlength=self.n_vertices)
+        first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        return first, np.argsort(corners, kind="stable") // 3
+
+    @cached_property
     def _edges(self) -> Edges:
         return edges_of(self.faces)
 

@@ -160,14 +160,14 @@ def _nearest_vertices(
     if start is None:
         samples = surface.samples.vertices
         start = samples[nearest_points(queries, points[samples])]
-    return descend(queries, points, *surface.adjacency, start)
+    return descend(queries, points, *surface.mesh.neighbours, start)
 
 
 def _on_triangles(
     queries: RealArray, points: RealArray, surface: SmoothSurface, vertices: IntArray
 ) -> tuple[IntArray, FloatArray]:
     """Nearest points in the triangles round the nearest vertices of an embedded surface."""
-    return project(queries, points, surface.mesh.faces, *surface.incident, vertices)
+    return project(queries, points, surface.mesh.faces, *surface.mesh.incident_faces, vertices)
 
 
 def _embedding(spectral: FloatArray, positions: FloatArray, normals: FloatArray) -> RealArray:
