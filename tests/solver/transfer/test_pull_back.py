@@ -16,7 +16,9 @@ SEEDS = st.integers(0, 2**31 - 1)
 @given(SEEDS, st.floats(-1e6, 1e6))
 def test_constants_stay_constant(seed: int, constant: float) -> None:
     along = random_pull_back(seed)
-    np.testing.assert_allclose(along.means(np.full(30, constant)), constant, rtol=1e-12, atol=1e-300)
+    np.testing.assert_allclose(
+        along.means(np.full(30, constant)), constant, rtol=1e-12, atol=1e-300
+    )
 
 
 @given(SEEDS)
