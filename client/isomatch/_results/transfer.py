@@ -45,7 +45,8 @@ def transferred(
         return _by_vertex(along, _skinning(along, numbers, influences))
     found = _by_vertex(along, along.interpolate(numbers))
     if kind == "colors" and given.dtype == np.uint8:
-        return np.rint(np.nan_to_num(found)).astype(np.uint8)
+        rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
+        return rounded
     return found
 
 
