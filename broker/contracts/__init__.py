@@ -11,6 +11,8 @@ from broker.contracts.dissimilarities import (
     DissimilarityResult,
 )
 from broker.contracts.jobs import (
+    UNUSABLE,
+    AttributesValidationPayload,
     DeliveryPayload,
     DissimilaritiesPayload,
     JobKind,
@@ -24,8 +26,10 @@ from broker.contracts.jobs import (
     PrototypeValidationPayload,
     SpectrumPayload,
     TimeSlicePayload,
+    TransferPayload,
     UploadPayload,
     ValidationPayload,
+    View,
 )
 from broker.contracts.parameters import (
     DissimilarityParameters,
@@ -66,12 +70,27 @@ from broker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
+from broker.contracts.transfers import (
+    ATTRIBUTE_FORMATS,
+    LANDMARKS,
+    AttributesRecord,
+    AttributeSummary,
+    Direction,
+    SurfacePoint,
+    TransferKind,
+    TransferResult,
+    attribute_format_of,
+    attributes_id,
+)
+from broker.contracts.vertices import Vertex
 from broker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
 
 __all__ = [
     "ARCHIVE_TYPE",
+    "ATTRIBUTE_FORMATS",
     "DESCRIPTORS",
     "GREATEST",
+    "LANDMARKS",
     "MESH_FORMATS",
     "METRICS",
     "MOST_EXAMPLES",
@@ -82,8 +101,12 @@ __all__ = [
     "SPECTRUM_VERSION",
     "STAGES",
     "STRUCTURES",
+    "UNUSABLE",
     "URN",
     "Alternative",
+    "AttributeSummary",
+    "AttributesRecord",
+    "AttributesValidationPayload",
     "Choice",
     "Confidence",
     "Correspondence",
@@ -91,6 +114,7 @@ __all__ = [
     "DeliveryPayload",
     "DeliveryState",
     "DenseCorrespondence",
+    "Direction",
     "DissimilaritiesPayload",
     "DissimilarityParameters",
     "DissimilarityResult",
@@ -128,11 +152,19 @@ __all__ = [
     "Structure",
     "Structures",
     "Subject",
+    "SurfacePoint",
     "TimeSlicePayload",
+    "TransferKind",
+    "TransferPayload",
+    "TransferResult",
     "UploadPayload",
     "ValidationPayload",
+    "Vertex",
+    "View",
     "Webhook",
     "WebhookEvent",
+    "attribute_format_of",
+    "attributes_id",
     "catalogue",
     "file_type_of",
     "is_prototype",

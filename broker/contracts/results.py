@@ -249,6 +249,12 @@ class MatchResult(_Part):
         " where vertices of a shape are.",
     )
     target: str = Field(description="Id of the target shape.")
+    source_name: str | None = Field(
+        default=None, description="Name of the source; null in results of earlier versions."
+    )
+    target_name: str | None = Field(
+        default=None, description="Name of the target; null in results of earlier versions."
+    )
     parameters: MatchParameters = Field(description="The parameters in force.")
     correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
     distortion: Distortion

@@ -28,9 +28,11 @@ from isomatch._errors import (
     TooManyRequests,
     Unauthorized,
     UnexpectedResponse,
+    UnknownAttributes,
     UnknownPrototype,
     UnknownShape,
     Unprocessable,
+    UnprocessableAttributes,
     UnprocessablePrototype,
     UnprocessableShape,
     UnsupportedFormat,
@@ -38,6 +40,8 @@ from isomatch._errors import (
 )
 from isomatch._models import (
     Alternative,
+    Attributes,
+    AttributeSummary,
     Confidence,
     Correspondence,
     DenseCorrespondence,
@@ -58,6 +62,7 @@ from isomatch._models import (
     Structure,
     StructureParameter,
     Structures,
+    SurfacePoint,
     VertexMap,
 )
 from isomatch._problem import FieldProblem, Problem
@@ -70,6 +75,7 @@ from isomatch._results import (
     PartialDissimilarities,
     Prototype,
     PrototypePoints,
+    Transfer,
 )
 from isomatch._upload import MeshLike
 from isomatch._webhooks import EndedJob, Webhook, WebhookEvent, verify_webhook
@@ -80,6 +86,8 @@ __all__ = [
     "Alternative",
     "AsyncClient",
     "AsyncJob",
+    "AttributeSummary",
+    "Attributes",
     "BadRequest",
     "Client",
     "Confidence",
@@ -128,13 +136,17 @@ __all__ = [
     "Structure",
     "StructureParameter",
     "Structures",
+    "SurfacePoint",
     "TooLarge",
     "TooManyRequests",
+    "Transfer",
     "Unauthorized",
     "UnexpectedResponse",
+    "UnknownAttributes",
     "UnknownPrototype",
     "UnknownShape",
     "Unprocessable",
+    "UnprocessableAttributes",
     "UnprocessablePrototype",
     "UnprocessableShape",
     "UnsupportedFormat",

@@ -9,6 +9,7 @@ from solver.mesh.triangle_mesh import (
     read_mesh,
     triangle_areas,
     triangle_mesh,
+    vertex_rows,
 )
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "triangle_areas",
     "triangle_mesh",
     "vertex_normals",
+    "vertex_rows",
 ]

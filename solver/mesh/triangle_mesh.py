@@ -208,6 +208,27 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     return _checked(contents)
 
 
+def vertex_rows(data: bytes, file_type: str) -> int | None:
+    """Return the number of vertices of a mesh file, those included that no face uses.
+
+    Parameters
+    ----------
+    data, file_type
+        As for :func:`read_mesh`.
+
+    Returns
+    -------
+    ``None`` for formats that number vertices otherwise than one after the other.
+
+    Raises
+    ------
+    MeshError
+        As :func:`read_mesh`.
+    """
+    kind = file_type.lower().lstrip(".")
+    return len(READERS[kind](data).vertices) if kind in ("off", "obj", "ply") else None
+
+
 def triangle_mesh(
     vertices: FloatArray, faces: IntArray, colors: FloatArray | None = None
 ) -> TriangleMesh:

@@ -7,7 +7,7 @@ from typing import Any, Final
 import numpy as np
 import numpy.typing as npt
 
-from solver.errors import TransferError
+from solver.errors import OptionError, TransferError
 from solver.transfer.pull_back import PullBack
 from solver.transfer.skinning import normalised_weights, strongest_weights
 
@@ -73,7 +73,7 @@ def selected(
 
     Raises
     ------
-    TransferError
+    OptionError
         There is none, or one of `names` is not there or is of another kind.
     """
     if kind == SKINNING:
@@ -81,9 +81,11 @@ def selected(
     known = {one.name: one for one in attributes if _is_of(one, kind, bool(names))}
     absent = [name for name in names if name not in known]
     if absent:
-        raise TransferError(f"there are no {kind} called {absent[0]!r}; {_there(known)}")
+        message = f"there are no {kind} called {absent[0]!r}; {_there(known)}"
+        raise OptionError("names", message)
     if not known:
-        raise TransferError(f"the file has no {kind}; {_there([one.name for one in attributes])}")
+        message = f"the file has no {kind}; {_there([one.name for one in attributes])}"
+        raise OptionError("what", message)
     return tuple(known[name] for name in names) if names else tuple(known.values())
 
 
@@ -150,13 +152,14 @@ def _skin(attributes: Sequence[Attribute], names: Sequence[str]) -> Attribute:
         ]
         if not joints:
             there = _there([one.name for one in attributes])
-            raise TransferError(f"the file has no skinning weights; {there}")
+            raise OptionError("what", f"the file has no skinning weights; {there}")
         table = np.stack([one.values.astype(np.float64) for one in joints], axis=1)
         skin = Attribute(WEIGHTS_NAME, table, tuple(one.name for one in joints))
     columns = skin.columns or tuple(f"joint{place}" for place in range(skin.width))
     absent = [name for name in names if name not in columns]
     if absent:
-        raise TransferError(f"there is no joint called {absent[0]!r}; {_there(columns)}")
+        message = f"there is no joint called {absent[0]!r}; {_there(columns)}"
+        raise OptionError("names", message)
     places = [columns.index(name) for name in names] if names else list(range(len(columns)))
     return Attribute(skin.name, skin.values[:, places], tuple(columns[place] for place in places))
 

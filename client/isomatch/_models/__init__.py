@@ -2,6 +2,7 @@
 
 from isomatch._models.answer import Answer, Page
 from isomatch._models.arguments import StructureChoice, check_names, structure_choice
+from isomatch._models.attributes import Attributes, AttributeSummary, SurfacePoint
 from isomatch._models.confidence import Confidence
 from isomatch._models.correspondences import (
     Alternative,
@@ -27,6 +28,8 @@ from isomatch._models.vertex_map import VertexMap
 __all__ = [
     "Alternative",
     "Answer",
+    "AttributeSummary",
+    "Attributes",
     "Confidence",
     "Correspondence",
     "Correspondences",
@@ -51,6 +54,7 @@ __all__ = [
     "StructureChoice",
     "StructureParameter",
     "Structures",
+    "SurfacePoint",
     "VertexMap",
     "check_names",
     "structure_choice",

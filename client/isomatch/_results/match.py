@@ -19,10 +19,10 @@ from isomatch._models import (
     Refinement,
     SampleProof,
 )
+from isomatch._results.array_transfer import Direction, TransferKind, transferred
 from isomatch._results.geometry import Geometry
 from isomatch._results.match_panels import match_panels
 from isomatch._results.result_document import Drawable, Result
-from isomatch._results.transfer import Direction, TransferKind, transferred
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -37,6 +37,8 @@ class Match(Result, Correspondences):
         Version of the result format.
     source, target
         Ids of the shapes, or of the prototype and the shape.
+    source_name, target_name
+        Their names; None in results of earlier versions.
     source_kind
         ``"shape"`` or ``"prototype"``. For a prototype, source indices are point numbers from 0.
     parameters
@@ -86,6 +88,8 @@ class Match(Result, Correspondences):
     source: str
     source_kind: str = "shape"
     target: str
+    source_name: str | None = None
+    target_name: str | None = None
     parameters: MatchParameters
     gromov_hausdorff: FiniteFloat
     lower_bound: FiniteFloat

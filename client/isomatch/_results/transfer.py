@@ -1,96 +1,69 @@
-"""Transfer of arrays along a dense match, computed locally."""
+"""Results of transfers by the service."""
 
-from typing import Any, Final, Literal, TypeAlias
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
+from pydantic import FiniteFloat
 
-from isomatch._models import DenseCorrespondence, VertexMap
+from isomatch._models import AttributeSummary, SurfacePoint
+from isomatch._results.result_document import Drawable, Result
 
-TransferKind: TypeAlias = Literal["scalars", "vectors", "colors", "labels", "skinning", "landmarks"]
-"""Kind of what is carried."""
-
-Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
-"""From which shape to which values are carried."""
-
-KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks")
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
 
 
-def transferred(
-    dense: DenseCorrespondence,
-    values: npt.ArrayLike,
-    kind: TransferKind,
-    direction: Direction,
-    influences: int | None,
-) -> npt.NDArray[Any]:
-    """Carry values from one shape of a match to the other; see :meth:`isomatch.Match.transfer`."""
-    if direction not in ("source_to_target", "target_to_source"):
-        raise ValueError(
-            f"direction is 'source_to_target' or 'target_to_source', not {direction!r}"
-        )
-    forwards = direction == "source_to_target"
-    if kind == "landmarks":
-        return _images(dense.source_to_target if forwards else dense.target_to_source, values)
-    # Each vertex takes the value at its image, so the map goes the other way.
-    along = dense.target_to_source if forwards else dense.source_to_target
-    if kind == "labels":
-        return _by_vertex(along, _whole(along.majority(values)))
-    if kind not in KINDS:
-        raise ValueError(f"kind is one of {', '.join(KINDS)}, not {kind!r}")
-    given = np.asarray(values)
-    numbers = given.astype(np.float64)
-    if not np.isfinite(numbers).all():
-        raise ValueError("values must be finite numbers")
-    if kind == "skinning":
-        return _by_vertex(along, _skinning(along, numbers, influences))
-    found = _by_vertex(along, along.interpolate(numbers))
-    if kind == "colors" and given.dtype == np.uint8:
-        rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
-        return rounded
-    return found
+class Transfer(Result):
+    """Attributes or landmarks that were carried from one shape of a match to the other.
 
+    The values are in the files of the job: :meth:`isomatch.Job.save`.
 
-def _images(along: VertexMap, vertices: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    wanted = np.asarray(vertices, dtype=np.int64)
-    rows = np.searchsorted(along.vertices, wanted).clip(max=len(along.vertices) - 1)
-    unknown = wanted[along.vertices[rows] != wanted]
-    if unknown.size:
-        raise ValueError(f"vertex {unknown.flat[0]} is not part of the matched surface")
-    found: npt.NDArray[np.int64] = along.images[rows]
-    return found
+    Attributes
+    ----------
+    version
+        Version of the result format.
+    match
+        Id of the job that matched the shapes.
+    source, target
+        Ids of the shapes that values were carried from and to.
+    source_name, target_name
+        Their names.
+    what
+        Kind of what was carried.
+    direction
+        Direction in the match.
+    rows
+        Number of rows; row i is vertex i of the file of `target`.
+    attributes
+        What was carried.
+    points
+        Of landmarks, their images on `target`; None for others.
+    warnings
+        Remarks of the service on this result.
+    timings
+        Seconds, ``"total"``.
+    """
 
+    version: int = 1
+    match: str
+    source: str
+    target: str
+    source_name: str | None
+    target_name: str | None
+    what: str
+    direction: str
+    rows: int
+    attributes: tuple[AttributeSummary, ...]
+    points: tuple[SurfacePoint, ...] | None
+    warnings: tuple[str, ...]
+    timings: dict[str, FiniteFloat]
 
-def _skinning(
-    along: VertexMap, weights: npt.NDArray[np.float64], influences: int | None
-) -> npt.NDArray[np.float64]:
-    if weights.ndim != 2:
-        raise ValueError(
-            f"skinning weights have a column for each joint, not shape {weights.shape}"
-        )
-    if (weights < 0.0).any():
-        raise ValueError("skinning weights must not be negative")
-    means = along.interpolate(_normalised(weights))
-    if influences is not None and influences < means.shape[1]:
-        weakest = np.argsort(means, axis=1, kind="stable")[:, :-influences]
-        np.put_along_axis(means, weakest, 0.0, axis=1)
-    return _normalised(means)
+    def __repr__(self) -> str:
+        if self.points is not None:
+            return f"<Transfer of {len(self.points)} landmarks>"
+        names = ", ".join(one.name for one in self.attributes)
+        return f"<Transfer of {self.what} ({names}) to {self.rows} vertices>"
 
+    __str__ = __repr__
 
-def _normalised(weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    sums = weights.sum(axis=1, keepdims=True)
-    found: npt.NDArray[np.float64] = weights / np.where(sums > 0.0, sums, 1.0)
-    return found
-
-
-def _whole(labels: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    # -1 stands for vertices without a label.
-    return labels.astype(np.int64) if labels.dtype.kind == "u" else labels
-
-
-def _by_vertex(along: VertexMap, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Row i for vertex i of the file; vertices that no face uses have nan, -1 or an empty text."""
-    missing = {"f": np.nan, "i": -1, "U": ""}.get(values.dtype.kind, 0)
-    count = int(along.vertices.max(initial=-1)) + 1
-    found = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
-    found[along.vertices] = values
-    return found
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
+        raise ValueError("a transfer has no figure; save it as PLY or GLB")

@@ -3,7 +3,7 @@
 Row i is vertex i of the shape's file in all of them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from solver.errors import TransferError
@@ -54,29 +54,21 @@ def read_attributes(data: bytes, file_type: str) -> tuple[Attribute, ...]:
         raise TransferError("the file is too large to be read in the memory there is") from None
 
 
-def write_attributes(
-    attributes: Sequence[Attribute], file_type: str, surface: WrittenSurface
-) -> bytes:
-    """Write attributes to a file.
+def write_surface(surface: WrittenSurface, file_type: str) -> bytes:
+    """Write a surface with its attributes.
 
     Parameters
     ----------
-    attributes
-        Of the vertices of a file.
-    file_type
-        One of `ATTRIBUTE_FORMATS`.
     surface
-        The surface with these attributes, for formats that hold one.
+        The surface.
+    file_type
+        "ply", "obj" or "glb".
 
     Raises
     ------
     TransferError
         The format cannot hold an attribute.
     """
-    if file_type == "npz":
-        return write_npz(attributes)
-    if file_type == "csv":
-        return write_csv(attributes)
     if file_type == "glb":
         return write_glb([surface])
     return {"ply": write_ply, "obj": write_obj}[file_type](surface)
@@ -86,7 +78,8 @@ __all__ = [
     "ATTRIBUTE_FORMATS",
     "WrittenSurface",
     "read_attributes",
-    "write_attributes",
+    "write_csv",
     "write_glb",
-    "write_ply",
+    "write_npz",
+    "write_surface",
 ]

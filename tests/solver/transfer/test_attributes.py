@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.errors import TransferError
+from solver.errors import OptionError, TransferError
 from solver.transfer import (
     COLORS,
     LABELS,
@@ -51,11 +51,11 @@ def test_attributes_are_selected_by_name() -> None:
     (skin,) = selected(TABLE, SKINNING, ["foot", "hip"])
     assert skin.columns == ("foot", "hip")
     np.testing.assert_array_equal(skin.values, TABLE[-1].values[:, [2, 0]])
-    with pytest.raises(TransferError, match="no labels called 'flow'; there are 'part', 'name'"):
+    with pytest.raises(OptionError, match="no labels called 'flow'; there are 'part', 'name'"):
         selected(TABLE, LABELS, ["flow"])
-    with pytest.raises(TransferError, match="no joint called 'tail'"):
+    with pytest.raises(OptionError, match="no joint called 'tail'"):
         selected(TABLE, SKINNING, ["tail"])
-    with pytest.raises(TransferError, match="the file has no colors; there are 'height'"):
+    with pytest.raises(OptionError, match="the file has no colors; there are 'height'"):
         selected(TABLE[:1], COLORS)
 
 

@@ -18,9 +18,9 @@ from solver.transfer.files import (
     ATTRIBUTE_FORMATS,
     WrittenSurface,
     read_attributes,
-    write_attributes,
 )
 from tests.solver import shapes
+from tests.solver.transfer.files.written import write_attributes
 
 MESH = shapes.icosphere(0)
 ROWS = MESH.n_vertices

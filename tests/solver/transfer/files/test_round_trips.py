@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from solver.errors import TransferError
 from solver.mesh import read_mesh, triangle_mesh
 from solver.transfer import Attribute
-from solver.transfer.files import WrittenSurface, read_attributes, write_attributes
+from solver.transfer.files import WrittenSurface, read_attributes
 from tests.solver import shapes
+from tests.solver.transfer.files.written import write_attributes
 
 MESH = shapes.blob(1)
 ROWS = MESH.n_vertices
@@ -114,6 +115,7 @@ def test_surfaces_are_read_as_they_were(file_type: str) -> None:
     found = read_mesh(data, file_type)
     np.testing.assert_allclose(found.vertices, MESH.vertices, atol=1e-6)
     np.testing.assert_array_equal(found.faces, MESH.faces)
+    assert found.colors is not None
     np.testing.assert_allclose(found.colors, colors.values, atol=1e-6)
     assert not found.warnings
 
