@@ -51,8 +51,8 @@ TRANSFER_EXAMPLES: Final = _epilog(
         "isomatch transfer a.glb b.obj --what skinning -o b.glb",
     ),
     (
-        "a landmark of the source, along a match that was made before",
-        "isomatch transfer 5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f --what landmarks --point 17",
+        "colours of the source, along a match that was made before",
+        "isomatch transfer 5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f --what colors -o b.ply",
     ),
 )
 
