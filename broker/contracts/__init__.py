@@ -73,6 +73,7 @@ from broker.contracts.subjects import Subject, subject_of
 from broker.contracts.transfers import (
     ATTRIBUTE_FORMATS,
     LANDMARKS,
+    TEXTURE,
     AttributesRecord,
     AttributeSummary,
     Direction,
@@ -101,6 +102,7 @@ __all__ = [
     "SPECTRUM_VERSION",
     "STAGES",
     "STRUCTURES",
+    "TEXTURE",
     "UNUSABLE",
     "URN",
     "Alternative",

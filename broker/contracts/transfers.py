@@ -16,8 +16,11 @@ _PREFIX: Final = "a-"
 """Beginning of the ids of attribute files, which distinguishes them from those of shapes."""
 
 LANDMARKS: Final = "landmarks"
+TEXTURE: Final = "texture"
 
-TransferKind: TypeAlias = Literal["scalars", "vectors", "colors", "labels", "skinning", "landmarks"]
+TransferKind: TypeAlias = Literal[
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+]
 Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
 
 

@@ -6,6 +6,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 
 from broker.contracts import (
     LANDMARKS,
+    TEXTURE,
     AttributesRecord,
     Direction,
     SurfacePoint,
@@ -65,7 +66,8 @@ class TransferRequest(JobRequest):
     what: TransferKind = Field(
         description="Kind of what is carried: scalars, vectors and colours by barycentric means"
         " (components of vectors one by one: directions are not rotated), labels by majority,"
-        " skinning weights by means of sum 1, or landmarks, which are points."
+        " skinning weights by means of sum 1; landmarks, which are points; or the texture in the"
+        " shape's own file, as colours of vertices, and in GLB files as an image."
     )
     direction: Direction = Field(
         default="source_to_target",
@@ -106,8 +108,8 @@ class TransferRequest(JobRequest):
         if not landmarks and self.points:
             wrong["points"] = 'only "landmarks" have points; leave them out, or change `what`'
         for name in ("attributes", "names"):
-            if landmarks and getattr(self, name):
-                wrong[name] = "landmarks have none; leave it out, or change `what`"
+            if self.what in (LANDMARKS, TEXTURE) and getattr(self, name):
+                wrong[name] = f"not supported with {self.what!r}; leave it out, or change `what`"
         if self.influences is not None and self.what != "skinning":
             wrong["influences"] = "only skinning weights have influences; leave it out"
         return wrong

@@ -11,6 +11,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
 from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
+from solver.mesh.textures import Paint
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -208,6 +209,30 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     return _checked(contents)
 
 
+def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
+    """Read the surface of a mesh file as it is, and its textures.
+
+    Parameters
+    ----------
+    data, file_type
+        As for :func:`read_mesh`.
+
+    Returns
+    -------
+    A mesh that is not repaired, with the vertex numbers of the file, and the textures of its faces;
+    ``None`` for a file without textures.
+
+    Raises
+    ------
+    MeshError
+        As :func:`read_mesh`.
+    """
+    soup = READERS[file_type.lower().lstrip(".")](data)
+    if soup.paint is None or not soup.paint.textures:
+        return None
+    return TriangleMesh.of(soup), soup.paint
+
+
 def vertex_rows(data: bytes, file_type: str) -> int | None:
     """Return the number of vertices of a mesh file, those included that no face uses.
 
@@ -332,4 +357,4 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError("the mesh has no faces; a point cloud cannot be matched")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    return TriangleMesh.of(repaired(soup))
+    return TriangleMesh.of(repaired(replace(soup, paint=None)))

@@ -19,6 +19,7 @@ from solver.transfer.attributes import (
 )
 from solver.transfer.landmarks import Landmarks, landmark_images
 from solver.transfer.pull_back import PullBack
+from solver.transfer.texture import BakedTexture, baked_texture, texture_colors
 
 __all__ = [
     "COLORS",
@@ -30,9 +31,12 @@ __all__ = [
     "VECTORS",
     "WEIGHTS_NAME",
     "Attribute",
+    "BakedTexture",
     "Landmarks",
     "PullBack",
+    "baked_texture",
     "carried",
     "landmark_images",
     "selected",
+    "texture_colors",
 ]

@@ -48,28 +48,56 @@ def landmark_images(
     TransferError
         A corner is no vertex of the mapped surface, or coordinates are negative or of another sum.
     """
+    faces, barycentric = surface_images(points, dense, target)
+    corners = target.vertex_ids[target.faces[faces]]
+    # Vertices have images of their own, which need not be those of their neighbourhood.
+    chosen = points.barycentric.argmax(axis=1)
+    every = np.arange(len(chosen))
+    at_vertex = points.barycentric[every, chosen] > 1.0 - 1e-9
+    rows = _rows(dense, points.corners[every, chosen][at_vertex])
+    corners[at_vertex] = dense.faces[rows]
+    barycentric[at_vertex] = dense.barycentric[rows]
+    return Landmarks(corners, barycentric)
+
+
+def surface_images(
+    points: Landmarks, dense: DenseCorrespondence, target: TriangleMesh
+) -> tuple[IntArray, FloatArray]:
+    """Map points of X to Y by the images of the corners alone.
+
+    Parameters
+    ----------
+    points, dense, target
+        As for :func:`landmark_images`.
+
+    Returns
+    -------
+    (n,) faces of the target, and (n, 3) barycentric coordinates there.
+
+    Raises
+    ------
+    TransferError
+        As for :func:`landmark_images`.
+    """
     weights = points.barycentric
     if (weights < 0.0).any() or (np.abs(weights.sum(axis=1) - 1.0) > 1e-3).any():
         raise TransferError("barycentric coordinates must not be negative, and their sum is 1")
-    rows = np.searchsorted(dense.source, points.corners).clip(max=len(dense.source) - 1)
-    unknown = points.corners[dense.source[rows] != points.corners]
-    if unknown.size:
-        raise TransferError(f"vertex {unknown[0]} is not part of the mapped surface")
+    rows = _rows(dense, points.corners)
     triangles = target.vertices_of(dense.faces[rows].ravel()).reshape(*rows.shape, 3)
     images = np.einsum("ncb,ncbd->ncd", dense.barycentric[rows], target.vertices[triangles])
     means = np.einsum("nc,ncd->nd", weights / weights.sum(axis=1, keepdims=True), images)
-    chosen = weights.argmax(axis=1)
-    every = np.arange(len(rows))
     # Descent in space begins at the image of the nearest corner, so that it stays on its limb.
+    chosen, every = weights.argmax(axis=1), np.arange(len(rows))
     main = dense.barycentric[rows[every, chosen]].argmax(axis=1)
     start = triangles[every, chosen, main]
     nearest = descend(means, target.vertices, *target.neighbours, start)
-    faces, barycentric = project(
-        means, target.vertices, target.faces, *target.incident_faces, nearest
-    )
-    corners = target.vertex_ids[target.faces[faces]]
-    at_vertex = weights.max(axis=1) > 1.0 - 1e-9
-    vertex_rows = rows[every, chosen][at_vertex]
-    corners[at_vertex] = dense.faces[vertex_rows]
-    barycentric[at_vertex] = dense.barycentric[vertex_rows]
-    return Landmarks(corners, barycentric)
+    return project(means, target.vertices, target.faces, *target.incident_faces, nearest)
+
+
+def _rows(dense: DenseCorrespondence, vertices: IntArray) -> IntArray:
+    """Rows of a map that hold vertices of X."""
+    rows: IntArray = np.searchsorted(dense.source, vertices).clip(max=len(dense.source) - 1)
+    unknown = vertices[dense.source[rows] != vertices]
+    if unknown.size:
+        raise TransferError(f"vertex {unknown[0]} is not part of the mapped surface")
+    return rows

@@ -7,23 +7,26 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from broker.contracts import (
+    TEXTURE,
     DissimilarityResult,
     MatchResult,
     TransferResult,
 )
 from broker.store import Store
 from solver.errors import OptionError
-from solver.transfer import COLORS_NAME, Attribute, PullBack
+from solver.transfer import COLORS_NAME, Attribute, PullBack, baked_texture
 from solver.transfer.files import (
     WrittenSurface,
     read_attributes,
     write_csv,
     write_glb,
     write_surface,
+    write_textured_glb,
 )
 from worker.jobs.failures import ResultGone
+from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
-from worker.jobs.transfers import colors_of_file, solver_map
+from worker.jobs.transfers import colors_of_file, solver_map, texture_of
 from worker.pictures import colors_by_place
 
 _APART = 1.2
@@ -83,6 +86,8 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
             raise OptionError("format", "landmarks are written to CSV and NPZ")
         header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
         return _table([header, *((*one.vertices, *one.weights) for one in result.points)])
+    if result.what == TEXTURE and file_type == "glb":
+        return _textured(result, store)
     arrays = store.results.arrays(job_id)
     if arrays is None:
         raise ResultGone("the result has expired")
@@ -95,6 +100,19 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     mesh = stored_mesh(result.target, store.shapes)
     surface = WrittenSurface.of(mesh, named, result.target_name or "target")
     return write_surface(surface, file_type)
+
+
+def _textured(result: TransferResult, store: Store) -> bytes:
+    """Return the surface with the texture baked into an image, for which the match is needed."""
+    packed = store.results.document(result.match)
+    dense = None if packed is None else result_from_blob(packed).dense
+    if dense is None or dense.inverse is None:
+        raise ResultGone("the result of the match has expired; match again")
+    forwards = result.direction == "source_to_target"
+    back = solver_map(dense, dense.inverse, forwards=not forwards)
+    mesh = stored_mesh(result.target, store.shapes)
+    texture = baked_texture(mesh, back, *texture_of(result.source, store.shapes))
+    return write_textured_glb(result.target_name or "target", mesh, texture)
 
 
 def _beside(source: WrittenSurface, target: WrittenSurface) -> WrittenSurface:

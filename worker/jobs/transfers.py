@@ -2,12 +2,13 @@
 
 import time
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
 from broker.contracts import (
     LANDMARKS,
+    TEXTURE,
     AttributesRecord,
     AttributeSummary,
     AttributesValidationPayload,
@@ -17,17 +18,21 @@ from broker.contracts import (
     TransferPayload,
     TransferResult,
 )
-from broker.store import Shapes
+from broker.store import Shapes, Store
 from solver import registration, transfer
 from solver.arrays import FloatArray
 from solver.errors import OptionError, TransferError
-from solver.mesh import TriangleMesh, vertex_rows
+from solver.mesh import TriangleMesh, textured_surface, vertex_rows
+from solver.mesh.textures import Paint
 from solver.transfer import COLORS, COLORS_NAME, Attribute, Landmarks, PullBack
 from solver.transfer.files import read_attributes, write_npz
 from worker.jobs.context import JobContext
 from worker.jobs.failures import AttributesGone, ResultGone, ShapeGone, UploadGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
+
+CHANNELS: Final = ("red", "green", "blue")
+"""Columns of colours."""
 
 
 def validate_attributes(payload: AttributesValidationPayload, context: JobContext) -> None:
@@ -89,6 +94,9 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
         control.report("mapping the landmarks", 0.5)
         target = stored_mesh(payload.target, store.shapes)
         points = _images(payload.points, solver_map(*directed, forwards=forwards), target)
+    elif payload.what == TEXTURE:
+        control.report("sampling the texture", 0.5)
+        carried = (_texture_colors(payload, solver_map(*directed, forwards=not forwards), store),)
     else:
         control.report("carrying the values", 0.5)
         # Each vertex takes the value at its image, so the map goes the other way.
@@ -150,7 +158,7 @@ def colors_of_file(mesh: TriangleMesh, colors: FloatArray) -> Attribute:
     ids, own = mesh.numbering
     rows = np.zeros((int(ids[-1]) + 1, 3))
     rows[ids] = colors[own]
-    return Attribute(COLORS_NAME, rows, ("red", "green", "blue"))
+    return Attribute(COLORS_NAME, rows, CHANNELS)
 
 
 def write_arrays(
@@ -185,6 +193,37 @@ def _attributes(payload: TransferPayload, context: JobContext) -> tuple[Attribut
     except TransferError as error:
         message = f"the shape's own file has none ({error}); upload a file of attributes"
         raise OptionError("attributes", message) from error
+
+
+def texture_of(shape: str, shapes: Shapes) -> tuple[TriangleMesh, Paint]:
+    """Return the surface of a shape as its file has it, and its textures.
+
+    Raises
+    ------
+    ShapeGone
+        The shape was deleted.
+    OptionError
+        It has no texture.
+    """
+    record, data = shapes.get(shape), shapes.upload(shape)
+    if record is None or data is None:
+        raise ShapeGone(shape)
+    found = textured_surface(data, record.file_type)
+    if found is None:
+        raise OptionError("what", "the shape has no texture; `colors` carries those of vertices")
+    return found
+
+
+def _texture_colors(
+    payload: TransferPayload, back: registration.DenseCorrespondence, store: Store
+) -> Attribute:
+    surface, paint = texture_of(payload.source, store.shapes)
+    vertices = Landmarks(
+        np.repeat(back.source[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(back.source), 1))
+    )
+    along = PullBack.along(back)
+    colors = along.spread(transfer.texture_colors(vertices, back, surface, paint), np.nan)
+    return Attribute(COLORS_NAME, colors, CHANNELS)
 
 
 def _own_colors(mesh: TriangleMesh) -> Attribute:

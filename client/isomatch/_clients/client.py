@@ -309,7 +309,8 @@ class Client:
             file of that shape itself, whose colours include its texture.
         what
             ``"scalars"``, ``"vectors"``, ``"colors"``, ``"labels"``, ``"skinning"`` or
-            ``"landmarks"``; see :meth:`isomatch.Match.transfer`.
+            ``"landmarks"``, see :meth:`isomatch.Match.transfer`; or ``"texture"``, that of the
+            shape's own file, as colours of vertices, and in a GLB file as an image.
         direction
             ``"source_to_target"`` or ``"target_to_source"``.
         names

@@ -7,13 +7,16 @@ import numpy.typing as npt
 
 from isomatch._models import DenseCorrespondence, VertexMap
 
-TransferKind: TypeAlias = Literal["scalars", "vectors", "colors", "labels", "skinning", "landmarks"]
+TransferKind: TypeAlias = Literal[
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+]
 """Kind of what is carried."""
 
 Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
 """From which shape to which values are carried."""
 
-KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks")
+KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture")
+"""All kinds; a texture is in a file, and carried by the service."""
 
 
 def transferred(
@@ -35,8 +38,8 @@ def transferred(
     along = dense.target_to_source if forwards else dense.source_to_target
     if kind == "labels":
         return _by_vertex(along, _whole(along.majority(values)))
-    if kind not in KINDS:
-        raise ValueError(f"kind is one of {', '.join(KINDS)}, not {kind!r}")
+    if kind not in KINDS[:-1]:
+        raise ValueError(f"kind is one of {', '.join(KINDS[:-1])}, not {kind!r}")
     given = np.asarray(values)
     numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():

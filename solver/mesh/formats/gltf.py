@@ -255,10 +255,11 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
     plain = (lights == 1.0 if colors is not None else lights == lights[:1]).all()
     if plain and not textured:
         return merged
-    painted = painted_colors(merged.vertices, merged.faces, _paint(parts))
+    paint = _paint(parts)
+    painted = painted_colors(merged.vertices, merged.faces, paint)
     if merged.colors is not None:
         painted = tinted(painted, linear_light(merged.colors))
-    return replace(merged, colors=painted)
+    return replace(merged, colors=painted, paint=paint)
 
 
 def _paint(parts: Sequence[_Part]) -> Paint:

@@ -10,7 +10,7 @@ from solver.errors import TransferError
 from solver.transfer.attributes import Attribute
 from solver.transfer.files.csv_table import read_csv, write_csv
 from solver.transfer.files.glb import read_glb_attributes
-from solver.transfer.files.glb_writing import write_glb
+from solver.transfer.files.glb_writing import write_glb, write_textured_glb
 from solver.transfer.files.limits import checked
 from solver.transfer.files.npz import read_npz, write_npz
 from solver.transfer.files.obj import read_obj_attributes, write_obj
@@ -82,4 +82,5 @@ __all__ = [
     "write_glb",
     "write_npz",
     "write_surface",
+    "write_textured_glb",
 ]

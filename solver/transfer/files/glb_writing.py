@@ -1,5 +1,6 @@
 """Surfaces written as binary glTF 2.0, with attributes of their vertices."""
 
+import io
 import json
 import struct
 from collections.abc import Sequence
@@ -8,13 +9,16 @@ from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image
 
 from solver.errors import TransferError
+from solver.mesh import TriangleMesh, vertex_normals
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import color_bytes
 from solver.transfer.files.glb import numbered_joints
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.skinning import normalised_weights, strongest_weights
+from solver.transfer.texture import BakedTexture
 
 _KINDS: Final = {"u1": 5121, "<u2": 5123, "<u4": 5125, "<f4": 5126}
 """Component types, by NumPy's code."""
@@ -52,16 +56,20 @@ class _File:
         entries.append(entry)
         return len(entries) - 1
 
+    def view(self, data: bytes, target: int | None = None) -> int:
+        """Append bytes to the binary chunk, and return the index of their view."""
+        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data)}
+        if target is not None:
+            view["target"] = target
+        self.binary += data
+        self.binary += bytes(-len(self.binary) % 4)
+        return self.append("bufferViews", view)
+
     def accessor(self, values: npt.NDArray[Any], target: int | None = None, **more: Any) -> int:
         """Append values, (n,) or (n, k) of a type of glTF, and return the accessor's index."""
         table = values.reshape(len(values), -1)
-        view = {"buffer": 0, "byteOffset": len(self.binary), "byteLength": table.nbytes}
-        if target is not None:
-            view["target"] = target
-        self.binary += table.tobytes()
-        self.binary += bytes(-len(self.binary) % 4)
         entry = {
-            "bufferView": self.append("bufferViews", view),
+            "bufferView": self.view(table.tobytes(), target),
             "componentType": _KINDS[table.dtype.str.lstrip("|")],
             "count": len(table),
             "type": _ITEMS[table.shape[1]],
@@ -107,6 +115,46 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
                 _write_attribute(file, primitive, one)
         node["mesh"] = file.append("meshes", {"name": surface.name, "primitives": [primitive]})
         file.tree["scenes"][0]["nodes"].append(file.append("nodes", node))
+    return file.to_bytes()
+
+
+def write_textured_glb(name: str, mesh: TriangleMesh, texture: BakedTexture) -> bytes:
+    """Return a surface with a texture as a binary glTF file; its triangles share no vertices.
+
+    Parameters
+    ----------
+    name
+        Name of the surface.
+    mesh
+        The surface.
+    texture
+        Its texture.
+    """
+    file = _File()
+    position = mesh.vertices[mesh.faces].reshape(-1, 3).astype("<f4")
+    normals = vertex_normals(mesh.vertices, mesh.faces)[mesh.faces].reshape(-1, 3)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    upright = np.where(lengths > 0.0, normals / np.maximum(lengths, 1e-300), [0.0, 0.0, 1.0])
+    bounds = {"min": position.min(axis=0).tolist(), "max": position.max(axis=0).tolist()}
+    attributes = {
+        "POSITION": file.accessor(position, _VERTICES, **bounds),
+        "NORMAL": file.accessor(upright.astype("<f4"), _VERTICES),
+        "TEXCOORD_0": file.accessor(texture.coordinates.reshape(-1, 2).astype("<f4"), _VERTICES),
+    }
+    stream = io.BytesIO()
+    Image.fromarray(texture.pixels).save(stream, format="PNG")
+    image = file.append(
+        "images", {"bufferView": file.view(stream.getvalue()), "mimeType": "image/png"}
+    )
+    # No mipmaps, which would mix neighbouring triangles.
+    sampler = {"magFilter": 9729, "minFilter": 9729, "wrapS": 33071, "wrapT": 33071}
+    shown = {"source": image, "sampler": file.append("samplers", sampler)}
+    surface = {"baseColorTexture": {"index": file.append("textures", shown)}, "metallicFactor": 0.0}
+    material = file.append("materials", {"pbrMetallicRoughness": surface})
+    primitive = {"attributes": attributes, "material": material}
+    mesh_index = file.append("meshes", {"name": name, "primitives": [primitive]})
+    node = file.append("nodes", {"name": name, "mesh": mesh_index})
+    file.tree["scenes"][0]["nodes"].append(node)
     return file.to_bytes()
 
 

@@ -3,15 +3,16 @@
 import csv
 import io
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 import httpx2
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial import KDTree
 
 from broker.contracts import ATTRIBUTE_FORMATS as CONTRACT_FORMATS
-from broker.contracts import MatchResult
+from broker.contracts import MatchResult, TransferKind
 from broker.store import keys
 from solver.mesh import read_mesh
 from solver.transfer import KINDS, Attribute
@@ -26,6 +27,7 @@ from tests.service.conftest import Api, Json, problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
+from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb
 
 Upload = Callable[..., Json]
 
@@ -159,10 +161,31 @@ def test_landmarks(http: httpx2.Client, match: str) -> None:
     assert refused["errors"][0]["field"] == "path.format"
 
 
+def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Upload) -> None:
+    shares = (MESH.vertices[:, :2] - MESH.vertices[:, :2].min()) / np.ptp(MESH.vertices[:, :2])
+    data = textured_glb(MESH.vertices, MESH.faces, 0.1 + 0.8 * shares, image_file(ramp()))
+    pair = upload(data, "textured.glb")["id"], upload(file_of(OTHER), "other.ply")["id"]
+    match = matched(http, pair, points=10, dense=True)["id"]
+    job = carried(http, match, what="texture")
+    expected = ((0.1 + 0.8 * shares) * 256 - 0.5) / 255.0
+    colors = arrays_of(http, job)["colors"][TRUTH]
+    np.testing.assert_allclose(colors[:, :2], expected, atol=4e-3)
+    baked = http.get(job["links"]["exports"][3]).content
+    seen: Any = trimesh.load(io.BytesIO(baked), file_type="glb", force="mesh")
+    assert seen.visual.material.baseColorTexture.size[0] > 64
+    found = read_mesh(baked, "glb")
+    assert found.colors is not None
+    same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
+    assert np.abs(found.colors[:, :2] - expected[same]).mean() < 0.05
+    failed = carried(http, match, what="texture", direction="target_to_source")
+    assert failed["error"]["errors"][0]["field"] == "body.what"
+
+
 @pytest.mark.parametrize(
     ("asked", "field"),
     [
         ({"what": "landmarks"}, "body.points"),
+        ({"what": "texture", "names": ["a"]}, "body.names"),
         ({"what": "labels", "points": [1]}, "body.points"),
         ({"what": "landmarks", "points": [1], "names": ["a"]}, "body.names"),
         ({"what": "labels", "influences": 2}, "body.influences"),
@@ -300,6 +323,4 @@ def test_contract_and_solver_agree_on_kinds_and_formats() -> None:
     assert CONTRACT_FORMATS == ATTRIBUTE_FORMATS
     schema = MatchResult.model_json_schema()
     assert "inverse" in schema["$defs"]["DenseCorrespondence"]["properties"]
-    assert {*KINDS, "landmarks"} == {
-        "scalars", "vectors", "colors", "labels", "skinning", "landmarks"
-    }  # fmt: skip
+    assert {*KINDS, "landmarks", "texture"} == set(get_args(TransferKind))
