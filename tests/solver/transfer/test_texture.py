@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
+from solver.errors import TransferError
 from solver.mesh import TriangleMesh, read_mesh, textured_surface
 from solver.mesh.textures import Texture
 from solver.registration import DenseCorrespondence
@@ -116,3 +117,15 @@ def test_files_without_a_texture_have_none() -> None:
     text += [" ".join(map(str, row)) for row in plain.vertices.tolist()]
     text += [" ".join(map(str, (3, *row))) for row in plain.faces.tolist()]
     assert textured_surface("\n".join(text).encode(), "off") is None
+
+
+def test_a_vertex_without_faces_is_refused(back: DenseCorrespondence) -> None:
+    read = textured_surface(FILES["glb"](), "glb")
+    assert read is not None
+    surface, paint = read
+    corner = int(back.faces[0, back.barycentric[0].argmax()])
+    without = (surface.faces != corner).all(axis=1)
+    torn = TriangleMesh(surface.vertices, surface.faces[without], surface.vertex_ids)
+    point = Landmarks(np.full((1, 3), back.source[0]), np.array([[1.0, 0.0, 0.0]]))
+    with pytest.raises(TransferError, match=f"vertex {corner} of the file is part of no face"):
+        texture_colors(point, back, torn, paint)
