@@ -26,6 +26,7 @@ from service import (
     prototypes,
     shapes,
     structures,
+    transfers,
 )
 from service.dependencies import Service, State
 from service.http import Authentication, BodyLimit, HeadLikeGet, RequestContext, error_handlers
@@ -67,13 +68,27 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         BodyLimit,
         limit=BODY_LIMIT,
         upload_limit=settings.max_upload_bytes,
-        upload_paths=(shapes.SHAPES_PATH, prototypes.ARCHIVES_PATH),
+        upload_paths=(
+            shapes.SHAPES_PATH,
+            prototypes.ARCHIVES_PATH,
+            transfers.ATTRIBUTES_PATH,
+        ),
         patience=settings.body_patience,
     )
     app.add_middleware(RequestContext)
     app.add_middleware(MeasureRequests, times=RequestTimes(registry))
     app.webhooks.include_router(jobs.webhooks_router)
-    packages = (shapes, structures, matches, dissimilarities, prototypes, jobs, monitoring, page)
+    packages = (
+        shapes,
+        structures,
+        matches,
+        transfers,
+        dissimilarities,
+        prototypes,
+        jobs,
+        monitoring,
+        page,
+    )
     for package in packages:
         for router in package.ROUTERS:
             app.include_router(router)

@@ -1,4 +1,4 @@
-"""Uploads of meshes and prototypes: stored, validated by a worker, answered with what they became.
+"""Uploads of meshes, prototypes and attributes: validated by a worker, answered with the record.
 
 An upload that takes long to validate is answered with its job (202); the client then asks for what
 it becomes.
@@ -13,6 +13,7 @@ from pydantic import AfterValidator, BaseModel
 from starlette.concurrency import run_in_threadpool
 
 from broker.contracts import (
+    AttributesRecord,
     FieldProblem,
     IdempotencyRecord,
     JobRecord,
@@ -41,7 +42,7 @@ from service.http import (
 from service.jobs import IdempotencyKey, Job
 from service.names import LONGEST, showable
 
-RecordT = TypeVar("RecordT", ShapeRecord, PrototypeRecord)
+RecordT = TypeVar("RecordT", ShapeRecord, PrototypeRecord, AttributesRecord)
 KeptT = TypeVar("KeptT", covariant=True)
 
 UploadName = Annotated[
@@ -113,6 +114,16 @@ class UploadKind(Generic[RecordT]):
     location: str
     records: Callable[[Store], _Records[RecordT]]
     deleted: type[ApiProblem]
+
+    @staticmethod
+    def named(known: RecordT, name: str) -> RecordT:
+        """Return a record that was stored before, under the name of this upload of its bytes.
+
+        The name of a prototype belongs to its version, and stays.
+        """
+        if isinstance(known, PrototypeRecord):
+            return known
+        return known.model_copy(update={"name": name})
 
     @property
     def location_header(self) -> dict[str, Any]:
@@ -192,7 +203,7 @@ class UploadKind(Generic[RecordT]):
             known, job_id = await run_in_threadpool(self._submit, sender, data, payload)
             del data  # frees the memory while the validation is awaited
         if known is not None:
-            return self.show(known, 200)
+            return self.show(self.named(known, payload.name), 200)
         job = await service.wait_for(job_id, service.settings.validation_wait, sender.request)
         return await run_in_threadpool(self._validated, service, payload, job_id, job)
 
@@ -249,7 +260,7 @@ class UploadKind(Generic[RecordT]):
             raise Reported(job.error)
         record = self.records(service.store).get(payload.upload)
         if record is not None:
-            return self.show(record, 201)
+            return self.show(self.named(record, payload.name), 201)
         if job is not None and job.state is JobState.SUCCEEDED:
             raise self.deleted(
                 f"The {self.noun} was deleted as soon as it was validated; upload it again."

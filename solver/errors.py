@@ -6,6 +6,7 @@
     ├── MeshError       a mesh cannot be read or computed on
     ├── OptionError     the value of an option is invalid, alone or with this shape
     ├── PrototypeError  an archive is no valid prototype, or examples cannot be learned
+    ├── TransferError   attributes cannot be read, carried or written
     └── Cancelled       the caller asked to stop before there was an answer
 """
 
@@ -40,6 +41,10 @@ class OptionError(SolverError):
 
 class PrototypeError(SolverError):
     """An archive is no valid prototype, or examples cannot be learned."""
+
+
+class TransferError(SolverError):
+    """Attributes of a shape cannot be read, carried to another, or written."""
 
 
 class Cancelled(SolverError):  # noqa: N818 - a request, not a fault

@@ -11,6 +11,8 @@ from broker.contracts.dissimilarities import (
     DissimilarityResult,
 )
 from broker.contracts.jobs import (
+    UNUSABLE,
+    AttributesValidationPayload,
     DeliveryPayload,
     DissimilaritiesPayload,
     JobKind,
@@ -24,8 +26,10 @@ from broker.contracts.jobs import (
     PrototypeValidationPayload,
     SpectrumPayload,
     TimeSlicePayload,
+    TransferPayload,
     UploadPayload,
     ValidationPayload,
+    View,
 )
 from broker.contracts.parameters import (
     DissimilarityParameters,
@@ -53,6 +57,7 @@ from broker.contracts.results import (
     DenseCorrespondence,
     Distortion,
     GromovHausdorff,
+    InverseCorrespondence,
     Level,
     MatchResult,
     RefinedPoint,
@@ -66,12 +71,28 @@ from broker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
+from broker.contracts.transfers import (
+    ATTRIBUTE_FORMATS,
+    LANDMARKS,
+    TEXTURE,
+    AttributesRecord,
+    AttributeSummary,
+    Direction,
+    SurfacePoint,
+    TransferKind,
+    TransferResult,
+    attribute_format_of,
+    attributes_id,
+)
+from broker.contracts.vertices import Vertex
 from broker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookEvent
 
 __all__ = [
     "ARCHIVE_TYPE",
+    "ATTRIBUTE_FORMATS",
     "DESCRIPTORS",
     "GREATEST",
+    "LANDMARKS",
     "MESH_FORMATS",
     "METRICS",
     "MOST_EXAMPLES",
@@ -82,8 +103,13 @@ __all__ = [
     "SPECTRUM_VERSION",
     "STAGES",
     "STRUCTURES",
+    "TEXTURE",
+    "UNUSABLE",
     "URN",
     "Alternative",
+    "AttributeSummary",
+    "AttributesRecord",
+    "AttributesValidationPayload",
     "Choice",
     "Confidence",
     "Correspondence",
@@ -91,6 +117,7 @@ __all__ = [
     "DeliveryPayload",
     "DeliveryState",
     "DenseCorrespondence",
+    "Direction",
     "DissimilaritiesPayload",
     "DissimilarityParameters",
     "DissimilarityResult",
@@ -99,6 +126,7 @@ __all__ = [
     "FieldProblem",
     "GromovHausdorff",
     "IdempotencyRecord",
+    "InverseCorrespondence",
     "JobKind",
     "JobRecord",
     "JobState",
@@ -128,11 +156,19 @@ __all__ = [
     "Structure",
     "Structures",
     "Subject",
+    "SurfacePoint",
     "TimeSlicePayload",
+    "TransferKind",
+    "TransferPayload",
+    "TransferResult",
     "UploadPayload",
     "ValidationPayload",
+    "Vertex",
+    "View",
     "Webhook",
     "WebhookEvent",
+    "attribute_format_of",
+    "attributes_id",
     "catalogue",
     "file_type_of",
     "is_prototype",

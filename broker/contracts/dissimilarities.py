@@ -25,6 +25,9 @@ class DissimilarityResult(BaseModel):
 
     version: Literal[1] = Field(default=1, description="Version of this format.")
     shapes: tuple[str, ...] = Field(description="Ids of the shapes, K of them, as they were given.")
+    names: tuple[str, ...] | None = Field(
+        default=None, description="Their names; null in results of earlier versions."
+    )
     labels: tuple[str, ...] | None = Field(description="Their labels, if any were given.")
     parameters: DissimilarityParameters = Field(description="The parameters in force.")
     matrix: tuple[tuple[FiniteFloat, ...], ...] = Field(

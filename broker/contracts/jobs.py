@@ -1,8 +1,10 @@
 """Jobs: kinds, states, payloads (parameters) and records."""
 
+from collections.abc import Mapping
 from datetime import datetime
 from enum import StrEnum
-from typing import Annotated, Literal, TypeAlias
+from types import MappingProxyType
+from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -14,7 +16,11 @@ from broker.contracts.parameters import (
 from broker.contracts.problems import Problem
 from broker.contracts.prototypes import ARCHIVE_TYPE, is_prototype
 from broker.contracts.spectra import SpectrumKey
+from broker.contracts.transfers import Direction, SurfacePoint, TransferKind
 from broker.contracts.webhooks import Delivery, Webhook
+
+View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]
+"""Side from which shapes are drawn."""
 
 
 class JobKind(StrEnum):
@@ -27,23 +33,47 @@ class JobKind(StrEnum):
     VALIDATION = "validation"
     PROTOTYPE = "prototype"
     PROTOTYPE_VALIDATION = "prototype_validation"
+    TRANSFER = "transfer"
+    ATTRIBUTES_VALIDATION = "attributes_validation"
     PICTURE = "picture"
     WEBHOOK = "webhook"
 
     @property
     def has_result(self) -> bool:
         """Whether users submit jobs of this kind and get a result."""
-        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.PROTOTYPE)
+        return self in (
+            JobKind.MATCH,
+            JobKind.DISSIMILARITIES,
+            JobKind.PROTOTYPE,
+            JobKind.TRANSFER,
+        )
 
     @property
     def has_arrays(self) -> bool:
         """Whether the result is also stored as NumPy arrays."""
-        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.TRANSFER)
+
+    @property
+    def exports(self) -> tuple[str, ...]:
+        """Formats of files that the result can be written to, besides arrays and a picture."""
+        if self in (JobKind.MATCH, JobKind.TRANSFER):
+            return ("csv", "ply", "obj", "glb")
+        return ("csv",) if self is JobKind.DISSIMILARITIES else ()
 
     @property
     def has_picture(self) -> bool:
         """Whether their result can be drawn."""
         return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
+
+
+UNUSABLE: Final[Mapping[JobKind, tuple[str, str]]] = MappingProxyType(
+    {
+        JobKind.VALIDATION: ("unusable-mesh", "Not a usable mesh"),
+        JobKind.PROTOTYPE_VALIDATION: ("unusable-prototype", "Not a usable prototype"),
+        JobKind.ATTRIBUTES_VALIDATION: ("unusable-attributes", "Not usable attributes"),
+    }
+)
+"""Name and title of the problem of an upload that cannot be used."""
 
 
 class JobState(StrEnum):
@@ -108,7 +138,23 @@ class PrototypeValidationPayload(_Payload):
         return ARCHIVE_TYPE
 
 
-UploadPayload: TypeAlias = ValidationPayload | PrototypeValidationPayload
+class AttributesValidationPayload(_Payload):
+    """Read an uploaded attribute file, and keep it if it is one."""
+
+    kind: Literal[JobKind.ATTRIBUTES_VALIDATION] = JobKind.ATTRIBUTES_VALIDATION
+    attributes: str
+    name: str
+    file_type: str
+
+    @property
+    def upload(self) -> str:
+        """Id of the upload, which is that of the attribute file."""
+        return self.attributes
+
+
+UploadPayload: TypeAlias = (
+    ValidationPayload | PrototypeValidationPayload | AttributesValidationPayload
+)
 """Payload of a job that validates an upload."""
 
 
@@ -133,6 +179,8 @@ class MatchPayload(_Payload):
     kind: Literal[JobKind.MATCH] = JobKind.MATCH
     source: str
     target: str
+    source_name: str | None = None
+    target_name: str | None = None
     parameters: MatchParameters
 
     @property
@@ -167,6 +215,23 @@ class PrototypePayload(_Payload):
         return self.parameters.needs_spectrum
 
 
+class TransferPayload(_Payload):
+    """Carry attributes or landmarks along a match."""
+
+    kind: Literal[JobKind.TRANSFER] = JobKind.TRANSFER
+    match: str = Field(description="Id of the job that matched the shapes.")
+    source: str = Field(description="Id of the shape that values are carried from.")
+    target: str = Field(description="Id of the shape that values are carried to.")
+    attributes: str | None = Field(
+        description="Id of the attribute file; null for the source's own file."
+    )
+    what: TransferKind
+    direction: Direction
+    names: tuple[str, ...] = ()
+    influences: int | None = None
+    points: tuple[SurfacePoint, ...] = ()
+
+
 class TimeSlicePayload(_Payload):
     """Work for a while on a job that is done in time slices."""
 
@@ -175,13 +240,28 @@ class TimeSlicePayload(_Payload):
 
 
 class PicturePayload(_Payload):
-    """Draw the result of a job."""
+    """Draw the result of a job, or write it to a file of another format."""
 
     kind: Literal[JobKind.PICTURE] = JobKind.PICTURE
     job: str = Field(description="Id of the job whose result is drawn.")
     alternative: int | None = Field(
         default=None, description="Which of its alternatives is drawn, 0 for none of them."
     )
+    view: View = Field(default="front", description="From where its shapes are seen.")
+    format: Literal["png", "csv", "ply", "obj", "glb"] = Field(
+        default="png", description="Format of the file."
+    )
+
+    @property
+    def variant(self) -> str:
+        """Name of the file among those of the job; empty for the picture by default."""
+        default = PicturePayload(job=self.job)
+        given = (
+            None if self.alternative is None else str(self.alternative),
+            None if self.view == default.view else self.view,
+            None if self.format == default.format else self.format,
+        )
+        return ":".join(part for part in given if part is not None)
 
 
 class DeliveryPayload(_Payload):
@@ -199,6 +279,8 @@ Payload: TypeAlias = Annotated[
     | MatchPayload
     | DissimilaritiesPayload
     | PrototypePayload
+    | AttributesValidationPayload
+    | TransferPayload
     | TimeSlicePayload
     | PicturePayload
     | DeliveryPayload,

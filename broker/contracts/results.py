@@ -204,6 +204,31 @@ class Refinement(_Part):
     )
 
 
+_OF_THREE: Final = Field(min_length=3, max_length=3)
+_Triangle = Annotated[tuple[int, ...], _OF_THREE]
+_Weights = Annotated[tuple[Annotated[float, Field(ge=0, le=1)], ...], _OF_THREE]
+
+
+class InverseCorrespondence(_Part):
+    """The map of all vertices of the target's surface to the source; all lists are as long."""
+
+    target: tuple[int, ...] = Field(
+        description="0-based vertex indices in the target's file, ascending: all that the matched"
+        " surface has."
+    )
+    source: tuple[int, ...] = Field(
+        description="The vertex of the source's file that is nearest to the preimage of each."
+    )
+    faces: tuple[_Triangle, ...] = Field(
+        description="The corners, 0-based vertex indices in the source's file, of the triangle in"
+        " which the preimage of each of them lies."
+    )
+    barycentric: tuple[_Weights, ...] = Field(
+        description="Barycentric coordinates of the preimages in these triangles, none negative, of"
+        " sum 1, to four decimals."
+    )
+
+
 class DenseCorrespondence(_Part):
     """A map of all vertices of the source's surface; all lists are of the same length."""
 
@@ -222,21 +247,21 @@ class DenseCorrespondence(_Part):
         description="The vertex of the target's file that is nearest to the image of each of them;"
         " several may go to one."
     )
-    faces: tuple[Annotated[tuple[int, ...], Field(min_length=3, max_length=3)], ...] = Field(
+    faces: tuple[_Triangle, ...] = Field(
         default=(),
         description="The corners, 0-based vertex indices in the target's file, of the triangle in"
         " which the image of each of them lies. Of a shape that was simplified it is a triangle of"
         " fewer, larger ones. Empty in results of versions that gave vertices alone.",
     )
-    barycentric: tuple[
-        Annotated[
-            tuple[Annotated[float, Field(ge=0, le=1)], ...], Field(min_length=3, max_length=3)
-        ],
-        ...,
-    ] = Field(
+    barycentric: tuple[_Weights, ...] = Field(
         default=(),
         description="Barycentric coordinates of the images in these triangles, none negative, of"
         " sum 1, to four decimals.",
+    )
+    inverse: InverseCorrespondence | None = Field(
+        default=None,
+        description="The other direction: all vertices of the target, and the points of the source"
+        " that they correspond to. Null in results of versions that gave one direction.",
     )
 
 
@@ -251,6 +276,12 @@ class MatchResult(_Part):
         " where vertices of a shape are.",
     )
     target: str = Field(description="Id of the target shape.")
+    source_name: str | None = Field(
+        default=None, description="Name of the source; null in results of earlier versions."
+    )
+    target_name: str | None = Field(
+        default=None, description="Name of the target; null in results of earlier versions."
+    )
     parameters: MatchParameters = Field(description="The parameters in force.")
     correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
     distortion: Distortion

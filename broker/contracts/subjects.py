@@ -3,12 +3,14 @@
 from dataclasses import dataclass
 
 from broker.contracts.jobs import (
+    AttributesValidationPayload,
     DissimilaritiesPayload,
     MatchPayload,
     Payload,
     PrototypePayload,
     PrototypeValidationPayload,
     SpectrumPayload,
+    TransferPayload,
     ValidationPayload,
 )
 from broker.contracts.prototypes import is_prototype
@@ -21,7 +23,7 @@ class Subject:
     Parameters
     ----------
     source, target
-        Of a match.
+        Of a match or a transfer.
     shapes
         All shapes, in the order in which the request named them, each once.
     prototype
@@ -47,7 +49,10 @@ def subject_of(payload: Payload) -> Subject:
     match payload:
         case MatchPayload(source=source, target=target) if is_prototype(source):
             return Subject(source, target, (target,), source)
-        case MatchPayload(source=source, target=target):
+        case (
+            MatchPayload(source=source, target=target)
+            | TransferPayload(source=source, target=target)
+        ):
             return Subject(source, target, tuple(dict.fromkeys((source, target))))
         case DissimilaritiesPayload():
             return Subject(shapes=payload.shapes)
@@ -55,6 +60,8 @@ def subject_of(payload: Payload) -> Subject:
             return Subject(shapes=payload.shapes, name=payload.name)
         case ValidationPayload():
             return Subject(shapes=(payload.shape,), name=payload.name)
+        case AttributesValidationPayload():
+            return Subject(name=payload.name)
         case PrototypeValidationPayload():
             return Subject(prototype=payload.prototype, name=payload.name)
         case SpectrumPayload():

@@ -1,7 +1,7 @@
 """The queues, and the limits of the jobs in them.
 
-Three queues, served in this order: ``interactive`` (a request waits for the job), ``structures``
-(spectra that matches will need), ``matches``.
+Three queues, served in this order: ``interactive`` (a request waits for the job, or it is short),
+``structures`` (spectra that matches will need), ``matches``.
 """
 
 from typing import Final
@@ -20,7 +20,9 @@ QUEUES: Final = (INTERACTIVE, STRUCTURES, MATCHES)
 QUEUE_OF: Final = {
     JobKind.VALIDATION: INTERACTIVE,
     JobKind.PROTOTYPE_VALIDATION: INTERACTIVE,
+    JobKind.ATTRIBUTES_VALIDATION: INTERACTIVE,
     JobKind.PICTURE: INTERACTIVE,
+    JobKind.TRANSFER: INTERACTIVE,
     JobKind.WEBHOOK: INTERACTIVE,
     JobKind.SPECTRUM: STRUCTURES,
     JobKind.MATCH: MATCHES,
@@ -39,7 +41,7 @@ class QueueSettings(BaseSettings):
         default=3600, ge=1, description="Seconds a match or a spectrum may take."
     )
     interactive_timeout: int = Field(
-        default=300, ge=1, description="Seconds a validation or a picture may take."
+        default=300, ge=1, description="Seconds a validation, a transfer or a picture may take."
     )
     heartbeat: int = Field(
         default=5,

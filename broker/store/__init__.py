@@ -7,6 +7,7 @@ from redis import Redis
 
 from broker.store import keys
 from broker.store.admission import Admission, KeyReused, TooManyQueued
+from broker.store.attributes import Attributes
 from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import (
@@ -36,6 +37,7 @@ __all__ = [
     "CONNECT_TIMEOUT",
     "LISTED_KINDS",
     "Admission",
+    "Attributes",
     "Chunks",
     "CircuitBreaker",
     "ClaimStatus",
@@ -74,13 +76,15 @@ class Store:
     ----------
     client
         Connection to the Redis of queue and store.
-    shapes, prototypes, uploads, jobs, results, admission, chunks, spectra, counters, webhooks
+    shapes, prototypes, attributes, uploads, jobs, results, admission, chunks, spectra, counters
+    webhooks
         Its subjects.
     """
 
     client: Redis
     shapes: Shapes
     prototypes: Prototypes
+    attributes: Attributes
     uploads: Uploads
     jobs: Jobs
     results: Results
@@ -139,6 +143,7 @@ class Store:
             client,
             Shapes(client, settings),
             Prototypes(client, settings),
+            Attributes(client, settings),
             Uploads(client, settings),
             Jobs(client, settings),
             Results(client, settings),

@@ -52,7 +52,8 @@ class StoreSettings(BaseSettings):
     shape_ttl: int = Field(
         default=30 * DAY,
         ge=1,
-        description="Seconds a shape or a prototype is kept after it was last used.",
+        description="Seconds a shape, a prototype or an attribute file is kept after it was last"
+        " used.",
     )
     result_ttl: int = Field(default=7 * DAY, ge=1, description="Seconds a result is kept.")
     job_ttl: int = Field(

@@ -101,6 +101,21 @@ def prototype_versions(name: str) -> str:
     return f"{PREFIX}prototypes:versions:{name}"
 
 
+def attributes(attributes_id: str) -> str:
+    """Record of an attribute file, JSON."""
+    return f"{PREFIX}attributes:{attributes_id}"
+
+
+def attributes_file(attributes_id: str) -> str:
+    """The uploaded bytes of an attribute file."""
+    return f"{PREFIX}attributes:{attributes_id}:file"
+
+
+def attributes_tombstone(attributes_id: str) -> str:
+    """Tombstone of an attribute file: outlives its record unless the file was deleted."""
+    return f"{PREFIX}attributes:{attributes_id}:trace"
+
+
 def candidate(upload_id: str, file_type: str, job_id: str) -> str:
     """Uploaded bytes that a job validates."""
     return f"{PREFIX}candidate:{upload_id}:{file_type}:{job_id}"
@@ -131,15 +146,14 @@ def job_result(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}:result"
 
 
-def job_picture(job_id: str, alternative: int | None = None) -> str:
-    """Picture of a job's result, or of one of its alternatives, PNG."""
-    suffix = "" if alternative is None else f":{alternative}"
-    return f"{PREFIX}job:{job_id}:picture{suffix}"
+def job_picture(job_id: str, variant: str = "") -> str:
+    """Picture of a job's result, PNG, or its result in another format, by the variant's name."""
+    return f"{PREFIX}job:{job_id}:picture" + (f":{variant}" if variant else "")
 
 
-def picture_job(job_id: str, alternative: int | None = None) -> str:
+def picture_job(job_id: str, variant: str = "") -> str:
     """Id of the job that draws such a picture."""
-    return f"{job_picture(job_id, alternative)}:job"
+    return f"{job_picture(job_id, variant)}:job"
 
 
 def job_chunks(job_id: str) -> str:

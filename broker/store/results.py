@@ -1,10 +1,10 @@
-"""Results of jobs in Redis: the document, the same as arrays, and pictures of it."""
+"""Results of jobs in Redis: the document, the same as arrays, pictures and other formats."""
 
 from dataclasses import dataclass
 
 from redis import Redis
 
-from broker.contracts import JobState
+from broker.contracts import JobState, PicturePayload
 from broker.store import keys
 from broker.store.connections import StoreSettings
 from broker.store.replies import blob, text
@@ -37,19 +37,19 @@ class Results:
         """Store the result of a job as arrays, before the job succeeds."""
         self.client.set(keys.job_arrays(job_id), arrays, ex=self.settings.result_ttl)
 
-    def picture(self, job_id: str, alternative: int | None = None) -> bytes | None:
-        """Return the picture of a result, or of one of its alternatives, PNG."""
-        return blob(self.client.get(keys.job_picture(job_id, alternative)))
+    def picture(self, payload: PicturePayload) -> bytes | None:
+        """Return a picture of a result, or the result in another format."""
+        return blob(self.client.get(keys.job_picture(payload.job, payload.variant)))
 
-    def set_picture(self, job_id: str, alternative: int | None, picture: bytes) -> None:
+    def set_picture(self, payload: PicturePayload, picture: bytes) -> None:
         """Store a picture for as long as the result itself."""
-        left = self.client.ttl(keys.job_result(job_id))
+        left = self.client.ttl(keys.job_result(payload.job))
         if left > 0:
-            self.client.set(keys.job_picture(job_id, alternative), picture, ex=left)
+            self.client.set(keys.job_picture(payload.job, payload.variant), picture, ex=left)
 
-    def picture_job(self, drawn: str, alternative: int | None, job_id: str) -> str:
+    def picture_job(self, payload: PicturePayload, job_id: str) -> str:
         """Return the job that draws a picture: `job_id`, or an earlier one that has not ended."""
-        key = keys.picture_job(drawn, alternative)
+        key = keys.picture_job(payload.job, payload.variant)
         if self.client.set(key, job_id, nx=True, ex=self.settings.candidate_ttl):
             return job_id
         holder = text(self.client.get(key))

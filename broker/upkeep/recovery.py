@@ -22,14 +22,14 @@ from rq.serializers import JSONSerializer
 from rq.utils import now
 
 from broker.contracts import (
+    UNUSABLE,
     DissimilaritiesPayload,
     JobKind,
     JobRecord,
     JobState,
     Problem,
-    PrototypeValidationPayload,
     TimeSlicePayload,
-    ValidationPayload,
+    UploadPayload,
 )
 from broker.queue import JobQueue
 from broker.store import Store, keys, scripts, text
@@ -50,11 +50,8 @@ log = logger("isomatch.recovery")
 def lost_process(record: JobRecord | None, how: str) -> Problem:
     """Return the problem of a job whose process died too often."""
     detail = f"The process that computed this was killed repeatedly ({how})."
-    if record is not None and record.kind is JobKind.VALIDATION:
-        return Problem.of("unusable-mesh", "Not a usable mesh", 422, f"{detail} Is it too large?")
-    if record is not None and record.kind is JobKind.PROTOTYPE_VALIDATION:
-        title = "Not a usable prototype"
-        return Problem.of("unusable-prototype", title, 422, f"{detail} Is it too large?")
+    if record is not None and record.kind in UNUSABLE:
+        return Problem.of(*UNUSABLE[record.kind], 422, f"{detail} Is it too large?")
     return Problem.of("worker-lost", "The computation was killed", 500, detail)
 
 
@@ -211,7 +208,7 @@ def _clean_up(store: Store, record: JobRecord | None, state: JobState | None, ho
     if record is None or state is None or not state.ended:
         return
     match record.payload:
-        case ValidationPayload() | PrototypeValidationPayload() as payload:
+        case payload if isinstance(payload, UploadPayload):
             store.uploads.reject(payload.upload, payload.file_type, record.id)
         case DissimilaritiesPayload():
             store.chunks.delete(record.id)

@@ -12,12 +12,14 @@
     │   ├── Conflict                409  not possible in this state, such as an early result
     │   ├── Gone                    410  it has expired
     │   ├── TooLarge                413  the upload exceeds the service's limit
-    │   ├── UnsupportedFormat       415  the service does not read this mesh format
+    │   ├── UnsupportedFormat       415  the service does not read this format
     │   ├── Unprocessable           422  the request is well-formed but impossible
     │   │   ├── InvalidRequest           a parameter is invalid; `errors` names it
     │   │   ├── UnknownShape             a shape does not exist
     │   │   ├── UnknownPrototype         a prototype does not exist
+    │   │   ├── UnknownAttributes        an attribute file does not exist
     │   │   ├── UnprocessableShape       the file is not a usable mesh; `detail` gives the reason
+    │   │   ├── UnprocessableAttributes  the file has no usable attributes; `detail` says why
     │   │   └── UnprocessablePrototype   the file is not a prototype; `detail` gives the reason
     │   ├── TooManyRequests         429  a limit is exceeded; try again later
     │   └── ServiceError            5xx  the service failed
@@ -133,6 +135,14 @@ class UnknownPrototype(Unprocessable):
     """422: a prototype does not exist or was deleted."""
 
 
+class UnknownAttributes(Unprocessable):
+    """422: an attribute file does not exist or was deleted."""
+
+
+class UnprocessableAttributes(Unprocessable):
+    """422: the file is not a usable file of attributes; `detail` gives the reason."""
+
+
 class UnprocessableShape(Unprocessable):
     """422: the file is not a usable mesh; `detail` gives the reason and the remedy."""
 
@@ -214,6 +224,8 @@ _BY_TYPE: dict[str, type[ProblemError]] = {
     "urn:isomatch:problem:invalid-request": InvalidRequest,
     "urn:isomatch:problem:unknown-shape": UnknownShape,
     "urn:isomatch:problem:unknown-prototype": UnknownPrototype,
+    "urn:isomatch:problem:unknown-attributes": UnknownAttributes,
+    "urn:isomatch:problem:unusable-attributes": UnprocessableAttributes,
     "urn:isomatch:problem:unusable-mesh": UnprocessableShape,
     "urn:isomatch:problem:unusable-prototype": UnprocessablePrototype,
 }

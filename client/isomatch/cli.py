@@ -3,7 +3,7 @@
 import sys
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 import typer
 
@@ -12,12 +12,14 @@ from isomatch._cli import (
     EXIT_CODES,
     FORMATS,
     MATCH_EXAMPLES,
+    TRANSFER_EXAMPLES,
     AsJson,
     Mesh,
     Meshes,
     Output,
     Picture,
     Quiet,
+    SeenFrom,
     Source,
     Url,
     Wait,
@@ -34,11 +36,14 @@ from isomatch._cli import (
     run,
     shape_name,
     takes,
+    transfer,
     uploaded,
 )
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
 from isomatch._models import DissimilarityParameters, MatchParameters
+
+_SURFACES: Final = (".ply", ".obj", ".glb")
 
 app = typer.Typer(
     name="isomatch",
@@ -69,6 +74,7 @@ def _common(
 
 app.add_typer(jobs)
 app.add_typer(prototypes)
+app.command(epilog=TRANSFER_EXAMPLES)(transfer)
 
 
 @app.command(epilog=MATCH_EXAMPLES)
@@ -78,6 +84,7 @@ def match(
     target: Mesh,
     parameters: MatchParameters,
     picture: Picture = None,
+    view: SeenFrom = None,
     output: Output = None,
     as_json: AsJson = False,
     wait: Wait = True,
@@ -87,6 +94,11 @@ def match(
 
     Parameters that are left out take the service's defaults.
     """
+    if view is not None and picture is None:
+        raise typer.BadParameter("it needs --picture FILE", param_hint="--view")
+    if output is not None and output.suffix.lower() in _SURFACES and not parameters.get("dense"):
+        message = f"{output.suffix} shows a map of all vertices; add --dense"
+        raise typer.BadParameter(message, param_hint="--output")
     with connected(url, as_json) as client:
         first = source if names_prototype(source) else uploaded(client, [source], as_json)[0]
         (second,) = uploaded(client, [target], as_json)
@@ -97,6 +109,7 @@ def match(
             picture,
             wait=wait,
             page=client.base_url,
+            view=view,
         )
 
 

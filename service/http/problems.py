@@ -9,6 +9,7 @@
     ├── NotFound                    404  there is nothing at this address
     │   ├── ShapeNotFound
     │   ├── PrototypeNotFound
+    │   ├── AttributesNotFound
     │   └── JobNotFound
     ├── MethodNotAllowed            405  the method is not supported at this address
     ├── BodyStalled                 408  the body of the request stalled
@@ -19,17 +20,21 @@
     ├── ResultExpired               410  the result is no longer kept
     ├── ShapeExpired                410  the shape was not used for long
     ├── PrototypeExpired            410  the prototype was not used for long
+    ├── AttributesExpired           410  the attribute file was not used for long
     ├── JobExpired                  410  the job ended long ago
     ├── GeometryNotKept             410  stored by a version that kept no geometry
     ├── ShapeDeleted                410  a shape was deleted in the meantime
     ├── PrototypeDeleted            410  a prototype was deleted in the meantime
+    ├── AttributesDeleted           410  an attribute file was deleted in the meantime
     ├── UploadTooLarge              413  the upload is over the limit
-    ├── UnsupportedFormat           415  the mesh format is not supported
+    ├── UnsupportedFormat           415  the format of the file is not supported
     ├── EncodedBody                 415  the body is compressed
     ├── UnknownShape                422  the request names a shape that does not exist
     ├── UnknownPrototype            422  the request names a prototype that does not exist
+    ├── UnknownAttributes           422  the request names an attribute file that does not exist
     ├── UnusableMesh                422  the file is not a usable mesh
     ├── UnusablePrototype           422  the file is not a usable archive of a prototype
+    ├── UnusableAttributes          422  the file is not a usable file of attributes
     ├── TooManyJobs                 429  the caller has as many jobs queued as it may have
     ├── InternalError               500  an error of the service
     ├── StoreAway                   503  Redis cannot be reached
@@ -111,6 +116,12 @@ class PrototypeNotFound(NotFound):
     slug, title = "prototype-not-found", "No such prototype"
 
 
+class AttributesNotFound(NotFound):
+    """There is no attribute file with this id."""
+
+    slug, title = "attributes-not-found", "No such attributes"
+
+
 class JobNotFound(NotFound):
     """There is no job with this id."""
 
@@ -177,6 +188,12 @@ class PrototypeExpired(ApiProblem):
     status, slug, title = 410, "prototype-expired", "Prototype expired"
 
 
+class AttributesExpired(ApiProblem):
+    """The attribute file was not used for long and is no longer kept."""
+
+    status, slug, title = 410, "attributes-expired", "Attributes expired"
+
+
 class JobExpired(ApiProblem):
     """The job ended long ago, and is no longer kept."""
 
@@ -195,6 +212,12 @@ class PrototypeDeleted(ApiProblem):
     status, slug, title = 410, "prototype-deleted", "Prototype deleted"
 
 
+class AttributesDeleted(ApiProblem):
+    """An attribute file was deleted in the meantime."""
+
+    status, slug, title = 410, "attributes-deleted", "Attributes deleted"
+
+
 class UploadTooLarge(ApiProblem):
     """The upload is over the limit."""
 
@@ -202,9 +225,9 @@ class UploadTooLarge(ApiProblem):
 
 
 class UnsupportedFormat(ApiProblem):
-    """The mesh format is not supported."""
+    """The format of the file is not supported."""
 
-    status, slug, title = 415, "unsupported-format", "Unsupported mesh format"
+    status, slug, title = 415, "unsupported-format", "Unsupported format"
 
 
 class EncodedBody(ApiProblem):
@@ -225,6 +248,12 @@ class UnknownPrototype(ApiProblem):
     status, slug, title = 422, "unknown-prototype", "Unknown prototype"
 
 
+class UnknownAttributes(ApiProblem):
+    """The request names an attribute file that does not exist."""
+
+    status, slug, title = 422, "unknown-attributes", "Unknown attributes"
+
+
 class UnusableMesh(ApiProblem):
     """The file is not a usable mesh."""
 
@@ -235,6 +264,12 @@ class UnusablePrototype(ApiProblem):
     """The file is not the archive of a prototype."""
 
     status, slug, title = 422, "unusable-prototype", "Not a usable prototype"
+
+
+class UnusableAttributes(ApiProblem):
+    """The file is not a usable file of attributes."""
+
+    status, slug, title = 422, "unusable-attributes", "Not usable attributes"
 
 
 class TooManyJobs(ApiProblem):

@@ -1,6 +1,6 @@
 """Jobs: requesting them, following and cancelling them, and their results."""
 
-from service.jobs import endpoints, results
+from service.jobs import endpoints, pictures, results
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
 from service.jobs.requests import (
     IdempotencyKey,
@@ -12,7 +12,7 @@ from service.jobs.requests import (
 from service.jobs.schemas import Job
 from service.jobs.webhooks import router as webhooks_router
 
-ROUTERS = (endpoints.router, results.router)
+ROUTERS = (endpoints.router, results.router, pictures.router)
 
 __all__ = [
     "ROUTERS",

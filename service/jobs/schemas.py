@@ -23,6 +23,9 @@ class JobLinks(BaseModel):
     result: str | None = Field(description="Its result, for kinds that have one.")
     picture: str | None = Field(description="Its result as a picture.")
     arrays: str | None = Field(description="Its result as NumPy arrays, for kinds that have them.")
+    exports: tuple[str, ...] = Field(
+        description="Its result as files of other formats, for kinds that have them."
+    )
     partial: str | None = Field(
         description="Its result as far as it is known while the job runs, for kinds done in parts."
     )
@@ -75,7 +78,8 @@ class Job(BaseModel):
                         "events": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/events",
                         "result": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result",
                         "picture": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.png",
-                        "arrays": None,
+                        "arrays": "/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.npz",
+                        "exports": ["/v1/jobs/5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f/result.csv"],
                         "partial": None,
                     },
                 }
@@ -89,9 +93,12 @@ class Job(BaseModel):
         description="queued, then running, and finally succeeded, failed or cancelled."
     )
     source: str | None = Field(
-        description="Id of the source of a match, a shape or a prototype; null for other kinds."
+        description="Id of the source of a match, a shape or a prototype, or of a transfer; null"
+        " for other kinds."
     )
-    target: str | None = Field(description="Id of the target of a match; null for other kinds.")
+    target: str | None = Field(
+        description="Id of the target of a match or transfer; null for other kinds."
+    )
     shapes: tuple[str, ...] = Field(
         description=f"Ids of its shapes, each once; only the first {MOST_NAMED} if there are more."
     )
@@ -150,6 +157,7 @@ class Job(BaseModel):
                 result=f"{path}/result" if has_result else None,
                 picture=f"{path}/result.png" if record.kind.has_picture else None,
                 arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
+                exports=tuple(f"{path}/result.{one}" for one in record.kind.exports),
                 partial=f"/v1/dissimilarities/{record.id}" if in_parts else None,
             ),
         )

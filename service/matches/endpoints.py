@@ -30,7 +30,9 @@ def create_match(
     """
 
     def submit(order: RequestOrigin) -> JobRecord:
-        return service.queue.submit_with_spectra(_payload(asked, service), order)
+        named = {"source_name": asked.source_name, "target_name": asked.target_name}
+        payload = _payload(asked, service).model_copy(update=named)
+        return service.queue.submit_with_spectra(payload, order)
 
     return requested_job(service, asked, order, response, submit)
 

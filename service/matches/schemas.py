@@ -1,10 +1,14 @@
 """Requests to match two shapes, or a prototype and a shape."""
 
-from pydantic import ConfigDict, Field
+from typing import Annotated
+
+from pydantic import AfterValidator, ConfigDict, Field
 
 from broker.contracts import MatchParameters
 from service.jobs import JobRequest
-from service.names import ID_PATTERN
+from service.names import ID_PATTERN, LONGEST, showable
+
+ShapeName = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(showable)]
 
 
 class MatchRequest(MatchParameters, JobRequest):
@@ -55,6 +59,14 @@ class MatchRequest(MatchParameters, JobRequest):
         description="Id of the source: a shape, or a prototype, whose ids begin with `p-`.",
     )
     target: str = Field(pattern=ID_PATTERN, description="Id of the target shape.")
+    source_name: ShapeName | None = Field(
+        default=None,
+        description="Name of the source in the result, such as that of this upload of its file;"
+        " null for the name it is stored under.",
+    )
+    target_name: ShapeName | None = Field(
+        default=None, description="Name of the target in the result, likewise."
+    )
 
     def parameters(self) -> MatchParameters:
         """Return the parameters of the match alone."""

@@ -7,8 +7,10 @@ from solver.mesh.triangle_mesh import (
     TriangleMesh,
     largest_component,
     read_mesh,
+    textured_surface,
     triangle_areas,
     triangle_mesh,
+    vertex_rows,
 )
 
 __all__ = [
@@ -18,7 +20,9 @@ __all__ = [
     "largest_component",
     "read_mesh",
     "simplified",
+    "textured_surface",
     "triangle_areas",
     "triangle_mesh",
     "vertex_normals",
+    "vertex_rows",
 ]

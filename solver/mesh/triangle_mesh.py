@@ -11,6 +11,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
 from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
+from solver.mesh.textures import Paint
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -105,6 +106,24 @@ class TriangleMesh:
         return connected_components(adjacency, directed=False)[1].astype(np.int64)
 
     @cached_property
+    def neighbours(self) -> tuple[IntArray, IntArray]:
+        """Neighbours of vertex v are ``second[first[v]:first[v + 1]]``."""
+        i, j = self.edges.T
+        ends = sp.csr_array(
+            (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
+            shape=(self.n_vertices,) * 2,
+        )
+        return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
+
+    @cached_property
+    def incident_faces(self) -> tuple[IntArray, IntArray]:
+        """Triangles round vertex v are ``second[first[v]:first[v + 1]]``."""
+        corners = self.faces.ravel()
+        counts = np.bincount(corners, minlength=self.n_vertices)
+        first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+        return first, np.argsort(corners, kind="stable") // 3
+
+    @cached_property
     def _edges(self) -> Edges:
         return edges_of(self.faces)
 
@@ -188,6 +207,51 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     except MemoryError:
         raise MeshError("the file is too large to be read in the memory there is") from None
     return _checked(contents)
+
+
+def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
+    """Read the surface of a mesh file as it is, and its textures.
+
+    Parameters
+    ----------
+    data, file_type
+        As for :func:`read_mesh`.
+
+    Returns
+    -------
+    A mesh that is not repaired, with the vertex numbers of the file, and the textures of its faces;
+    ``None`` for a file without textures.
+
+    Raises
+    ------
+    MeshError
+        As :func:`read_mesh`.
+    """
+    soup = READERS[file_type.lower().lstrip(".")](data)
+    if soup.paint is None or not soup.paint.textures:
+        return None
+    return TriangleMesh.of(soup), soup.paint
+
+
+def vertex_rows(data: bytes, file_type: str) -> int | None:
+    """Return the number of vertices of a mesh file, those included that no face uses.
+
+    Parameters
+    ----------
+    data, file_type
+        As for :func:`read_mesh`.
+
+    Returns
+    -------
+    ``None`` for formats that number vertices otherwise than one after the other.
+
+    Raises
+    ------
+    MeshError
+        As :func:`read_mesh`.
+    """
+    kind = file_type.lower().lstrip(".")
+    return len(READERS[kind](data).vertices) if kind in ("off", "obj", "ply") else None
 
 
 def triangle_mesh(
@@ -293,4 +357,4 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError("the mesh has no faces; a point cloud cannot be matched")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    return TriangleMesh.of(repaired(soup))
+    return TriangleMesh.of(repaired(replace(soup, paint=None)))

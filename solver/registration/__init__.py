@@ -5,6 +5,7 @@
 
 from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
+from solver.registration.descent import descend, project
 from solver.registration.registration import DenseCorrespondence, Registration, register
 from solver.registration.surface import EIGENPAIRS
 
@@ -14,5 +15,7 @@ __all__ = [
     "DenseCorrespondence",
     "Points",
     "Registration",
+    "descend",
+    "project",
     "register",
 ]

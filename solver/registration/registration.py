@@ -8,6 +8,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
+from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, LOCAL, Pairs, align
 from solver.registration.candidates import MIN_POINTS, Points, first_pairs
 from solver.registration.choice import COARSE, FINE, Candidate, Task, again, choose
@@ -34,7 +35,7 @@ NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class DenseCorrespondence:
-    """A map of all vertices.
+    """A map of all vertices, and its inverse.
 
     Parameters
     ----------
@@ -49,6 +50,9 @@ class DenseCorrespondence:
     hypothesis
         Hypothesis that agrees best with the map: 0 for the match's best, or one more than a place
         among its alternatives.
+    inverse
+        The map of all vertices of the target to the source, by the same registration: its `source`
+        are vertices of the target, and its own `inverse` is ``None``.
     """
 
     source: IntArray
@@ -56,6 +60,7 @@ class DenseCorrespondence:
     faces: IntArray
     barycentric: FloatArray
     hypothesis: int = 0
+    inverse: "DenseCorrespondence | None" = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +100,7 @@ class Registration:
         return SurfaceMap.of(ours, theirs, self.candidates[0].alignment, self.reflected)
 
     def dense(self, control: Control) -> DenseCorrespondence:
-        """Map all vertices, refined beyond the eigenfunctions.
+        """Map all vertices of both surfaces, refined beyond the eigenfunctions.
 
         Parameters
         ----------
@@ -120,15 +125,9 @@ class Registration:
         if aligned.size < chosen.size:
             aligned = chosen
         refined, images = SurfaceMap.of(ours, theirs, aligned, self.reflected).refined(control)
-        faces, barycentric = refined.on_triangles(images)
-        ids, vertices = self.source.mesh.numbering
-        number = self.target.mesh.vertex_ids
-        return DenseCorrespondence(
-            ids,
-            number[images[vertices]],
-            number[theirs.mesh.faces[faces[vertices]]],
-            barycentric[vertices],
-        )
+        source_mesh, target_mesh = self.source.mesh, self.target.mesh
+        forward = _numbered(source_mesh, target_mesh, images, *refined.on_triangles(images))
+        return replace(forward, inverse=_numbered(target_mesh, source_mesh, *refined.inverse()))
 
 
 def register(
@@ -187,6 +186,24 @@ def register(
     if mirrored.score >= direct.score - _REFLECTED_MARGIN:
         return direct
     return replace(mirrored, confidence=mirrored.confidence.of_reflection())
+
+
+def _numbered(
+    source: TriangleMesh,
+    target: TriangleMesh,
+    images: IntArray,
+    faces: IntArray,
+    barycentric: FloatArray,
+) -> DenseCorrespondence:
+    """Return a map of all vertices in the user's numbers, those of merged vertices included."""
+    ids, vertices = source.numbering
+    number = target.vertex_ids
+    return DenseCorrespondence(
+        ids,
+        number[images[vertices]],
+        number[target.faces[faces[vertices]]],
+        barycentric[vertices],
+    )
 
 
 def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:

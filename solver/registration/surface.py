@@ -206,24 +206,6 @@ class SmoothSurface:
         )
         return replace(samples, curvatures=_mean_curvatures(samples))
 
-    @cached_property
-    def adjacency(self) -> tuple[IntArray, IntArray]:
-        """Neighbours of vertex v are ``second[first[v]:first[v + 1]]``."""
-        i, j = self.mesh.edges.T
-        ends = sp.csr_array(
-            (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
-            shape=(self.mesh.n_vertices,) * 2,
-        )
-        return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
-
-    @cached_property
-    def incident(self) -> tuple[IntArray, IntArray]:
-        """Triangles round vertex v are ``second[first[v]:first[v + 1]]``."""
-        corners = self.mesh.faces.ravel()
-        counts = np.bincount(corners, minlength=self.mesh.n_vertices)
-        first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-        return first, np.argsort(corners, kind="stable") // 3
-
 
 _SURFACES: "WeakKeyDictionary[Shape, SmoothSurface]" = WeakKeyDictionary()
 

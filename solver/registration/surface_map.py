@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.mesh import vertex_normals
@@ -83,13 +83,8 @@ class SurfaceMap:
         start
             (S,) target vertices to begin at, by default the nearest samples.
         """
-        here, there = self._embedded, self._target_embedded
-        if vertices is not None:
-            here = here[vertices]
-        if start is None:
-            samples = self.target.samples.vertices
-            start = samples[nearest_points(here, there[samples])]
-        return descend(here, there, *self.target.adjacency, start)
+        here = self._embedded if vertices is None else self._embedded[vertices]
+        return _nearest_vertices(here, self._target_embedded, self.target, start)
 
     def on_triangles(self, images: IntArray) -> tuple[IntArray, FloatArray]:
         """Images of all vertices between vertices: triangles, and barycentric coordinates.
@@ -99,9 +94,23 @@ class SurfaceMap:
         images
             (V,) nearest target vertices.
         """
-        target = self.target
-        embedded = self._embedded, self._target_embedded
-        return project(*embedded, target.mesh.faces, *target.incident, images)
+        return _on_triangles(self._embedded, self._target_embedded, self.target, images)
+
+    def inverse(self) -> tuple[IntArray, IntArray, FloatArray]:
+        """Nearest points of the displaced source to all target vertices, in the same embedding.
+
+        Every target vertex has one, whether or not an image of the source is near it.
+
+        Returns
+        -------
+        (W,) nearest source vertices, (W,) source triangles, and (W, 3) barycentric coordinates.
+        """
+        # Begun with spectral coordinates, which tell apart what touches.
+        known = replace(self, weights=LOCAL)
+        start = _nearest_vertices(known._target_embedded, known._embedded, self.source)
+        here, there = self._target_embedded, self._embedded
+        vertices = _nearest_vertices(here, there, self.source, start)
+        return vertices, *_on_triangles(here, there, self.source, vertices)
 
     def refined(self, control: Control) -> tuple["SurfaceMap", IntArray]:
         """Displace the source as rigidly as possible towards its images, and find them again.
@@ -144,7 +153,7 @@ class SurfaceMap:
         return places
 
     @cached_property
-    def _embedded(self) -> FloatArray:
+    def _embedded(self) -> RealArray:
         faces = self.source.mesh.faces
         side = -self.source.side if self.reflected else self.source.side
         normals = side * vertex_normals(self.positions, faces)
@@ -155,7 +164,7 @@ class SurfaceMap:
         )
 
     @cached_property
-    def _target_embedded(self) -> FloatArray:
+    def _target_embedded(self) -> RealArray:
         target = self.target
         return self._embedding(
             lambda: target.spectrum.eigenfunctions[:, : self.functional_map.size],
@@ -165,10 +174,27 @@ class SurfaceMap:
 
     def _embedding(
         self, spectral: Callable[[], FloatArray], positions: FloatArray, normals: FloatArray
-    ) -> FloatArray:
+    ) -> RealArray:
         """Embedding as of :meth:`.Alignment.embed`, in single precision."""
         weights = self.weights
         parts = [weights.space * positions, weights.normals * normals]
         if weights.spectrum:
             parts.append(weights.spectrum / np.sqrt(self.functional_map.size) * spectral())
         return np.hstack(parts).astype(np.float32)
+
+
+def _nearest_vertices(
+    queries: RealArray, points: RealArray, surface: SmoothSurface, start: IntArray | None = None
+) -> IntArray:
+    """(S,) vertices of an embedded surface nearest to queries, by descent from nearest samples."""
+    if start is None:
+        samples = surface.samples.vertices
+        start = samples[nearest_points(queries, points[samples])]
+    return descend(queries, points, *surface.mesh.neighbours, start)
+
+
+def _on_triangles(
+    queries: RealArray, points: RealArray, surface: SmoothSurface, vertices: IntArray
+) -> tuple[IntArray, FloatArray]:
+    """Nearest points in the triangles round the nearest vertices of an embedded surface."""
+    return project(queries, points, surface.mesh.faces, *surface.mesh.incident_faces, vertices)

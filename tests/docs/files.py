@@ -43,8 +43,19 @@ def write_class(folder: Path) -> None:
         folder.joinpath(f"{name}.off").write_bytes(data)
 
 
+def write_parts(folder: Path) -> None:
+    """``parts.csv``, a label for each vertex of ``a.off``."""
+    heights = blob_meshes()[0].vertices[:, 2]
+    labels = ["top" if height > 0.3 else "bottom" for height in heights]
+    folder.joinpath("parts.csv").write_text("\n".join(["part", *labels, ""]))
+
+
 WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
-    {"docs/textures.md": write_textured, "docs/prototypes.md": write_class}
+    {
+        "docs/textures.md": write_textured,
+        "docs/prototypes.md": write_class,
+        "docs/transfer.md": write_parts,
+    }
 )
 """Who writes what one document has besides."""
 

@@ -42,6 +42,7 @@ LEAVES = {
     "README.md": ("match.png", "matrix.png"),
     "client/README.md": ("match.png", "match.json", "matrix.png"),
     "docs/prototypes.md": ("match.png", "human.npz"),
+    "docs/transfer.md": ("parts_of_b.csv", "both.glb", "both.png"),
 }
 """Files that are there afterwards."""
 

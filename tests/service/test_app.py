@@ -197,6 +197,10 @@ def test_every_call_has_examples() -> None:
                         assert kind in (
                             "application/octet-stream",
                             "image/png",
+                            "text/csv",
+                            "model/ply",
+                            "model/obj",
+                            "model/gltf-binary",
                         )
                         continue
                     shown = examples(content)

@@ -89,7 +89,9 @@ class Comparison:
         found = store.chunks.results(job.id, PAIRS)
         data = b"".join(found[number] for number in range(len(found)))
         values = np.frombuffer(data, dtype="<f8").astype(np.float64)
-        result = result_of(self.payload, values, self._timings())
+        records = store.shapes.records(self.payload.shapes)
+        names = tuple("" if record is None else record.name for record in records)
+        result = result_of(self.payload, values, self._timings(), names)
         store.results.set_arrays(job.id, arrays_of(result, values))
         document = result.model_dump_json().encode()
         waiting = self._started() - job.created

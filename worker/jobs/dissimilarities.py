@@ -17,7 +17,10 @@ _MAX_PLACES = 300
 
 
 def result_of(
-    payload: DissimilaritiesPayload, values: FloatArray, timings: Mapping[str, float]
+    payload: DissimilaritiesPayload,
+    values: FloatArray,
+    timings: Mapping[str, float],
+    names: tuple[str, ...] | None = None,
 ) -> DissimilarityResult:
     """Return the result document.
 
@@ -29,6 +32,8 @@ def result_of(
         (K(K−1)/2,) dissimilarities of all pairs, in lexicographic order.
     timings
         Seconds by stage.
+    names
+        Names of the shapes.
     """
     count = len(payload.shapes)
     matrix = _square(values, count)
@@ -37,6 +42,7 @@ def result_of(
     # Not validated: the values are ours, and may be a million.
     return DissimilarityResult.model_construct(
         shapes=payload.shapes,
+        names=names,
         labels=payload.labels,
         parameters=payload.parameters,
         matrix=tuple(map(tuple, _square(rounded, count).tolist())),
@@ -70,6 +76,8 @@ def arrays_of(result: DissimilarityResult, values: FloatArray) -> bytes:
         "certified": np.ones(len(values), dtype=np.bool_),
         "nearest": np.array(result.nearest, dtype=np.int64).reshape(count, -1),
     }
+    if result.names is not None:
+        arrays["names"] = np.array(result.names)
     if result.labels is not None:
         arrays["labels"] = np.array(result.labels)
     stream = io.BytesIO()

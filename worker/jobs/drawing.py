@@ -1,26 +1,27 @@
-"""Pictures of results: of a match, of a match with a prototype, of a dissimilarity matrix."""
+"""Pictures of results, and results in other formats: of a match, a matrix or a transfer."""
 
 import gzip
 from collections.abc import Sequence
 
-from broker.contracts import DissimilarityResult, JobKind, MatchResult, PicturePayload
+from broker.contracts import (
+    DissimilarityResult,
+    JobKind,
+    MatchResult,
+    PicturePayload,
+    TransferResult,
+)
 from broker.store import Store
 from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
+from worker.jobs.exports import export_match, export_matrix, export_transfer
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
-from worker.pictures import (
-    Hypothesis,
-    draw_match,
-    draw_matrix,
-    draw_prototype_match,
-    hypothesis_of,
-)
+from worker.pictures import draw_match, draw_matrix, draw_prototype_match, hypothesis_of
 
 
 def draw(payload: PicturePayload, context: JobContext) -> None:
-    """Draw the result of a job, or one of its alternatives, and store the picture.
+    """Draw the result of a job, or one of its alternatives, or write it to a file, and store that.
 
     Raises
     ------
@@ -28,6 +29,8 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
         The result, or what it is of, has expired or was deleted.
     NoAlternative
         The match has no such alternative.
+    OptionError, TransferError
+        The result cannot be written in this format.
     """
     store = context.store
     packed, drawn = store.results.document(payload.job), store.jobs.get(payload.job)
@@ -35,29 +38,34 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
         raise ResultGone("the result has expired")
     if drawn.kind is JobKind.DISSIMILARITIES:
         matrix = DissimilarityResult.model_validate_json(gzip.decompress(packed))
-        picture = draw_matrix(matrix, _names(matrix.shapes, store))
+        present = draw_matrix if payload.format == "png" else export_matrix
+        picture = present(matrix, _names(matrix.shapes, store))
+    elif drawn.kind is JobKind.TRANSFER:
+        carried = TransferResult.model_validate_json(gzip.decompress(packed))
+        picture = export_transfer(carried, payload.job, payload.format, store)
+    elif payload.format != "png":
+        picture = export_match(result_from_blob(packed), payload.format, store)
     else:
-        result = result_from_blob(packed)
-        answer = hypothesis_of(result, payload.alternative)
-        of_prototype = result.source_kind == "prototype"
-        draw_answer = _draw_prototype_match if of_prototype else _draw_match
-        picture = draw_answer(result, answer, store)
-    store.results.set_picture(payload.job, payload.alternative, picture)
+        picture = _drawn_match(result_from_blob(packed), payload, store)
+    store.results.set_picture(payload, picture)
 
 
-def _draw_match(result: MatchResult, answer: Hypothesis, store: Store) -> bytes:
-    source, target = _names((result.source, result.target), store)
-    meshes = stored_mesh(result.source, store.shapes), stored_mesh(result.target, store.shapes)
-    return draw_match(*meshes, answer, (source, target))
-
-
-def _draw_prototype_match(result: MatchResult, answer: Hypothesis, store: Store) -> bytes:
-    prototype = stored_prototype(store, result.source)
-    record = store.prototypes.get(result.source)
-    name = "" if record is None else f"{record.name}, version {record.version}"
-    (target,) = _names((result.target,), store)
-    mesh = stored_mesh(result.target, store.shapes)
-    return draw_prototype_match(prototype.positions, mesh, answer, (name, target))
+def _drawn_match(result: MatchResult, payload: PicturePayload, store: Store) -> bytes:
+    answer = hypothesis_of(result, payload.alternative)
+    (target_name,) = _names((result.target,), store)
+    target = stored_mesh(result.target, store.shapes)
+    if result.source_kind == "prototype":
+        prototype, record = (
+            stored_prototype(store, result.source),
+            store.prototypes.get(result.source),
+        )
+        name = "" if record is None else f"{record.name}, version {record.version}"
+        names = name, result.target_name or target_name
+        return draw_prototype_match(prototype.positions, target, answer, names, payload.view)
+    (source_name,) = _names((result.source,), store)
+    names = result.source_name or source_name, result.target_name or target_name
+    source = stored_mesh(result.source, store.shapes)
+    return draw_match(source, target, answer, names, payload.view)
 
 
 def _names(shapes: Sequence[str], store: Store) -> list[str]:

@@ -2,7 +2,7 @@
 
 ::
 
-    Gone                a shape, upload, prototype or result expired or was deleted
+    Gone                a shape, upload, prototype, attribute file or result expired or was deleted
     UnusableShape       one of several shapes cannot be used
     TooLarge            a shape needs more memory than a job may take
     NotDelivered        a webhook's receiver did not accept it
@@ -14,9 +14,9 @@ from typing import ClassVar
 
 from rq.timeouts import JobTimeoutException
 
-from broker.contracts import FieldProblem, JobKind, JobRecord, Problem
+from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem
 from broker.store import NewerRecord
-from solver.errors import MeshError, OptionError, PrototypeError, SolverError
+from solver.errors import MeshError, OptionError, PrototypeError, SolverError, TransferError
 from worker.pictures import NoAlternative
 
 
@@ -67,8 +67,24 @@ class PrototypeGone(Gone):
         super().__init__(f"{gone} before this job could run")
 
 
+class AttributesGone(Gone):
+    """An attribute file was deleted or expired before the job ran.
+
+    Parameters
+    ----------
+    attributes
+        Id of the file.
+    """
+
+    slug, title = "attributes-deleted", "Attributes deleted"
+
+    def __init__(self, attributes: str) -> None:
+        gone = f"attribute file {attributes} was deleted, or expired,"
+        super().__init__(f"{gone} before this job could run")
+
+
 class ResultGone(Gone):
-    """The result to be drawn has expired."""
+    """The result to be drawn, or the match to be carried along, has expired."""
 
     slug, title = "result-expired", "Result expired"
 
@@ -154,26 +170,20 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
     """
     match error:
         case OptionError():
-            field = _asked(error.field, record)
-            return Problem.of(
-                "invalid-option",
-                "Impossible parameters",
-                422,
-                f"{field}: {error.message}",
-                errors=(FieldProblem(field=f"body.{field}", message=error.message),),
-            )
+            return _impossible(error, record)
         case MeshError() | UnusableShape():
             errors = (error.field,) if isinstance(error, UnusableShape) else ()
-            return Problem.of("unusable-mesh", "Not a usable mesh", 422, str(error), errors)
+            return Problem.of(*UNUSABLE[JobKind.VALIDATION], 422, str(error), errors)
         case PrototypeError():
-            return Problem.of("unusable-prototype", "Not a usable prototype", 422, str(error))
+            return Problem.of(*UNUSABLE[JobKind.PROTOTYPE_VALIDATION], 422, str(error))
+        case TransferError():
+            return Problem.of(*UNUSABLE[JobKind.ATTRIBUTES_VALIDATION], 422, str(error))
         case SolverError():
             return Problem.of("no-solution", "No answer", 422, str(error))
-        case TooLarge():
-            return Problem.of("out-of-memory", "Out of memory", 422, str(error))
-        case MemoryError():
+        case TooLarge() | MemoryError():
             detail = "This needs more memory than a job may take; simplify the mesh."
-            return Problem.of("out-of-memory", "Out of memory", 422, detail)
+            stated = str(error) if isinstance(error, TooLarge) else detail
+            return Problem.of("out-of-memory", "Out of memory", 422, stated)
         case JobTimeoutException():
             detail = "This takes longer than a job may take; try fewer points or a time_limit."
             return Problem.of("timed-out", "Took too long", 422, detail)
@@ -188,13 +198,24 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
     return _unforeseen(record)
 
 
+def _impossible(error: OptionError, record: JobRecord) -> Problem:
+    field = _asked(error.field, record)
+    # A picture or file of a result is requested by its path.
+    place = "path" if record.kind is JobKind.PICTURE else "body"
+    return Problem.of(
+        "invalid-option",
+        "Impossible parameters",
+        422,
+        f"{field}: {error.message}",
+        errors=(FieldProblem(field=f"{place}.{field}", message=error.message),),
+    )
+
+
 def _unforeseen(record: JobRecord) -> Problem:
-    if record.kind is JobKind.VALIDATION:
-        detail = "The file cannot be read as a mesh."
-        return Problem.of("unusable-mesh", "Not a usable mesh", 422, detail)
-    if record.kind is JobKind.PROTOTYPE_VALIDATION:
-        detail = "The file cannot be read as the archive of a prototype."
-        return Problem.of("unusable-prototype", "Not a usable prototype", 422, detail)
+    if record.kind in UNUSABLE:
+        slug, title = UNUSABLE[record.kind]
+        detail = f"The file cannot be read: {title[:1].lower()}{title[1:]}."
+        return Problem.of(slug, title, 422, detail)
     detail = f"Something went wrong on our side; the logs of job {record.id} say what."
     return Problem.of("internal-error", "Internal error", 500, detail)
 

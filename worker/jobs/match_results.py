@@ -85,8 +85,9 @@ def arrays_of(result: MatchResult) -> bytes:
 
     `source`, `target` (n,) int64 and `costs` (n,) float64 of the pairs, `unmatched` (u,) int64;
     `dense_source`, `dense_target` (K,) int64, `dense_faces` (K, 3) int64, `dense_barycentric`
-    (K, 3) float64, and `refined_vertices` (n, 3) int64, `refined_weights` (n, 3) float64 if the
-    result has them.
+    (K, 3) float64, the same of the inverse as `inverse_target`, `inverse_source` (L,),
+    `inverse_faces` and `inverse_barycentric` (L, 3), and `refined_vertices` (n, 3) int64,
+    `refined_weights` (n, 3) float64 if the result has them.
     """
     arrays = {
         "source": np.array([pair.source for pair in result.correspondences], dtype=np.int64),
@@ -99,6 +100,12 @@ def arrays_of(result: MatchResult) -> bytes:
         arrays["dense_target"] = np.array(result.dense.target, dtype=np.int64)
         arrays["dense_faces"] = np.array(result.dense.faces, dtype=np.int64)
         arrays["dense_barycentric"] = np.array(result.dense.barycentric, dtype=np.float64)
+        if result.dense.inverse is not None:
+            inverse = result.dense.inverse
+            arrays["inverse_target"] = np.array(inverse.target, dtype=np.int64)
+            arrays["inverse_source"] = np.array(inverse.source, dtype=np.int64)
+            arrays["inverse_faces"] = np.array(inverse.faces, dtype=np.int64)
+            arrays["inverse_barycentric"] = np.array(inverse.barycentric, dtype=np.float64)
     if result.refinement is not None:
         points = result.refinement.points
         arrays["refined_vertices"] = np.array([one.vertices for one in points], dtype=np.int64)
@@ -153,8 +160,22 @@ def _dense(found: DenseCorrespondence) -> contracts.DenseCorrespondence:
         source=tuple(found.source.tolist()),
         target=tuple(found.target.tolist()),
         faces=tuple(map(tuple, found.faces.tolist())),
-        barycentric=tuple(map(tuple, _rounded(found.barycentric).tolist())),
+        barycentric=_weight_rows(found.barycentric),
+        inverse=None if found.inverse is None else _inverse(found.inverse),
     )
+
+
+def _inverse(found: DenseCorrespondence) -> contracts.InverseCorrespondence:
+    return contracts.InverseCorrespondence(
+        target=tuple(found.source.tolist()),
+        source=tuple(found.target.tolist()),
+        faces=tuple(map(tuple, found.faces.tolist())),
+        barycentric=_weight_rows(found.barycentric),
+    )
+
+
+def _weight_rows(weights: FloatArray) -> tuple[tuple[float, ...], ...]:
+    return tuple(map(tuple, _rounded(weights).tolist()))
 
 
 def _rounded(weights: FloatArray) -> FloatArray:

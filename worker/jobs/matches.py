@@ -11,6 +11,7 @@ from broker.contracts import (
     is_prototype,
     spectrum_key,
 )
+from broker.store import Store
 from solver import matching
 from solver import prototype as prototypes
 from solver.control import Control
@@ -96,7 +97,18 @@ def match(payload: MatchPayload, context: JobContext) -> bytes:
     timings = dict(result.timings)
     timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
     timings["total"] = time.perf_counter() - start
-    return result.model_copy(update={"timings": timings}).model_dump_json().encode()
+    named = {"timings": timings, **_names(payload, context.store)}
+    return result.model_copy(update=named).model_dump_json().encode()
+
+
+def _names(payload: MatchPayload, store: Store) -> dict[str, str | None]:
+    """Names of source and target: those of the request, or those they are stored under."""
+    kept = store.prototypes if is_prototype(payload.source) else store.shapes
+    source, target = kept.get(payload.source), store.shapes.get(payload.target)
+    return {
+        "source_name": payload.source_name or (None if source is None else source.name),
+        "target_name": payload.target_name or (None if target is None else target.name),
+    }
 
 
 def match_shapes(

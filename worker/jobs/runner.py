@@ -28,6 +28,7 @@ from worker.jobs.progress import TOTAL, WAITING, Reporter
 from worker.jobs.prototypes import learn
 from worker.jobs.spectra import compute_spectrum
 from worker.jobs.time_slices import run_time_slice
+from worker.jobs.transfers import carry, validate_attributes
 from worker.jobs.validation import validate_shape
 
 JobFunction: TypeAlias = Callable[[Any, JobContext], bytes | None]
@@ -39,6 +40,8 @@ FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
     JobKind.MATCH: match,
     JobKind.PROTOTYPE: learn,
     JobKind.TIME_SLICE: run_time_slice,
+    JobKind.ATTRIBUTES_VALIDATION: validate_attributes,
+    JobKind.TRANSFER: carry,
     JobKind.PICTURE: draw,
     JobKind.WEBHOOK: deliver,
 }

@@ -1,9 +1,8 @@
 """Colours of surfaces: corresponding vertices have the same colour."""
 
 import numpy as np
-from scipy.spatial import KDTree
 
-from broker.contracts import DenseCorrespondence
+from broker.contracts import InverseCorrespondence
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh
 
@@ -26,9 +25,9 @@ def colors_by_place(vertices: FloatArray) -> FloatArray:
 
 
 def transferred_colors(
-    colors: FloatArray, source: TriangleMesh, target: TriangleMesh, found: DenseCorrespondence
+    colors: FloatArray, source: TriangleMesh, target: TriangleMesh, found: InverseCorrespondence
 ) -> FloatArray:
-    """(W, 3) colours transferred to the target: the mean over the vertices mapped to each vertex.
+    """(W, 3) colours of the target: each vertex has the colour of its point on the source.
 
     Parameters
     ----------
@@ -37,16 +36,10 @@ def transferred_colors(
     source, target
         The meshes X and Y.
     found
-        The map of the vertices of X. Vertices of Y that nothing is mapped to have the colour of
-        the nearest one that something is mapped to.
+        The map of the vertices of Y. Vertices that are not in it are white.
     """
-    here = source.vertices_of(np.array(found.source, dtype=np.int64))
-    there = target.vertices_of(np.array(found.target, dtype=np.int64))
-    known = (here >= 0) & (there >= 0)
-    total = np.zeros((target.n_vertices, 3))
-    np.add.at(total, there[known], colors[here[known]])
-    count = np.bincount(there[known], minlength=target.n_vertices)
-    reached = np.flatnonzero(count)
-    nearest = reached[KDTree(target.vertices[reached]).query(target.vertices)[1]]
-    transferred: FloatArray = total[nearest] / count[nearest][:, None]
+    corners = source.vertices_of(np.array(found.faces, dtype=np.int64).ravel()).reshape(-1, 3)
+    vertices = target.vertices_of(np.array(found.target, dtype=np.int64))
+    transferred = np.ones((target.n_vertices, 3))
+    transferred[vertices] = np.einsum("kc,kcd->kd", np.array(found.barycentric), colors[corners])
     return transferred

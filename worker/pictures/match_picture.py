@@ -8,6 +8,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import hsv_to_rgb
 from scipy.sparse.csgraph import minimum_spanning_tree
 
+from broker.contracts import View as Side
 from solver.arrays import BoolArray, FloatArray
 from solver.mesh import TriangleMesh, vertex_normals
 from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
@@ -30,6 +31,7 @@ def draw_match(
     target: TriangleMesh,
     answer: Hypothesis,
     names: tuple[str, str] = ("source", "target"),
+    side: Side = "front",
 ) -> bytes:
     """Draw a match.
 
@@ -41,12 +43,14 @@ def draw_match(
         The match, or an alternative; its vertex numbers are the users' own.
     names
         Names of the shapes.
+    side
+        Side of the source from which both are seen.
 
     Returns
     -------
     PNG, the same for the same match.
     """
-    left, right = match_scenes(source, target, answer)
+    left, right = match_scenes(source, target, answer, side)
     labels = [
         f"{shortened(name, _LONGEST_NAME)}\n{mesh.n_vertices:,} vertices"
         for name, mesh in zip(names, (source, target), strict=True)
@@ -59,6 +63,7 @@ def draw_prototype_match(
     target: TriangleMesh,
     answer: Hypothesis,
     names: tuple[str, str] = ("prototype", "target"),
+    side: Side = "front",
 ) -> bytes:
     """Draw a match whose source is a prototype, by its points on its reference shape.
 
@@ -72,12 +77,14 @@ def draw_prototype_match(
         The match, or an alternative.
     names
         Names of the prototype and the target.
+    side
+        As for :func:`draw_match`.
 
     Returns
     -------
     PNG, the same for the same match.
     """
-    left, right = prototype_scenes(positions, target, answer)
+    left, right = prototype_scenes(positions, target, answer, side)
     labels = [f"{shortened(names[0], _LONGEST_NAME)}\n{len(positions):,} points"]
     labels.append(f"{shortened(names[1], _LONGEST_NAME)}\n{target.n_vertices:,} vertices")
     return _drawn(left, right, answer, labels)

@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from broker.contracts import View as Side
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from worker.pictures.coloring import colors_by_place, transferred_colors
@@ -39,25 +40,30 @@ class Scene:
 
 
 def match_scenes(
-    source: TriangleMesh, target: TriangleMesh, answer: Hypothesis
+    source: TriangleMesh, target: TriangleMesh, answer: Hypothesis, side: Side = "front"
 ) -> tuple[Scene, Scene]:
-    """Return both shapes of a match, scaled to unit area and with matched points aligned."""
+    """Return both shapes of a match, scaled to unit area and with matched points aligned.
+
+    Colours show a map of all vertices: they are by position on the source, and those of its points
+    on the target.
+    """
     first, second = _unit_area(source), _unit_area(target)
     numbers = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
     points = first[source.vertices_of(numbers)]
     left, right = _side_by_side(
         Scene(first, source.faces, points),
         Scene(second, target.faces, _target_points(target, second, answer)),
+        side,
     )
-    if answer.dense is None:
+    if answer.dense is None or answer.dense.inverse is None:
         return left, right
     colors = colors_by_place(left.vertices)
-    transferred = transferred_colors(colors, source, target, answer.dense)
+    transferred = transferred_colors(colors, source, target, answer.dense.inverse)
     return replace(left, colors=colors), replace(right, colors=transferred)
 
 
 def prototype_scenes(
-    positions: FloatArray, target: TriangleMesh, answer: Hypothesis
+    positions: FloatArray, target: TriangleMesh, answer: Hypothesis, side: Side = "front"
 ) -> tuple[Scene, Scene]:
     """Return the points of a prototype, scaled as those matched on the target, and the target.
 
@@ -69,6 +75,8 @@ def prototype_scenes(
         The mesh Y.
     answer
         The match, or an alternative.
+    side
+        Side of the source from which both are seen.
     """
     vertices = _unit_area(target)
     matched = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
@@ -81,13 +89,15 @@ def prototype_scenes(
     return _side_by_side(
         Scene(points, np.zeros((0, 3), dtype=np.int64), points[matched]),
         Scene(vertices, target.faces, there),
+        side,
     )
 
 
-def _side_by_side(source: Scene, target: Scene) -> tuple[Scene, Scene]:
+def _side_by_side(source: Scene, target: Scene, side: Side) -> tuple[Scene, Scene]:
     """Rotate both into their views, and move them to the two sides of the origin."""
-    view = source_view(source.vertices)
-    other = target_view(view, source.points, target.points) if len(source.points) >= 3 else view
+    front = source_view(source.vertices)
+    aligned = target_view(front, source.points, target.points) if len(source.points) >= 3 else front
+    view, other = front.seen_from(side), aligned.seen_from(side)
     left, right = view.of(source.vertices), other.of(target.vertices)
     to_left = np.array([left[:, 0].max() + _GAP, left[:, 1].min(), 0.0])
     to_right = np.array([right[:, 0].min() - _GAP, right[:, 1].min(), 0.0])

@@ -1,13 +1,29 @@
 """Views of shapes in pictures."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
+from broker.contracts import View as Side
 from solver.arrays import FloatArray
 
 _THIN = 0.75
 """Cosine above which an axis is the thin direction; at most one axis exceeds it (> 1/sqrt 2)."""
+
+
+_TURNS: Mapping[Side, FloatArray] = MappingProxyType(
+    {
+        "front": np.eye(3),
+        "back": np.array([[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]),
+        "left": np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
+        "right": np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
+        "top": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
+        "bottom": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+    }
+)
+"""Rotations of the paper that bring a side of what is seen from the front towards the reader."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +42,10 @@ class View:
         """(K, 3) points in the paper's coordinates."""
         seen: FloatArray = points @ self.axes.T
         return seen
+
+    def seen_from(self, side: Side) -> "View":
+        """Return the view from another side; this one is from the front, left is the viewer's."""
+        return View(_TURNS[side] @ self.axes)
 
 
 def source_view(vertices: FloatArray) -> View:

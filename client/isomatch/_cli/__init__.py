@@ -1,6 +1,6 @@
 """Commands, options and output of the command line, assembled in :mod:`isomatch.cli`."""
 
-from isomatch._cli.examples import COMPARE_EXAMPLES, MATCH_EXAMPLES
+from isomatch._cli.examples import COMPARE_EXAMPLES, MATCH_EXAMPLES, TRANSFER_EXAMPLES
 from isomatch._cli.exit_codes import EXIT_CODES, connected, leave
 from isomatch._cli.job_commands import jobs
 from isomatch._cli.job_runs import echo_models, run
@@ -12,6 +12,7 @@ from isomatch._cli.options import (
     Output,
     Picture,
     Quiet,
+    SeenFrom,
     Source,
     Url,
     Wait,
@@ -20,6 +21,7 @@ from isomatch._cli.options import (
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
 from isomatch._cli.serve import serve
+from isomatch._cli.transfer_command import transfer
 from isomatch._cli.uploads import class_of, named_upload, shape_name, uploaded
 
 __all__ = [
@@ -27,12 +29,14 @@ __all__ = [
     "EXIT_CODES",
     "FORMATS",
     "MATCH_EXAMPLES",
+    "TRANSFER_EXAMPLES",
     "AsJson",
     "Mesh",
     "Meshes",
     "Output",
     "Picture",
     "Quiet",
+    "SeenFrom",
     "Source",
     "Url",
     "Wait",
@@ -48,5 +52,6 @@ __all__ = [
     "serve",
     "shape_name",
     "takes",
+    "transfer",
     "uploaded",
 ]

@@ -13,8 +13,8 @@ def _epilog(*examples: tuple[str, str]) -> str:
 MATCH_EXAMPLES: Final = _epilog(
     ("32 points, as a table and as a picture", "isomatch match a.off b.obj --picture match.png"),
     (
-        "all vertices, the result in a file",
-        "isomatch match a.off b.obj --dense --output match.json",
+        "all vertices, both shapes in corresponding colours",
+        "isomatch match a.off b.obj --dense --output match.glb",
     ),
     (
         "a landmark: vertex 17 of a.off corresponds to vertex 203 of b.obj",
@@ -38,6 +38,21 @@ COMPARE_EXAMPLES: Final = _epilog(
     (
         "the nearest shapes of each as JSON",
         "isomatch compare *.off --json | jq .nearest",
+    ),
+)
+
+TRANSFER_EXAMPLES: Final = _epilog(
+    (
+        "a segmentation of a.off, a label in each line, for b.obj",
+        "isomatch transfer a.off b.obj parts.csv --what labels -o parts_of_b.csv",
+    ),
+    (
+        "skinning weights of the mesh itself",
+        "isomatch transfer a.glb b.obj --what skinning -o b.glb",
+    ),
+    (
+        "colours of the source, along a match that was made before",
+        "isomatch transfer 5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f --what colors -o b.ply",
     ),
 )
 

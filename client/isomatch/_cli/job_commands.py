@@ -7,7 +7,16 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import EXIT_CODES, NO_RESULT, connected
 from isomatch._cli.job_runs import echo_models, finish, job_continues
-from isomatch._cli.options import AsJson, Output, Picture, Quiet, Url, WhichPicture, id_given
+from isomatch._cli.options import (
+    AsJson,
+    Output,
+    Picture,
+    Quiet,
+    SeenFrom,
+    Url,
+    WhichPicture,
+    id_given,
+)
 from isomatch._http import DEFAULT_URL
 from isomatch._models import JobState
 
@@ -40,7 +49,7 @@ def list_jobs(
     ] = None,
     kind: Annotated[
         str | None,
-        typer.Option(help="Only jobs of this kind: match, dissimilarities or prototype."),
+        typer.Option(help="Only jobs of this kind: match, dissimilarities, prototype or transfer."),
     ] = None,
     of: Annotated[
         str | None,
@@ -95,15 +104,17 @@ def result(
     output: Output = None,
     picture: Picture = None,
     alternative: WhichPicture = None,
+    view: SeenFrom = None,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Print the result of a job when it has ended; Ctrl-C does not cancel the job."""
-    if alternative is not None and picture is None:
-        raise typer.BadParameter("it needs --picture FILE", param_hint="--alternative")
+    for option, given in (("--alternative", alternative), ("--view", view)):
+        if given is not None and picture is None:
+            raise typer.BadParameter("it needs --picture FILE", param_hint=option)
     with connected(url, as_json) as client:
         job = client.job(job_id)
         with job_continues(job):
-            finish(job, as_json, output, picture, alternative=alternative)
+            finish(job, as_json, output, picture, alternative=alternative, view=view)
 
 
 @jobs.command()

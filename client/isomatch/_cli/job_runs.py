@@ -6,13 +6,15 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType, MappingProxyType
+from typing import cast
 
 import typer
 
 from isomatch._cli import render
 from isomatch._cli.prototype_rendering import print_learned
 from isomatch._clients import Job
-from isomatch._results import Dissimilarities, LearnedPrototype, Match
+from isomatch._operations.results import ENDINGS, View
+from isomatch._results import Dissimilarities, LearnedPrototype, Match, Transfer
 
 
 @contextmanager
@@ -43,6 +45,7 @@ def run(
     names: Mapping[str, str] = MappingProxyType({}),
     wait: bool = True,
     page: str | None = None,
+    view: str | None = None,
 ) -> None:
     """Start a job and print its result; cancel the job on Ctrl-C.
 
@@ -58,13 +61,15 @@ def run(
         Wait for the result; if False, print the job's id, or its record as JSON.
     page
         Address of the service, for a link to the job on its page.
+    view
+        Side from which the picture shows a match.
     """
     job: Job | None = None
     try:
         with interrupts_deferred():
             job = start()
         if wait:
-            finish(job, as_json, output, picture, names)
+            finish(job, as_json, output, picture, names, view=view)
         else:
             typer.echo(job.record.model_dump_json() if as_json else job.id)
         if page is not None and not as_json:
@@ -96,20 +101,25 @@ def finish(
     picture: Path | None,
     names: Mapping[str, str] = MappingProxyType({}),
     alternative: int | None = None,
+    view: str | None = None,
 ) -> None:
     """Wait for a job and print its result."""
     # With --json the standard error holds problem documents, without progress between them.
     result = job.result(progress=not as_json or sys.stderr.isatty())
-    if output is not None:
+    if output is not None and output.suffix.lower().removeprefix(".") in ENDINGS:
+        job.save(output)
+    elif output is not None:
         result.save(output)
     if picture is not None:
-        job.save_picture(picture, alternative=alternative)
+        job.save_picture(picture, alternative=alternative, view=cast(View | None, view))
     if as_json:
         typer.echo(result.to_json())
     elif isinstance(result, Match):
         render.print_match(result, render.standard_output())
     elif isinstance(result, Dissimilarities):
         render.print_dissimilarities(result, names, render.standard_output())
+    elif isinstance(result, Transfer):
+        render.print_transfer(result, render.standard_output())
     elif isinstance(result, LearnedPrototype):
         print_learned(result, render.standard_output())
 

@@ -108,7 +108,7 @@ Output = Annotated[
         "--output",
         "-o",
         callback=writable,
-        help="Write the result to this JSON file.",
+        help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending.",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -119,6 +119,14 @@ WhichPicture = Annotated[
         min=0,
         help="Which answer of a match --picture draws: 0 for the match itself, 1 for the first of"
         " its alternatives.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+SeenFrom = Annotated[
+    str | None,
+    typer.Option(
+        "--view",
+        help="Side from which --picture shows a match: front, back, left, right, top or bottom.",
         rich_help_panel=OUTPUT,
     ),
 ]
@@ -153,6 +161,32 @@ def structure_choices(given: list[str] | None) -> list[StructureChoice]:
         return [structure_choice(text) for text in given or ()]
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
+
+
+def landmark_points(given: list[str] | None) -> list[int | dict[str, object]]:
+    """Return the landmarks that options name, as in ``17`` or ``4:0.2,9:0.3,7:0.5``.
+
+    Raises
+    ------
+    typer.BadParameter
+        One is neither a vertex nor three with weights.
+    """
+    return [_landmark_point(text) for text in given or ()]
+
+
+def _landmark_point(text: str) -> int | dict[str, object]:
+    form = "a landmark is a vertex, as in 17, or three with weights, as in 4:0.2,9:0.3,7:0.5"
+    try:
+        if ":" not in text:
+            return int(text)
+        corners = [corner.split(":") for corner in text.split(",")]
+        vertices = [int(vertex) for vertex, _ in corners]
+        weights = [float(weight) for _, weight in corners]
+    except ValueError as error:
+        raise typer.BadParameter(form) from error
+    if len(vertices) != 3:
+        raise typer.BadParameter(form)
+    return {"vertices": vertices, "weights": weights}
 
 
 def landmarks(given: list[str] | None) -> list[tuple[int, int]]:

@@ -22,7 +22,7 @@ from isomatch._models import (
     StructureParameter,
     Structures,
 )
-from isomatch._results import Dissimilarities, Match
+from isomatch._results import Dissimilarities, Match, Transfer
 
 FILE_WIDTH = 120
 """Width of output that is not printed on a terminal, in columns."""
@@ -127,6 +127,25 @@ def certified_levels(match: Match) -> str:
         f"{level.points} points" if level.certified else f"not {level.points}"
         for level in match.levels
     )
+
+
+def print_transfer(transfer: Transfer, console: Console) -> None:
+    """Print what was carried: the landmarks, or the attributes, which are in files."""
+    if transfer.points is not None:
+        table = Table(Column("vertices"), Column("weights"), box=SIMPLE_HEAD, pad_edge=False)
+        for point in transfer.points:
+            weights = ", ".join(f"{weight:.4f}" for weight in point.weights)
+            table.add_row(", ".join(map(str, point.vertices)), weights)
+        console.print(table)
+    carried = ", ".join(one.name for one in transfer.attributes)
+    rows = {
+        transfer.what: carried or f"{len(transfer.points or ())} points",
+        "from": transfer.source_name or transfer.source,
+        "to": transfer.target_name or transfer.target,
+        **({} if transfer.points is not None else {"rows": str(transfer.rows)}),
+    }
+    console.print(named_values(rows))
+    print_warnings(transfer.warnings, console)
 
 
 def print_dissimilarities(

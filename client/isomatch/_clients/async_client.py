@@ -11,8 +11,10 @@ import httpx2
 from isomatch._clients.async_job import AsyncJob
 from isomatch._clients.client import Client
 from isomatch._clients.documented_as import documented_as
+from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import AsyncTransport, api_key_or_default, url_or_default
 from isomatch._models import (
+    Attributes,
     DissimilarityParameters,
     JobState,
     MatchParameters,
@@ -20,15 +22,19 @@ from isomatch._models import (
     Shape,
     Structures,
 )
-from isomatch._operations import jobs, prototypes, shapes
+from isomatch._operations import jobs, prototypes, shapes, transfers
 from isomatch._operations.prototypes import ArchiveSource
+from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
+    Direction,
     Dissimilarities,
     Geometry,
     LearnedPrototype,
     Match,
     Prototype,
     PrototypePoints,
+    Transfer,
+    TransferKind,
 )
 from isomatch._upload import MeshSource
 from isomatch._webhooks import Webhook
@@ -127,6 +133,50 @@ class AsyncClient:
         **parameters: Unpack[MatchParameters],
     ) -> AsyncJob[Match]:
         start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
+        return AsyncJob(self._transport, await self._transport.run(start))
+
+    @documented_as(Client.upload_attributes)
+    async def upload_attributes(
+        self,
+        values: AttributesSource,
+        name: str | None = None,
+        *,
+        file_type: str | None = None,
+        timeout: float | None = 600.0,
+    ) -> Attributes:
+        return await self._transport.run(
+            transfers.upload_attributes(values, name, file_type, timeout)
+        )
+
+    @documented_as(Client.delete_attributes)
+    async def delete_attributes(self, attributes: Attributes | str) -> None:
+        await self._transport.run(transfers.delete_attributes(attributes))
+
+    @documented_as(Client.transfer)
+    async def transfer(
+        self,
+        match: RecordedJob | str,
+        values: Attributes | AttributesSource | None = None,
+        *,
+        what: TransferKind,
+        direction: Direction = "source_to_target",
+        names: Iterable[str] = (),
+        influences: int | None = None,
+        points: Iterable[Landmark] = (),
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+    ) -> AsyncJob[Transfer]:
+        start = transfers.start_transfer(
+            match if isinstance(match, str) else match.id,
+            values,
+            what,
+            direction,
+            names,
+            influences,
+            points,
+            webhook,
+            idempotency_key,
+        )
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.dissimilarities)

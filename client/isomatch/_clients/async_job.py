@@ -13,6 +13,7 @@ from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import AsyncTransport
 from isomatch._models import JobRecord
 from isomatch._operations import jobs, results
+from isomatch._operations.results import View
 from isomatch._results import Drawable, DrawableSource, PartialDissimilarities, Result
 
 if TYPE_CHECKING:
@@ -69,14 +70,22 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
         return self
 
     @documented_as(Job.picture)
-    async def picture(self, *, alternative: int | None = None) -> bytes:
-        return await self._transport.run(results.get_picture(self.id, alternative))
+    async def picture(self, *, alternative: int | None = None, view: View | None = None) -> bytes:
+        return await self._transport.run(results.get_picture(self.id, alternative, view))
 
     @documented_as(Job.save_picture)
     async def save_picture(
-        self, path: str | os.PathLike[str], *, alternative: int | None = None
+        self,
+        path: str | os.PathLike[str],
+        *,
+        alternative: int | None = None,
+        view: View | None = None,
     ) -> None:
-        await self._transport.run(results.save_picture(self.id, path, alternative))
+        await self._transport.run(results.save_picture(self.id, path, alternative, view))
+
+    @documented_as(Job.save)
+    async def save(self, path: str | os.PathLike[str]) -> None:
+        await self._transport.run(results.save(self._record, path))
 
     @documented_as(Job.save_arrays)
     async def save_arrays(self, path: str | os.PathLike[str]) -> None:

@@ -9,8 +9,10 @@ from typing import Unpack
 import httpx2
 
 from isomatch._clients.job import Job
+from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport, api_key_or_default, url_or_default
 from isomatch._models import (
+    Attributes,
     DissimilarityParameters,
     JobState,
     MatchParameters,
@@ -18,15 +20,19 @@ from isomatch._models import (
     Shape,
     Structures,
 )
-from isomatch._operations import jobs, prototypes, shapes
+from isomatch._operations import jobs, prototypes, shapes, transfers
 from isomatch._operations.prototypes import ArchiveSource
+from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
+    Direction,
     Dissimilarities,
     Geometry,
     LearnedPrototype,
     Match,
     Prototype,
     PrototypePoints,
+    Transfer,
+    TransferKind,
 )
 from isomatch._upload import MeshSource
 from isomatch._webhooks import Webhook
@@ -227,6 +233,119 @@ class Client:
             A parameter does not exist.
         """
         start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
+        return Job(self._transport, self._transport.run(start))
+
+    def upload_attributes(
+        self,
+        values: AttributesSource,
+        name: str | None = None,
+        *,
+        file_type: str | None = None,
+        timeout: float | None = 600.0,
+    ) -> Attributes:
+        """Upload attributes of the vertices of a shape. The same file again has the same id.
+
+        Parameters
+        ----------
+        values
+            A path, the bytes of a file, or an open binary file: NPZ, CSV, PLY, OBJ or GLB. Row i is
+            vertex i of the shape's file.
+        name
+            Name of the file; by default its own.
+        file_type
+            Format (npz, csv, ply, obj, glb); by default the extension of the file.
+        timeout
+            Seconds the service may take to read the uploaded file; None for no limit.
+
+        Raises
+        ------
+        UnprocessableAttributes
+            The file is not a usable file of attributes; the message gives the reason.
+        TooLarge
+            The file exceeds the service's limit.
+        UnsupportedFormat
+            The service does not read this format.
+        WaitTimeout
+            The service did not read the file in time.
+        OSError, TypeError, ValueError
+            `values` cannot be read.
+        """
+        return self._transport.run(transfers.upload_attributes(values, name, file_type, timeout))
+
+    def delete_attributes(self, attributes: Attributes | str) -> None:
+        """Delete a file of attributes.
+
+        Raises
+        ------
+        NotFound
+            The id is unknown.
+        """
+        self._transport.run(transfers.delete_attributes(attributes))
+
+    def transfer(
+        self,
+        match: RecordedJob | str,
+        values: Attributes | AttributesSource | None = None,
+        *,
+        what: TransferKind,
+        direction: Direction = "source_to_target",
+        names: Iterable[str] = (),
+        influences: int | None = None,
+        points: Iterable[Landmark] = (),
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+    ) -> Job[Transfer]:
+        """Start to carry a file of attributes, or landmarks, along a match with ``dense=True``.
+
+        Arrays are carried without the service: :meth:`isomatch.Match.transfer`.
+
+        Parameters
+        ----------
+        match
+            The job of the match, or its id.
+        values
+            Attributes of the vertices of the shape that they are carried from: a file, which is
+            uploaded as by :meth:`upload_attributes`, or an uploaded one. By default those in the
+            file of that shape itself, whose colours include its texture.
+        what
+            ``"scalars"``, ``"vectors"``, ``"colors"``, ``"labels"``, ``"skinning"`` or
+            ``"landmarks"``, see :meth:`isomatch.Match.transfer`; or ``"texture"``, that of the
+            shape's own file, as colours of vertices, and in a GLB file as an image.
+        direction
+            ``"source_to_target"`` or ``"target_to_source"``.
+        names
+            Attributes to carry, or joints of skinning weights; all by default.
+        influences
+            For skinning, how many joints each vertex keeps; None for all.
+        points
+            The landmarks: vertices, or points with `vertices` and `weights`.
+        webhook, idempotency_key
+            As for :meth:`match`.
+
+        Returns
+        -------
+        job
+            ``job.result()`` waits for the :class:`~isomatch.Transfer`; ``job.save(path)`` writes
+            the values to an NPZ, CSV, PLY, OBJ or GLB file.
+
+        Raises
+        ------
+        NotFound, Gone, Conflict
+            There is no such match, it has expired, or has no result (yet).
+        UnknownAttributes, UnprocessableAttributes, InvalidRequest
+            The values do not exist, cannot be read, or do not fit; the message says why.
+        """
+        start = transfers.start_transfer(
+            match if isinstance(match, str) else match.id,
+            values,
+            what,
+            direction,
+            names,
+            influences,
+            points,
+            webhook,
+            idempotency_key,
+        )
         return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(

@@ -10,6 +10,7 @@ from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport
 from isomatch._models import JobRecord
 from isomatch._operations import jobs, results
+from isomatch._operations.results import View
 from isomatch._results import DrawableSource, PartialDissimilarities, Result
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ class Job(RecordedJob, Generic[ResultT]):
         self._remember(self._transport.run(jobs.cancel_job(self.id)))
         return self
 
-    def picture(self, *, alternative: int | None = None) -> bytes:
+    def picture(self, *, alternative: int | None = None, view: View | None = None) -> bytes:
         """Return the picture of the result, a PNG file.
 
         Parameters
@@ -116,6 +117,9 @@ class Job(RecordedJob, Generic[ResultT]):
         alternative
             Solution of a match: 0 for its own pairs, j for ``alternatives[j - 1]``. By default the
             one that was refined or densely extended, or else 0.
+        view
+            Side of a match's source from which both shapes are seen, ``"front"``, ``"back"``,
+            ``"left"``, ``"right"``, ``"top"`` or ``"bottom"``; by default the front.
 
         Raises
         ------
@@ -124,9 +128,15 @@ class Job(RecordedJob, Generic[ResultT]):
         InvalidRequest
             There is no such alternative.
         """
-        return self._transport.run(results.get_picture(self.id, alternative))
+        return self._transport.run(results.get_picture(self.id, alternative, view))
 
-    def save_picture(self, path: str | os.PathLike[str], *, alternative: int | None = None) -> None:
+    def save_picture(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        alternative: int | None = None,
+        view: View | None = None,
+    ) -> None:
         """Write the picture of the result, see :meth:`picture`, to a PNG file.
 
         Raises
@@ -136,7 +146,28 @@ class Job(RecordedJob, Generic[ResultT]):
         OSError
             The file cannot be written.
         """
-        self._transport.run(results.save_picture(self.id, path, alternative))
+        self._transport.run(results.save_picture(self.id, path, alternative, view))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the result to a file, in the format that its name ends in.
+
+        ``.json`` is the document, ``.npz`` the arrays, ``.png`` the picture. Of a match ``.csv``
+        has the pairs; with a map of all vertices, ``.ply`` and ``.obj`` have the target in the
+        colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the matrix. Of a
+        transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape with them.
+
+        Raises
+        ------
+        Conflict
+            There is no result (yet), or none of this format.
+        JobFailed, JobCancelled
+            The job ended without a result.
+        InvalidRequest, Unprocessable
+            The format cannot hold this result; the message gives the reason.
+        OSError, ValueError
+            The file cannot be written, or its name has another ending.
+        """
+        self._transport.run(results.save(self._record, path))
 
     def save_arrays(self, path: str | os.PathLike[str]) -> None:
         """Write the arrays of the result, in full precision, to a NumPy file, ``.npz``.

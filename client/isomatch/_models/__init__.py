@@ -2,6 +2,7 @@
 
 from isomatch._models.answer import Answer, Page
 from isomatch._models.arguments import StructureChoice, check_names, structure_choice
+from isomatch._models.attributes import Attributes, AttributeSummary, SurfacePoint
 from isomatch._models.confidence import Confidence
 from isomatch._models.correspondences import (
     Alternative,
@@ -10,6 +11,7 @@ from isomatch._models.correspondences import (
     DenseCorrespondence,
     Distortion,
     GromovHausdorff,
+    InverseCorrespondence,
     Level,
     SampleProof,
 )
@@ -22,10 +24,13 @@ from isomatch._models.parameters import (
 from isomatch._models.refinement import RefinedPoint, Refinement
 from isomatch._models.shape import Shape
 from isomatch._models.structures import Invariance, Structure, StructureParameter, Structures
+from isomatch._models.vertex_map import VertexMap
 
 __all__ = [
     "Alternative",
     "Answer",
+    "AttributeSummary",
+    "Attributes",
     "Confidence",
     "Correspondence",
     "Correspondences",
@@ -34,6 +39,7 @@ __all__ = [
     "Distortion",
     "GromovHausdorff",
     "Invariance",
+    "InverseCorrespondence",
     "JobRecord",
     "JobState",
     "JobWebhook",
@@ -50,6 +56,8 @@ __all__ = [
     "StructureChoice",
     "StructureParameter",
     "Structures",
+    "SurfacePoint",
+    "VertexMap",
     "check_names",
     "structure_choice",
 ]

@@ -8,6 +8,7 @@ import numpy.typing as npt
 from pydantic import Field, FiniteFloat
 
 from isomatch._models.answer import Answer
+from isomatch._models.vertex_map import VertexMap
 
 _OF_THREE: Final = Field(min_length=3, max_length=3)
 
@@ -187,8 +188,31 @@ class GromovHausdorff(Answer):
     seconds: FiniteFloat
 
 
+class InverseCorrespondence(Answer):
+    """The map of all vertices of the target to the source.
+
+    Attributes
+    ----------
+    target
+        Vertex indices in the target's file, ascending: all vertices of the matched surface.
+    source
+        Vertex index in the source's file nearest to the preimage of each.
+    faces
+        Corners, as vertex indices in the source's file, of the triangle that holds each preimage.
+    barycentric
+        Barycentric coordinates of each preimage in its triangle, to four decimals.
+    """
+
+    target: tuple[int, ...]
+    source: tuple[int, ...]
+    faces: tuple[Annotated[tuple[int, ...], _OF_THREE], ...]
+    barycentric: tuple[Annotated[tuple[FiniteFloat, ...], _OF_THREE], ...]
+
+
 class DenseCorrespondence(Answer):
-    """A match extended to all vertices of the source.
+    """A match extended to all vertices: of the source, and by `inverse` of the target.
+
+    As arrays the two directions are :attr:`source_to_target` and :attr:`target_to_source`.
 
     Attributes
     ----------
@@ -204,6 +228,9 @@ class DenseCorrespondence(Answer):
     barycentric
         Barycentric coordinates of each image in its triangle, to four decimals. Like `faces` empty
         in results of services that gave vertices alone.
+    inverse
+        The other direction, from all vertices of the target to the source; None in results of
+        services that gave one direction.
     """
 
     hypothesis: int
@@ -211,6 +238,33 @@ class DenseCorrespondence(Answer):
     target: tuple[int, ...]
     faces: tuple[Annotated[tuple[int, ...], _OF_THREE], ...] = ()
     barycentric: tuple[Annotated[tuple[FiniteFloat, ...], _OF_THREE], ...] = ()
+    inverse: InverseCorrespondence | None = None
+
+    @cached_property
+    def source_to_target(self) -> VertexMap:
+        """Map of the source's vertices to points of the target."""
+        return VertexMap(
+            self.source_vertices, self.target_vertices, self.image_faces, self.image_weights
+        )
+
+    @cached_property
+    def target_to_source(self) -> VertexMap:
+        """Map of the target's vertices to points of the source.
+
+        Raises
+        ------
+        ValueError
+            The service that computed the result gave one direction alone.
+        """
+        inverse = self.inverse
+        if inverse is None:
+            raise ValueError("the result has no map from the target to the source; match again")
+        return VertexMap(
+            np.array(inverse.target, dtype=np.int64),
+            np.array(inverse.source, dtype=np.int64),
+            np.array(inverse.faces, dtype=np.int64).reshape(-1, 3),
+            np.array(inverse.barycentric, dtype=np.float64).reshape(-1, 3),
+        )
 
     @cached_property
     def source_vertices(self) -> npt.NDArray[np.int64]:
@@ -254,14 +308,4 @@ class DenseCorrespondence(Answer):
         --------
         >>> positions = match.dense.interpolate(target_vertices)  # (K, 3), of source_vertices
         """
-        rows = np.asarray(values, dtype=np.float64)
-        if len(self.faces) < len(self.source):
-            raise ValueError("the result has no images between vertices; match again")
-        last = int(self.image_faces.max(initial=-1))
-        if rows.ndim == 0 or last >= len(rows):
-            have = 0 if rows.ndim == 0 else len(rows)
-            raise ValueError(f"there are {have} rows of values, but a corner is vertex {last}")
-        found: npt.NDArray[np.float64] = np.einsum(
-            "kc,kc...->k...", self.image_weights, rows[self.image_faces]
-        )
-        return found
+        return self.source_to_target.interpolate(values)

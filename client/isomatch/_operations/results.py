@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
 from pydantic import ValidationError
 
@@ -20,6 +20,7 @@ from isomatch._results import (
     Match,
     PartialDissimilarities,
     Result,
+    Transfer,
     is_prototype,
 )
 
@@ -34,10 +35,17 @@ def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
     )
 
 
+View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]
+"""Side from which shapes are drawn."""
+
+ENDINGS: Final = ("json", "npz", "csv", "ply", "obj", "glb", "png")
+"""Formats of results."""
+
 _RESULTS: Final[Mapping[str, type[Result]]] = {
     "match": Match,
     "dissimilarities": Dissimilarities,
     "prototype": LearnedPrototype,
+    "transfer": Transfer,
 }
 
 
@@ -60,24 +68,42 @@ def get_result(record: JobRecord) -> Operation[Result]:
         raise unexpected(response, error) from error
 
 
-def get_picture(job_id: str, alternative: int | None) -> Operation[bytes]:
+def get_picture(
+    job_id: str, alternative: int | None = None, view: View | None = None
+) -> Operation[bytes]:
     """Request the picture of a job's result, or of one of its alternatives."""
-    query = {"alternative": alternative}
+    query = {"alternative": alternative, "view": view}
     response = yield from send(Call("GET", path_to("jobs", job_id, "result.png"), query=query))
     return response.content
 
 
 def save_picture(
-    job_id: str, path: str | os.PathLike[str], alternative: int | None
+    job_id: str,
+    path: str | os.PathLike[str],
+    alternative: int | None = None,
+    view: View | None = None,
 ) -> Operation[None]:
     """Request the picture of a job's result, and write it to a file."""
-    Path(path).write_bytes((yield from get_picture(job_id, alternative)))
+    Path(path).write_bytes((yield from get_picture(job_id, alternative, view)))
 
 
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result as arrays, and write them to a file."""
     response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
     Path(path).write_bytes(response.content)
+
+
+def save(record: JobRecord, path: str | os.PathLike[str]) -> Operation[None]:
+    """Request a job's result in the format that a file's name ends in, and write it to the file."""
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending not in ENDINGS:
+        raise ValueError(f"{ending or Path(path).name!r} is none of {', '.join(ENDINGS)}")
+    if ending == "json":
+        content = (yield from get_result(record)).to_json()
+    else:
+        call = Call("GET", path_to("jobs", record.id, f"result.{ending}"))
+        content = (yield from send(call)).content
+    Path(path).write_bytes(content)
 
 
 def get_drawable(drawn_id: str) -> Operation[Drawable]:

@@ -1,13 +1,17 @@
 """Results of jobs as arrays, and what their figures are drawn from."""
 
+from isomatch._results.array_transfer import KINDS, Direction, TransferKind
 from isomatch._results.dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._results.geometry import Geometry
 from isomatch._results.match import Match
 from isomatch._results.prototype_points import PrototypePoints
 from isomatch._results.prototypes import Example, LearnedPrototype, Prototype
 from isomatch._results.result_document import Drawable, DrawableSource, Result, is_prototype
+from isomatch._results.transfer import Transfer
 
 __all__ = [
+    "KINDS",
+    "Direction",
     "Dissimilarities",
     "Drawable",
     "DrawableSource",
@@ -19,5 +23,7 @@ __all__ = [
     "Prototype",
     "PrototypePoints",
     "Result",
+    "Transfer",
+    "TransferKind",
     "is_prototype",
 ]

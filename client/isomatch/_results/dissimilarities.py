@@ -69,6 +69,8 @@ class Dissimilarities(Result):
         Version of the result format.
     shapes
         Ids of the shapes, in the order given.
+    names
+        Their names; None in results of earlier versions.
     labels
         Labels of the shapes; None if none were given.
     parameters
@@ -99,6 +101,7 @@ class Dissimilarities(Result):
 
     version: int = 1
     shapes: tuple[str, ...]
+    names: tuple[str, ...] | None = None
     labels: tuple[str, ...] | None
     parameters: DissimilarityParameters
     matrix: _Square
@@ -130,7 +133,7 @@ class Dissimilarities(Result):
         return square + square.T
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
-        names = self.labels or [shape[:8] for shape in self.shapes]
+        names = self.labels or self.names or [shape[:8] for shape in self.shapes]
         title = f"{len(self.shapes)} shapes"
         if self.mean_average_precision is not None:
             title += f", mean average precision {self.mean_average_precision:.3f}"

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,7 @@ from isomatch._models import (
     Refinement,
     SampleProof,
 )
+from isomatch._results.array_transfer import Direction, TransferKind, transferred
 from isomatch._results.geometry import Geometry
 from isomatch._results.match_panels import match_panels
 from isomatch._results.result_document import Drawable, Result
@@ -37,6 +38,8 @@ class Match(Result, Correspondences):
         Version of the result format.
     source, target
         Ids of the shapes, or of the prototype and the shape.
+    source_name, target_name
+        Their names; None in results of earlier versions.
     source_kind
         ``"shape"`` or ``"prototype"``. For a prototype, source indices are point numbers from 0.
     parameters
@@ -90,6 +93,8 @@ class Match(Result, Correspondences):
     source: str
     source_kind: str = "shape"
     target: str
+    source_name: str | None = None
+    target_name: str | None = None
     parameters: MatchParameters
     gromov_hausdorff: FiniteFloat
     lower_bound: FiniteFloat
@@ -120,6 +125,52 @@ class Match(Result, Correspondences):
     def unmatched_vertices(self) -> npt.NDArray[np.int64]:
         """Source vertices left unmatched, (m,) int64."""
         return np.array(self.unmatched, dtype=np.int64)
+
+    def transfer(
+        self,
+        values: npt.ArrayLike,
+        kind: TransferKind = "scalars",
+        direction: Direction = "source_to_target",
+        *,
+        influences: int | None = None,
+    ) -> npt.NDArray[Any]:
+        """Carry values of one shape's vertices to those of the other, along the dense map.
+
+        Nothing is sent: :meth:`isomatch.Client.transfer` carries files.
+
+        Parameters
+        ----------
+        values
+            Of the shape that they are carried from, row i for vertex i of its file: (V,) or
+            (V, n). For ``"landmarks"``, vertex indices of any shape.
+        kind
+            ``"scalars"``, ``"vectors"`` and ``"colors"`` are barycentric means (components of
+            vectors one by one: directions are not rotated); ``"labels"``, numbers or text, are
+            those of greatest barycentric weight; ``"skinning"``, a column for each joint, are means
+            divided by their sum; ``"landmarks"`` are the vertices nearest to the images.
+        direction
+            ``"source_to_target"`` for values of the source, ``"target_to_source"`` for those of the
+            target.
+        influences
+            For skinning, how many joints each vertex keeps (four in glTF); None for all.
+
+        Returns
+        -------
+        Row i for vertex i of the other shape's file. Vertices that no face uses have nan, -1 or an
+        empty text. Labels have the type of `values`, colours of type uint8 stay such.
+
+        Raises
+        ------
+        ValueError
+            The match is not dense, rows are missing, or numbers are not finite.
+
+        Examples
+        --------
+        >>> labels = match.transfer(source_labels, "labels")  # of the target's vertices
+        """
+        if self.dense is None:
+            raise ValueError("the match has no map of all vertices; match with dense=True")
+        return transferred(self.dense, values, kind, direction, influences)
 
     def drawn_ids(self) -> tuple[str, ...]:
         """Return the ids of source and target."""

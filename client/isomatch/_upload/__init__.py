@@ -1,5 +1,21 @@
 """Meshes in memory and in files, as they are uploaded."""
 
-from isomatch._upload.meshes import MeshFile, MeshLike, MeshSource, binary_ply, mesh_file, name_of
+from isomatch._upload.meshes import (
+    MeshFile,
+    MeshLike,
+    MeshSource,
+    attribute_file,
+    binary_ply,
+    mesh_file,
+    name_of,
+)
 
-__all__ = ["MeshFile", "MeshLike", "MeshSource", "binary_ply", "mesh_file", "name_of"]
+__all__ = [
+    "MeshFile",
+    "MeshLike",
+    "MeshSource",
+    "attribute_file",
+    "binary_ply",
+    "mesh_file",
+    "name_of",
+]

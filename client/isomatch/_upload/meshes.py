@@ -92,6 +92,21 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
         raise TypeError(_MESH_SOURCES + type(source).__name__)
 
 
+@contextmanager
+def attribute_file(
+    source: str | os.PathLike[str] | bytes | BinaryIO, file_type: str | None = None
+) -> Iterator[MeshFile]:
+    """Context that provides a file of attributes; parameters and errors as :func:`mesh_file`."""
+    if not isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) and not hasattr(
+        source, "read"
+    ):
+        raise TypeError(
+            f"attributes are a path, bytes or an open binary file, not {type(source).__name__}"
+        )
+    with mesh_file(source, file_type) as file:
+        yield file
+
+
 def name_of(file: object) -> str:
     """Return the name of an open file, without its folder; empty if it has none."""
     name = getattr(file, "name", "")

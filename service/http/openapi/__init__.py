@@ -23,7 +23,7 @@ confidence.
 
 A collection is compared by `POST /v1/dissimilarities`, and a prototype of a class of shapes is
 learned by `POST /v1/prototypes`: their jobs are waited for in the same way. A prototype's id can be
-the `source` of a match.
+the `source` of a match. Attributes and landmarks are carried along a match by `POST /v1/transfers`.
 
 Every error is answered with a problem document, `application/problem+json` (RFC 9457).
 """

@@ -20,6 +20,9 @@ _OF_A_PROTOTYPE: Final = {
     name: {"prototype": _ID}
     for name in ("get_prototype", "get_archive", "get_prototype_geometry", "delete_prototype")
 }
+_OF_ATTRIBUTES: Final = {
+    name: {"attributes": _ID} for name in ("get_attributes", "delete_attributes")
+}
 _OF_A_JOB: Final = {
     name: {"job_id": _ID}
     for name in ("get_job", "follow_job", "cancel_job", "get_result", "get_picture")
@@ -30,7 +33,10 @@ LINKS: Final[dict[tuple[str, str], dict[str, dict[str, str]]]] = {
     ("upload_shape", "201"): _OF_A_SHAPE,
     ("upload_prototype", "200"): _OF_A_PROTOTYPE,
     ("upload_prototype", "201"): _OF_A_PROTOTYPE,
+    ("upload_attributes", "200"): _OF_ATTRIBUTES,
+    ("upload_attributes", "201"): _OF_ATTRIBUTES,
     ("create_match", "202"): _OF_A_JOB,
+    ("create_transfer", "202"): _OF_AN_UNDRAWN_JOB | {"get_arrays": {"job_id": _ID}},
     ("create_prototype", "202"): _OF_AN_UNDRAWN_JOB,
     ("create_dissimilarities", "202"): _OF_A_JOB
     | {name: {"job_id": _ID} for name in ("get_dissimilarities", "get_arrays")},

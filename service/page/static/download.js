@@ -22,3 +22,10 @@ export function download(path, text, name) {
   });
   return link;
 }
+
+/** Links to the arrays of a job's result and to its files in other formats. */
+export const exportsOf = (job, endings = () => true) =>
+  [job.links.arrays, ...job.links.exports]
+    .map((path) => [path, path.split(".").pop()])
+    .filter(([, ending]) => endings(ending))
+    .flatMap(([path, ending]) => [" ", download(path, ending.toUpperCase(), `${job.id}.${ending}`)]);

@@ -13,6 +13,7 @@ const KINDS = {
   match: "Match",
   dissimilarities: "Comparison",
   prototype: "Prototype",
+  transfer: "Transfer",
   validation: "Upload",
 };
 

@@ -5,13 +5,13 @@ import { collectionView, partialView } from "./collection.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { matchView } from "./match.js";
-import { download } from "./download.js";
+import { download, exportsOf } from "./download.js";
 import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { kindName, percent, stateName, time } from "./format.js";
 
-const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: learnedView };
+const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView };
 
 export async function jobView(place, [id], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -79,4 +79,12 @@ function sentence(job) {
 function learnedView(place, result, job, signal) {
   return prototypeDetails(place, result.prototype, signal,
     [download(job.links.result, "JSON", `${job.id}.json`), linkButton(job.id)]);
+}
+
+function transferView(place, result, job) {
+  const carried = result.attributes.map(({ name }) => name).join(", ") || `${result.points.length} points`;
+  fill(place, h("p", {},
+    `${result.what}: ${carried}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
+  h("p", { class: "actions" }, linkButton(job.id), " ",
+    download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job)));
 }

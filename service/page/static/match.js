@@ -2,7 +2,7 @@
 
 import { get, orNull } from "./api.js";
 import { h, fill, figureList, warningList } from "./dom.js";
-import { download } from "./download.js";
+import { download, exportsOf } from "./download.js";
 import { certificate, certifiedBadge, confidenceNote, digits, figure, percent, several } from "./format.js";
 import { matchScenes } from "./match_scenes.js";
 import { orientationNote } from "./orientation.js";
@@ -43,7 +43,8 @@ export async function matchView(place, result, job, signal) {
     confidenceNote(result),
     warningList(result.warnings), orientationNote(result), alternatives(result, choose), scenes, numbers,
     h("p", { class: "actions" },
-      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
+      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`),
+      exportsOf(job, (ending) => result.dense !== null || ["npz", "csv"].includes(ending)), " ",
       picture, " ",
       h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters")),
     announced, pairs);

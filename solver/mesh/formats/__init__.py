@@ -14,10 +14,12 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from solver.mesh.formats.archive import read_zip
-from solver.mesh.formats.gltf import read_glb, read_gltf
+from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
+from solver.mesh.formats.gltf_data import GltfData
+from solver.mesh.formats.gltf_scene import MODES, placed_nodes
 from solver.mesh.formats.obj import read_obj
 from solver.mesh.formats.off import read_off
-from solver.mesh.formats.ply import read_ply
+from solver.mesh.formats.ply import ply_vertex_columns, read_ply
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
 from solver.mesh.formats.stl import read_stl
 from solver.mesh.repair import TriangleSoup
@@ -35,4 +37,16 @@ READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
 )
 """Reader of each format by file extension, lower case, without the dot."""
 
-__all__ = ["READERS", "Element", "Property", "TriangleSoup", "binary_columns"]
+__all__ = [
+    "MODES",
+    "READERS",
+    "Element",
+    "GltfData",
+    "Property",
+    "TriangleSoup",
+    "binary_columns",
+    "placed_nodes",
+    "ply_vertex_columns",
+    "read_glb_with",
+    "read_obj",
+]

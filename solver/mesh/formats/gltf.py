@@ -11,14 +11,14 @@ write it so, and a shape gets the same colours in every format.
 
 import json
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import MeshError
+from solver.errors import MeshError, SolverError
 from solver.mesh.formats.companions import Companions
 from solver.mesh.formats.contents import check_indices, merge_coincident
 from solver.mesh.formats.gltf_data import GltfData
@@ -26,6 +26,8 @@ from solver.mesh.formats.gltf_materials import GltfMaterial, GltfMaterials
 from solver.mesh.formats.gltf_scene import MODES, check_tree, placed_nodes
 from solver.mesh.repair import TriangleSoup
 from solver.mesh.textures import Paint, Texture, linear_light, painted_colors, tinted
+
+T = TypeVar("T")
 
 _SEAMS = "glTF repeats vertices along texture seams and creases"
 _JSON, _BINARY = b"JSON", b"BIN\0"
@@ -51,19 +53,7 @@ def read_glb(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     MeshError
         The bytes are not a complete GLB file, or use features that are not supported.
     """
-    if len(data) < 20 or data[:4] != b"glTF":
-        raise MeshError("not a GLB file: it does not begin with glTF")
-    length, json_length, kind = struct.unpack_from("<8xII4s", data)
-    if max(length, 20 + json_length) > len(data):
-        promised = max(length, 20 + json_length)
-        raise MeshError(
-            f"the GLB file promises {promised} bytes and has {len(data)}; it is cut off"
-        )
-    if length < 20 + json_length or kind != _JSON:
-        raise MeshError(
-            "the GLB file is longer than its header says, or has no JSON chunk first; it is damaged"
-        )
-    return _read(data[20 : 20 + json_length], _binary(data, 20 + json_length), companions, "GLB")
+    return _read(*_chunks(data), companions, "GLB")
 
 
 def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup:
@@ -89,6 +79,41 @@ def read_gltf(data: bytes, companions: Companions | None = None) -> TriangleSoup
     return _read(data, None, companions, "GLTF")
 
 
+def read_glb_with(data: bytes, read: Callable[[GltfData], T]) -> T:
+    """Open a GLB file as :func:`read_glb` does, and read something else of it than its surface.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+    read
+        Reads the checked file; whatever it raises is reported as damage of the file.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete GLB file, or use features that are not supported.
+    """
+    return _opened(*_chunks(data), None, "GLB", read)
+
+
+def _chunks(data: bytes) -> tuple[bytes, bytes | None]:
+    """Return the JSON of a GLB file, and its binary chunk."""
+    if len(data) < 20 or data[:4] != b"glTF":
+        raise MeshError("not a GLB file: it does not begin with glTF")
+    length, json_length, kind = struct.unpack_from("<8xII4s", data)
+    if max(length, 20 + json_length) > len(data):
+        promised = max(length, 20 + json_length)
+        raise MeshError(
+            f"the GLB file promises {promised} bytes and has {len(data)}; it is cut off"
+        )
+    if length < 20 + json_length or kind != _JSON:
+        raise MeshError(
+            "the GLB file is longer than its header says, or has no JSON chunk first; it is damaged"
+        )
+    return data[20 : 20 + json_length], _binary(data, 20 + json_length)
+
+
 def _binary(data: bytes, start: int) -> bytes | None:
     """Return the binary chunk of a GLB file, which follows its JSON."""
     if len(data) < start + 8:
@@ -104,6 +129,25 @@ def _binary(data: bytes, start: int) -> bytes | None:
 def _read(
     text: bytes, binary: bytes | None, companions: Companions | None, kind: str
 ) -> TriangleSoup:
+    return _opened(text, binary, companions, kind, _surface)
+
+
+def _surface(data: GltfData) -> TriangleSoup:
+    materials = GltfMaterials(data)
+    parts = _parts(data, materials)
+    if not parts:
+        raise MeshError("the glTF scene shows no triangles")
+    return _joined(parts).noting(*materials.notes)
+
+
+def _opened(
+    text: bytes,
+    binary: bytes | None,
+    companions: Companions | None,
+    kind: str,
+    read: Callable[[GltfData], T],
+) -> T:
+    """Check a file before anything is read, and report whatever is raised then as damage."""
     try:
         tree = json.loads(text.decode("utf-8"))
         size = len(text) + len(binary or b"")
@@ -112,13 +156,8 @@ def _read(
             files = [companions.find(uri) for uri in uris if not uri.startswith("data:")]
             size += sum(len(file or b"") for file in files)
         check_tree(tree, size)
-        data = GltfData(tree, binary, companions)
-        materials = GltfMaterials(data)
-        parts = _parts(data, materials)
-        if not parts:
-            raise MeshError("the glTF scene shows no triangles")
-        return _joined(parts).noting(*materials.notes)
-    except (MeshError, MemoryError):
+        return read(GltfData(tree, binary, companions))
+    except (SolverError, MemoryError):
         raise
     except Exception as error:  # the JSON may have anything anywhere
         reason = f"{type(error).__name__}: {error}".rstrip(": ")[:200]
@@ -216,10 +255,11 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
     plain = (lights == 1.0 if colors is not None else lights == lights[:1]).all()
     if plain and not textured:
         return merged
-    painted = painted_colors(merged.vertices, merged.faces, _paint(parts))
+    paint = _paint(parts)
+    painted = painted_colors(merged.vertices, merged.faces, paint)
     if merged.colors is not None:
         painted = tinted(painted, linear_light(merged.colors))
-    return replace(merged, colors=painted)
+    return replace(merged, colors=painted, paint=paint)
 
 
 def _paint(parts: Sequence[_Part]) -> Paint:

@@ -175,7 +175,7 @@ class _Painter:
                 return contents
         paint = self._paint(contents, materials, textures)
         colors = painted_colors(contents.vertices, contents.faces, paint)
-        return replace(contents, colors=colors)
+        return replace(contents, colors=colors, paint=paint)
 
     def _texture(self, material: ObjMaterial, budget: ImageBudget) -> Texture | None:
         """Decode the image of a material, once however it is named."""

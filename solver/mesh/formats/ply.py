@@ -12,7 +12,14 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
-from solver.mesh.formats.ply_data import Columns, Element, Property, binary_columns, text_columns
+from solver.mesh.formats.ply_data import (
+    Columns,
+    Element,
+    Property,
+    Values,
+    binary_columns,
+    text_columns,
+)
 from solver.mesh.formats.text import decode, last_line_note
 from solver.mesh.repair import TriangleSoup
 
@@ -76,6 +83,44 @@ def read_ply(data: bytes) -> TriangleSoup:
     MeshError
         The bytes are not a complete PLY file.
     """
+    elements, columns, notes = _read(data)
+    if "face" not in columns and "tristrips" in columns:
+        raise MeshError("PLY triangle strips are not supported; save with faces instead")
+    vertex, face = columns["vertex"], columns.get("face", {})
+    vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
+    sizes, corners = _polygons(face)
+    colors = _colors(vertex, elements["vertex"].properties)
+    return polygon_contents(vertices, sizes, corners, colors, notes)
+
+
+def ply_vertex_columns(data: bytes) -> tuple[dict[str, Values], FloatArray | None]:
+    """Read the values of the vertices of a PLY file.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    The single numbers by property, int64 or float64, and (V, 3) colours in 0..1, ``None`` without.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete PLY file.
+    """
+    elements, columns, _ = _read(data)
+    vertex, types = columns["vertex"], elements["vertex"].properties
+    numbers = {
+        name: one.astype(np.float64 if types[name].kind.startswith("f") else np.int64)
+        for name, one in vertex.items()
+        if isinstance(one, np.ndarray)
+    }
+    return numbers, _colors(vertex, types)
+
+
+def _read(data: bytes) -> tuple[dict[str, Element], dict[str, Columns], tuple[str, ...]]:
     header = _parse_header(data)
     body = data[header.size :]
     notes: tuple[str, ...] = ()
@@ -87,13 +132,7 @@ def read_ply(data: bytes) -> TriangleSoup:
         notes = last_line_note(text)
     if "vertex" not in columns:
         raise MeshError("the PLY file has no vertices")
-    if "face" not in columns and "tristrips" in columns:
-        raise MeshError("PLY triangle strips are not supported; save with faces instead")
-    vertex, face = columns["vertex"], columns.get("face", {})
-    vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
-    sizes, corners = _polygons(face)
-    types = next(e.properties for e in header.elements if e.name == "vertex")
-    return polygon_contents(vertices, sizes, corners, _colors(vertex, types), notes)
+    return {element.name: element for element in header.elements}, columns, notes
 
 
 def _parse_header(data: bytes) -> _Header:

@@ -9,6 +9,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.repair.boundary import Boundary, boundary_of
 from solver.mesh.repair.edges import Edges, edges_of
+from solver.mesh.textures import Paint
 
 _LARGEST = 1e64
 """Largest extent, and the inverse of the least: the fourth power of a length stays well within
@@ -33,6 +34,8 @@ class TriangleSoup:
         What was changed so far, in sentences for the user.
     merged
         (A, 2) numbers in the file: of a vertex that was merged into another, and of that other.
+    paint
+        Textures of the faces as a reader left them; repairs begin without.
     """
 
     vertices: FloatArray
@@ -41,6 +44,7 @@ class TriangleSoup:
     vertex_ids: IntArray
     notes: tuple[str, ...] = ()
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    paint: Paint | None = None
 
     def noting(self, *notes: str) -> "TriangleSoup":
         """Return the soup with more notes."""

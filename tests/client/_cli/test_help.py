@@ -56,12 +56,21 @@ def test_options_are_under_headings(command: str) -> None:
     assert not re.search(r"\s\.\s", shown)
 
 
-@longer
+@pytest.mark.parametrize("command", [*PANELS, "transfer"])
 def test_examples_are_accepted(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    for name in ("a.off", "b.obj", "cat0.off", "human0.off", "scan0.ply", "stranger.off"):
+    for name in (
+        "a.off",
+        "b.obj",
+        "cat0.off",
+        "human0.off",
+        "scan0.ply",
+        "stranger.off",
+        "a.glb",
+        "parts.csv",
+    ):
         Path(name).touch()
     examples = [line.strip() for line in epilog(command) if line.startswith("  isomatch ")]
     assert len(examples) > 1

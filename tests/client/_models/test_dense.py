@@ -10,6 +10,12 @@ DENSE = isomatch.DenseCorrespondence(
     target=(1, 3),
     faces=((0, 1, 2), (3, 1, 2)),
     barycentric=((0.25, 0.5, 0.25), (1.0, 0.0, 0.0)),
+    inverse=isomatch.InverseCorrespondence(
+        target=(0, 1, 2, 3),
+        source=(4, 4, 7, 7),
+        faces=((4, 5, 7),) * 4,
+        barycentric=((0.4, 0.3, 0.3), (0.2, 0.2, 0.6), (0.0, 0.0, 1.0), (0.5, 0.25, 0.25)),
+    ),
 )
 
 
@@ -38,3 +44,20 @@ def test_results_with_vertices_alone_are_read_and_have_no_images() -> None:
     assert old.image_faces.shape == old.image_weights.shape == (0, 3)
     with pytest.raises(ValueError, match="match again"):
         old.interpolate(np.zeros(4))
+    with pytest.raises(ValueError, match="match again"):
+        _ = old.target_to_source
+
+
+def test_the_directions_are_maps_of_all_vertices_of_either_surface() -> None:
+    there, back = DENSE.source_to_target, DENSE.target_to_source
+    assert (there.vertices.tolist(), there.images.tolist()) == ([4, 7], [1, 3])
+    assert (back.vertices.tolist(), back.images.tolist()) == ([0, 1, 2, 3], [4, 4, 7, 7])
+    np.testing.assert_allclose(back.interpolate(np.arange(8.0)), [5.2, 6.0, 7.0, 5.0])
+
+
+def test_the_majority_is_the_label_of_greatest_weight() -> None:
+    labels = np.array(["-"] * 5 + ["leg", "-", "leg"])
+    found = DENSE.target_to_source.majority(labels)
+    assert found.tolist() == ["leg", "leg", "leg", "-"]
+    with pytest.raises(ValueError, match="corner is vertex 7"):
+        DENSE.target_to_source.majority(labels[:7])

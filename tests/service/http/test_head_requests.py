@@ -5,6 +5,7 @@ from collections.abc import Callable
 import httpx2
 import pytest
 
+from broker.contracts import PicturePayload
 from service.http import ApiKey
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
@@ -61,7 +62,7 @@ def test_head_draws_no_picture(http: httpx2.Client, api: Api, matched: Json) -> 
     path = matched["links"]["picture"]
     before = http.head(path)
     assert (before.status_code, before.headers["content-type"]) == (200, "image/png")
-    assert api.store.results.picture(matched["id"]) is None
+    assert api.store.results.picture(PicturePayload(job=matched["id"])) is None
     picture = http.get(path)
     after = http.head(path)
     assert headers(after) == headers(picture)

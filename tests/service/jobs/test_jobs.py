@@ -9,7 +9,7 @@ from datetime import datetime
 import httpx2
 import pytest
 
-from broker.contracts import MatchResult
+from broker.contracts import MatchResult, PicturePayload
 from broker.store import keys
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
@@ -91,7 +91,7 @@ def test_the_picture(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     assert first.status_code == 200, first.text
     assert first.headers["content-type"] == "image/png"
     assert first.content.startswith(b"\x89PNG")
-    assert api.store.results.picture(job["id"]) == first.content
+    assert api.store.results.picture(PicturePayload(job=job["id"])) == first.content
     assert http.get(job["links"]["picture"]).content == first.content
     plain = http.get(job["links"]["picture"], headers={"accept": "application/octet-stream"})
     assert plain.headers["content-type"] == "application/octet-stream"
@@ -126,7 +126,7 @@ def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api)
     assert len(set(drawn)) == count + 1
     # Nothing was refined or extended: the match itself is what is drawn of it anyway.
     assert http.get(path).content == drawn[0]
-    assert api.store.results.picture(job["id"], 1) == drawn[1]
+    assert api.store.results.picture(PicturePayload(job=job["id"], alternative=1)) == drawn[1]
     for wrong, said in ((count + 1, f"it has {count}"), (33, "less than"), (-1, "greater than")):
         refused = problem(http.get(path, params={"alternative": wrong}), 422, "invalid-request")
         (wrong_field,) = refused["errors"]

@@ -35,8 +35,12 @@ def test_a_dense_map(http: httpx2.Client, pair: tuple[str, str]) -> None:
     assert found["source"] == list(range(len(TRUTH)))
     np.testing.assert_array_equal(found["target"], TRUTH)
     assert found["hypothesis"] == 0
+    assert found["inverse"]["target"] == list(range(len(TRUTH)))
+    np.testing.assert_array_equal(TRUTH[found["inverse"]["source"]], np.arange(len(TRUTH)))
     arrays = np.load(io.BytesIO(http.get(link + ".npz").content), allow_pickle=False)
     np.testing.assert_array_equal(arrays["dense_target"], TRUTH)
+    np.testing.assert_array_equal(TRUTH[arrays["inverse_source"]], arrays["inverse_target"])
+    assert arrays["inverse_faces"].shape == arrays["inverse_barycentric"].shape == (len(TRUTH), 3)
     np.testing.assert_array_equal(arrays["target"], TRUTH[arrays["source"]])
     assert http.get(link + ".png").status_code == 200
 

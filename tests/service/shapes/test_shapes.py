@@ -56,7 +56,15 @@ def test_the_same_bytes_are_the_same_shape(http: httpx2.Client) -> None:
     first = post(http, data)
     second = post(http, data, "other.obj")
     assert (first.status_code, second.status_code) == (201, 200)
-    assert first.json() == second.json() == http.get(first.headers["location"]).json()
+    assert first.json() == http.get(first.headers["location"]).json()
+    assert first.headers["location"] == second.headers["location"]
+
+
+def test_the_same_bytes_under_a_second_name_keep_it_for_that_upload(http: httpx2.Client) -> None:
+    data = blob_file(2, seed=24)
+    first, second = post(http, data), post(http, data, "other.off")
+    assert second.json() == {**first.json(), "name": "other.off"}
+    assert http.get(first.headers["location"]).json() == first.json()
 
 
 def test_equal_uploads_at_the_same_time(http: httpx2.Client) -> None:

@@ -30,7 +30,7 @@ def test_descent_on_a_sphere_ends_at_the_nearest_vertex(sphere: SmoothSurface) -
     random = np.random.default_rng(0)
     queries = random.standard_normal((200, 3))
     start = random.integers(len(points), size=200)
-    found = descend(queries, points, *sphere.adjacency, start)
+    found = descend(queries, points, *sphere.mesh.neighbours, start)
     apart = squares(queries, points)
     np.testing.assert_allclose(apart[np.arange(200), found], apart.min(axis=1), rtol=1e-12)
 
@@ -42,7 +42,7 @@ def test_descent_ends_at_a_local_minimum_no_farther_than_its_start(
     random = np.random.default_rng(seed)
     points = random.standard_normal((sphere.mesh.n_vertices, 5))
     queries, start = random.standard_normal((20, 5)), random.integers(len(points), size=20)
-    first, neighbours = sphere.adjacency
+    first, neighbours = sphere.mesh.neighbours
     found = descend(queries, points, first, neighbours, start)
     apart = squares(queries, points)
     for query, (begin, end) in enumerate(zip(start, found, strict=True)):

@@ -69,6 +69,35 @@ def test_a_rigidly_moved_copy_is_found_to_rounding(blob: Shape, change: str) -> 
     assert found.confidence.reasons == ()
 
 
+def test_the_inverse_of_a_permuted_copy_is_the_inverse_permutation(blob: Shape) -> None:
+    other, where = shapes.permuted(moved(shapes.blob()), seed=1)
+    _, dense = registered(blob, Shape(other))
+    assert dense.inverse is not None
+    np.testing.assert_array_equal(dense.inverse.source, np.arange(other.n_vertices))
+    np.testing.assert_array_equal(dense.inverse.target[where], np.arange(len(where)))
+    vertices = blob.surface.vertices
+    found = places(dense.inverse, blob)[where]
+    np.testing.assert_allclose(found, vertices, atol=1e-6 * blob.size)
+
+
+def test_the_inverse_covers_a_finer_triangulation_and_returns_to_it(blob: Shape) -> None:
+    """All fine vertices have a preimage, though the coarse ones reach a quarter of them."""
+    fine = shapes.blob(4)
+    target = Shape(moved(fine))
+    _, dense = registered(blob, target)
+    inverse = dense.inverse
+    assert inverse is not None
+    assert len(np.unique(dense.target)) < 0.3 * fine.n_vertices
+    np.testing.assert_array_equal(inverse.source, np.arange(fine.n_vertices))
+    assert (inverse.barycentric >= 0.0).all()
+    np.testing.assert_allclose(inverse.barycentric.sum(axis=1), 1.0)
+    apart = places(inverse, blob) - Shape(fine).surface.vertices
+    assert np.linalg.norm(apart, axis=1).mean() < 0.02 * blob.size
+    there = places(dense, target)[inverse.faces]
+    back = np.einsum("vc,vcd->vd", inverse.barycentric, there) - target.surface.vertices
+    assert np.linalg.norm(back, axis=1).mean() < 0.02 * target.size
+
+
 @pytest.mark.parametrize("size", [0.04, 0.08])
 def test_a_smooth_displacement_is_recovered(surface: SmoothSurface, size: float) -> None:
     """In the first eigenfunctions, by a share of √area; edges are 0.05 long."""
@@ -186,3 +215,6 @@ def test_vertex_numbers_are_the_users_own(blob: Shape) -> None:
     _, back = registered(blob, padded)
     np.testing.assert_array_equal(back.target, back.source + 1)
     assert (back.faces >= 1).all()
+    assert dense.inverse is not None
+    np.testing.assert_array_equal(dense.inverse.target, dense.inverse.source + 1)
+    assert (dense.inverse.faces >= 1).all()

@@ -130,9 +130,9 @@ def test_neighbours_and_triangles_of_a_vertex(surface: SmoothSurface) -> None:
     faces = surface.mesh.faces
     for vertex in (0, 7, 300):
         rows = np.flatnonzero((faces == vertex).any(axis=1))
-        first, incident = surface.incident
+        first, incident = surface.mesh.incident_faces
         np.testing.assert_array_equal(np.sort(incident[first[vertex] : first[vertex + 1]]), rows)
-        first, neighbours = surface.adjacency
+        first, neighbours = surface.mesh.neighbours
         around = np.setdiff1d(faces[rows], [vertex])
         found = np.sort(neighbours[first[vertex] : first[vertex + 1]])
         np.testing.assert_array_equal(found, around)

@@ -117,7 +117,7 @@ def test_a_heat_map(served: JobQueue, run: Run, upload: Upload) -> None:
     for given in (labels, None):
         job = run(asked(shapes, labels=given))
         assert run(PicturePayload(job=job.id)).state is JobState.SUCCEEDED
-        picture = served.store.results.picture(job.id)
+        picture = served.store.results.picture(PicturePayload(job=job.id))
         assert picture is not None
         assert picture.startswith(b"\x89PNG")
     job = run(imagined(served.store, 60, QUICK, seed=1))

@@ -158,7 +158,7 @@ def test_a_picture(served: JobQueue, run: Run, name: str) -> None:
     ended(served, served.submit_validation(payload, data))
     match = run(matching(shape, shape))
     assert run(PicturePayload(job=match.id)).state is JobState.SUCCEEDED
-    picture = served.store.results.picture(match.id)
+    picture = served.store.results.picture(PicturePayload(job=match.id))
     assert picture is not None
     assert picture.startswith(b"\x89PNG")
     assert served.store.client.ttl(keys.job_picture(match.id)) > 0

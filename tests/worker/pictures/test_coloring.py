@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from broker.contracts import DenseCorrespondence
+from broker.contracts import InverseCorrespondence
 from solver.mesh import triangle_mesh
 from tests.solver import shapes
 from worker.pictures import colors_by_place, transferred_colors
@@ -12,8 +12,13 @@ MESH = shapes.blob(2)
 COLORS = colors_by_place(MESH.vertices)
 
 
-def dense_map(source: list[int], target: list[int]) -> DenseCorrespondence:
-    return DenseCorrespondence(hypothesis=0, source=tuple(source), target=tuple(target))
+def at_vertices(target: list[int], source: list[int]) -> InverseCorrespondence:
+    return InverseCorrespondence(
+        target=tuple(target),
+        source=tuple(source),
+        faces=tuple((one, one, one) for one in source),
+        barycentric=((1.0, 0.0, 0.0),) * len(source),
+    )
 
 
 def test_places_have_colours_of_their_own_that_are_pale() -> None:
@@ -33,15 +38,21 @@ def test_a_flat_shape_has_colours_too() -> None:
 
 def test_a_permutation_permutes_colours() -> None:
     other, where = shapes.permuted(MESH, seed=3)
-    found = dense_map(list(range(MESH.n_vertices)), where.tolist())
+    found = at_vertices(where.tolist(), list(range(MESH.n_vertices)))
     np.testing.assert_allclose(transferred_colors(COLORS, MESH, other, found)[where], COLORS)
 
 
-def test_several_that_go_to_one_are_mixed_and_others_look_to_their_neighbours() -> None:
-    """A path of vertices: 0 and 1 go to its beginning, 2 to its end, 3 to nothing there is."""
+def test_points_between_vertices_have_mixed_colours_and_vertices_without_a_point_are_white() -> (
+    None
+):
     places = np.array([[0.0, 0, 0], [1.0, 0.1, 0], [2.0, 0, 0], [3.0, 0.1, 0]])
     path = triangle_mesh(places, np.array([[0, 1, 2], [1, 2, 3]]))
     colors = np.array([[0.2, 0.4, 0.6], [0.4, 0.6, 0.8], [1.0, 0.0, 0.5], [0.0, 0.0, 0.0]])
-    shown = transferred_colors(colors, path, path, dense_map([0, 1, 2, 3], [0, 0, 3, 9]))
-    np.testing.assert_allclose(shown[:2], [[0.3, 0.5, 0.7]] * 2)
-    np.testing.assert_allclose(shown[2:], [[1.0, 0.0, 0.5]] * 2)
+    found = InverseCorrespondence(
+        target=(0, 2),
+        source=(0, 2),
+        faces=((0, 1, 2), (1, 2, 3)),
+        barycentric=((0.5, 0.5, 0.0), (0.0, 1.0, 0.0)),
+    )
+    shown = transferred_colors(colors, path, path, found)
+    np.testing.assert_allclose(shown, [[0.3, 0.5, 0.7], [1.0] * 3, [1.0, 0.0, 0.5], [1.0] * 3])

@@ -1,0 +1,153 @@
+"""Values carried along dense maps: ``python -m bench.transfer``.
+
+Per pair of shapes of a class with known truth: the share of the target's area whose carried segment
+is the true one, in both directions; and what a smooth function loses there and back, relative to
+its standard deviation. Segments are the geodesic Voronoi cells of points spread over the source,
+the farthest first: ends of limbs, and what is between them.
+"""
+
+import argparse
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from solver.arrays import FloatArray, IntArray
+from solver.matching import MatchOptions, match
+from solver.registration import DenseCorrespondence
+from solver.shape.sampling import farthest_point_sampling
+from solver.transfer import PullBack
+
+SEGMENTS = 8
+"""Segments of a shape: head, hands and feet of a body, and what is between them."""
+
+FUNCTION = 6
+"""Eigenfunctions whose sum is the smooth function."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Figures of one pair.
+
+    Parameters
+    ----------
+    forwards, backwards
+        Share of the area whose segment is the true one, of source and of target segments.
+    loss
+        Root mean square error of a smooth function there and back, over its standard deviation.
+    uncovered
+        Share of the target's vertices that no source vertex is mapped to.
+    """
+
+    forwards: float
+    backwards: float
+    loss: float
+    uncovered: float
+
+
+def segments_of(known: KnownShape, count: int = SEGMENTS) -> IntArray:
+    """(V,) cell of each vertex: the nearest of `count` farthest points along the surface."""
+    metric = known.shape.metric("geodesic")
+    points = farthest_point_sampling(metric, count).indices
+    nearest: IntArray = metric.distances(points).argmin(axis=0)
+    return nearest
+
+
+def area_share(
+    source: KnownShape, target: KnownShape, labels: IntArray, carried: IntArray
+) -> float:
+    """Share of the target's area, at vertices of known truth, that has the true label.
+
+    Parameters
+    ----------
+    source, target
+        Shapes of one class with known truth.
+    labels, carried
+        (V,) labels of the source's vertices, and (W,) those of the target's.
+    """
+    assert source.truth is not None
+    assert target.truth is not None
+    known = (source.truth >= 0) & (target.truth >= 0)
+    vertices, first = np.unique(target.truth[known], return_index=True)
+    true = labels[source.truth[known][first]]
+    areas = target.shape.spectrum().mass[vertices]
+    return float(areas[carried[vertices] == true].sum() / areas.sum())
+
+
+def judged(
+    source: KnownShape, target: KnownShape, dense: DenseCorrespondence, segments: int = SEGMENTS
+) -> Carried:
+    """Carry segments and a smooth function along a map, and compare with the truth."""
+    assert dense.inverse is not None
+    there, back = PullBack.along(dense.inverse), PullBack.along(dense)
+    return Carried(
+        _agreement(source, target, there, segments),
+        _agreement(target, source, back, segments),
+        _loss(source, there, back),
+        1.0 - len(np.unique(dense.target)) / len(dense.inverse.source),
+    )
+
+
+def _agreement(source: KnownShape, target: KnownShape, along: PullBack, segments: int) -> float:
+    labels = segments_of(source, segments)
+    by_file = _by_file(source, labels, -1)
+    carried = along.spread(along.majority(by_file), -1)[target.shape.mesh.vertex_ids]
+    return area_share(source, target, labels, carried)
+
+
+def _loss(source: KnownShape, there: PullBack, back: PullBack) -> float:
+    spectrum = source.shape.spectrum()
+    smooth: FloatArray = spectrum.eigenfunctions[:, 1 : 1 + FUNCTION].sum(axis=1)
+    carried = there.spread(there.means(_by_file(source, smooth, 0.0)), 0.0)
+    returned = back.spread(back.means(carried), 0.0)[source.shape.mesh.vertex_ids]
+    area = spectrum.mass / spectrum.mass.sum()
+    error = np.sqrt((area * (returned - smooth) ** 2).sum())
+    spread = np.sqrt((area * (smooth - (area * smooth).sum()) ** 2).sum())
+    return float(error / spread)
+
+
+def _by_file(known: KnownShape, values: np.ndarray, missing: float) -> np.ndarray:
+    ids, own = known.shape.mesh.numbering
+    rows = np.full(int(ids[-1]) + 1, missing, dtype=values.dtype)
+    rows[ids] = values[own]
+    return rows
+
+
+def main() -> None:
+    """Carry values along the maps of the pairs, print a table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
+    parser.add_argument("--classes", type=int, default=1, help="generated ones, without --data")
+    parser.add_argument("--segments", type=int, default=SEGMENTS, help="segments of a shape")
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    arguments = parser.parse_args()
+    pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
+    heads = "forwards", "backwards", "loss", "uncovered"
+    print(f"{'pair':40}" + "".join(f"{head:>11}" for head in heads))
+    rows = []
+    for source, target in pairs[:: arguments.every]:
+        found = match(source.shape, target.shape, MatchOptions(dense=True))
+        assert found.dense is not None
+        carried = judged(source, target, found.dense, arguments.segments)
+        row = [getattr(carried, head) for head in heads]
+        rows.append(row)
+        name = f"{source.name} {target.name}"
+        print(f"{name:40}" + "".join(f"{one:11.4f}" for one in row), flush=True)
+    table = np.array(rows)
+    figures = {
+        "pairs": len(rows),
+        "segment_area": float(table[:, :2].mean()),
+        "least_segment_area": float(table[:, :2].min()),
+        "loss_there_and_back": float(table[:, 2].mean()),
+        "uncovered_by_source": float(table[:, 3].mean()),
+    }
+    print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
+    if arguments.json:
+        print(json.dumps(figures))
+
+
+if __name__ == "__main__":
+    main()

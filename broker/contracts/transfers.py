@@ -1,0 +1,117 @@
+"""Transfers: attribute files, what is carried along a match, and the results."""
+
+import hashlib
+from datetime import datetime
+from pathlib import PurePath
+from typing import Annotated, Final, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from broker.contracts.vertices import Vertex
+
+ATTRIBUTE_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb")
+"""The formats of attribute files, which are those the solver reads and writes."""
+
+_PREFIX: Final = "a-"
+"""Beginning of the ids of attribute files, which distinguishes them from those of shapes."""
+
+LANDMARKS: Final = "landmarks"
+TEXTURE: Final = "texture"
+
+TransferKind: TypeAlias = Literal[
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+]
+Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
+
+
+def attributes_id(data: bytes) -> str:
+    """Return the id of an attribute file: its prefix, and 32 hexadecimal digits of a SHA-256."""
+    return _PREFIX + hashlib.sha256(data).hexdigest()[:32]
+
+
+def attribute_format_of(filename: str) -> str | None:
+    """Return the format of an attribute file by its name; None if it is not supported."""
+    suffix = PurePath(filename).suffix.removeprefix(".").lower()
+    return suffix if suffix in ATTRIBUTE_FORMATS else None
+
+
+class AttributeSummary(BaseModel):
+    """An attribute of the vertices of a file."""
+
+    model_config = ConfigDict(frozen=True)
+
+    name: str = Field(description="Its name.")
+    type: Literal["number", "integer", "text"] = Field(description="Type of its values.")
+    columns: tuple[str, ...] = Field(
+        description="Names of its columns, such as those of joints; empty for one value of each"
+        " vertex."
+    )
+
+
+class AttributesRecord(BaseModel):
+    """An uploaded file of attributes of the vertices of a shape."""
+
+    model_config = ConfigDict(
+        frozen=True,
+        json_schema_extra={
+            "examples": [
+                {
+                    "id": "a-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
+                    "name": "segments.csv",
+                    "file_type": "csv",
+                    "bytes": 41873,
+                    "rows": 5000,
+                    "attributes": [{"name": "part", "type": "text", "columns": []}],
+                    "created": "2026-03-01T12:00:00Z",
+                }
+            ]
+        },
+    )
+
+    id: str = Field(description="Content hash: the same bytes have the same id.")
+    name: str = Field(description="The name given at upload, or the name of the file.")
+    file_type: str = Field(description="Format.")
+    bytes: int = Field(description="Size of the file.")
+    rows: int = Field(description="Number of rows: row i is vertex i of the shape's file.")
+    attributes: tuple[AttributeSummary, ...] = Field(description="What it has.")
+    created: datetime = Field(description="When it was uploaded.")
+
+
+class SurfacePoint(BaseModel):
+    """A point in a triangle of a surface."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    vertices: Annotated[tuple[Vertex, ...], Field(min_length=3, max_length=3, strict=False)] = (
+        Field(description="0-based indices, in the shape's file, of the triangle's corners.")
+    )
+    weights: Annotated[
+        tuple[Annotated[float, Field(ge=0, le=1)], ...],
+        Field(min_length=3, max_length=3, strict=False),
+    ] = Field(description="Barycentric coordinates, none negative, of sum 1.")
+
+
+class TransferResult(BaseModel):
+    """Attributes or landmarks that were carried from one shape of a match to the other."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    version: Literal[1] = Field(default=1, description="Version of this format.")
+    match: str = Field(description="Id of the job that matched the shapes.")
+    source: str = Field(description="Id of the shape that values were carried from.")
+    target: str = Field(description="Id of the shape that values were carried to.")
+    source_name: str | None = Field(description="Its name.")
+    target_name: str | None = Field(description="Its name.")
+    what: TransferKind = Field(description="Kind of what was carried.")
+    direction: Direction = Field(description="Direction in the match.")
+    rows: int = Field(
+        description="Number of rows of the attributes: row i is vertex i of the file of `target`."
+    )
+    attributes: tuple[AttributeSummary, ...] = Field(
+        description="What was carried; the values are in the files of the job."
+    )
+    points: tuple[SurfacePoint, ...] | None = Field(
+        description="Of landmarks, their images on `target`, in their order; null for others."
+    )
+    warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
+    timings: dict[str, FiniteFloat] = Field(description='Seconds, "total".')

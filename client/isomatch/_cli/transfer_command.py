@@ -1,0 +1,113 @@
+"""``isomatch transfer``: attributes and landmarks carried along a match."""
+
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+
+from isomatch._cli.exit_codes import connected
+from isomatch._cli.job_runs import run
+from isomatch._cli.options import OUTPUT, AsJson, Url, Wait, landmark_points, shapes_given, writable
+from isomatch._cli.uploads import uploaded
+from isomatch._clients import Client
+from isomatch._http import DEFAULT_URL
+from isomatch._results import KINDS, Direction, TransferKind
+
+Along = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="MATCH|SOURCE TARGET [VALUES]",
+        help="The id of a match with --dense, or two meshes that are matched first; then a file of"
+        " attributes (NPZ, CSV, PLY, OBJ, GLB), row i of vertex i, unless the mesh has them.",
+    ),
+]
+What = Annotated[str, typer.Option("--what", help=f"Kind of the values: {', '.join(KINDS)}.")]
+Back = Annotated[
+    bool,
+    typer.Option("--back", help="Carry values of the target to the source, not of the source."),
+]
+Names = Annotated[
+    list[str] | None,
+    typer.Option("--name", help="Only this attribute, or joint; may be repeated."),
+]
+Influences = Annotated[
+    int | None, typer.Option(min=1, help="Joints that each vertex keeps, of skinning weights.")
+]
+Points = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--point",
+        help="A landmark: a vertex, as in 17, or a point between three, as in 4:0.2,9:0.3,7:0.5;"
+        " may be repeated.",
+    ),
+]
+Written = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        callback=writable,
+        help="Write the values to this NPZ or CSV file, or the shape with them to this PLY, OBJ or"
+        " GLB file.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+
+
+def transfer(
+    along: Along,
+    what: What,
+    back: Back = False,
+    name: Names = None,
+    influences: Influences = None,
+    point: Points = None,
+    output: Written = None,
+    as_json: AsJson = False,
+    wait: Wait = True,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Carry values of one shape's vertices to the other shape of a match, along its dense map."""
+    if what not in KINDS:
+        raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
+    direction: Direction = "target_to_source" if back else "source_to_target"
+    points = landmark_points(point)
+    with connected(url, as_json) as client:
+        match, values = _match_and_values(client, along, as_json)
+        run(
+            lambda: client.transfer(
+                match,
+                values,
+                what=cast(TransferKind, what),
+                direction=direction,
+                names=name or (),
+                influences=influences,
+                points=points,
+            ),
+            as_json,
+            output,
+            None,
+            wait=wait,
+            page=client.base_url,
+        )
+
+
+def _match_and_values(client: Client, along: list[str], as_json: bool) -> tuple[str, str | None]:
+    """Return the id of the match, which is made of two meshes first, and the file of values."""
+    first, *rest = along
+    if len(along) > 3:
+        raise typer.BadParameter("give a match or two meshes, and at most one file of values")
+    if not Path(first).is_file() and len(along) < 3:
+        return first, _values(rest[0]) if rest else None
+    meshes = shapes_given(along[:2])
+    if len(meshes) < 2:
+        raise typer.BadParameter("give the id of a match, or two meshes")
+    source, target = uploaded(client, meshes, as_json)
+    job = client.match(source, target, dense=True)
+    job.result(progress=not as_json)
+    return job.id, _values(along[2]) if len(along) > 2 else None
+
+
+def _values(given: str) -> str:
+    if not Path(given).is_file():
+        raise typer.BadParameter(f"there is no file {given!r}")
+    return given

@@ -1,0 +1,71 @@
+"""Attributes of the vertices of shapes, and points between vertices."""
+
+from datetime import datetime
+from typing import Annotated
+
+from pydantic import Field, FiniteFloat
+
+from isomatch._models.answer import Answer
+
+
+class AttributeSummary(Answer):
+    """An attribute of the vertices of a file.
+
+    Attributes
+    ----------
+    name
+        Its name.
+    type
+        Type of its values: ``"number"``, ``"integer"`` or ``"text"``.
+    columns
+        Names of its columns, such as those of joints; empty for one value of each vertex.
+    """
+
+    name: str
+    type: str
+    columns: tuple[str, ...]
+
+
+class Attributes(Answer):
+    """An uploaded file of attributes of the vertices of a shape.
+
+    Attributes
+    ----------
+    id
+        Content hash: the same bytes have the same id.
+    name
+        The name given at upload, or the name of the file.
+    file_type
+        Format, such as ``"csv"``.
+    bytes
+        Size of the uploaded file.
+    rows
+        Number of rows; row i is vertex i of the shape's file.
+    attributes
+        What it has.
+    created
+        Time of the upload.
+    """
+
+    id: str
+    name: str
+    file_type: str
+    bytes: int
+    rows: int
+    attributes: tuple[AttributeSummary, ...]
+    created: datetime
+
+
+class SurfacePoint(Answer):
+    """A point in a triangle of a shape.
+
+    Attributes
+    ----------
+    vertices
+        Vertex indices of the triangle's corners in the shape's file.
+    weights
+        Barycentric coordinates, of sum 1.
+    """
+
+    vertices: Annotated[tuple[int, ...], Field(min_length=3, max_length=3)]
+    weights: Annotated[tuple[FiniteFloat, ...], Field(min_length=3, max_length=3)]

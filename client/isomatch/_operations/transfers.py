@@ -1,0 +1,83 @@
+"""Operations on attribute files, and transfers along a match."""
+
+import os
+import re
+from collections.abc import Iterable, Mapping
+from typing import BinaryIO, Final, TypeAlias
+
+from isomatch._http import Call, Json, Operation, parsed, send
+from isomatch._models import Attributes, JobRecord, SurfacePoint
+from isomatch._operations.jobs import start_job
+from isomatch._operations.request_parts import path_to
+from isomatch._operations.shapes import read_upload
+from isomatch._results import Direction, TransferKind
+from isomatch._upload import attribute_file
+from isomatch._webhooks import Webhook
+
+AttributesSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
+"""A path, the bytes of a file, or an open binary file."""
+
+Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
+"""A vertex, or a point with `vertices` and `weights`."""
+
+
+UPLOAD_TIMEOUT: Final = 600.0
+"""Seconds the service may take to read an uploaded file."""
+
+_ID: Final = re.compile(r"a-[0-9a-f]{32}")
+
+
+def upload_attributes(
+    source: AttributesSource, name: str | None, file_type: str | None, timeout: float | None
+) -> Operation[Attributes]:
+    """Upload an attribute file, and wait until the service has read it.
+
+    Raises
+    ------
+    WaitTimeout
+        It was not read within `timeout` seconds.
+    """
+    with attribute_file(source, file_type) as file:
+        form = {} if name is None else {"name": name}
+        response = yield from send(Call("POST", "/v1/attributes", file=file, form=form))
+    return parsed(Attributes, (yield from read_upload(response, name or file.name, timeout)))
+
+
+def delete_attributes(attributes: Attributes | str) -> Operation[None]:
+    """Delete an attribute file."""
+    attributes_id = attributes if isinstance(attributes, str) else attributes.id
+    yield from send(Call("DELETE", path_to("attributes", attributes_id)))
+
+
+def start_transfer(
+    match: str,
+    values: Attributes | AttributesSource | None,
+    what: TransferKind,
+    direction: Direction,
+    names: Iterable[str],
+    influences: int | None,
+    points: Iterable[Landmark],
+    webhook: Webhook | None,
+    key: str | None,
+) -> Operation[JobRecord]:
+    """Queue a transfer, of an attribute file that is uploaded first if it is not yet."""
+    body: dict[str, Json] = {"match": match, "what": what, "direction": direction}
+    if isinstance(values, Attributes):
+        body["attributes"] = values.id
+    elif isinstance(values, str) and _ID.fullmatch(values):
+        body["attributes"] = values
+    elif values is not None:
+        body["attributes"] = (yield from upload_attributes(values, None, None, UPLOAD_TIMEOUT)).id
+    if named := list(names):
+        body["names"] = named
+    if influences is not None:
+        body["influences"] = influences
+    if given := [_point(one) for one in points]:
+        body["points"] = given
+    return (yield from start_job("/v1/transfers", body, {}, webhook, key))
+
+
+def _point(given: Landmark) -> Json:
+    if isinstance(given, SurfacePoint):
+        return {"vertices": list(given.vertices), "weights": list(given.weights)}
+    return given if isinstance(given, Mapping) else int(given)

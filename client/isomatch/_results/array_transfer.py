@@ -1,0 +1,99 @@
+"""Transfer of arrays along a dense match, computed locally."""
+
+from typing import Any, Final, Literal, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from isomatch._models import DenseCorrespondence, VertexMap
+
+TransferKind: TypeAlias = Literal[
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+]
+"""Kind of what is carried."""
+
+Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
+"""From which shape to which values are carried."""
+
+KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture")
+"""All kinds; a texture is in a file, and carried by the service."""
+
+
+def transferred(
+    dense: DenseCorrespondence,
+    values: npt.ArrayLike,
+    kind: TransferKind,
+    direction: Direction,
+    influences: int | None,
+) -> npt.NDArray[Any]:
+    """Carry values from one shape of a match to the other; see :meth:`isomatch.Match.transfer`."""
+    if direction not in ("source_to_target", "target_to_source"):
+        raise ValueError(
+            f"direction is 'source_to_target' or 'target_to_source', not {direction!r}"
+        )
+    forwards = direction == "source_to_target"
+    if kind == "landmarks":
+        return _images(dense.source_to_target if forwards else dense.target_to_source, values)
+    # Each vertex takes the value at its image, so the map goes the other way.
+    along = dense.target_to_source if forwards else dense.source_to_target
+    if kind == "labels":
+        return _by_vertex(along, _whole(along.majority(values)))
+    if kind not in KINDS[:-1]:
+        raise ValueError(f"kind is one of {', '.join(KINDS[:-1])}, not {kind!r}")
+    given = np.asarray(values)
+    numbers = given.astype(np.float64)
+    if not np.isfinite(numbers).all():
+        raise ValueError("values must be finite numbers")
+    if kind == "skinning":
+        return _by_vertex(along, _skinning(along, numbers, influences))
+    found = _by_vertex(along, along.interpolate(numbers))
+    if kind == "colors" and given.dtype == np.uint8:
+        rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
+        return rounded
+    return found
+
+
+def _images(along: VertexMap, vertices: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    wanted = np.asarray(vertices, dtype=np.int64)
+    rows = np.searchsorted(along.vertices, wanted).clip(max=len(along.vertices) - 1)
+    unknown = wanted[along.vertices[rows] != wanted]
+    if unknown.size:
+        raise ValueError(f"vertex {unknown.flat[0]} is not part of the matched surface")
+    found: npt.NDArray[np.int64] = along.images[rows]
+    return found
+
+
+def _skinning(
+    along: VertexMap, weights: npt.NDArray[np.float64], influences: int | None
+) -> npt.NDArray[np.float64]:
+    if weights.ndim != 2:
+        raise ValueError(
+            f"skinning weights have a column for each joint, not shape {weights.shape}"
+        )
+    if (weights < 0.0).any():
+        raise ValueError("skinning weights must not be negative")
+    means = along.interpolate(_normalised(weights))
+    if influences is not None and influences < means.shape[1]:
+        weakest = np.argsort(means, axis=1, kind="stable")[:, :-influences]
+        np.put_along_axis(means, weakest, 0.0, axis=1)
+    return _normalised(means)
+
+
+def _normalised(weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    sums = weights.sum(axis=1, keepdims=True)
+    found: npt.NDArray[np.float64] = weights / np.where(sums > 0.0, sums, 1.0)
+    return found
+
+
+def _whole(labels: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    # -1 stands for vertices without a label.
+    return labels.astype(np.int64) if labels.dtype.kind == "u" else labels
+
+
+def _by_vertex(along: VertexMap, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Row i for vertex i of the file; vertices that no face uses have nan, -1 or an empty text."""
+    missing = {"f": np.nan, "i": -1, "U": ""}.get(values.dtype.kind, 0)
+    count = int(along.vertices.max(initial=-1)) + 1
+    found = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
+    found[along.vertices] = values
+    return found

@@ -1,0 +1,209 @@
+"""``/v1/jobs/{id}/result.png`` and other formats, which a worker makes when they are asked for."""
+
+import gzip
+import json
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal, TypeAlias
+
+from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
+from fastapi.responses import StreamingResponse
+from starlette.concurrency import run_in_threadpool
+
+from broker.contracts import (
+    FieldProblem,
+    JobKind,
+    MatchPayload,
+    PicturePayload,
+    RequestOrigin,
+    View,
+    is_prototype,
+    no_alternative,
+)
+from broker.queue import new_job
+from service.dependencies import Caller, RequestId, Service, ServiceOf
+from service.http import (
+    INVALID,
+    InvalidRequest,
+    JobExpired,
+    JobWithoutResult,
+    PictureNotReady,
+    PrototypeDeleted,
+    Reported,
+    ResultExpired,
+    ShapeDeleted,
+    binary_file,
+    body_wanted,
+    responses,
+)
+from service.jobs.lookup import JobId, job_with_result, packed_result
+from service.jobs.results import BYTES, ERRORS
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+
+_NEEDED: Final = responses(
+    ResultExpired, JobExpired, ShapeDeleted, PrototypeDeleted, PictureNotReady
+)
+
+Alternative = Annotated[
+    int | None,
+    Query(
+        ge=0,
+        le=32,
+        description="The answer of a match to draw: 0 for the match itself, j for the j-th of its"
+        " `alternatives`; a refinement or dense map is drawn only if it belongs to that answer.",
+    ),
+]
+
+SeenFrom = Annotated[
+    View, Query(description="Side of a match's source from which both shapes are seen.")
+]
+Export: TypeAlias = Literal["csv", "ply", "obj", "glb"]
+
+_PICTURE: Final = "image/png"
+_MEDIA_TYPES: Final[dict[Export, str]] = {
+    "csv": "text/csv",
+    "ply": "model/ply",
+    "obj": "model/obj",
+    "glb": "model/gltf-binary",
+}
+
+
+@dataclass(frozen=True)
+class Sender:
+    """The request for a picture or a file, and the service that has it made."""
+
+    service: ServiceOf
+    request: Request
+    request_id: RequestId
+    caller: Caller
+
+
+@router.get(
+    "/{job_id}/result.png",
+    response_class=Response,
+    responses={
+        200: binary_file("The picture", _PICTURE, BYTES),
+        **ERRORS,
+        **_NEEDED,
+    },
+    operation_id="get_picture",
+)
+async def get_picture(
+    job_id: JobId,
+    sender: Annotated[Sender, Depends()],
+    alternative: Alternative = None,
+    view: SeenFrom = "front",
+    accept: Annotated[str, Header(include_in_schema=False)] = "",
+) -> Response:
+    """Draw the result of a job as PNG.
+
+    For a match or one of its alternatives: both shapes, with corresponding points in the same
+    colour. For dissimilarities: a heat map, in the order of the labels. Clients that accept only
+    `application/octet-stream` get the same file with that type.
+    """
+    plain = accept.partition(";")[0].strip() == BYTES
+    payload = PicturePayload(job=job_id, alternative=alternative, view=view)
+    media_type, headers = BYTES if plain else _PICTURE, {"Vary": "Accept"}
+    return await _presented(sender, payload, media_type, headers)
+
+
+@router.get(
+    "/{job_id}/result.{format}",
+    response_class=Response,
+    responses={200: binary_file("The file", *_MEDIA_TYPES.values()), **ERRORS, **_NEEDED},
+    operation_id="get_export",
+)
+async def get_export(
+    job_id: JobId,
+    format: Annotated[Export, Path(description="Format of the file.")],  # noqa: A002
+    sender: Annotated[Sender, Depends()],
+) -> Response:
+    """Return the result of a job in another format.
+
+    Of a match, `csv` has the pairs; `ply` and `obj` have the target in the colours of the source,
+    and `glb` both surfaces, if it is `dense`. Of dissimilarities, `csv` has the matrix. Of a
+    transfer, `csv` has the values, and `ply`, `obj` and `glb` the shape with them. Row i is vertex
+    i of the shape's file.
+    """
+    headers = {"Content-Disposition": f'attachment; filename="{job_id}.{format}"'}
+    payload = PicturePayload(job=job_id, format=format)
+    return await _presented(sender, payload, _MEDIA_TYPES[format], headers)
+
+
+async def _presented(
+    sender: Sender, payload: PicturePayload, media_type: str, headers: dict[str, str]
+) -> Response:
+    """Return the stored file, or have a worker make it."""
+    service, request = sender.service, sender.request
+    picture = await run_in_threadpool(service.store.results.picture, payload)
+    if picture is None:
+        await run_in_threadpool(_check, service, payload)
+        if not body_wanted(request):
+            return StreamingResponse(iter(()), media_type=media_type, headers=headers)
+        order = RequestOrigin(sender.request_id, sender.caller)
+        drawing = await run_in_threadpool(_submit_picture, service, payload, order)
+        record = await service.wait_for(drawing, service.settings.picture_wait, request)
+        picture = await run_in_threadpool(service.store.results.picture, payload)
+        if picture is None:
+            if record is not None and record.error is not None:
+                raise Reported(record.error)
+            raise PictureNotReady("It is still being made; ask again.")
+    return Response(picture, media_type=media_type, headers=headers)
+
+
+def _check(service: Service, payload: PicturePayload) -> None:
+    """Refuse what cannot be made, before a worker is asked."""
+    record = job_with_result(service, payload.job)
+    if record.kind is not JobKind.MATCH:
+        _refuse_options_of_matches(payload)
+    known = record.kind.exports if payload.format != "png" else ("png",) * record.kind.has_picture
+    if payload.format not in known:
+        what = "picture" if payload.format == "png" else f"{payload.format.upper()} file"
+        raise JobWithoutResult(
+            f"A job of kind {record.kind.value!r} has no {what}; ask for its result."
+        )
+    packed = packed_result(service, payload.job)
+    if isinstance(record.payload, MatchPayload):
+        _check_alternative(packed, payload.alternative)
+        _check_match(service, record.payload)
+
+
+def _refuse_options_of_matches(payload: PicturePayload) -> None:
+    default = PicturePayload(job=payload.job)
+    for name in ("alternative", "view"):
+        if getattr(payload, name) != getattr(default, name):
+            message = f"`{name}` is only supported for matches; leave it out"
+            field = FieldProblem(field=f"query.{name}", message=message)
+            raise InvalidRequest(INVALID, (field,))
+
+
+def _check_alternative(packed: bytes, alternative: int | None) -> None:
+    if not alternative:
+        return
+    count = len(json.loads(gzip.decompress(packed))["alternatives"])
+    if alternative > count:
+        detail, field = no_alternative(alternative, count)
+        raise InvalidRequest(detail, (field,))
+
+
+def _check_match(service: Service, match: MatchPayload) -> None:
+    shapes = [match.source, match.target]
+    if is_prototype(match.source):
+        shapes = [match.target]
+        if service.store.prototypes.get(match.source) is None:
+            raise PrototypeDeleted(_gone(f"Prototype {match.source}"))
+    for shape in shapes:
+        if service.store.shapes.get(shape) is None:
+            raise ShapeDeleted(_gone(f"Shape {shape}"))
+
+
+def _gone(what: str) -> str:
+    return f"{what}, which the picture shows, was deleted or has expired."
+
+
+def _submit_picture(service: Service, payload: PicturePayload, order: RequestOrigin) -> str:
+    job = new_job(payload, order)
+    holder = service.store.results.picture_job(payload, job.id)
+    if holder == job.id:
+        service.queue.submit(job)
+    return holder

@@ -1,0 +1,95 @@
+"""``/v1/transfers``."""
+
+from typing import Final
+
+from fastapi import APIRouter, Response
+
+from broker.contracts import (
+    FieldProblem,
+    JobRecord,
+    MatchPayload,
+    RequestOrigin,
+    TransferPayload,
+)
+from broker.queue import new_job
+from service.dependencies import Service, ServiceOf
+from service.http import (
+    JobExpired,
+    JobNotFound,
+    JobWithoutResult,
+    ResultExpired,
+    ResultNotReady,
+    UnknownAttributes,
+)
+from service.jobs import Job, JobOrder, answers, packed_result, requested_job
+from service.shapes import refuse, use_shapes
+from service.transfers.attributes import use_attributes
+from service.transfers.schemas import TransferRequest
+
+_REFUSED: Final = "This cannot be carried along this match; `errors` says why."
+
+router = APIRouter(prefix="/v1/transfers", tags=["transfers"])
+
+
+@router.post(
+    "",
+    status_code=202,
+    responses=answers(
+        UnknownAttributes, JobNotFound, JobExpired, JobWithoutResult, ResultNotReady, ResultExpired
+    ),
+    operation_id="create_transfer",
+)
+def create_transfer(
+    asked: TransferRequest, service: ServiceOf, order: JobOrder, response: Response
+) -> Job:
+    """Carry attributes of the vertices of one shape of a match to the other, or landmarks.
+
+    The match is one with `dense`. Every vertex takes the value at the point of the other shape that
+    it corresponds to, so none is left without. The values are `result.npz` of the job, and
+    `result.csv`, `.ply`, `.obj` and `.glb`.
+    """
+
+    def submit(order: RequestOrigin) -> JobRecord:
+        return service.queue.submit(new_job(_payload(asked, service), order), order.idempotency)
+
+    return requested_job(service, asked, order, response, submit)
+
+
+def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
+    wrong = [
+        FieldProblem(field=f"body.{name}", message=message)
+        for name, message in asked.contradictions.items()
+    ]
+    refuse(wrong, _REFUSED)
+    packed_result(service, asked.match)
+    record = service.store.jobs.get(asked.match)
+    match = None if record is None else record.payload
+    if not isinstance(match, MatchPayload):
+        message = "it is the job of no match; give that of a match with `dense`"
+        refuse([FieldProblem(field="body.match", message=message)], _REFUSED)
+    assert isinstance(match, MatchPayload)
+    if not match.parameters.dense:
+        message = "it has no map of all vertices; match again with `dense`"
+        refuse([FieldProblem(field="body.match", message=message)], _REFUSED)
+    ends = match.source, match.target
+    source, target = ends if asked.direction == "source_to_target" else ends[::-1]
+    shapes = use_shapes(service, {"body.match": source, "body.match.target": target})
+    if asked.attributes is not None:
+        _check_rows(use_attributes(service, asked.attributes).rows, shapes["body.match"].vertices)
+    return TransferPayload(
+        match=asked.match,
+        source=source,
+        target=target,
+        attributes=asked.attributes,
+        what=asked.what,
+        direction=asked.direction,
+        names=asked.names,
+        influences=asked.influences,
+        points=asked.points,
+    )
+
+
+def _check_rows(rows: int, vertices: int) -> None:
+    if rows < vertices:
+        message = f"it has {rows} rows, and the shape has {vertices} vertices; give one for each"
+        refuse([FieldProblem(field="body.attributes", message=message)], _REFUSED)

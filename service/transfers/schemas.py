@@ -1,0 +1,115 @@
+"""Attribute files as the API shows them, and requests to carry attributes or landmarks."""
+
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
+
+from broker.contracts import (
+    LANDMARKS,
+    TEXTURE,
+    AttributesRecord,
+    Direction,
+    SurfacePoint,
+    TransferKind,
+)
+from service.jobs import JobRequest
+from service.names import NamedId, showable
+
+_MATCH = "5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f"
+_FILE = "a-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f"
+
+
+class Attributes(AttributesRecord):
+    """An uploaded file of attributes of the vertices of a shape."""
+
+
+def _point_at_vertex(given: Any) -> Any:
+    """A vertex is the point with all of the weight at one corner."""
+    if isinstance(given, int) and not isinstance(given, bool):
+        return {"vertices": [given] * 3, "weights": [1.0, 0.0, 0.0]}
+    return given
+
+
+Point = Annotated[
+    SurfacePoint, BeforeValidator(_point_at_vertex, json_schema_input_type=int | SurfacePoint)
+]
+AttributeName = Annotated[str, Field(min_length=1, max_length=100), AfterValidator(showable)]
+
+
+class TransferRequest(JobRequest):
+    """What is carried along a match, and in which direction."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        json_schema_extra={
+            "examples": [
+                {"match": _MATCH, "attributes": _FILE, "what": "labels"},
+                {"match": _MATCH, "what": "colors", "direction": "target_to_source"},
+                {
+                    "match": _MATCH,
+                    "attributes": _FILE,
+                    "what": "skinning",
+                    "names": ["Hips", "LeftLeg"],
+                    "influences": 4,
+                },
+                {
+                    "match": _MATCH,
+                    "what": "landmarks",
+                    "points": [17, {"vertices": [4, 9, 7], "weights": [0.25, 0.5, 0.25]}],
+                },
+            ]
+        },
+    )
+
+    match: NamedId = Field(description="Id of the job of a match with `dense`.")
+    what: TransferKind = Field(
+        description="Kind of what is carried: scalars, vectors and colours by barycentric means"
+        " (components of vectors one by one: directions are not rotated), labels by majority,"
+        " skinning weights by means of sum 1; landmarks, which are points; or the texture in the"
+        " shape's own file, as colours of vertices, and in GLB files as an image."
+    )
+    direction: Direction = Field(
+        default="source_to_target",
+        description="From the source of the match to its target, or from its target to its source.",
+    )
+    attributes: NamedId | None = Field(
+        default=None,
+        description="Id of a file of attributes of the shape that values are carried from; null for"
+        " the attributes in the file of that shape itself, whose colours include its texture.",
+    )
+    names: tuple[AttributeName, ...] = Field(
+        default=(),
+        max_length=1024,
+        strict=False,
+        description="Attributes to carry; of skinning, joints: their weights are divided by their"
+        " sum. None for all of the kind.",
+    )
+    influences: Annotated[int, Field(ge=1, le=1024)] | None = Field(
+        default=None,
+        description="Of skinning weights, how many joints each vertex keeps, those of greatest"
+        " weight; null for all. GLB files have four.",
+    )
+    points: tuple[Point, ...] = Field(
+        default=(),
+        max_length=10_000,
+        strict=False,
+        description="The landmarks, vertices or points in triangles of the shape that they are"
+        ' carried from; only with `what` "landmarks".',
+    )
+
+    @property
+    def contradictions(self) -> dict[str, str]:
+        """What is wrong with fields given the others, by field."""
+        wrong: dict[str, str] = {}
+        landmarks = self.what == LANDMARKS
+        if landmarks and not self.points:
+            wrong["points"] = '`what` is "landmarks"; give the landmarks'
+        if not landmarks and self.points:
+            wrong["points"] = 'only "landmarks" have points; leave them out, or change `what`'
+        for name in ("attributes", "names"):
+            if self.what in (LANDMARKS, TEXTURE) and getattr(self, name):
+                wrong[name] = f"not supported with {self.what!r}; leave it out, or change `what`"
+        if self.influences is not None and self.what != "skinning":
+            wrong["influences"] = "only skinning weights have influences; leave it out"
+        return wrong

@@ -1,0 +1,42 @@
+"""Transfer of values along a dense map: scalars, vectors, colours, labels, weights, landmarks.
+
+:func:`carried` carries an attribute of one shape's vertices to the other; :func:`landmark_images`
+maps points.
+"""
+
+from solver.transfer.attributes import (
+    COLORS,
+    COLORS_NAME,
+    KINDS,
+    LABELS,
+    SCALARS,
+    SKINNING,
+    VECTORS,
+    WEIGHTS_NAME,
+    Attribute,
+    carried,
+    selected,
+)
+from solver.transfer.landmarks import Landmarks, landmark_images
+from solver.transfer.pull_back import PullBack
+from solver.transfer.texture import BakedTexture, baked_texture, texture_colors
+
+__all__ = [
+    "COLORS",
+    "COLORS_NAME",
+    "KINDS",
+    "LABELS",
+    "SCALARS",
+    "SKINNING",
+    "VECTORS",
+    "WEIGHTS_NAME",
+    "Attribute",
+    "BakedTexture",
+    "Landmarks",
+    "PullBack",
+    "baked_texture",
+    "carried",
+    "landmark_images",
+    "selected",
+    "texture_colors",
+]

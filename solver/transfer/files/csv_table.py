@@ -1,0 +1,94 @@
+"""Tables of attributes as text (CSV): a line of names, then a line for each vertex.
+
+A column ``vertex`` has the vertex number of each line; without it the lines are in the order of the
+file. Columns are grouped as :mod:`.columns` says.
+"""
+
+import csv
+import io
+import re
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from solver.errors import TransferError
+from solver.transfer.attributes import Attribute
+from solver.transfer.files.columns import Column, from_columns, to_columns
+from solver.transfer.files.limits import check_size
+
+VERTEX: Final = "vertex"
+_WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
+_NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*")
+
+
+def read_csv(data: bytes) -> list[Attribute]:
+    """Read a table.
+
+    Raises
+    ------
+    TransferError
+        It is not UTF-8 text, lines differ in length, a column is named twice or has both numbers
+        and text, or `vertex` does not have each number from 0 once.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise TransferError("the CSV file is not text in UTF-8") from None
+    try:
+        rows = [row for row in csv.reader(io.StringIO(text, newline=""), strict=True) if row]
+    except csv.Error as error:
+        raise TransferError(f"the CSV file cannot be read: {error}") from error
+    if len(rows) < 2:
+        raise TransferError("the CSV file has no rows; begin it with a line of names")
+    names = [name.strip() for name in rows[0]]
+    if len(set(names)) < len(names) or not all(names):
+        raise TransferError("the first line of the CSV file needs a different name for each column")
+    check_size(len(names), len(rows) - 1)
+    for number, row in enumerate(rows[1:]):
+        if len(row) != len(names):
+            raise TransferError(
+                f"row {number} has {len(row)} values, and there are {len(names)} names"
+            )
+    columns = {name: _column(name, cells) for name, *cells in zip(names, *rows[1:], strict=True)}
+    return from_columns(_in_order(columns))
+
+
+def write_csv(attributes: Sequence[Attribute]) -> bytes:
+    """Return attributes as a table that :func:`read_csv` reads; colours as bytes."""
+    columns = to_columns(attributes)
+    count = len(attributes[0].values)
+    stream = io.StringIO(newline="")
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow([VERTEX, *columns])
+    writer.writerows(zip(range(count), *(one.tolist() for one in columns.values()), strict=True))
+    return stream.getvalue().encode()
+
+
+def _column(name: str, cells: Sequence[str]) -> Column:
+    whole = [_WHOLE.fullmatch(cell) is not None for cell in cells]
+    if all(whole):
+        return np.array([int(cell) for cell in cells], dtype=np.int64)
+    number = [_NUMBER.fullmatch(cell) is not None for cell in cells]
+    if all(number):
+        return np.array([float(cell) for cell in cells])
+    # Of a column of numbers, the one that is none; of a column of text, the one that is a number.
+    if any(number):
+        row = number.index(not number[0])
+        raise TransferError(
+            f"{name[:40]!r} has both numbers and text: row {row} is {cells[row][:40]!r}"
+        )
+    if not all(cell.strip() for cell in cells):
+        row = [bool(cell.strip()) for cell in cells].index(False)
+        raise TransferError(f"{name[:40]!r} is empty in row {row}")
+    return np.array(cells, dtype=np.str_)
+
+
+def _in_order(columns: dict[str, Column]) -> dict[str, Column]:
+    numbers = columns.pop(VERTEX, None)
+    if numbers is None:
+        return columns
+    order = np.argsort(numbers, kind="stable")
+    if not np.array_equal(numbers[order], np.arange(len(numbers))):
+        raise TransferError(f"the column {VERTEX!r} must have each number from 0 once")
+    return {name: values[order] for name, values in columns.items()}

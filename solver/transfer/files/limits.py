@@ -1,0 +1,74 @@
+"""Limits of attribute files, and checks that all formats share."""
+
+from collections.abc import Sequence
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from solver.arrays import FloatArray
+from solver.errors import TransferError
+from solver.transfer.attributes import Attribute
+
+MOST_COLUMNS: Final = 1024
+"""Columns of a file; skeletons have some hundred joints."""
+
+MOST_VALUES: Final = 2**25
+"""Values of a file: what a worker may hold several times."""
+
+LONGEST_NAME: Final = 100
+"""Characters of the name of an attribute or a column."""
+
+
+def checked(attributes: Sequence[Attribute]) -> tuple[Attribute, ...]:
+    """Return the attributes of a file, if there are any, of the same length and not too many.
+
+    Raises
+    ------
+    TransferError
+        There are none, or too many, or their lengths differ.
+    """
+    if not attributes:
+        raise TransferError("the file has no attributes of vertices")
+    first = attributes[0]
+    for one in attributes:
+        if len(one.values) != len(first.values):
+            raise TransferError(
+                f"{first.name!r} has {len(first.values)} rows, and {one.name!r} has"
+                f" {len(one.values)}; give a row for every vertex"
+            )
+        if any(len(name) > LONGEST_NAME for name in (one.name, *one.columns)):
+            raise TransferError(f"a name is longer than {LONGEST_NAME} characters")
+    check_size(sum(max(one.width, 1) for one in attributes), len(first.values))
+    return tuple(attributes)
+
+
+def check_size(columns: int, rows: int) -> None:
+    """Refuse tables that are too large.
+
+    Raises
+    ------
+    TransferError
+        There are too many columns or values.
+    """
+    if columns > MOST_COLUMNS:
+        raise TransferError(f"the file has {columns} columns, more than {MOST_COLUMNS}")
+    if columns * rows > MOST_VALUES:
+        raise TransferError(
+            f"the file has {columns * rows} values, more than {MOST_VALUES}; carry some at a time"
+        )
+
+
+def colors_in_range(table: npt.NDArray[Any]) -> FloatArray:
+    """Bring colours to 0..1: whole numbers are in 0..255, others in 0..1 already.
+
+    Raises
+    ------
+    TransferError
+        They are not in their range.
+    """
+    most = 255.0 if table.dtype.kind in "iu" else 1.0
+    colors: FloatArray = table.astype(np.float64) / most
+    if not ((colors >= 0.0) & (colors <= 1.0)).all():
+        raise TransferError("colours are whole numbers from 0 to 255, or numbers from 0 to 1")
+    return colors

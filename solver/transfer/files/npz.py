@@ -1,0 +1,166 @@
+"""NumPy archives of attributes (.npz): an array for each, read without pickle."""
+
+import io
+import zipfile
+from collections.abc import Sequence
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from solver.errors import TransferError
+from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
+from solver.transfer.files.limits import MOST_COLUMNS, MOST_VALUES, check_size, colors_in_range
+
+_JOINTS: Final = "joints"
+_JOINT_NAMES: Final = "joint_names"
+_MOST_BYTES: Final = 2**28
+"""Bytes of all arrays, unpacked."""
+
+
+def read_npz(data: bytes) -> list[Attribute]:
+    """Read the arrays of an archive: (V,) or (V, n), of numbers or text.
+
+    `colors` are colours. `weights` (V, J) are skinning weights, with the names of the joints in
+    `joint_names` (J,) if they have some; or (V, k) with the numbers of the joints in `joints`
+    (V, k), as in glTF.
+
+    Raises
+    ------
+    TransferError
+        The bytes are no such archive; it has objects, is damaged or too large.
+    """
+    arrays = _arrays(data)
+    names = arrays.pop(_JOINT_NAMES, None)
+    weights = arrays.get(WEIGHTS_NAME)
+    if weights is not None and _JOINTS in arrays:
+        arrays[WEIGHTS_NAME] = dense_weights(arrays.pop(_JOINTS), weights)
+    attributes = []
+    for name, array in arrays.items():
+        values = _values(name, array)
+        columns: tuple[str, ...] = ()
+        if name == COLORS_NAME and values.ndim == 2 and values.shape[1] in (3, 4):
+            values = colors_in_range(values)
+        elif name == WEIGHTS_NAME and names is not None:
+            columns = _named(names, values)
+        attributes.append(Attribute(name, values, columns))
+    return attributes
+
+
+def write_npz(attributes: Sequence[Attribute]) -> bytes:
+    """Return attributes as an archive that :func:`read_npz` reads, without loss."""
+    arrays = {one.name: one.values for one in attributes}
+    for one in attributes:
+        if one.name == WEIGHTS_NAME and one.columns:
+            arrays[_JOINT_NAMES] = np.array(one.columns, dtype=np.str_)
+    stream = io.BytesIO()
+    np.savez_compressed(stream, allow_pickle=False, **arrays)
+    return stream.getvalue()
+
+
+def dense_weights(
+    joints: npt.NDArray[Any], weights: npt.NDArray[Any], count: int | None = None
+) -> npt.NDArray[np.float64]:
+    """Return the weights of all joints, from those of a few of each vertex.
+
+    Parameters
+    ----------
+    joints, weights
+        (V, k) numbers of joints, and their weights.
+    count
+        Number J of joints; None for one more than the greatest number.
+
+    Returns
+    -------
+    (V, J)
+
+    Raises
+    ------
+    TransferError
+        Shapes differ, or a joint is negative or too large.
+    """
+    if joints.shape != weights.shape or joints.ndim != 2 or joints.dtype.kind not in "iu":
+        raise TransferError("`joints` must be whole numbers, as many of each vertex as `weights`")
+    if weights.dtype.kind not in "iuf":
+        raise TransferError("`weights` must be numbers")
+    # Padding of unused places need not name a joint.
+    numbers = np.where(weights == 0, 0, joints).astype(np.int64)
+    greatest = MOST_COLUMNS if count is None else count
+    if numbers.size and (numbers.min() < 0 or numbers.max() >= greatest):
+        wrong = numbers[(numbers < 0) | (numbers >= greatest)].flat[0]
+        raise TransferError(f"joint {wrong} does not exist; joints are numbered from 0")
+    size = int(numbers.max(initial=0)) + 1 if count is None else count
+    check_size(size, len(numbers))
+    found = np.zeros((len(numbers), size))
+    np.add.at(found, (np.arange(len(numbers))[:, None], numbers), weights.astype(np.float64))
+    return found
+
+
+def _arrays(data: bytes) -> dict[str, npt.NDArray[Any]]:
+    if not data.startswith(b"PK"):  # NumPy would suspect a pickle
+        raise TransferError("not an archive of arrays (.npz)")
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            entries = archive.zip.infolist()
+            if len(entries) > MOST_COLUMNS:
+                raise TransferError(f"the archive has more than {MOST_COLUMNS} arrays")
+            if sum(entry.file_size for entry in entries) > _MOST_BYTES:
+                raise TransferError("the archive is too large when unpacked")
+            for entry in entries:
+                _check_header(archive.zip, entry)
+            return {name: archive[name] for name in archive.files}
+    except (TransferError, MemoryError):
+        raise
+    except Exception as error:  # readers of damaged archives raise anything
+        reason = str(error) or type(error).__name__
+        if "allow_pickle" in reason:
+            reason = "it has Python objects; save arrays of numbers or text"
+        raise TransferError(f"the archive of arrays (.npz) cannot be read: {reason}") from error
+
+
+def _check_header(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> None:
+    """Refuse an array whose header promises more than its member holds, before it is allocated."""
+    with archive.open(entry) as member:
+        shape, kind = _header(member)
+    size = kind.itemsize
+    for length in shape:
+        size *= length
+    if size > entry.file_size or (kind.itemsize == 0 and np.prod(shape) > MOST_VALUES):
+        raise TransferError(f"{entry.filename[:100]!r} promises more values than it has")
+
+
+def _header(member: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    stream: BinaryIO = member
+    version = np.lib.format.read_magic(stream)
+    read = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }.get(version)
+    if read is None:
+        raise TransferError(f"arrays of version {version} are not read")
+    shape, _, kind = read(stream)
+    return shape, kind
+
+
+def _values(name: str, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if array.ndim not in (1, 2) or (array.ndim == 2 and not array.shape[1]):
+        raise TransferError(
+            f"{name!r} has the shape {array.shape}; give (V,) or (V, n), a row for every vertex"
+        )
+    kind = array.dtype.kind
+    if kind == "f":
+        return array.astype(np.float64)
+    if kind in "bi" or (kind == "u" and not (array > np.iinfo(np.int64).max).any()):
+        return array.astype(np.int64)
+    if kind == "U" and array.ndim == 1:
+        return array
+    if kind == "S" and array.ndim == 1:
+        return array.astype(np.str_)
+    raise TransferError(f"{name!r} is of type {array.dtype}; give numbers, or text in one column")
+
+
+def _named(names: npt.NDArray[Any], values: npt.NDArray[Any]) -> tuple[str, ...]:
+    found = tuple(map(str, names.ravel()[: MOST_COLUMNS + 1]))
+    if values.ndim != 2 or len(found) != values.shape[1] or len(set(found)) < len(found):
+        raise TransferError("`joint_names` must have a different name for each column of `weights`")
+    return found

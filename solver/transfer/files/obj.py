@@ -1,0 +1,67 @@
+"""OBJ files with colours of the vertices, or with labels as groups of faces."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from solver.arrays import IntArray
+from solver.errors import MeshError, TransferError
+from solver.mesh.formats import read_obj
+from solver.transfer.attributes import COLORS_NAME, Attribute
+from solver.transfer.files.columns import CHANNELS
+from solver.transfer.files.surface import WrittenSurface
+
+
+def read_obj_attributes(data: bytes) -> list[Attribute]:
+    """Read the colours of the vertices, numbers four to six of ``v`` lines.
+
+    Raises
+    ------
+    TransferError
+        The bytes are not a complete OBJ file.
+    """
+    try:
+        colors = read_obj(data).colors
+    except MeshError as error:
+        raise TransferError(str(error)) from error
+    return [] if colors is None else [Attribute(COLORS_NAME, colors, CHANNELS[:3])]
+
+
+def write_obj(surface: WrittenSurface) -> bytes:
+    """Return a surface as OBJ, its faces in groups ``NAME_LABEL`` if it has labels.
+
+    The label of a face is that of most of its corners, or of the first.
+
+    Raises
+    ------
+    TransferError
+        It has an attribute that is neither colours nor labels, or several of labels.
+    """
+    colors, labels = None, None
+    for one in surface.attributes:
+        if one.name == COLORS_NAME and one.width in (3, 4):
+            colors = np.nan_to_num(one.values[:, :3], nan=0.0)
+        elif labels is None and one.values.dtype.kind in "iU" and not one.width:
+            labels = one
+        else:
+            raise TransferError(f"OBJ cannot hold {one.name[:40]!r}; choose PLY, GLB, CSV or NPZ")
+    table = surface.vertices if colors is None else np.hstack([surface.vertices, colors])
+    text = [f"o {'_'.join(surface.name.split()) or 'surface'}"]
+    text += [f"v {' '.join(map(repr, row))}" for row in table.tolist()]
+    numbers = surface.faces + 1
+    if labels is None:
+        text += [f"f {a} {b} {c}" for a, b, c in numbers.tolist()]
+    else:
+        of_faces = face_labels(labels.values, surface.faces)
+        for label in np.unique(of_faces).tolist():
+            text.append(f"g {'_'.join(f'{labels.name}_{label}'.split())}")
+            text += [f"f {a} {b} {c}" for a, b, c in numbers[of_faces == label].tolist()]
+    return ("\n".join(text) + "\n").encode()
+
+
+def face_labels(labels: npt.NDArray[Any], faces: IntArray) -> npt.NDArray[Any]:
+    """Return the label of most corners of each face, (F,); that of the first where all differ."""
+    a, b, c = labels[faces].T
+    found: npt.NDArray[Any] = np.where(b == c, b, a)
+    return found

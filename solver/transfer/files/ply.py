@@ -1,0 +1,89 @@
+"""PLY files with attributes of the vertices."""
+
+from typing import Any, Final
+
+import numpy as np
+import numpy.typing as npt
+
+from solver.errors import MeshError, TransferError
+from solver.mesh.formats import ply_vertex_columns
+from solver.transfer.attributes import COLORS_NAME, Attribute
+from solver.transfer.files.columns import CHANNELS, from_columns, to_columns
+from solver.transfer.files.surface import WrittenSurface
+
+_GEOMETRY: Final = frozenset(("x", "y", "z", "nx", "ny", "nz", *CHANNELS))
+_TYPES: Final = {"u1": "uchar", "i4": "int", "f8": "double"}
+
+
+def read_ply_attributes(data: bytes) -> list[Attribute]:
+    """Read the properties of the vertices, but for positions and normals.
+
+    Raises
+    ------
+    TransferError
+        The bytes are not a complete PLY file.
+    """
+    try:
+        columns, colors = ply_vertex_columns(data)
+    except MeshError as error:
+        raise TransferError(str(error)) from error
+    kept = {name: values for name, values in columns.items() if name not in _GEOMETRY}
+    found = from_columns(kept)
+    return found if colors is None else [Attribute(COLORS_NAME, colors, CHANNELS[:3]), *found]
+
+
+def write_ply(surface: WrittenSurface) -> bytes:
+    """Return a surface as little-endian binary PLY.
+
+    Colours are bytes. Text becomes numbers, and comments of the form ``label NAME NUMBER TEXT`` say
+    which.
+    """
+    comments: list[str] = []
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for name, values in to_columns(surface.attributes).items():
+        written = "_".join(name.split())
+        if values.dtype.kind == "U":
+            texts, values = np.unique(values, return_inverse=True)
+            shown = (" ".join(text.split()) for text in texts.tolist())
+            comments += [
+                f"comment label {written} {code} {text}" for code, text in enumerate(shown)
+            ]
+        columns[written] = _stored(values)
+    position = [(axis, "<f8") for axis in "xyz"]
+    table = np.empty(
+        len(surface.vertices),
+        dtype=[*position, *((name, one.dtype) for name, one in columns.items())],
+    )
+    for axis, values in zip("xyz", surface.vertices.T, strict=True):
+        table[axis] = values
+    for name, values in columns.items():
+        table[name] = values
+    faces = np.empty(len(surface.faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
+    faces["count"], faces["corners"] = 3, surface.faces
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        *comments,
+        f"element vertex {len(table)}",
+        *(f"property double {axis}" for axis in "xyz"),
+        *(f"property {_type(one.dtype)} {name}" for name, one in columns.items()),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    return "\n".join(header).encode("ascii", errors="replace") + table.tobytes() + faces.tobytes()
+
+
+def _stored(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Values in a type of PLY: bytes, whole numbers of 32 bits, or double precision."""
+    if values.dtype == np.uint8:
+        return values
+    limits = np.iinfo(np.int32)
+    small = values.dtype.kind == "i" and values.min(initial=0) >= limits.min
+    if small and values.max(initial=0) <= limits.max:
+        return values.astype("<i4")
+    return values.astype("<f8")
+
+
+def _type(kind: np.dtype[Any]) -> str:
+    return _TYPES[kind.str.lstrip("<|")]

@@ -1,0 +1,109 @@
+"""Images of points of a surface: landmarks, which go along the map X → Y themselves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.errors import TransferError
+from solver.mesh import TriangleMesh
+from solver.registration import DenseCorrespondence, descend, project
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """Points in the triangles of a surface, by the numbers of its vertices in the file.
+
+    Parameters
+    ----------
+    corners
+        (n, 3) corners of each triangle, by the user's numbers. A vertex may stand for all three.
+    barycentric
+        (n, 3) barycentric coordinates, none negative; each row sums to 1.
+    """
+
+    corners: IntArray
+    barycentric: FloatArray
+
+
+def landmark_images(
+    points: Landmarks, dense: DenseCorrespondence, target: TriangleMesh
+) -> Landmarks:
+    """Map points of X to Y.
+
+    The image of a vertex is that of the map. The image of another point is the point of Y nearest
+    to the barycentric mean of the images of its triangle's corners, near these.
+
+    Parameters
+    ----------
+    points
+        Of X.
+    dense
+        The map X → Y.
+    target
+        The surface Y.
+
+    Raises
+    ------
+    TransferError
+        A corner is no vertex of the mapped surface, or coordinates are negative or of another sum.
+    """
+    faces, barycentric = surface_images(points, dense, target)
+    corners = target.vertex_ids[target.faces[faces]]
+    # Vertices have images of their own, which need not be those of their neighbourhood.
+    chosen = points.barycentric.argmax(axis=1)
+    every = np.arange(len(chosen))
+    at_vertex = points.barycentric[every, chosen] > 1.0 - 1e-9
+    rows = _rows(dense, points.corners[every, chosen][at_vertex])
+    corners[at_vertex] = dense.faces[rows]
+    barycentric[at_vertex] = dense.barycentric[rows]
+    return Landmarks(corners, barycentric)
+
+
+def surface_images(
+    points: Landmarks, dense: DenseCorrespondence, target: TriangleMesh
+) -> tuple[IntArray, FloatArray]:
+    """Map points of X to Y by the images of the corners alone.
+
+    Parameters
+    ----------
+    points, dense, target
+        As for :func:`landmark_images`.
+
+    Returns
+    -------
+    (n,) faces of the target, and (n, 3) barycentric coordinates there.
+
+    Raises
+    ------
+    TransferError
+        As for :func:`landmark_images`; or the surface, which need not be repaired, has a vertex
+        without faces where an image is.
+    """
+    weights = points.barycentric
+    if (weights < 0.0).any() or (np.abs(weights.sum(axis=1) - 1.0) > 1e-3).any():
+        raise TransferError("barycentric coordinates must not be negative, and their sum is 1")
+    rows = _rows(dense, points.corners)
+    triangles = target.vertices_of(dense.faces[rows].ravel()).reshape(*rows.shape, 3)
+    images = np.einsum("ncb,ncbd->ncd", dense.barycentric[rows], target.vertices[triangles])
+    means = np.einsum("nc,ncd->nd", weights / weights.sum(axis=1, keepdims=True), images)
+    # Descent in space begins at the image of the nearest corner, so that it stays on its limb.
+    chosen, every = weights.argmax(axis=1), np.arange(len(rows))
+    main = dense.barycentric[rows[every, chosen]].argmax(axis=1)
+    start = triangles[every, chosen, main]
+    nearest = descend(means, target.vertices, *target.neighbours, start)
+    first, _ = target.incident_faces
+    alone = first[nearest] == first[nearest + 1]
+    if alone.any():
+        vertex = target.vertex_ids[nearest[alone][0]]
+        raise TransferError(f"vertex {vertex} of the file is part of no face; save it without")
+    return project(means, target.vertices, target.faces, *target.incident_faces, nearest)
+
+
+def _rows(dense: DenseCorrespondence, vertices: IntArray) -> IntArray:
+    """Rows of a map that hold vertices of X."""
+    rows: IntArray = np.searchsorted(dense.source, vertices).clip(max=len(dense.source) - 1)
+    unknown = vertices[dense.source[rows] != vertices]
+    if unknown.size:
+        raise TransferError(f"vertex {unknown[0]} is not part of the mapped surface")
+    return rows

@@ -1,0 +1,51 @@
+"""Skinning weights: the shares of joints in the movement of each vertex, of sum 1."""
+
+import numpy as np
+
+from solver.arrays import FloatArray
+from solver.errors import TransferError
+
+
+def normalised_weights(weights: FloatArray) -> FloatArray:
+    """Divide the weights of each vertex by their sum.
+
+    Parameters
+    ----------
+    weights
+        (V, J) of J joints.
+
+    Returns
+    -------
+    (V, J) with rows of sum 1; rows of zeros, of vertices that none of the joints moves, stay.
+
+    Raises
+    ------
+    TransferError
+        A weight is negative.
+    """
+    if (weights < 0.0).any():
+        row, joint = np.argwhere(weights < 0.0)[0]
+        raise TransferError(f"the weight of joint {joint} at vertex {row} is negative")
+    # The greatest first, so that sums of great weights stay finite.
+    scaled = weights / np.where(weights > 0.0, weights, 0.0).max(axis=1, initial=1e-300)[:, None]
+    sums = scaled.sum(axis=1, keepdims=True)
+    shares: FloatArray = scaled / np.where(sums > 0.0, sums, 1.0)
+    return shares
+
+
+def strongest_weights(weights: FloatArray, count: int | None) -> FloatArray:
+    """Keep the greatest weights of each vertex, and set the others to zero.
+
+    Parameters
+    ----------
+    weights
+        (V, J).
+    count
+        How many; None for all. glTF has sets of four.
+    """
+    if count is None or count >= weights.shape[1]:
+        return weights
+    kept = np.argpartition(-weights, count - 1, axis=1)[:, :count]
+    found = np.zeros_like(weights)
+    np.put_along_axis(found, kept, np.take_along_axis(weights, kept, axis=1), axis=1)
+    return found

@@ -1,0 +1,326 @@
+"""Transfers through the whole chain: attribute files in, files in every format out."""
+
+import csv
+import io
+from collections.abc import Callable
+from typing import Any, get_args
+
+import httpx2
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import KDTree
+
+from broker.contracts import ATTRIBUTE_FORMATS as CONTRACT_FORMATS
+from broker.contracts import MatchResult, TransferKind
+from broker.store import keys
+from solver.mesh import read_mesh
+from solver.transfer import KINDS, Attribute
+from solver.transfer.files import (
+    ATTRIBUTE_FORMATS,
+    WrittenSurface,
+    read_attributes,
+    write_npz,
+    write_surface,
+)
+from tests.service.conftest import Api, Json, problem
+from tests.service.jobs.test_jobs import matched
+from tests.service.matches.test_refinement import file_of
+from tests.solver import shapes
+from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb
+
+Upload = Callable[..., Json]
+
+MESH = shapes.blob(3)
+OTHER, TRUTH = shapes.permuted(shapes.moved(MESH, 4), seed=8)
+"""Vertex i of the one is vertex TRUTH[i] of the other."""
+
+COUNT = MESH.n_vertices
+LABELS = np.array(["head", "arm", "leg"])[(np.arange(COUNT) // 7) % 3]
+COLORS = np.random.default_rng(0).integers(0, 256, size=(COUNT, 3)) / 255.0
+
+
+@pytest.fixture(scope="module")
+def pair(upload: Upload) -> tuple[str, str]:
+    colored = WrittenSurface.of(MESH, [Attribute("colors", COLORS)])
+    source = upload(write_surface(colored, "ply"), "body.ply")["id"]
+    return source, upload(file_of(OTHER), "other.ply")["id"]
+
+
+@pytest.fixture(scope="module")
+def match(http: httpx2.Client, pair: tuple[str, str]) -> str:
+    found: str = matched(http, pair, points=12, dense=True)["id"]
+    return found
+
+
+def send(http: httpx2.Client, data: bytes, name: str = "values.csv") -> httpx2.Response:
+    return http.post("/v1/attributes", files={"file": (name, data)})
+
+
+def table(**columns: Any) -> bytes:
+    stream = io.StringIO()
+    writer = csv.writer(stream)
+    writer.writerow(columns)
+    writer.writerows(zip(*columns.values(), strict=True))
+    return stream.getvalue().encode()
+
+
+def archive(**arrays: Any) -> bytes:
+    return write_npz([Attribute(name, np.asarray(values)) for name, values in arrays.items()])
+
+
+def carried(http: httpx2.Client, match: str, **asked: Any) -> Json:
+    """The job of a transfer that has ended."""
+    answer = http.post("/v1/transfers", json={"match": match, **asked})
+    assert answer.status_code == 202, answer.text
+    job: Json = answer.json()
+    ended: Json = http.get(job["links"]["self"], params={"wait": 60}).json()
+    return ended
+
+
+def arrays_of(http: httpx2.Client, job: Json) -> dict[str, Any]:
+    assert job["state"] == "succeeded", job["error"]
+    data = http.get(job["links"]["arrays"]).content
+    return {one.name: one.values for one in read_attributes(data, "npz")}
+
+
+def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str]) -> None:
+    answer = send(http, table(part=LABELS), "segments.csv")
+    assert answer.status_code == 201
+    uploaded = answer.json()
+    assert (uploaded["name"], uploaded["rows"]) == ("segments.csv", COUNT)
+    assert uploaded["attributes"] == [{"name": "part", "type": "text", "columns": []}]
+    assert http.get(f"/v1/attributes/{uploaded['id']}").json() == uploaded
+    job = carried(http, match, attributes=uploaded["id"], what="labels")
+    assert (job["source"], job["target"], job["kind"]) == (*pair, "transfer")
+    np.testing.assert_array_equal(arrays_of(http, job)["part"][TRUTH], LABELS)
+    result = http.get(job["links"]["result"]).json()
+    assert (result["source_name"], result["target_name"]) == ("body.ply", "other.ply")
+    assert (result["rows"], result["warnings"]) == (COUNT, [])
+    rows = list(csv.reader(io.StringIO(http.get(job["links"]["exports"][0]).text)))
+    assert rows[0] == ["vertex", "part"]
+    assert [row[1] for row in rows[1:]] == arrays_of(http, job)["part"].tolist()
+
+
+def test_there_and_back_loses_nothing_on_a_copy(http: httpx2.Client, match: str) -> None:
+    height = MESH.vertices[:, 1]
+    first = send(http, archive(height=height), "h.npz").json()["id"]
+    there = carried(http, match, attributes=first, what="scalars")
+    data = http.get(there["links"]["exports"][1]).content
+    second = send(http, data, "there.ply").json()["id"]
+    back = carried(http, match, attributes=second, what="scalars", direction="target_to_source")
+    np.testing.assert_allclose(arrays_of(http, back)["height"], height, atol=1e-3)
+    assert (back["source"], back["target"]) == (there["target"], there["source"])
+
+
+def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match: str) -> None:
+    job = carried(http, match, what="colors")
+    np.testing.assert_allclose(arrays_of(http, job)["colors"][TRUTH], COLORS, atol=1e-3)
+    for link in job["links"]["exports"][1:]:
+        answer = http.get(link)
+        kind = link.rpartition(".")[2]
+        assert answer.headers["content-type"].startswith("model/")
+        found = read_mesh(answer.content, kind)
+        assert found.colors is not None
+        np.testing.assert_allclose(found.colors[TRUTH], COLORS, atol=3e-3)
+        np.testing.assert_allclose(found.vertices, OTHER.vertices, atol=1e-5)
+        seen: Any = trimesh.load(io.BytesIO(answer.content), file_type=kind, force="mesh")
+        assert len(seen.faces) == OTHER.n_faces
+
+
+def test_skinning_weights_as_a_skinned_surface(http: httpx2.Client, match: str) -> None:
+    weights = np.random.default_rng(1).random((COUNT, 3))
+    skin = Attribute("weights", weights, ("hip", "knee", "foot"))
+    data = write_surface(WrittenSurface.of(MESH, [skin]), "glb")
+    uploaded = send(http, data, "rig.glb").json()
+    assert uploaded["attributes"][0]["columns"] == ["hip", "knee", "foot"]
+    job = carried(http, match, attributes=uploaded["id"], what="skinning")
+    shares = weights / weights.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(arrays_of(http, job)["weights"][TRUTH], shares, atol=1e-3)
+    (found,) = read_attributes(http.get(job["links"]["exports"][3]).content, "glb")
+    assert found.columns == ("hip", "knee", "foot")
+    np.testing.assert_allclose(found.values.sum(axis=1), 1.0, atol=1e-6)
+    few = carried(
+        http, match, attributes=uploaded["id"], what="skinning", names=["foot", "hip"], influences=1
+    )
+    assert set(arrays_of(http, few)["weights"].ravel()) == {0.0, 1.0}
+
+
+def test_landmarks(http: httpx2.Client, match: str) -> None:
+    corners = MESH.faces[40].tolist()
+    points = [5, {"vertices": corners, "weights": [0.2, 0.3, 0.5]}]
+    job = carried(http, match, what="landmarks", points=points)
+    first, second = http.get(job["links"]["result"]).json()["points"]
+    assert max(zip(first["weights"], first["vertices"], strict=True))[1] == TRUTH[5]
+    assert set(second["vertices"]) == set(TRUTH[corners].tolist())
+    shares = dict(zip(second["vertices"], second["weights"], strict=True))
+    found = [shares[vertex] for vertex in TRUTH[corners].tolist()]
+    np.testing.assert_allclose(found, [0.2, 0.3, 0.5], atol=1e-2)
+    assert http.get(job["links"]["exports"][0]).text.count("\n") == 3
+    refused = problem(http.get(job["links"]["exports"][3]), 422, "invalid-option")
+    assert refused["errors"][0]["field"] == "path.format"
+
+
+def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Upload) -> None:
+    shares = (MESH.vertices[:, :2] - MESH.vertices[:, :2].min()) / np.ptp(MESH.vertices[:, :2])
+    data = textured_glb(MESH.vertices, MESH.faces, 0.1 + 0.8 * shares, image_file(ramp()))
+    pair = upload(data, "textured.glb")["id"], upload(file_of(OTHER), "other.ply")["id"]
+    match = matched(http, pair, points=10, dense=True)["id"]
+    job = carried(http, match, what="texture")
+    expected = ((0.1 + 0.8 * shares) * 256 - 0.5) / 255.0
+    colors = arrays_of(http, job)["colors"][TRUTH]
+    np.testing.assert_allclose(colors[:, :2], expected, atol=4e-3)
+    baked = http.get(job["links"]["exports"][3]).content
+    seen: Any = trimesh.load(io.BytesIO(baked), file_type="glb", force="mesh")
+    assert seen.visual.material.baseColorTexture.size[0] > 64
+    found = read_mesh(baked, "glb")
+    assert found.colors is not None
+    same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
+    assert np.abs(found.colors[:, :2] - expected[same]).mean() < 0.05
+    failed = carried(http, match, what="texture", direction="target_to_source")
+    assert failed["error"]["errors"][0]["field"] == "body.what"
+
+
+@pytest.mark.parametrize(
+    ("asked", "field"),
+    [
+        ({"what": "landmarks"}, "body.points"),
+        ({"what": "texture", "names": ["a"]}, "body.names"),
+        ({"what": "labels", "points": [1]}, "body.points"),
+        ({"what": "landmarks", "points": [1], "names": ["a"]}, "body.names"),
+        ({"what": "labels", "influences": 2}, "body.influences"),
+        ({"what": "textures"}, "body.what"),
+        ({"what": "labels", "direction": "back"}, "body.direction"),
+        ({"what": "landmarks", "points": [-1]}, "body.points.0"),
+        ({}, "body.what"),
+        ({"what": "labels", "attributes": 7}, "body.attributes"),
+        ({"what": "labels", "colour": 7}, "body.colour"),
+    ],
+)
+def test_requests_that_contradict_themselves(
+    http: httpx2.Client, match: str, asked: Json, field: str
+) -> None:
+    answer = http.post("/v1/transfers", json={"match": match, **asked})
+    found = problem(answer, 422, "invalid-request")
+    assert found["errors"][0]["field"].startswith(field)
+
+
+def test_files_that_do_not_fit(http: httpx2.Client, match: str) -> None:
+    short = send(http, table(a=range(10))).json()["id"]
+    asked = {"match": match, "attributes": short, "what": "scalars"}
+    answer = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+    assert answer["errors"][0]["field"] == "body.attributes"
+    assert f"the shape has {COUNT} vertices" in answer["errors"][0]["message"]
+    long = send(http, table(a=range(2 * COUNT))).json()["id"]
+    failed = carried(http, match, attributes=long, what="scalars")["error"]
+    assert failed["errors"][0]["field"] == "body.attributes"
+    assert f"has {COUNT} vertices" in failed["detail"]
+
+
+@pytest.mark.parametrize(
+    ("asked", "field"),
+    [
+        ({"what": "colors"}, "body.what"),
+        ({"what": "scalars", "names": ["b"]}, "body.names"),
+        ({"what": "skinning", "names": ["b"]}, "body.names"),
+    ],
+)
+def test_what_a_file_does_not_have(
+    http: httpx2.Client, match: str, asked: Json, field: str
+) -> None:
+    uploaded = send(http, table(a=range(COUNT))).json()["id"]
+    failed = carried(http, match, attributes=uploaded, **asked)
+    assert failed["state"] == "failed"
+    assert failed["error"]["status"] == 422
+    assert failed["error"]["errors"][0]["field"] == field
+
+
+def test_a_shape_without_attributes_of_its_own(http: httpx2.Client, match: str) -> None:
+    failed = carried(http, match, what="colors", direction="target_to_source")
+    assert failed["error"]["errors"][0]["field"] == "body.attributes"
+    assert "upload a file of attributes" in failed["error"]["detail"]
+
+
+def test_matches_that_cannot_be_carried_along(
+    http: httpx2.Client, api: Api, pair: tuple[str, str]
+) -> None:
+    problem(
+        http.post("/v1/transfers", json={"match": "no-such", "what": "colors"}),
+        404,
+        "job-not-found",
+    )
+    sparse = matched(http, pair, points=12)["id"]
+    answer = http.post("/v1/transfers", json={"match": sparse, "what": "colors"})
+    refused = problem(answer, 422, "invalid-request")
+    assert refused["errors"][0] == {
+        "field": "body.match",
+        "message": "it has no map of all vertices; match again with `dense`",
+    }
+    problem(http.get(f"/v1/jobs/{sparse}/result.glb"), 422, "invalid-option")
+    dense = matched(http, pair, points=11, dense=True)["id"]
+    other = carried(http, dense, what="colors")["id"]
+    refused = problem(
+        http.post("/v1/transfers", json={"match": other, "what": "colors"}), 422, "invalid-request"
+    )
+    assert "job of no match" in refused["errors"][0]["message"]
+    api.store.client.delete(keys.job_result(dense))
+    problem(
+        http.post("/v1/transfers", json={"match": dense, "what": "colors"}), 410, "result-expired"
+    )
+
+
+def test_files_are_the_same_by_their_bytes_and_can_be_deleted(
+    http: httpx2.Client, match: str
+) -> None:
+    data = table(a=range(COUNT), b=range(COUNT))
+    first, again = send(http, data, "one.csv"), send(http, data, "two.csv")
+    assert (first.status_code, again.status_code) == (201, 200)
+    assert first.json()["id"] == again.json()["id"]
+    assert again.json()["name"] == "two.csv"
+    path = f"/v1/attributes/{first.json()['id']}"
+    assert http.delete(path).status_code == 204
+    problem(http.get(path), 404, "attributes-not-found")
+    problem(http.delete(path), 404, "attributes-not-found")
+    asked = {"match": match, "attributes": first.json()["id"], "what": "labels"}
+    refused = problem(http.post("/v1/transfers", json=asked), 422, "unknown-attributes")
+    assert refused["errors"][0]["field"] == "body.attributes"
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "message"),
+    [
+        ("a.npz", b"cos\nsystem\n(S'touch /tmp/owned'\ntR.", "not an archive"),
+        ("a.csv", b"a\n1\nx\n", "both numbers and text"),
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 9999999999\n", "header does not end"),
+        ("a.glb", b"glTF", "not a GLB file"),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no attributes"),
+    ],
+)
+def test_hostile_files_are_refused_and_leave_nothing(
+    http: httpx2.Client, api: Api, name: str, data: bytes, message: str
+) -> None:
+    assert message in problem(send(http, data, name), 422, "unusable-attributes")["detail"]
+    assert not [key for key in api.store.client.keys("*candidate*") if b":a-" in key]
+
+
+def test_unknown_formats_are_refused(http: httpx2.Client) -> None:
+    refused = problem(send(http, b"1 2 3", "values.txt"), 415, "unsupported-format")
+    assert ".npz" in refused["detail"]
+
+
+def test_repeated_requests_are_one_job(http: httpx2.Client, match: str) -> None:
+    asked = {"match": match, "what": "colors"}
+    headers = {"Idempotency-Key": "transfer-once"}
+    first, second = (
+        http.post("/v1/transfers", json=asked, headers=headers).json()["id"] for _ in range(2)
+    )
+    assert first == second
+    listed = http.get("/v1/jobs", params={"kind": "transfer"}).json()["items"]
+    assert [one["id"] for one in listed].count(first) == 1
+
+
+def test_contract_and_solver_agree_on_kinds_and_formats() -> None:
+    assert CONTRACT_FORMATS == ATTRIBUTE_FORMATS
+    schema = MatchResult.model_json_schema()
+    assert "inverse" in schema["$defs"]["DenseCorrespondence"]["properties"]
+    assert {*KINDS, "landmarks", "texture"} == set(get_args(TransferKind))

@@ -1,0 +1,131 @@
+"""Results as files of other formats: CSV tables, and surfaces as PLY, OBJ and GLB."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from broker.contracts import (
+    TEXTURE,
+    DissimilarityResult,
+    MatchResult,
+    TransferResult,
+)
+from broker.store import Store
+from solver.errors import OptionError
+from solver.transfer import COLORS_NAME, Attribute, PullBack, baked_texture
+from solver.transfer.files import (
+    WrittenSurface,
+    read_attributes,
+    write_csv,
+    write_glb,
+    write_surface,
+    write_textured_glb,
+)
+from worker.jobs.failures import ResultGone
+from worker.jobs.match_results import result_from_blob
+from worker.jobs.meshes import stored_mesh
+from worker.jobs.transfers import colors_of_file, solver_map, texture_of
+from worker.pictures import colors_by_place
+
+_APART = 1.2
+"""Distance of the two surfaces in one file, in sizes of the larger."""
+
+
+def export_matrix(result: DissimilarityResult, names: Sequence[str]) -> bytes:
+    """Return the matrix of a collection as CSV, with names in the first line and column."""
+    header = ["", *names]
+    return _table([header, *([name, *row] for name, row in zip(names, result.matrix, strict=True))])
+
+
+def export_match(result: MatchResult, file_type: str, store: Store) -> bytes:
+    """Return the pairs of a match as CSV, or the target in the colours of the source.
+
+    Of GLB both surfaces are in the file, side by side.
+
+    Raises
+    ------
+    OptionError
+        The match has no map of all vertices, which colours need.
+    ShapeGone
+        A shape was deleted.
+    """
+    if file_type == "csv":
+        pairs = ((one.source, one.target, one.cost) for one in result.correspondences)
+        return _table([("source", "target", "cost"), *pairs])
+    dense = result.dense
+    if dense is None or dense.inverse is None:
+        message = f"{file_type.upper()} shows a map of all vertices; match again with `dense`"
+        raise OptionError("format", message)
+    source = stored_mesh(result.source, store.shapes)
+    target = stored_mesh(result.target, store.shapes)
+    along = PullBack.along(solver_map(dense, dense.inverse, forwards=False))
+    ours = colors_of_file(source, colors_by_place(source.vertices))
+    theirs = Attribute(COLORS_NAME, along.spread(along.means(ours.values), 0.0), ours.columns)
+    carried = WrittenSurface.of(target, [theirs], "target")
+    if file_type != "glb":
+        return write_surface(carried, file_type)
+    return write_glb([_beside(WrittenSurface.of(source, [ours], "source"), carried), carried])
+
+
+def export_transfer(result: TransferResult, job_id: str, file_type: str, store: Store) -> bytes:
+    """Return carried attributes as CSV, or with the surface that they were carried to.
+
+    Raises
+    ------
+    ResultGone, ShapeGone
+        The arrays or the shape are no longer kept.
+    OptionError
+        Landmarks are to be written to a surface.
+    TransferError
+        The format cannot hold an attribute.
+    """
+    if result.points is not None:
+        if file_type != "csv":
+            raise OptionError("format", "landmarks are written to CSV and NPZ")
+        header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
+        return _table([header, *((*one.vertices, *one.weights) for one in result.points)])
+    if result.what == TEXTURE and file_type == "glb":
+        return _textured(result, store)
+    arrays = store.results.arrays(job_id)
+    if arrays is None:
+        raise ResultGone("the result has expired")
+    attributes = read_attributes(arrays, "npz")
+    # The archive has no names of columns but those of joints.
+    known = {one.name: one.columns for one in result.attributes}
+    named = tuple(Attribute(one.name, one.values, known[one.name]) for one in attributes)
+    if file_type == "csv":
+        return write_csv(named)
+    mesh = stored_mesh(result.target, store.shapes)
+    surface = WrittenSurface.of(mesh, named, result.target_name or "target")
+    return write_surface(surface, file_type)
+
+
+def _textured(result: TransferResult, store: Store) -> bytes:
+    """Return the surface with the texture baked into an image, for which the match is needed."""
+    packed = store.results.document(result.match)
+    dense = None if packed is None else result_from_blob(packed).dense
+    if dense is None or dense.inverse is None:
+        raise ResultGone("the result of the match has expired; match again")
+    forwards = result.direction == "source_to_target"
+    back = solver_map(dense, dense.inverse, forwards=not forwards)
+    mesh = stored_mesh(result.target, store.shapes)
+    texture = baked_texture(mesh, back, *texture_of(result.source, store.shapes))
+    return write_textured_glb(result.target_name or "target", mesh, texture)
+
+
+def _beside(source: WrittenSurface, target: WrittenSurface) -> WrittenSurface:
+    """Return the source moved along x, so that it does not overlap with the target."""
+    size = max(np.ptp(one.vertices[:, 0]) for one in (source, target))
+    ours, theirs = (
+        0.5 * (one.vertices.min(axis=0) + one.vertices.max(axis=0)) for one in (source, target)
+    )
+    shift = theirs - ours - [_APART * size, 0.0, 0.0]
+    return WrittenSurface(source.name, source.vertices + shift, source.faces, source.attributes)
+
+
+def _table(rows: Iterable[Sequence[object]]) -> bytes:
+    stream = io.StringIO(newline="")
+    csv.writer(stream, lineterminator="\n").writerows(rows)
+    return stream.getvalue().encode()

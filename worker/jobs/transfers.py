@@ -1,0 +1,290 @@
+"""Transfers along a match: of attribute files, of the shape's own attributes, and of landmarks."""
+
+import time
+from collections.abc import Iterable, Sequence
+from typing import Final, Literal
+
+import numpy as np
+
+from broker.contracts import (
+    LANDMARKS,
+    TEXTURE,
+    AttributesRecord,
+    AttributeSummary,
+    AttributesValidationPayload,
+    DenseCorrespondence,
+    InverseCorrespondence,
+    SurfacePoint,
+    TransferPayload,
+    TransferResult,
+)
+from broker.store import Shapes, Store
+from solver import registration, transfer
+from solver.arrays import FloatArray
+from solver.errors import OptionError, TransferError
+from solver.mesh import TriangleMesh, textured_surface, vertex_rows
+from solver.mesh.textures import Paint
+from solver.transfer import COLORS, COLORS_NAME, Attribute, Landmarks, PullBack
+from solver.transfer.files import read_attributes, write_npz
+from worker.jobs.context import JobContext
+from worker.jobs.failures import AttributesGone, ResultGone, ShapeGone, UploadGone
+from worker.jobs.match_results import result_from_blob
+from worker.jobs.meshes import stored_mesh
+
+CHANNELS: Final = ("red", "green", "blue")
+"""Columns of colours."""
+
+
+def validate_attributes(payload: AttributesValidationPayload, context: JobContext) -> None:
+    """Store the attribute file of a job's upload.
+
+    Raises
+    ------
+    TransferError
+        The upload is not a usable attribute file.
+    UploadGone
+        The upload has expired.
+    """
+    store, job = context.store, context.record
+    data = store.uploads.candidate(payload.attributes, payload.file_type, job.id)
+    if data is None:
+        # Either the job is repeated after it has stored the file, or the upload has expired.
+        if store.attributes.get(payload.attributes) is None:
+            raise UploadGone
+        return
+    found = read_attributes(data, payload.file_type)
+    record = AttributesRecord(
+        id=payload.attributes,
+        name=payload.name,
+        file_type=payload.file_type,
+        bytes=len(data),
+        rows=len(found[0].values),
+        attributes=tuple(map(summary_of, found)),
+        created=job.created,
+    )
+    store.attributes.add(record, data, job.id)
+
+
+def carry(payload: TransferPayload, context: JobContext) -> bytes:
+    """Carry attributes or landmarks along a match, store the arrays and return the document.
+
+    Raises
+    ------
+    ResultGone, ShapeGone, AttributesGone
+        The match's result, a shape or the attribute file expired or was deleted.
+    OptionError, TransferError
+        The attributes cannot be carried.
+    Cancelled
+        Through the reporter.
+    """
+    start = time.perf_counter()
+    store, control = context.store, context.reporter.control()
+    control.report("reading the match", 0.0)
+    packed = store.results.document(payload.match)
+    if packed is None:
+        raise ResultGone("the result of the match has expired; match again")
+    dense = result_from_blob(packed).dense
+    if dense is None or dense.inverse is None:
+        raise OptionError("match", "it has no map in both directions; match again with `dense`")
+    directed = dense, dense.inverse
+    forwards = payload.direction == "source_to_target"
+    carried: tuple[Attribute, ...] = ()
+    points = None
+    if payload.what == LANDMARKS:
+        control.report("mapping the landmarks", 0.5)
+        target = stored_mesh(payload.target, store.shapes)
+        points = _images(payload.points, solver_map(*directed, forwards=forwards), target)
+    elif payload.what == TEXTURE:
+        control.report("sampling the texture", 0.5)
+        carried = (_texture_colors(payload, solver_map(*directed, forwards=not forwards), store),)
+    else:
+        control.report("carrying the values", 0.5)
+        # Each vertex takes the value at its image, so the map goes the other way.
+        along = PullBack.along(solver_map(*directed, forwards=not forwards))
+        given = _attributes(payload, context)
+        _check_rows(given, along, payload, store.shapes)
+        carried = tuple(
+            transfer.carried(one, payload.what, along, payload.influences)
+            for one in transfer.selected(given, payload.what, payload.names)
+        )
+    store.results.set_arrays(context.record.id, write_arrays(carried, points))
+    source, target_record = store.shapes.records([payload.source, payload.target])
+    return (
+        TransferResult(
+            match=payload.match,
+            source=payload.source,
+            target=payload.target,
+            source_name=None if source is None else source.name,
+            target_name=None if target_record is None else target_record.name,
+            what=payload.what,
+            direction=payload.direction,
+            rows=len(carried[0].values) if carried else 0,
+            attributes=tuple(map(summary_of, carried)),
+            points=points,
+            warnings=_missing(carried),
+            timings={"total": time.perf_counter() - start},
+        )
+        .model_dump_json()
+        .encode()
+    )
+
+
+def summary_of(attribute: Attribute) -> AttributeSummary:
+    """Return the description of an attribute."""
+    kinds: dict[str, Literal["number", "integer", "text"]] = {"U": "text", "i": "integer"}
+    return AttributeSummary(
+        name=attribute.name,
+        type=kinds.get(attribute.values.dtype.kind, "number"),
+        columns=attribute.columns or tuple(map(str, range(attribute.width))),
+    )
+
+
+def solver_map(
+    dense: DenseCorrespondence, inverse: InverseCorrespondence, *, forwards: bool
+) -> registration.DenseCorrespondence:
+    """Return one direction of a stored map, as the solver takes it."""
+    first, second = (dense.source, dense.target) if forwards else (inverse.target, inverse.source)
+    one = dense if forwards else inverse
+    return registration.DenseCorrespondence(
+        np.array(first, dtype=np.int64),
+        np.array(second, dtype=np.int64),
+        np.array(one.faces, dtype=np.int64).reshape(-1, 3),
+        np.array(one.barycentric, dtype=np.float64).reshape(-1, 3),
+    )
+
+
+def colors_of_file(mesh: TriangleMesh, colors: FloatArray) -> Attribute:
+    """Return (V, 3) colours of a mesh by the vertex numbers of its file."""
+    ids, own = mesh.numbering
+    rows = np.zeros((int(ids[-1]) + 1, 3))
+    rows[ids] = colors[own]
+    return Attribute(COLORS_NAME, rows, CHANNELS)
+
+
+def write_arrays(
+    attributes: Sequence[Attribute], points: Sequence[SurfacePoint] | None = None
+) -> bytes:
+    """Return attributes, or landmarks as `vertices` and `weights`, as the bytes of an ``.npz``."""
+    if points is not None:
+        attributes = (
+            Attribute("vertices", np.array([one.vertices for one in points], dtype=np.int64)),
+            Attribute("weights", np.array([one.weights for one in points])),
+        )
+    return write_npz(attributes)
+
+
+def _attributes(payload: TransferPayload, context: JobContext) -> tuple[Attribute, ...]:
+    """Attributes of the uploaded file, or of the shape's own."""
+    store = context.store
+    if payload.attributes is not None:
+        record = store.attributes.use(payload.attributes)
+        file = store.attributes.file(payload.attributes)
+        if record is None or file is None:
+            raise AttributesGone(payload.attributes)
+        return read_attributes(file, record.file_type)
+    mesh = stored_mesh(payload.source, store.shapes)
+    if payload.what == COLORS:
+        return (_own_colors(mesh),)
+    shape, data = store.shapes.get(payload.source), store.shapes.upload(payload.source)
+    if shape is None or data is None:
+        raise ShapeGone(payload.source)
+    try:
+        return read_attributes(data, shape.file_type)
+    except TransferError as error:
+        message = f"the shape's own file has none ({error}); upload a file of attributes"
+        raise OptionError("attributes", message) from error
+
+
+def texture_of(shape: str, shapes: Shapes) -> tuple[TriangleMesh, Paint]:
+    """Return the surface of a shape as its file has it, and its textures.
+
+    Raises
+    ------
+    ShapeGone
+        The shape was deleted.
+    OptionError
+        It has no texture.
+    """
+    record, data = shapes.get(shape), shapes.upload(shape)
+    if record is None or data is None:
+        raise ShapeGone(shape)
+    found = textured_surface(data, record.file_type)
+    if found is None:
+        raise OptionError("what", "the shape has no texture; `colors` carries those of vertices")
+    return found
+
+
+def _texture_colors(
+    payload: TransferPayload, back: registration.DenseCorrespondence, store: Store
+) -> Attribute:
+    surface, paint = texture_of(payload.source, store.shapes)
+    vertices = Landmarks(
+        np.repeat(back.source[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(back.source), 1))
+    )
+    along = PullBack.along(back)
+    colors = along.spread(transfer.texture_colors(vertices, back, surface, paint), np.nan)
+    return Attribute(COLORS_NAME, colors, CHANNELS)
+
+
+def _own_colors(mesh: TriangleMesh) -> Attribute:
+    """Colours of a shape, which are those of its texture if it has one."""
+    if mesh.colors is None:
+        raise OptionError("attributes", "the shape has no colours; upload a file of attributes")
+    return colors_of_file(mesh, mesh.colors)
+
+
+def _check_rows(
+    given: Iterable[Attribute], along: PullBack, payload: TransferPayload, shapes: Shapes
+) -> None:
+    """Refuse attributes of another number of rows than the shape's file has vertices."""
+    rows = len(next(iter(given)).values)
+    ids, _ = stored_mesh(payload.source, shapes).numbering
+    used = max(int(ids[-1]) + 1, along.rows)
+    if rows == used:
+        return
+    shape, data = shapes.get(payload.source), shapes.upload(payload.source)
+    if shape is None or data is None:
+        raise ShapeGone(payload.source)
+    # Vertices at the end of the file that no face uses have rows, too.
+    most = vertex_rows(data, shape.file_type)
+    if used < rows and (most is None or rows == most):
+        return
+    expected = used if most is None else most
+    raise OptionError(
+        "attributes",
+        f"there are {rows} rows, and the file of shape {payload.source} has {expected} vertices;"
+        " give a row for every vertex, in the order of that file",
+    )
+
+
+def _images(
+    points: Sequence[SurfacePoint],
+    dense: registration.DenseCorrespondence,
+    target: TriangleMesh,
+) -> tuple[SurfacePoint, ...]:
+    given = Landmarks(
+        np.array([one.vertices for one in points], dtype=np.int64),
+        np.array([one.weights for one in points]),
+    )
+    try:
+        found = transfer.landmark_images(given, dense, target)
+    except TransferError as error:
+        raise OptionError("points", str(error)) from error
+    return tuple(
+        SurfacePoint(vertices=tuple(corners), weights=tuple(weights))
+        for corners, weights in zip(
+            found.corners.tolist(), found.barycentric.clip(0.0, 1.0).tolist(), strict=True
+        )
+    )
+
+
+def _missing(carried: Sequence[Attribute]) -> tuple[str, ...]:
+    if not carried:
+        return ()
+    values = carried[0].values
+    first = values if values.ndim == 1 else values[:, 0]
+    if first.dtype.kind == "f":
+        count = int(np.isnan(first).sum())
+    else:
+        count = int((first == ("" if first.dtype.kind == "U" else -1)).sum())
+    return (f"{count} vertices of the file are not part of the surface",) if count else ()
