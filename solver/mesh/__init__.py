@@ -1,5 +1,6 @@
 """Triangle meshes: reading, repair, colours and textures, normals, simplification."""
 
+from solver.mesh.file_contents import textured_surface, vertex_rows
 from solver.mesh.normals import face_normals, vertex_normals
 from solver.mesh.simplification import simplified
 from solver.mesh.triangle_mesh import (
@@ -7,10 +8,8 @@ from solver.mesh.triangle_mesh import (
     TriangleMesh,
     largest_component,
     read_mesh,
-    textured_surface,
     triangle_areas,
     triangle_mesh,
-    vertex_rows,
 )
 
 __all__ = [

@@ -11,7 +11,6 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
 from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
-from solver.mesh.textures import Paint
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -207,51 +206,6 @@ def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
     except MemoryError:
         raise MeshError("the file is too large to be read in the memory there is") from None
     return _checked(contents)
-
-
-def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
-    """Read the surface of a mesh file as it is, and its textures.
-
-    Parameters
-    ----------
-    data, file_type
-        As for :func:`read_mesh`.
-
-    Returns
-    -------
-    A mesh that is not repaired, with the vertex numbers of the file, and the textures of its faces;
-    ``None`` for a file without textures.
-
-    Raises
-    ------
-    MeshError
-        As :func:`read_mesh`.
-    """
-    soup = READERS[file_type.lower().lstrip(".")](data)
-    if soup.paint is None or not soup.paint.textures:
-        return None
-    return TriangleMesh.of(soup), soup.paint
-
-
-def vertex_rows(data: bytes, file_type: str) -> int | None:
-    """Return the number of vertices of a mesh file, those included that no face uses.
-
-    Parameters
-    ----------
-    data, file_type
-        As for :func:`read_mesh`.
-
-    Returns
-    -------
-    ``None`` for formats that number vertices otherwise than one after the other.
-
-    Raises
-    ------
-    MeshError
-        As :func:`read_mesh`.
-    """
-    kind = file_type.lower().lstrip(".")
-    return len(READERS[kind](data).vertices) if kind in ("off", "obj", "ply") else None
 
 
 def triangle_mesh(

@@ -21,6 +21,7 @@ from broker.contracts import (
 from broker.store import Shapes, Store
 from solver import registration, transfer
 from solver.arrays import FloatArray
+from solver.control import Control
 from solver.errors import OptionError, TransferError
 from solver.mesh import TriangleMesh, textured_surface, vertex_rows
 from solver.mesh.textures import Paint
@@ -86,27 +87,7 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
     dense = result_from_blob(packed).dense
     if dense is None or dense.inverse is None:
         raise OptionError("match", "it has no map in both directions; match again with `dense`")
-    directed = dense, dense.inverse
-    forwards = payload.direction == "source_to_target"
-    carried: tuple[Attribute, ...] = ()
-    points = None
-    if payload.what == LANDMARKS:
-        control.report("mapping the landmarks", 0.5)
-        target = stored_mesh(payload.target, store.shapes)
-        points = _images(payload.points, solver_map(*directed, forwards=forwards), target)
-    elif payload.what == TEXTURE:
-        control.report("sampling the texture", 0.5)
-        carried = (_texture_colors(payload, solver_map(*directed, forwards=not forwards), store),)
-    else:
-        control.report("carrying the values", 0.5)
-        # Each vertex takes the value at its image, so the map goes the other way.
-        along = PullBack.along(solver_map(*directed, forwards=not forwards))
-        given = _attributes(payload, context)
-        _check_rows(given, along, payload, store.shapes)
-        carried = tuple(
-            transfer.carried(one, payload.what, along, payload.influences)
-            for one in transfer.selected(given, payload.what, payload.names)
-        )
+    carried, points = _outcome(payload, dense, dense.inverse, context, control)
     store.results.set_arrays(context.record.id, write_arrays(carried, points))
     source, target_record = store.shapes.records([payload.source, payload.target])
     return (
@@ -127,6 +108,32 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
         .model_dump_json()
         .encode()
     )
+
+
+def _outcome(
+    payload: TransferPayload,
+    dense: DenseCorrespondence,
+    inverse: InverseCorrespondence,
+    context: JobContext,
+    control: Control,
+) -> tuple[tuple[Attribute, ...], tuple[SurfacePoint, ...] | None]:
+    """Carried attributes, or the images of landmarks."""
+    shapes, forwards = context.store.shapes, payload.direction == "source_to_target"
+    if payload.what == LANDMARKS:
+        control.report("mapping the landmarks", 0.5)
+        along = solver_map(dense, inverse, forwards=forwards)
+        return (), _images(payload.points, along, stored_mesh(payload.target, shapes))
+    # Each vertex takes the value at its image, so the map goes the other way.
+    back = solver_map(dense, inverse, forwards=not forwards)
+    if payload.what == TEXTURE:
+        control.report("sampling the texture", 0.5)
+        return (_texture_colors(payload, back, context.store),), None
+    control.report("carrying the values", 0.5)
+    pull_back, given = PullBack.along(back), _attributes(payload, context)
+    _check_rows(given, pull_back, payload, shapes)
+    chosen = transfer.selected(given, payload.what, payload.names)
+    kind, influences = payload.what, payload.influences
+    return tuple(transfer.carried(one, kind, pull_back, influences) for one in chosen), None
 
 
 def summary_of(attribute: Attribute) -> AttributeSummary:
