@@ -1,11 +1,11 @@
 """Relaxation of a labelling problem: its subproblems, and the exchanges of costs between them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from solver.labelling import LabellingProblem
+from solver.labelling import LabellingProblem, triple_costs
 from solver.optimisation.dual_decomposition.exchange import Exchange, used_once
 from solver.optimisation.dual_decomposition.groups import (
     NOTHING,
@@ -22,7 +22,7 @@ from solver.optimisation.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.reduced_costs import reduced_costs
 from solver.optimisation.dual_decomposition.triple_choice import choose_triples
-from solver.optimisation.dual_decomposition.triples import TripleSubproblems
+from solver.optimisation.dual_decomposition.triples import TripleSubproblems, triples_of
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 
@@ -33,7 +33,8 @@ class Subproblems:
     Parameters
     ----------
     source_pairs, target_pairs
-        Pairs of source points, of target points.
+        Pairs of source points, of target points. Without pairs of source points, third-order costs,
+        which are never negative, are left out of the bound.
     maxflow
         All candidates and pairwise costs without constraints, by roof duality.
     triples
@@ -96,7 +97,21 @@ class Relaxation:
             self._parts.append(part)
             self._exchanges += exchanges
         self._in_triples = [np.zeros(len(p.groups.points), dtype=np.bool_) for p in self._pairs]
+        self._third = self._third_order() if subproblems.source_pairs else None
         self._minimum = -np.inf
+
+    def _third_order(self) -> TripleSubproblems | None:
+        """Triple subproblems with the third-order costs, which take over those of their pairs."""
+        third = self._problem.triples
+        if not len(third.points):
+            return None
+        pairs = self._pairs[0]
+        triples = triples_of(pairs.side, pairs.groups, third.points, third=True)
+        self._in_triples[0][triples.groups] = True
+        part = TripleSubproblems(pairs, triples, third.costs)
+        self._parts.append(part)
+        self._exchanges += part.exchanges(self.linear)
+        return part
 
     def minimise(self) -> float:
         """Solve all subproblems; return the lower bound of the energy: the sum of the minima."""
@@ -131,8 +146,13 @@ class Relaxation:
         slack = np.zeros((count, count))
         for pairs in self._pairs:
             pairs.add_slack(slack)
-        linear = self.linear
-        return reduced_costs(self._problem, linear.unary, linear.partners, slack, self._minimum)
+        linear, problem = self.linear, self._problem
+        costs = reduced_costs(problem, linear.unary, linear.partners, slack, self._minimum)
+        if self._third is None:
+            return costs
+        third = problem.triples
+        left = triple_costs(third.rows, third.points, self._third.slacks())
+        return replace(costs, triples=left)
 
 
 def _pairs_of_sides(problem: LabellingProblem, subproblems: Subproblems) -> list[PairSubproblems]:
