@@ -96,6 +96,13 @@ class MatchParameters(solver.MatchOptions):
             raise ValueError('"linf" matches every point; leave `occlusion_cost` out')
         return value
 
+    @field_validator("third_order")
+    @classmethod
+    def _check_third_order(cls, value: float, info: ValidationInfo) -> float:
+        if value > 0.0 and info.data.get("objective") == "linf":
+            raise ValueError('"linf" has no third-order term; leave it out, or `objective`')
+        return value
+
     @field_validator("landmarks")
     @classmethod
     def _check_landmarks(

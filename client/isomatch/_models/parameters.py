@@ -99,6 +99,13 @@ class MatchParameters(TypedDict, total=False):
         the matched samples. ``"linf"`` is solved exactly, on one level: it takes at most 10
         points, matches all of them, and of its optima returns those of least energy (5)
         [``"l2"``].
+    third_order
+        Weight of the third-order term: signed angles between triples of points, which tell left
+        from right without a registration (section 7.1). It counts where the coarsest points are
+        matched; finer levels keep the order of the answers found there. Angles are divided by
+        their root mean square and weighted by points over triples, so that 1 means the same for
+        every number of points; 0.1 suits most shapes. Surfaces must be wound consistently. Not
+        with objective ``"linf"``, and not with a prototype; 0 to 1e6 [0.0].
     proof
         Correspondences that the answer is compared with. ``"candidates"``: those of the finest
         level, about twelve target samples for each point. ``"samples"``: in addition, the least
@@ -136,6 +143,7 @@ class MatchParameters(TypedDict, total=False):
     first_order_weight: float
     alternatives: int
     objective: str
+    third_order: float
     proof: str
     proof_work: float
     time_limit: float | None

@@ -71,6 +71,9 @@ def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None
     body = {"source": "a", "target": "b", "objective": "linf"}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert named["body.objective"].startswith('"linf" takes at most 10 points')
+    body |= {"points": 8, "third_order": 0.1}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named["body.third_order"].startswith('"linf" has no third-order term')
 
 
 @pytest.mark.parametrize(
