@@ -17,6 +17,7 @@ from solver.labelling.solution import CERTIFIED_GAP, Method, Solution, relative_
 from solver.labelling.triples import (
     NO_TRIPLES,
     TripleCosts,
+    add_triple_costs,
     cost_given_third,
     costs_of_triples,
     replace_triple_costs,
@@ -38,6 +39,7 @@ __all__ = [
     "PairwiseTerms",
     "Solution",
     "TripleCosts",
+    "add_triple_costs",
     "cost_given_third",
     "costs_of_triples",
     "distortion_cost",

@@ -10,7 +10,7 @@ correspondence, and its relative gap does not depend on γ|X|.
 Pairwise costs have three forms, which add up: distortions of two metrics, computed from the two
 distance matrices when they are needed; a table of all pairs of candidates, such as the likelihoods
 of (6); and explicit terms on some pairs of candidates. Third-order costs are tables on triples of
-source points, no two of which share two points (:mod:`solver.labelling.triples`).
+source points (:mod:`solver.labelling.triples`).
 """
 
 from dataclasses import dataclass, field, replace

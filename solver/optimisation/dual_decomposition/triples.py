@@ -6,6 +6,7 @@ minimum of the triple is at least the sum of the pairs' minima. Those that are c
 difference at once. Triples with third-order costs take part from the beginning, and have these too.
 """
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -65,6 +66,31 @@ def triples_of(side: Side, groups: Groups, points: IntArray, *, third: bool = Fa
         offsets(k * m + k * n + m * n),
         offsets(k * m * n if third else np.zeros_like(k)),
     )
+
+
+def disjoint_sets(points: IntArray) -> list[IntArray]:
+    """Divide triples into sets in which no two share two points.
+
+    Parameters
+    ----------
+    points
+        (T, 3) points of each.
+
+    Returns
+    -------
+    Numbers of the triples in each set, ascending.
+    """
+    members: list[list[int]] = []
+    taken: list[set[tuple[int, int]]] = []
+    for t, triple in enumerate(points.tolist()):
+        pairs = set(combinations(triple, 2))
+        place = next((k for k, used in enumerate(taken) if not used & pairs), len(taken))
+        if place == len(taken):
+            members.append([])
+            taken.append(set())
+        members[place].append(t)
+        taken[place] |= pairs
+    return [np.array(one, dtype=np.int64) for one in members]
 
 
 class TripleSubproblems:

@@ -9,7 +9,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
-from solver.labelling import UNMATCHED, cost_given_third
+from solver.labelling import UNMATCHED, triple_cost
 from solver.optimisation.exact.incumbents import energy_of, keep
 from solver.optimisation.exact.search_state import (
     DEPTH,
@@ -156,15 +156,16 @@ def _complete_triples(s: Search, depth: int, x: int) -> float:
     """Add costs of the triples of which x was the second point decided; return the bound's rise."""
     triples, costs = s.triples, s.levels[depth]
     rise = 0.0
-    for t in range(len(triples.points)):
-        if not (triples.points[t] == x).any():
-            continue
+    for k in range(triples.containing.shape[1]):
+        t = triples.containing[x, k]
+        if t < 0:
+            break
         for place in range(3):
             y = triples.points[t, place]
             if s.chosen[y] != OPEN:
                 continue
             for b in range(s.rows[y], s.rows[y + 1]):
-                costs[b] += cost_given_third(triples, s.chosen, x, s.chosen[x], y, b)
+                costs[b] += triple_cost(triples, t, s.chosen, y, b, y, b)
             least = min(s.occlusion[depth, y], minimum(costs, s.rows[y], s.rows[y + 1]))
             rise += least - s.least[depth, y]
             s.least[depth, y] = least

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.labelling import UNMATCHED, TripleCosts, cost_given_third, costs_of_triples
+from solver.labelling import UNMATCHED, TripleCosts, add_triple_costs, costs_of_triples
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 _OPEN = -2
@@ -211,7 +211,7 @@ def _change(
             row = pairwise[chosen[other], first:last]
             for i in range(len(costs)):
                 costs[i] += row[i]
-    _add_triples(triples, chosen, x, costs)
+    add_triple_costs(triples, chosen, x, costs)
     rest = energy - (occlusion[x] if own < 0 else costs[own - first])
     worst = found.energies[len(found.energies) - 1]
     for i in range(-1, len(costs)):
@@ -223,14 +223,3 @@ def _change(
         keep(found, energy_of(unary, pairwise, occlusion, triples, chosen), chosen)
         worst = found.energies[len(found.energies) - 1]
     chosen[x] = own
-
-
-@kernel
-def _add_triples(triples: TripleCosts, chosen: IntArray, x: int, costs: FloatArray) -> None:
-    """Add to the costs of the candidates of x those of its triples, given the other points."""
-    for t in range(len(triples.points)):
-        if not (triples.points[t] == x).any():
-            continue
-        y = triples.points[t, 0] if triples.points[t, 0] != x else triples.points[t, 1]
-        for i in range(len(costs)):
-            costs[i] += cost_given_third(triples, chosen, x, triples.rows[x] + i, y, chosen[y])

@@ -81,7 +81,8 @@ def test_a_mirror_image_costs_more_and_a_copy_nothing() -> None:
 
 @pytest.fixture(scope="module")
 def cats() -> tuple[SyntheticShape, SyntheticShape]:
-    return tuple(articulated("cat", pose, 900, seed) for seed, pose in enumerate(POSES))
+    first, second = (articulated("cat", pose, 900, seed) for seed, pose in enumerate(POSES))
+    return first, second
 
 
 POSES = "standing", "sitting"
