@@ -132,7 +132,8 @@ class MatchParameters(solver.MatchOptions):
         """Whether any level, or the extension of the match, uses the spectrum of the shapes."""
         described = any(one.about.spectral for one in self.descriptors)
         spectral = any(one.about.spectral for one in self.metrics)
-        return self.registered or spectral or (described and self.first_order_weight > 0)
+        compared = (described and self.first_order_weight > 0) or self.third_order > 0
+        return self.registered or spectral or compared
 
     @property
     def registered(self) -> bool:

@@ -89,7 +89,7 @@ class Level:
             self.target.distances / unit,
             self.beta * 2.0 / max(n - 1, 1),
             self.occlusion_cost,
-            triples=NO_TRIPLES if third is None else third.costs(candidates),
+            triples=NO_TRIPLES if third is None else third.costs(candidates, n),
         )
 
     def allowed(self) -> BoolArray:

@@ -135,12 +135,12 @@ class MatchOptions(ParameterSet):
     )
     third_order: float = parameter(
         0.0,
-        "Weight of the third-order term: signed angles between triples of points, which tell left"
-        " from right without a registration. It counts where the coarsest points are matched; finer"
-        " levels keep the order of the answers found there. Angles are divided by their root mean"
-        " square and weighted by points over triples, so that 1 means the same for every number of"
-        " points; 0.1 suits most shapes. Surfaces must be wound consistently. Not with objective"
-        ' "linf", and not with a prototype.',
+        "Weight of the third-order term: signed volumes of triples of points, which tell an answer"
+        " from its mirror image without a registration. It counts where the coarsest points are"
+        " matched; finer levels keep the order of the answers found there. Volumes are divided by"
+        " their root mean square and weighted by points over triples, so that 1 means the same for"
+        " every number of points; 0.03 suits most shapes. Surfaces must be wound consistently. Not"
+        ' with objective "linf", and not with a prototype.',
         least=0.0,
         most=1e6,
         source="section 7.1",
@@ -283,4 +283,5 @@ class MatchOptions(ParameterSet):
     def needs_spectrum(self) -> bool:
         """Whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
         described = self.first_order_weight > 0.0 and any(f.spectral for f in self.descriptors)
-        return self.registered or described or any(d.spectral for d in self.metrics)
+        compared = described or self.third_order > 0.0
+        return self.registered or compared or any(d.spectral for d in self.metrics)

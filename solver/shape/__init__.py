@@ -10,12 +10,10 @@ from solver.shape.metrics import (
 )
 from solver.shape.sampling import euclidean_farthest_points, farthest_first, farthest_point_sampling
 from solver.shape.shape import WITHOUT_COLORS, Shape
-from solver.shape.signed_angles import RADIUS as SIGNED_ANGLE_RADIUS
-from solver.shape.signed_angles import signed_angles
+from solver.shape.signed_volumes import signed_volumes
 from solver.shape.varadhan import varadhan_distances
 
 __all__ = [
-    "SIGNED_ANGLE_RADIUS",
     "WITHOUT_COLORS",
     "BiharmonicMetric",
     "CommuteTimeMetric",
@@ -27,6 +25,6 @@ __all__ = [
     "euclidean_farthest_points",
     "farthest_first",
     "farthest_point_sampling",
-    "signed_angles",
+    "signed_volumes",
     "varadhan_distances",
 ]

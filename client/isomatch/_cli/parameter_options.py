@@ -118,8 +118,8 @@ MATCH: Final = (
         "third_order",
         "number",
         (
-            "Weight of the third-order term: signed angles between triples of points,"
-            " which tell left from right without a registration, 0 to 1e6 [0.0]."
+            "Weight of the third-order term: signed volumes of triples of points, which"
+            " tell an answer from its mirror image without a registration, 0 to 1e6 [0.0]."
         ),
         "Solver",
     ),

@@ -100,12 +100,13 @@ class MatchParameters(TypedDict, total=False):
         points, matches all of them, and of its optima returns those of least energy (5)
         [``"l2"``].
     third_order
-        Weight of the third-order term: signed angles between triples of points, which tell left
-        from right without a registration (section 7.1). It counts where the coarsest points are
-        matched; finer levels keep the order of the answers found there. Angles are divided by
-        their root mean square and weighted by points over triples, so that 1 means the same for
-        every number of points; 0.1 suits most shapes. Surfaces must be wound consistently. Not
-        with objective ``"linf"``, and not with a prototype; 0 to 1e6 [0.0].
+        Weight of the third-order term: signed volumes of triples of points, which tell an
+        answer from its mirror image without a registration (section 7.1). It counts where the
+        coarsest points are matched; finer levels keep the order of the answers found there.
+        Volumes are divided by their root mean square and weighted by points over triples, so
+        that 1 means the same for every number of points; 0.03 suits most shapes. Surfaces must
+        be wound consistently. Not with objective ``"linf"``, and not with a prototype; 0 to 1e6
+        [0.0].
     proof
         Correspondences that the answer is compared with. ``"candidates"``: those of the finest
         level, about twelve target samples for each point. ``"samples"``: in addition, the least

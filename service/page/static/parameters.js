@@ -171,7 +171,7 @@ export const MATCH = {
     "min": 0.0,
     "max": 1000000.0,
     "topic": "Solver",
-    "about": "Weight of the third-order term: signed angles between triples of points, which tell left from right without a registration."
+    "about": "Weight of the third-order term: signed volumes of triples of points, which tell an answer from its mirror image without a registration."
 },
   proof: {
     "type": "string",

@@ -1,7 +1,6 @@
 """The third-order term of a match: its definition, its triples, and mirror images."""
 
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -13,7 +12,7 @@ from solver.labelling import LINF, NO_TRIPLES
 from solver.matching import MatchOptions, match
 from solver.matching.sampling import common_size, sample
 from solver.matching.structures import build_level
-from solver.matching.third_order import ThirdOrderTerm, spread_triples
+from solver.matching.third_order import ThirdOrderTerm
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import SyntheticShape, articulated
@@ -24,23 +23,6 @@ MIRROR = np.array([-1.0, 1.0, 1.0])
 
 def shape_of(figure: SyntheticShape) -> Shape:
     return Shape(triangle_mesh(figure.vertices, figure.faces))
-
-
-@pytest.mark.parametrize("count", [3, 5, 8, 12])
-def test_triples_share_no_two_points_and_none_is_missing(count: int) -> None:
-    sizes = np.abs(np.random.default_rng(count).normal(size=(count,) * 3))
-    sizes = sizes + sizes.transpose(1, 2, 0) + sizes.transpose(2, 0, 1)
-    chosen = spread_triples(sizes)
-    pairs = [pair for triple in chosen.tolist() for pair in combinations(triple, 2)]
-    assert len(set(pairs)) == len(pairs)
-    for triple in combinations(range(count), 3):
-        assert set(combinations(triple, 2)) & set(pairs)
-    greatest = max(combinations(range(count), 3), key=lambda triple: sizes[triple])
-    assert list(greatest) in chosen.tolist()
-
-
-def test_fewer_than_three_points_have_no_triple() -> None:
-    assert spread_triples(np.zeros((2, 2, 2))).shape == (0, 3)
 
 
 def test_costs_are_squared_differences_over_the_mean_square() -> None:
@@ -54,8 +36,8 @@ def test_costs_are_squared_differences_over_the_mean_square() -> None:
     problem = replace(level, third_order=term).problem(level.all_candidates())
     partners = np.array([3, 1, 9, 0, 4, 7])
     expected = 0.0
-    for (i, j, k), angle in zip(term.points, term.source, strict=True):
-        difference = angle - term.target[partners[i], partners[j], partners[k]]
+    for (i, j, k), volume in zip(term.points, term.source, strict=True):
+        difference = volume - term.target[partners[i], partners[j], partners[k]]
         expected += 0.7 * 6 / len(term.points) * difference**2 / term.unit**2
     assert expected > 0.0
     assert problem.energy(partners) == pytest.approx(plain.energy(partners) + expected)
@@ -71,7 +53,7 @@ def test_a_mirror_image_costs_more_and_a_copy_nothing() -> None:
     for target in (copy, image):
         term = ThirdOrderTerm.between(source, target, (vertices, vertices), 1.0)
         candidates = np.argwhere(np.ones((8, 8), dtype=np.bool_))
-        costs = term.costs(candidates)
+        costs = term.costs(candidates, 8)
         energies.append(sum(costs.table(t)[tuple(p)] for t, p in enumerate(term.points)))
     assert energies[0] == pytest.approx(0.0, abs=1e-12)
     expected = 8 / len(term.points) * (4.0 * (term.source / term.unit) ** 2).sum()
@@ -98,7 +80,7 @@ def test_the_mirrored_map_of_a_symmetric_body_costs_more(
     for sign in (np.ones(3), MIRROR):
         images = np.asarray(tree.query(cats[0].rest[vertices] * sign)[1], dtype=np.int64)
         term = ThirdOrderTerm.between(source, target, (vertices, images), 1.0)
-        costs = term.costs(np.argwhere(np.ones((12, 12), dtype=np.bool_)))
+        costs = term.costs(np.argwhere(np.ones((12, 12), dtype=np.bool_)), 12)
         energies.append(sum(costs.table(t)[tuple(p)] for t, p in enumerate(term.points)))
     assert energies[0] < 0.5 * energies[1]
 
