@@ -11,8 +11,8 @@ from solver.shape import Shape, signed_volumes
 from solver.shape.choices import CommuteTime
 
 _FIRST_SAMPLES = 8
-"""Samples whose triples have costs, all 56 of them. Farthest point sampling finds extremities first,
-at the same places of both shapes; later samples lie where it happens to put them."""
+"""Samples whose triples have costs, all 56 of them. Farthest point sampling finds extremities
+first, at the same places of both shapes; later samples lie where it happens to put them."""
 
 
 @dataclass(frozen=True, eq=False)
