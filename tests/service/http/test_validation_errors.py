@@ -68,7 +68,7 @@ def test_messages_of_invalid_fields_are_for_users(http: httpx2.Client) -> None:
 
 
 def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None:
-    body = {"source": "a", "target": "b", "objective": "linf"}
+    body: dict[str, object] = {"source": "a", "target": "b", "objective": "linf"}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert named["body.objective"].startswith('"linf" takes at most 10 points')
     body |= {"points": 8, "third_order": 0.1}
