@@ -55,6 +55,7 @@ def main() -> None:
         default=MatchOptions().orientation,
         help="tell left from right",
     )
+    parser.add_argument("--third-order", type=float, default=0.0, help="weight of that term")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
     shapes = collection(arguments.data, classes=arguments.classes)
@@ -65,7 +66,11 @@ def main() -> None:
         pairs = [(by_name[a], by_name[b]) for a, b in names]
     for shape in by_name.values():
         shape.shape.spectrum()
-    options = MatchOptions(points=arguments.points, orientation=arguments.orientation)
+    options = MatchOptions(
+        points=arguments.points,
+        orientation=arguments.orientation,
+        third_order=arguments.third_order,
+    )
     rows = []
     heads = "direct", "farthest", "better"
     print(

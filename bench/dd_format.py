@@ -1,5 +1,7 @@
 """Reader of ``.dd`` files, the format in which graph matching instances are published.
 
+The format has no third-order terms: its lines are assignments and pairs of these.
+
 A file has a line ``p N M A E``, then A lines ``a ID X Y COST``, the candidates and their unary
 costs, and E lines ``e A B COST``, the pairwise costs of two candidates. A source or target point
 may stay without partner at no cost. Lines that begin with ``c`` or ``#``, and those of kinds that

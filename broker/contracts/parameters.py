@@ -96,6 +96,13 @@ class MatchParameters(solver.MatchOptions):
             raise ValueError('"linf" matches every point; leave `occlusion_cost` out')
         return value
 
+    @field_validator("third_order")
+    @classmethod
+    def _check_third_order(cls, value: float, info: ValidationInfo) -> float:
+        if value > 0.0 and info.data.get("objective") == "linf":
+            raise ValueError('"linf" has no third-order term; leave it out, or `objective`')
+        return value
+
     @field_validator("landmarks")
     @classmethod
     def _check_landmarks(
@@ -125,7 +132,8 @@ class MatchParameters(solver.MatchOptions):
         """Whether any level, or the extension of the match, uses the spectrum of the shapes."""
         described = any(one.about.spectral for one in self.descriptors)
         spectral = any(one.about.spectral for one in self.metrics)
-        return self.registered or spectral or (described and self.first_order_weight > 0)
+        compared = (described and self.first_order_weight > 0) or self.third_order > 0
+        return self.registered or spectral or compared
 
     @property
     def registered(self) -> bool:

@@ -139,6 +139,20 @@ class MatchOptions(StrictModel):
             " of least energy (5). Twelve points are proven in a second."
         ),
     )
+    third_order: Annotated[float, Topic("Solver")] = Field(
+        default=0.0,
+        ge=0.0,
+        le=1000000.0,
+        description=(
+            "Weight of the third-order term: signed volumes of triples of points, which"
+            " tell an answer from its mirror image without a registration (section 7.1)."
+            " It counts where the coarsest points are matched; finer levels keep the order"
+            " of the answers found there. Volumes are divided by their root mean square"
+            " and weighted by points over triples, so that 1 means the same for every"
+            " number of points; 0.03 suits most shapes. Surfaces must be wound"
+            ' consistently. Not with objective "linf", and not with a prototype.'
+        ),
+    )
     refine: Annotated[Literal["gmds"] | None, Topic("")] = Field(
         default=None,
         description=(

@@ -74,7 +74,7 @@ def _unsupported(
             field=f"body.{name}",
             message=f"`{name}` is not supported with a prototype; leave it out",
         )
-        for name in ("refine", "dense", "landmarks")
+        for name in ("refine", "dense", "landmarks", "third_order")
         if getattr(asked, name)
     ]
     if asked.objective != "l2":

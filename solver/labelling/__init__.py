@@ -14,12 +14,23 @@ from solver.labelling.pairwise import (
 )
 from solver.labelling.problem import UNMATCHED, LabellingProblem
 from solver.labelling.solution import CERTIFIED_GAP, Method, Solution, relative_gap
+from solver.labelling.triples import (
+    NO_TRIPLES,
+    TripleCosts,
+    add_triple_costs,
+    cost_given_third,
+    costs_of_triples,
+    replace_triple_costs,
+    triple_cost,
+    triple_costs,
+)
 
 __all__ = [
     "CERTIFIED_GAP",
     "L2",
     "LINF",
     "NO_TABLE",
+    "NO_TRIPLES",
     "UNMATCHED",
     "Distortion",
     "LabellingProblem",
@@ -27,6 +38,10 @@ __all__ = [
     "PairwiseCosts",
     "PairwiseTerms",
     "Solution",
+    "TripleCosts",
+    "add_triple_costs",
+    "cost_given_third",
+    "costs_of_triples",
     "distortion_cost",
     "greatest_distortions",
     "listed_cost",
@@ -35,4 +50,7 @@ __all__ = [
     "pairwise_cost",
     "relative_gap",
     "replace_costs",
+    "replace_triple_costs",
+    "triple_cost",
+    "triple_costs",
 ]

@@ -9,7 +9,8 @@ correspondence, and its relative gap does not depend on γ|X|.
 
 Pairwise costs have three forms, which add up: distortions of two metrics, computed from the two
 distance matrices when they are needed; a table of all pairs of candidates, such as the likelihoods
-of (6); and explicit terms on some pairs of candidates.
+of (6); and explicit terms on some pairs of candidates. Third-order costs are tables on triples of
+source points (:mod:`solver.labelling.triples`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -26,6 +27,7 @@ from solver.labelling.pairwise import (
     pairwise_sums,
     pairwise_table,
 )
+from solver.labelling.triples import NO_TRIPLES, TripleCosts, costs_of_triples
 
 UNMATCHED = -1
 """Marks a source point without a partner wherever an array holds partners."""
@@ -53,6 +55,8 @@ class LabellingProblem:
     table
         (V, V) symmetric costs of all pairs of candidates, in addition, or `NO_TABLE`; 0 where
         candidates exclude one another.
+    triples
+        Third-order costs of the candidates; a triple of which a point is unmatched costs nothing.
     """
 
     candidates: IntArray
@@ -63,6 +67,7 @@ class LabellingProblem:
     occlusion_cost: float = np.inf
     terms: PairwiseTerms = NO_TERMS
     table: FloatArray = field(default_factory=lambda: NO_TABLE)
+    triples: TripleCosts = NO_TRIPLES
 
     def __post_init__(self) -> None:
         count = len(self.candidates)
@@ -87,6 +92,12 @@ class LabellingProblem:
             raise ValueError("candidates name points that do not exist")
         if (np.diff(self._keys) <= 0).any():
             raise ValueError("candidates must be unique and in lexicographic order")
+        self._check_triples()
+
+    def _check_triples(self) -> None:
+        third = self.triples
+        if len(third.points) and not np.array_equal(third.rows, self.first_candidate):
+            raise ValueError("third-order costs are of other candidates")
 
     @classmethod
     def explicit(
@@ -172,8 +183,8 @@ class LabellingProblem:
 
     @property
     def all_pairs_cost(self) -> bool:
-        """Whether any two candidates may have a pairwise cost, not only those of terms."""
-        return self.beta > 0.0 or len(self.table) > 0
+        """Whether any two candidates may have a cost together, not only those of terms."""
+        return self.beta > 0.0 or len(self.table) > 0 or len(self.triples.points) > 0
 
     def pairwise_matrix(self) -> FloatArray:
         """Pairwise cost of every two candidates: β |d_X(x, x') − d_Y(y, y')|², table and terms.
@@ -204,6 +215,7 @@ class LabellingProblem:
             unary=self.unary[kept],
             terms=self.terms.among(kept, self.n_candidates),
             table=np.ascontiguousarray(table[np.ix_(kept, kept)]) if len(table) else table,
+            triples=self.triples.among(kept),
         )
 
     def chosen_candidates(self, partners: IntArray) -> IntArray:
@@ -237,7 +249,9 @@ class LabellingProblem:
         return keys
 
     def costs(self, partners: IntArray) -> FloatArray:
-        """Each source point's share of the energy: its unary cost and half its pairwise costs.
+        """Each source point's share of the energy.
+
+        It is its unary cost, half its pairwise costs, and a third of those of its triples.
 
         Parameters
         ----------
@@ -257,6 +271,8 @@ class LabellingProblem:
         used = chosen[chosen >= 0]
         shares = np.full(self.n_sources, self.occlusion_cost, dtype=np.float64)
         shares[chosen >= 0] = self.unary[used] + 0.5 * pairwise_sums(self.pairwise_costs, used)
+        third = costs_of_triples(self.triples, chosen) / 3.0
+        np.add.at(shares, self.triples.points, third[:, None])
         return shares
 
     def energy(self, partners: IntArray) -> float:

@@ -86,6 +86,11 @@ def prove_over_samples(
     The level's problem on all allowed pairs, and its solution; ``None`` if it is not asked for, or
     the level has too many samples.
 
+    Notes
+    -----
+    Regions have no third-order costs. A level that has the term is one of the coarsest points, few
+    enough for :func:`.minimise`; finer levels have none.
+
     Raises
     ------
     Cancelled
@@ -95,13 +100,34 @@ def prove_over_samples(
         return None
     with (clock := control.timed()).stage("proof"), control.stage("proof", 0.83):
         problem = level.problem(level.all_candidates())
-        if not can_prove(problem):
-            return None
         starts = [one.partners for one in hypotheses]
-        found = prove(problem, starts, seconds=options.proof_work, control=control)
+        if level.third_order is not None:
+            found = minimise(problem, starts[0], control=control)
+        elif can_prove(problem):
+            found = prove(problem, starts, seconds=options.proof_work, control=control)
+        else:
+            return None
     return SolvedLevel(problem, found, rank_of(found.value, hypotheses), clock.timings["proof"])
 
 
-def replaces(proof: SolvedLevel, answer: Hypothesis) -> bool:
-    """Return whether a solution over all samples is better than an answer, or proven optimal."""
+def replaces(proof: SolvedLevel, answer: Hypothesis, level: Level, options: MatchOptions) -> bool:
+    """Return whether a solution over all samples takes the place of an answer.
+
+    It is to be better, or proven optimal; and its energy must decide. It does not where the
+    surfaces are registered, nor where coarser levels have a third-order term that this one lacks.
+
+    Parameters
+    ----------
+    proof
+        Of :func:`prove_over_samples`.
+    answer
+        The answer.
+    level
+        The finest level.
+    options
+        Of the match.
+    """
+    third_order_elsewhere = options.third_order > 0.0 and level.third_order is None
+    if options.registered or third_order_elsewhere:
+        return False
     return proof.solution.certified or proof.solution.value < answer.energy

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.labelling import UNMATCHED, Distortion, LabellingProblem, measure_distortion
+from solver.labelling import NO_TRIPLES, UNMATCHED, Distortion, LabellingProblem, measure_distortion
+from solver.matching.third_order import ThirdOrderTerm
 from solver.shape.choices import DescriptorChoice, MetricChoice
 
 
@@ -50,6 +51,8 @@ class Level:
         :class:`.MatchOptions`.
     landmarks
         Number L of landmarks: the first L samples of both shapes correspond, in order.
+    third_order
+        Third-order term, if the level has one.
     """
 
     index: int
@@ -61,6 +64,7 @@ class Level:
     first_order_weight: float
     occlusion_cost: float
     landmarks: int = field(default=0, kw_only=True)
+    third_order: ThirdOrderTerm | None = field(default=None, kw_only=True)
 
     def problem(self, candidates: IntArray) -> LabellingProblem:
         """Problem (5) on given candidates.
@@ -77,7 +81,7 @@ class Level:
             (V, 2) indices into the two samplings, in lexicographic order.
         """
         unit = self._length_unit()
-        n = len(self.source.vertices)
+        n, third = len(self.source.vertices), self.third_order
         return LabellingProblem(
             candidates,
             self._unary(candidates),
@@ -85,6 +89,7 @@ class Level:
             self.target.distances / unit,
             self.beta * 2.0 / max(n - 1, 1),
             self.occlusion_cost,
+            triples=NO_TRIPLES if third is None else third.costs(candidates, n),
         )
 
     def allowed(self) -> BoolArray:

@@ -73,7 +73,7 @@ def match(
         if options.objective != LINF:  # else enumeration has bounded the only level
             best = certify(best, oriented.levels, control)
         proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
-        if proof is not None and not options.registered and replaces(proof, best):
+        if proof is not None and replaces(proof, best, oriented.levels[-1], options):
             best = best.with_finest(proof)
         distance = gromov_hausdorff(source, target, levels[0], options, control)
         dense, refinement = _extend(oriented, best, options, control)

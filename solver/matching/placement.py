@@ -51,7 +51,10 @@ def add_target_samples(source: Shape, target: Shape, level: Level, images: IntAr
         both = ours.vertices, vertices
         f, g = descriptors_at((source, target), level.descriptor, both, "descriptor")
         ours, theirs = replace(ours, descriptors=f), replace(theirs, descriptors=g)
-    return replace(level, source=ours, target=theirs)
+    third = level.third_order
+    if third is not None:
+        third = third.at(target, vertices)
+    return replace(level, source=ours, target=theirs, third_order=third)
 
 
 def match_near_images(

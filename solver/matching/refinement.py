@@ -32,7 +32,8 @@ def refine_hypotheses(
 
     Returns
     -------
-    The hypotheses by their energy at the last level.
+    The hypotheses by their energy at the last level; but a level without a third-order term keeps
+    the order of those that have one, as it cannot tell an answer from its mirror image.
 
     Raises
     ------
@@ -42,13 +43,22 @@ def refine_hypotheses(
     ordered = list(hypotheses)
     for level in levels:
         with control.stage(_STAGE, 0.45 + 0.005 * level.index):
-            found = [(*_refine(one, level, rho, control), one) for one in ordered]
-        found.sort(key=lambda entry: entry[0].energy)
+            found = [_refine(one, level, rho, control) for one in ordered]
+        by_energy = sorted(range(len(found)), key=lambda place: found[place][0].energy)
+        ranks = {place: rank for rank, place in enumerate(by_energy, start=1)}
+        keeps_order = level.third_order is None and _with_third_order(ordered)
         ordered = [
-            Hypothesis((*one.levels, solved_level(refined, rank, seconds)))
-            for rank, (refined, seconds, one) in enumerate(found, start=1)
+            Hypothesis((*ordered[place].levels, solved_level(refined, ranks[place], seconds)))
+            for place, (refined, seconds) in enumerate(found)
         ]
+        if not keeps_order:
+            ordered = [ordered[place] for place in by_energy]
     return ordered
+
+
+def _with_third_order(hypotheses: Sequence[Hypothesis]) -> bool:
+    """Return whether a level so far has a third-order term."""
+    return any(len(solved.problem.triples.points) for solved in hypotheses[0].levels)
 
 
 def _refine(

@@ -61,7 +61,7 @@ class LevelReport:
         Time spent on the level.
     rank
         Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
-        level. More than 1: a finer level or the registration preferred it.
+        level. More than 1: a finer level, the registration or a third-order term preferred it.
     scope
         Correspondences that the bound holds for: ``"samples"`` if all target samples of the level
         are candidates, else ``"candidates"``.
@@ -191,7 +191,7 @@ class Match:
         The answer.
     alternatives
         Other hypotheses at the finest level, mostly intrinsic symmetries, in the order of their
-        energy. None has less than `best`, unless a registration chose that.
+        energy. None has less than `best`, unless a registration or a third-order term chose that.
     levels
         From the coarsest; the last one's bound is the certificate of `best`.
     warnings

@@ -11,6 +11,7 @@ from solver.matching.landmarks import landmark_vertices
 from solver.matching.level import Level
 from solver.matching.options import MatchOptions
 from solver.matching.structures import build_level
+from solver.matching.third_order import ThirdOrderTerm
 from solver.matching.varadhan_level import (
     add_varadhan_size,
     build_varadhan_level,
@@ -78,6 +79,10 @@ def sample(
             build = build_varadhan_level if is_varadhan else build_level
             structure = max(index - 1, 0) if varadhan else index
             level = build(source, target, structure, size, options, landmarks)
+            if options.third_order > 0.0 and (index == 0 or is_varadhan):
+                samples = level.source.vertices, level.target.vertices
+                term = ThirdOrderTerm.between(source, target, samples, options.third_order)
+                level = replace(level, third_order=term)
             levels.append(replace(level, index=index))
     return levels, warnings
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
-from solver.labelling import LabellingProblem
+from solver.labelling import NO_TRIPLES, LabellingProblem, TripleCosts
 
 _ROUNDING = 1e-12
 """Allowance for rounding errors of a bound, relative to it."""
@@ -29,18 +29,22 @@ class ReparametrisedCosts:
         (V, V) symmetric cost of every two candidates, ``inf`` where they exclude one another.
     occlusion
         (N,) cost of leaving each source point unmatched, ``inf`` where that is forbidden.
+    triples
+        Third-order costs, never negative, so that bounds may leave them out.
     """
 
     constant: float
     unary: FloatArray
     pairwise: FloatArray
     occlusion: FloatArray
+    triples: TripleCosts = NO_TRIPLES
 
     @classmethod
     def of(cls, problem: LabellingProblem) -> "ReparametrisedCosts":
         """Return the problem's own costs."""
         occlusion = np.full(problem.n_sources, float(problem.occlusion_cost))
-        return cls(0.0, problem.unary, problem.pairwise_matrix(), occlusion)
+        pairwise = problem.pairwise_matrix()
+        return cls(0.0, problem.unary, pairwise, occlusion, problem.triples)
 
     def promising(self, rows: IntArray, limit: float) -> IntArray:
         """Candidates that a correspondence below a limit may use.
@@ -69,7 +73,9 @@ class ReparametrisedCosts:
     def among(self, kept: IntArray) -> "ReparametrisedCosts":
         """Return the costs of some of the candidates."""
         pairwise = costs_among(self.pairwise, kept)
-        return ReparametrisedCosts(self.constant, self.unary[kept], pairwise, self.occlusion)
+        return ReparametrisedCosts(
+            self.constant, self.unary[kept], pairwise, self.occlusion, self.triples.among(kept)
+        )
 
 
 @kernel

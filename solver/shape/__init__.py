@@ -10,6 +10,7 @@ from solver.shape.metrics import (
 )
 from solver.shape.sampling import euclidean_farthest_points, farthest_first, farthest_point_sampling
 from solver.shape.shape import WITHOUT_COLORS, Shape
+from solver.shape.signed_volumes import signed_volumes
 from solver.shape.varadhan import varadhan_distances
 
 __all__ = [
@@ -24,5 +25,6 @@ __all__ = [
     "euclidean_farthest_points",
     "farthest_first",
     "farthest_point_sampling",
+    "signed_volumes",
     "varadhan_distances",
 ]

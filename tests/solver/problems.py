@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.labelling import UNMATCHED, LabellingProblem, PairwiseTerms
+from solver.labelling import UNMATCHED, LabellingProblem, PairwiseTerms, triple_costs
 
 
 def distances_of(points: FloatArray) -> FloatArray:
@@ -94,3 +94,14 @@ def relabelled(problem: LabellingProblem, rows: IntArray, columns: IntArray) -> 
         source_distances=problem.source_distances[np.ix_(back_rows, back_rows)],
         target_distances=problem.target_distances[np.ix_(back_columns, back_columns)],
     )
+
+
+def with_triples(problem: LabellingProblem, seed: int, weight: float = 1.0) -> LabellingProblem:
+    """Add random costs >= 0 on half of the triples of source points; many of them share pairs."""
+    rng = np.random.default_rng(seed)
+    triples = list(itertools.combinations(range(problem.n_sources), 3))
+    points = sorted(triples[t] for t in rng.permutation(len(triples))[: (len(triples) + 1) // 2])
+    sizes = np.diff(problem.first_candidate)
+    tables = [weight * rng.random(sizes[list(triple)]) ** 3 for triple in points]
+    chosen = np.array(points, dtype=np.int64).reshape(-1, 3)
+    return replace(problem, triples=triple_costs(problem.first_candidate, chosen, tables))

@@ -115,6 +115,15 @@ MATCH: Final = (
         "objective", "string", "Quantity that is minimised: l2 (default), linf.", "Solver"
     ),
     ParameterOption(
+        "third_order",
+        "number",
+        (
+            "Weight of the third-order term: signed volumes of triples of points, which"
+            " tell an answer from its mirror image without a registration, 0 to 1e6 [0.0]."
+        ),
+        "Solver",
+    ),
+    ParameterOption(
         "proof",
         "string",
         ("Correspondences that the answer is compared with: candidates, samples (default)."),

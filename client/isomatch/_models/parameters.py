@@ -99,6 +99,14 @@ class MatchParameters(TypedDict, total=False):
         of the matched samples from above. ``"linf"`` takes one level of at most 32 points,
         matches all of them, and of its optima returns those of least energy (5). Twelve points
         are proven in a second [``"l2"``].
+    third_order
+        Weight of the third-order term: signed volumes of triples of points, which tell an
+        answer from its mirror image without a registration (section 7.1). It counts where the
+        coarsest points are matched; finer levels keep the order of the answers found there.
+        Volumes are divided by their root mean square and weighted by points over triples, so
+        that 1 means the same for every number of points; 0.03 suits most shapes. Surfaces must
+        be wound consistently. Not with objective ``"linf"``, and not with a prototype; 0 to 1e6
+        [0.0].
     proof
         Correspondences that the answer is compared with. ``"candidates"``: those of the finest
         level, about twelve target samples for each point. ``"samples"``: in addition, the least
@@ -138,6 +146,7 @@ class MatchParameters(TypedDict, total=False):
     first_order_weight: float
     alternatives: int
     objective: str
+    third_order: float
     proof: str
     proof_work: float
     time_limit: float | None

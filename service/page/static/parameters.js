@@ -165,6 +165,14 @@ export const MATCH = {
     "topic": "Solver",
     "about": "Quantity that is minimised."
 },
+  third_order: {
+    "type": "number",
+    "default": 0.0,
+    "min": 0.0,
+    "max": 1000000.0,
+    "topic": "Solver",
+    "about": "Weight of the third-order term: signed volumes of triples of points, which tell an answer from its mirror image without a registration."
+},
   proof: {
     "type": "string",
     "default": "samples",

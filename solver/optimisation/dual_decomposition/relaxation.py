@@ -1,11 +1,12 @@
 """Relaxation of a labelling problem: its subproblems, and the exchanges of costs between them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from solver.labelling import LabellingProblem
+from solver.arrays import FloatArray, IntArray
+from solver.labelling import LabellingProblem, triple_costs
 from solver.optimisation.dual_decomposition.exchange import Exchange, used_once
 from solver.optimisation.dual_decomposition.groups import (
     NOTHING,
@@ -22,7 +23,11 @@ from solver.optimisation.dual_decomposition.maxflow import MaxflowSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 from solver.optimisation.dual_decomposition.reduced_costs import reduced_costs
 from solver.optimisation.dual_decomposition.triple_choice import choose_triples
-from solver.optimisation.dual_decomposition.triples import TripleSubproblems
+from solver.optimisation.dual_decomposition.triples import (
+    TripleSubproblems,
+    disjoint_sets,
+    triples_of,
+)
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 
@@ -33,7 +38,8 @@ class Subproblems:
     Parameters
     ----------
     source_pairs, target_pairs
-        Pairs of source points, of target points.
+        Pairs of source points, of target points. Without pairs of source points, third-order costs,
+        which are never negative, are left out of the bound.
     maxflow
         All candidates and pairwise costs without constraints, by roof duality.
     triples
@@ -96,7 +102,30 @@ class Relaxation:
             self._parts.append(part)
             self._exchanges += exchanges
         self._in_triples = [np.zeros(len(p.groups.points), dtype=np.bool_) for p in self._pairs]
+        self._third = self._third_order() if subproblems.source_pairs else []
         self._minimum = -np.inf
+
+    def _third_order(self) -> list[tuple[IntArray, TripleSubproblems]]:
+        """Triple subproblems with the third-order costs, which take over those of their pairs.
+
+        Of several triples with a common pair the first one takes its costs; later ones exchange
+        them with it.
+
+        Returns
+        -------
+        Sets of triples, of which no two share a pair, with their subproblems.
+        """
+        third, found = self._problem.triples, []
+        for members in disjoint_sets(third.points):
+            pairs = self._pairs[0]
+            triples = triples_of(pairs.side, pairs.groups, third.points[members], third=True)
+            self._in_triples[0][triples.groups] = True
+            costs = np.concatenate([third.table(t).ravel() for t in members])
+            part = TripleSubproblems(pairs, triples, costs)
+            self._parts.append(part)
+            self._exchanges += part.exchanges(self.linear)
+            found.append((members, part))
+        return found
 
     def minimise(self) -> float:
         """Solve all subproblems; return the lower bound of the energy: the sum of the minima."""
@@ -131,8 +160,16 @@ class Relaxation:
         slack = np.zeros((count, count))
         for pairs in self._pairs:
             pairs.add_slack(slack)
-        linear = self.linear
-        return reduced_costs(self._problem, linear.unary, linear.partners, slack, self._minimum)
+        linear, problem = self.linear, self._problem
+        costs = reduced_costs(problem, linear.unary, linear.partners, slack, self._minimum)
+        third = problem.triples
+        slacks: dict[int, FloatArray] = {}
+        for members, part in self._third:
+            slacks.update(zip(members.tolist(), part.slacks(), strict=True))
+        if not slacks:
+            return costs
+        tables = [slacks[t] for t in range(len(third.points))]
+        return replace(costs, triples=triple_costs(third.rows, third.points, tables))
 
 
 def _pairs_of_sides(problem: LabellingProblem, subproblems: Subproblems) -> list[PairSubproblems]:

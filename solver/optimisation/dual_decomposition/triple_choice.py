@@ -4,9 +4,14 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.optimisation.dual_decomposition.groups import Groups, Side, numbers, offsets
+from solver.optimisation.dual_decomposition.groups import Groups, Side, numbers
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
-from solver.optimisation.dual_decomposition.triples import Triples, shape_of, solve
+from solver.optimisation.dual_decomposition.triples import (
+    Triples,
+    shape_of,
+    solve,
+    triples_of,
+)
 
 _MOST_WORK = 200_000_000
 """Combinations of three candidates that are tried at most: about a second."""
@@ -37,25 +42,16 @@ def choose_triples(pairs: PairSubproblems, most: int, taken: BoolArray) -> Tripl
         pairs.side, pairs.groups, number, pairs.unary, pairs.pairwise, pairs.minima,
         pairs.optional, pairs.choices, taken, threshold, _MOST_WORK,
     )  # fmt: skip
-    chosen, groups = [], []
+    chosen = []
     for k in np.argsort(-gains, kind="stable"):
         p, q, r = points[k]
         members = [number[p, q], number[p, r], number[q, r]]
         if not taken[members].any():
             taken[members] = True
             chosen.append(points[k])
-            groups.append(members)
         if len(chosen) == most:
             break
-    found = np.array(chosen, dtype=np.int64).reshape(-1, 3)
-    sizes = np.diff(pairs.side.first)[found]
-    blocks = sizes[:, 0] * sizes[:, 1] + sizes[:, 0] * sizes[:, 2] + sizes[:, 1] * sizes[:, 2]
-    return Triples(
-        found,
-        np.array(groups, dtype=np.int64).reshape(-1, 3),
-        offsets(sizes.sum(axis=1)),
-        offsets(blocks),
-    )
+    return triples_of(pairs.side, pairs.groups, np.array(chosen, dtype=np.int64))
 
 
 @kernel
@@ -131,6 +127,7 @@ def _least(
         unary[ua + k : ua + k + m] + unary[uc : uc + m],
         unary[ub + k : ub + k + n] + unary[uc + m : uc + m + n],
         blocks,
+        np.empty(0),
         optional,
     )[0]
     return least

@@ -3,9 +3,10 @@
 Three pairs of points may have minimisers that no common choice for the three points attains. The
 minimum of the triple is at least the sum of the pairs' minima. Those that are chosen
 (:mod:`.triple_choice`) take over all costs of their pairs, so that the bound rises by the
-difference at once.
+difference at once. Triples with third-order costs take part from the beginning, and have these too.
 """
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,15 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
 from solver.optimisation.dual_decomposition.exchange import Exchange, Used, used_once
-from solver.optimisation.dual_decomposition.groups import NOTHING, Groups, Side, gather, rows_of
+from solver.optimisation.dual_decomposition.groups import (
+    NOTHING,
+    Groups,
+    Side,
+    gather,
+    numbers,
+    offsets,
+    rows_of,
+)
 from solver.optimisation.dual_decomposition.linear import LinearSubproblem
 from solver.optimisation.dual_decomposition.pairs import PairSubproblems
 
@@ -32,12 +41,56 @@ class Triples(NamedTuple):
         (T+1,) offsets of the unary costs, the candidates of the three points in turn.
     pairwise
         (T+1,) offsets of the pairwise costs, three blocks in the order of `groups`.
+    third
+        (T+1,) offsets of the third-order costs, all 0 without any.
     """
 
     points: IntArray
     groups: IntArray
     unary: IntArray
     pairwise: IntArray
+    third: IntArray
+
+
+def triples_of(side: Side, groups: Groups, points: IntArray, *, third: bool = False) -> Triples:
+    """Return the layout of some triples of points, with or without third-order costs."""
+    number = numbers(side, groups)
+    p, q, r = points.reshape(-1, 3).T
+    members = np.stack([number[p, q], number[p, r], number[q, r]], axis=1).reshape(-1, 3)
+    sizes = np.diff(side.first)[points.reshape(-1, 3)]
+    k, m, n = sizes.T
+    return Triples(
+        points.reshape(-1, 3),
+        members,
+        offsets(sizes.sum(axis=1)),
+        offsets(k * m + k * n + m * n),
+        offsets(k * m * n if third else np.zeros_like(k)),
+    )
+
+
+def disjoint_sets(points: IntArray) -> list[IntArray]:
+    """Divide triples into sets in which no two share two points.
+
+    Parameters
+    ----------
+    points
+        (T, 3) points of each.
+
+    Returns
+    -------
+    Numbers of the triples in each set, ascending.
+    """
+    members: list[list[int]] = []
+    taken: list[set[tuple[int, int]]] = []
+    for t, triple in enumerate(points.tolist()):
+        pairs = set(combinations(triple, 2))
+        place = next((k for k, used in enumerate(taken) if not used & pairs), len(taken))
+        if place == len(taken):
+            members.append([])
+            taken.append(set())
+        members[place].append(t)
+        taken[place] |= pairs
+    return [np.array(one, dtype=np.int64) for one in members]
 
 
 class TripleSubproblems:
@@ -49,6 +102,8 @@ class TripleSubproblems:
         The pairs of the same shape, with full blocks; the triples' costs are taken from theirs.
     triples
         The triples; no two share a pair.
+    third
+        Third-order costs at their offsets.
 
     Attributes
     ----------
@@ -58,20 +113,46 @@ class TripleSubproblems:
         Candidate of each unary cost; position of each pairwise cost among those of the pairs.
     """
 
-    def __init__(self, pairs: PairSubproblems, triples: Triples) -> None:
+    def __init__(
+        self, pairs: PairSubproblems, triples: Triples, third: FloatArray | None = None
+    ) -> None:
         self._pairs, self._triples = pairs, triples
+        self._third: FloatArray = np.empty(0) if third is None else third
         self.candidate_at, self.place_at = _layout(pairs.side, pairs.groups, triples)
         self.unary, self.pairwise = _take_over(
             pairs.side, pairs.groups, triples, pairs.unary, pairs.pairwise
         )
         self._unary_rows = rows_of(self.candidate_at, len(pairs.side.point))
         self._pair_order = np.argsort(self.place_at, kind="stable").astype(np.int64)
+        self._minima: FloatArray = np.zeros(len(triples.points))
         self._choices: IntArray = np.full((len(triples.points), 3), NOTHING, dtype=np.int64)
 
     def minimise(self) -> float:
         """Solve all of them; return the sum of the minima."""
         side, optional = self._pairs.side, self._pairs.optional
-        return _minimise(side, self._triples, self.unary, self.pairwise, optional, self._choices)
+        costs = self.unary, self.pairwise, self._third
+        _minimise(side, self._triples, *costs, optional, self._choices, self._minima)
+        return float(self._minima.sum())
+
+    def slacks(self) -> list[FloatArray]:
+        """Return the costs of each triple above its minimum.
+
+        Returns
+        -------
+        Of each, (k, m, n) for the candidates of its points; 0 where they exclude one another.
+        """
+        return [self._slack(t) for t in range(len(self._triples.points))]
+
+    def _slack(self, t: int) -> FloatArray:
+        triples = self._triples
+        k, m, n = shape_of(self._pairs.side, triples.points[t])
+        one, two, three = np.split(self.unary[triples.unary[t] : triples.unary[t + 1]], [k, k + m])
+        own = self.pairwise[triples.pairwise[t] : triples.pairwise[t + 1]]
+        first, second, third = np.split(own, [k * m, k * m + k * n])
+        costs = one[:, None, None] + two[:, None] + three + first.reshape(k, m, 1)
+        costs += second.reshape(k, 1, n) + third.reshape(m, n) - self._minima[t]
+        costs += self._third[triples.third[t] : triples.third[t + 1]].reshape(k, m, n)
+        return np.where(np.isfinite(costs), np.maximum(costs, 0.0), 0.0)
 
     def exchanges(self, linear: LinearSubproblem) -> list[Exchange]:
         """Exchanges of unary costs with the linear subproblem, of pairwise costs with the pairs."""
@@ -128,11 +209,16 @@ def solve(
     two: FloatArray,
     three: FloatArray,
     blocks: tuple[FloatArray, FloatArray, FloatArray],
+    costs: FloatArray,
     optional: bool,
 ) -> tuple[float, int, int, int]:
-    """Minimum over one candidate for each point, or none where that is allowed."""
+    """Minimum over one candidate for each point, or none where that is allowed.
+
+    Costs of all three are row by row, or none.
+    """
     first, second, third = blocks
     least = -1 if optional else 0
+    m, n, together = len(two), len(three), len(costs) > 0
     best, best_i, best_j, best_k = np.inf, NOTHING, NOTHING, NOTHING
     for i in range(least, len(one)):
         alone = one[i] if i >= 0 else 0.0
@@ -152,6 +238,8 @@ def solve(
                     cost += second[i, k]
                 if j >= 0:
                     cost += third[j, k]
+                    if together and i >= 0:
+                        cost += costs[(i * m + j) * n + k]
                 if cost < best:
                     best, best_i, best_j, best_k = cost, i, j, k
     return best, best_i, best_j, best_k
@@ -210,10 +298,11 @@ def _minimise(
     triples: Triples,
     unary: FloatArray,
     pairwise: FloatArray,
+    third: FloatArray,
     optional: bool,
     choices: IntArray,
-) -> float:
-    total = 0.0
+    minima: FloatArray,
+) -> None:
     for t in range(len(triples.points)):
         k, m, n = shape_of(side, triples.points[t])
         u, e = triples.unary[t], triples.pairwise[t]
@@ -222,15 +311,14 @@ def _minimise(
             pairwise[e + k * m : e + k * m + k * n].reshape(k, n),
             pairwise[e + k * m + k * n : triples.pairwise[t + 1]].reshape(m, n),
         )
-        best, choices[t, 0], choices[t, 1], choices[t, 2] = solve(
+        minima[t], choices[t, 0], choices[t, 1], choices[t, 2] = solve(
             unary[u : u + k],
             unary[u + k : u + k + m],
             unary[u + k + m : u + k + m + n],
             blocks,
+            third[triples.third[t] : triples.third[t + 1]],
             optional,
         )
-        total += best
-    return total
 
 
 @kernel

@@ -8,6 +8,7 @@ from solver.optimisation.exact.minimax import (
     minimax_correspondence,
     within_distortion,
 )
+from solver.optimisation.exact.triple_division import divide_triples
 
 __all__ = [
     "AscentState",
@@ -15,6 +16,7 @@ __all__ = [
     "Enumeration",
     "Incumbents",
     "dive",
+    "divide_triples",
     "energy_of",
     "gromov_hausdorff_distance",
     "keep",

@@ -17,9 +17,10 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control, Status, iterate
 from solver.labelling import LabellingProblem, Method, Solution
 from solver.optimisation.exact.depth_first import DepthFirstSearch
-from solver.optimisation.exact.dual_ascent import AscentState, DualAscent
+from solver.optimisation.exact.dual_ascent import DualAscent
 from solver.optimisation.exact.incumbents import Incumbents, dive, energy_of, keep
 from solver.optimisation.exact.search_state import NODES, root_bound, start_search
+from solver.optimisation.exact.triple_division import divide_triples
 from solver.optimisation.primal import partners_of
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
@@ -145,9 +146,8 @@ def m_best_solutions(
     best = _incumbents(problem, own, m, known)
     kept = np.arange(problem.n_candidates)
     if reparametrised is None and not control.expired:
-        ascent = _ascend(problem, own, best, rounds, control)
-        kept, reparametrised = ascent.kept, ascent.costs()
-    reparametrised = reparametrised or own
+        kept, reparametrised = _ascend(problem, own, best, rounds, control)
+    reparametrised = divide_triples(reparametrised or own)
     promising = _promising(problem, own, reparametrised, kept, best, complete=known is None)
     kept, reparametrised = kept[promising], reparametrised.among(promising)
     search = start_search(own, reparametrised, problem.candidates[kept, 0], kept, best)
@@ -170,7 +170,7 @@ def _incumbents(
     best = Incumbents.none(m, problem.n_sources)
     if known is not None:
         chosen = problem.chosen_candidates(known)
-        keep(best, energy_of(own.unary, own.pairwise, own.occlusion, chosen), chosen)
+        keep(best, energy_of(own.unary, own.pairwise, own.occlusion, own.triples, chosen), chosen)
     return best
 
 
@@ -180,14 +180,26 @@ def _ascend(
     best: Incumbents,
     rounds: int,
     control: Control,
-) -> AscentState:
-    """Rounds of dual ascent; after the first one, incumbents are looked for."""
-    rows = problem.first_candidate
-    state = iterate(DualAscent(own, rows), 1, control).state
+) -> tuple[IntArray, ReparametrisedCosts]:
+    """Rounds of dual ascent; after the first one, incumbents are looked for.
+
+    Returns
+    -------
+    The candidates that are left, and their reparametrised costs. Costs of triples are moved to
+    their pairs before the rounds, and once more between two times as many.
+    """
+    rows, costs = problem.first_candidate, divide_triples(own)
+    state = iterate(DualAscent(costs, rows), 1, control).state
     dive(best, own, state.costs(), rows)
     dive(best, own, own, rows)
-    limited = DualAscent(own, rows, float(best.energies[-1]))
-    return iterate(limited, rounds - 1, control, state).state
+    limit = float(best.energies[-1])
+    state = iterate(DualAscent(costs, rows, limit), rounds - 1, control, state).state
+    kept, costs = state.kept, state.costs()
+    if len(own.triples.points) and len(kept):
+        rows = np.searchsorted(problem.candidates[kept, 0], np.arange(problem.n_sources + 1))
+        state = iterate(DualAscent(divide_triples(costs), rows, limit), rounds, control).state
+        kept, costs = kept[state.kept], state.costs()
+    return kept, costs
 
 
 def _promising(

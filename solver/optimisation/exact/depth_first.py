@@ -9,7 +9,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
-from solver.labelling import UNMATCHED
+from solver.labelling import UNMATCHED, triple_cost
 from solver.optimisation.exact.incumbents import energy_of, keep
 from solver.optimisation.exact.search_state import (
     DEPTH,
@@ -92,7 +92,8 @@ def _keep(s: Search) -> None:
     chosen = np.empty(len(s.chosen), dtype=np.int64)
     for x in range(len(chosen)):
         chosen[x] = s.kept[s.chosen[x]] if s.chosen[x] >= 0 else UNMATCHED
-    keep(s.best, energy_of(s.own_unary, s.own_pairwise, s.own_occlusion, chosen), chosen)
+    own = s.own_unary, s.own_pairwise, s.own_occlusion, s.own_triples
+    keep(s.best, energy_of(*own, chosen), chosen)
 
 
 @inlined
@@ -143,9 +144,32 @@ def _update(s: Search, depth: int, limit: float) -> bool:
         rest -= least_before[other]
         if not bound + total + rest < limit:
             return False
+    if len(s.triples.points):
+        total += _complete_triples(s, depth, x)
     s.rest[depth] = total
     below: bool = bound + total < limit
     return below
+
+
+@kernel
+def _complete_triples(s: Search, depth: int, x: int) -> float:
+    """Add costs of the triples of which x was the second point decided; return the bound's rise."""
+    triples, costs = s.triples, s.levels[depth]
+    rise = 0.0
+    for k in range(triples.containing.shape[1]):
+        t = triples.containing[x, k]
+        if t < 0:
+            break
+        for place in range(3):
+            y = triples.points[t, place]
+            if s.chosen[y] != OPEN:
+                continue
+            for b in range(s.rows[y], s.rows[y + 1]):
+                costs[b] += triple_cost(triples, t, s.chosen, y, b, y, b)
+            least = min(s.occlusion[depth, y], minimum(costs, s.rows[y], s.rows[y + 1]))
+            rise += least - s.least[depth, y]
+            s.least[depth, y] = least
+    return rise
 
 
 @kernel

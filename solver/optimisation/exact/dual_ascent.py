@@ -151,7 +151,9 @@ class AscentState:
         )
         occlusion = np.full(len(self.messages), np.inf)
         occlusion[self.points[alone]] = unary[alone]
-        return ReparametrisedCosts(self.original.constant, unary[matched], pairwise, occlusion)
+        original = self.original
+        triples = original.triples.among(self.labels[matched])
+        return ReparametrisedCosts(original.constant, unary[matched], pairwise, occlusion, triples)
 
     def least_sum(self) -> float:
         """Sum of the least costs of all points, and the constant."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.labelling import UNMATCHED
+from solver.labelling import UNMATCHED, TripleCosts, add_triple_costs, costs_of_triples
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 _OPEN = -2
@@ -59,10 +59,14 @@ def keep(found: Incumbents, energy: float, chosen: IntArray) -> None:
 
 @kernel
 def energy_of(
-    unary: FloatArray, pairwise: FloatArray, occlusion: FloatArray, chosen: IntArray
+    unary: FloatArray,
+    pairwise: FloatArray,
+    occlusion: FloatArray,
+    triples: TripleCosts,
+    chosen: IntArray,
 ) -> float:
     """Energy of a correspondence; infinite where candidates exclude one another."""
-    energy = 0.0
+    energy: float = costs_of_triples(triples, chosen).sum()
     for x in range(len(chosen)):
         a = chosen[x]
         if a < 0:
@@ -98,7 +102,7 @@ def dive(
     everywhere
         Whether to complete each choice of every point.
     """
-    energies = own.unary, own.pairwise, own.occlusion
+    energies = own.unary, own.pairwise, own.occlusion, own.triples
     costs = reparametrised.unary, reparametrised.pairwise, reparametrised.occlusion
     _dive(found, *energies, *costs, rows, everywhere)
     explore(found, *energies, rows)
@@ -110,6 +114,7 @@ def _dive(
     own_unary: FloatArray,
     own_pairwise: FloatArray,
     own_occlusion: FloatArray,
+    own_triples: TripleCosts,
     unary: FloatArray,
     pairwise: FloatArray,
     occlusion: FloatArray,
@@ -137,7 +142,8 @@ def _dive(
             for b in range(rows[x], rows[x + 1]):
                 if costs[b] < least:
                     a, least = b, costs[b]
-        keep(found, energy_of(own_unary, own_pairwise, own_occlusion, chosen), chosen)
+        energy = energy_of(own_unary, own_pairwise, own_occlusion, own_triples, chosen)
+        keep(found, energy, chosen)
 
 
 @kernel
@@ -167,6 +173,7 @@ def explore(
     unary: FloatArray,
     pairwise: FloatArray,
     occlusion: FloatArray,
+    triples: TripleCosts,
     rows: IntArray,
 ) -> None:
     """Change single points of the best correspondences, until none of the changes is among them."""
@@ -179,7 +186,7 @@ def explore(
         found.explored[k] = True
         chosen, energy = found.chosen[k].copy(), found.energies[k]
         for x in range(len(rows) - 1):
-            _change(found, unary, pairwise, occlusion, rows, chosen, energy, x)
+            _change(found, unary, pairwise, occlusion, triples, rows, chosen, energy, x)
         k = 0
 
 
@@ -189,6 +196,7 @@ def _change(
     unary: FloatArray,
     pairwise: FloatArray,
     occlusion: FloatArray,
+    triples: TripleCosts,
     rows: IntArray,
     chosen: IntArray,
     energy: float,
@@ -203,6 +211,7 @@ def _change(
             row = pairwise[chosen[other], first:last]
             for i in range(len(costs)):
                 costs[i] += row[i]
+    add_triple_costs(triples, chosen, x, costs)
     rest = energy - (occlusion[x] if own < 0 else costs[own - first])
     worst = found.energies[len(found.energies) - 1]
     for i in range(-1, len(costs)):
@@ -211,6 +220,6 @@ def _change(
         if a == own or not rest + cost < worst:
             continue
         chosen[x] = a
-        keep(found, energy_of(unary, pairwise, occlusion, chosen), chosen)
+        keep(found, energy_of(unary, pairwise, occlusion, triples, chosen), chosen)
         worst = found.energies[len(found.energies) - 1]
     chosen[x] = own

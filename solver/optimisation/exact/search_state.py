@@ -4,7 +4,7 @@ The bound at a node lets every open source point choose its candidate on its own
 cost, its exact pairwise costs to the points decided already, and *half* of the least pairwise cost
 with each point still open (the other half is counted with that point). An open point that stays
 unmatched has no pairwise cost, so that the halves which others counted with it are subtracted from
-its own occlusion cost.
+its own occlusion cost. Once two points of a triple are decided, its costs count for the third one.
 """
 
 from typing import NamedTuple
@@ -13,6 +13,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
+from solver.labelling import TripleCosts
 from solver.optimisation.exact.incumbents import Incumbents
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
@@ -31,7 +32,9 @@ class Search(NamedTuple):
     own_unary: FloatArray  # (W,) costs of the problem itself, of all its candidates
     own_pairwise: FloatArray  # (W, W)
     own_occlusion: FloatArray  # (N,)
+    own_triples: TripleCosts
     kept: IntArray  # (V,) those candidates that are searched
+    triples: TripleCosts  # of the candidates that are searched, for lower bounds
     changes: FloatArray  # (V+N, V): what candidates' costs change by with each decision
     occlusion_changes: FloatArray  # (V+N, N): likewise of the costs of leaving points unmatched
     levels: FloatArray  # (N+1, V): cost of each candidate given the decisions at each depth
@@ -84,7 +87,9 @@ def start_search(
         own_unary=own.unary,
         own_pairwise=own.pairwise,
         own_occlusion=own.occlusion,
+        own_triples=own.triples,
         kept=kept,
+        triples=reparametrised.triples,
         changes=changes,
         occlusion_changes=occlusion_changes,
         levels=np.concatenate([unary[None], np.zeros((n, v))]),

@@ -32,7 +32,7 @@ def fuse(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntArr
     -------
     (N,) int64 correspondence made of pairs of either; its energy is no greater than that of the
     better one. Where the two differ in at most 14 paths and cycles, the best choice among all that
-    take each of these from one or the other.
+    take each of these from one or the other, by the costs without third-order ones.
     """
     parts = _parts(problem, first, second)
     count = int(parts.max(initial=-1)) + 1
@@ -45,7 +45,10 @@ def fuse(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntArr
     start = int(problem.energy(second) < problem.energy(first))
     side = _choose(unary, pairwise, np.full(count, start))
     takes_second = np.append(side, 0)[parts] == 1
-    return np.where(takes_second, second, first)
+    fused = np.where(takes_second, second, first)
+    if not len(problem.triples.points):
+        return fused
+    return min((fused, first, second), key=problem.energy)
 
 
 def _parts(problem: LabellingProblem, first: IntArray, second: IntArray) -> IntArray:

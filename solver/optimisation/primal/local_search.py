@@ -9,9 +9,12 @@ from solver.labelling import (
     UNMATCHED,
     LabellingProblem,
     PairwiseCosts,
+    TripleCosts,
+    cost_given_third,
     distortion_cost,
     listed_cost,
     replace_costs,
+    replace_triple_costs,
 )
 
 
@@ -104,6 +107,7 @@ def local_search(
         occlusion_cost = 1.0 + 2.0 * _largest_sum(problem)
     _improve(
         problem.pairwise_costs,
+        problem.triples,
         problem.unary,
         occlusion_cost,
         chosen,
@@ -139,12 +143,14 @@ def _largest_sum(problem: LabellingProblem) -> float:
     unary = problem.n_sources * np.abs(problem.unary).max(initial=0.0)
     largest = max(problem.table.max(initial=0.0), -problem.table.min(initial=0.0))
     table = problem.n_sources**2 * largest
-    return float(metric + table + unary + np.abs(problem.terms.costs).sum())
+    third = len(problem.triples.points) * problem.triples.costs.max(initial=0.0)
+    return float(metric + table + unary + third + np.abs(problem.terms.costs).sum())
 
 
 @kernel
 def _switch(
     costs: PairwiseCosts,
+    triples: TripleCosts,
     chosen: IntArray,
     owner: IntArray,
     marginal: FloatArray,
@@ -158,6 +164,7 @@ def _switch(
     """
     old = chosen[x]
     replace_costs(costs, x, old, new, marginal)
+    replace_triple_costs(triples, chosen, x, old, new, marginal)
     if old >= 0 and owner[costs.candidates[old, 1]] == x:
         owner[costs.candidates[old, 1]] = -1
     if new >= 0:
@@ -168,6 +175,7 @@ def _switch(
 @kernel
 def _best_move(  # noqa: C901 - split, it would count references in its inner loop
     costs: PairwiseCosts,
+    triples: TripleCosts,
     occlusion_cost: float,
     chosen: IntArray,
     owner: IntArray,
@@ -180,7 +188,7 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
     # cost.
     candidates, rows, beta = costs.candidates, costs.rows, costs.beta
     source, target = costs.source_distances[x], costs.target_distances
-    listed, table = len(costs.other) > 0, costs.table
+    more, table = len(costs.other) > 0 or len(triples.points) > 0, costs.table
     tabulated = len(table) > 0
     a = chosen[x]
     cost_a = marginal[a] if a >= 0 else occlusion_cost
@@ -205,9 +213,9 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
         if tabulated:
             left -= table[a, o] if a >= 0 else 0.0
             alone -= table[b, o]
-        if listed:
-            left -= listed_cost(costs, a, o)
-            alone -= listed_cost(costs, b, o)
+        if more:
+            left -= _further_cost(costs, triples, chosen, x, a, other, o)
+            alone -= _further_cost(costs, triples, chosen, x, b, other, o)
         if alone + occlusion_cost - left < best:
             best, best_b, best_other, best_c = alone + occlusion_cost - left, b, other, -1
         first, last = rows[other], rows[other + 1]
@@ -223,11 +231,27 @@ def _best_move(  # noqa: C901 - split, it would count references in its inner lo
                 gain -= distortion_cost(beta, distance, target[candidates[a, 1], z])
             if tabulated:
                 gain += table[b, c] - (table[c, a] if a >= 0 else 0.0)
-            if listed:
-                gain += listed_cost(costs, b, c) - listed_cost(costs, c, a)
+            if more:
+                gain += _further_cost(costs, triples, chosen, x, b, other, c)
+                gain -= _further_cost(costs, triples, chosen, x, a, other, c)
             if gain < best:
                 best, best_b, best_other, best_c = gain, b, other, c
     return best, best_b, best_other, best_c
+
+
+@kernel
+def _further_cost(
+    costs: PairwiseCosts,
+    triples: TripleCosts,
+    chosen: IntArray,
+    x: int,
+    a: int,
+    other: int,
+    b: int,
+) -> float:
+    """Explicit cost of two candidates, and that of their triple, given its third point's one."""
+    cost: float = listed_cost(costs, a, b)
+    return cost + cost_given_third(triples, chosen, x, a, other, b)
 
 
 @kernel
@@ -246,6 +270,7 @@ def _candidate(candidates: IntArray, first: int, last: int, y: int) -> int:
 @kernel
 def _improve(
     costs: PairwiseCosts,
+    triples: TripleCosts,
     unary: FloatArray,
     occlusion_cost: float,
     chosen: IntArray,
@@ -260,18 +285,20 @@ def _improve(
     chosen[:] = -1
     for x in range(n):
         if start[x] >= 0:
-            _switch(costs, chosen, owner, marginal, x, start[x])
+            _switch(costs, triples, chosen, owner, marginal, x, start[x])
     tolerance = 1e-12 * (1.0 + np.abs(marginal).max())
     for _ in range(max_passes):
         improved = False
         for x in range(n):
             free = int((owner < 0).sum())
-            gain, b, other, c = _best_move(costs, occlusion_cost, chosen, owner, free, marginal, x)
+            gain, b, other, c = _best_move(
+                costs, triples, occlusion_cost, chosen, owner, free, marginal, x
+            )
             if not gain < -tolerance:
                 continue
             improved = True
-            _switch(costs, chosen, owner, marginal, x, b)
+            _switch(costs, triples, chosen, owner, marginal, x, b)
             if other >= 0:
-                _switch(costs, chosen, owner, marginal, other, c)
+                _switch(costs, triples, chosen, owner, marginal, other, c)
         if not improved:
             return

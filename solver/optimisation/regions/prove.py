@@ -18,7 +18,8 @@ _STEPS = 10**9
 def can_prove(problem: LabellingProblem) -> bool:
     """Return whether the costs have the form, and the candidates the number, for :func:`prove`."""
     small = 8 * problem.n_candidates * problem.n_sources <= _MOST_BYTES
-    only_metrics = not len(problem.table) and not len(problem.terms.first)
+    others = problem.table, problem.terms.first, problem.triples.points
+    only_metrics = not any(len(costs) for costs in others)
     return small and only_metrics and problem.non_negative
 
 

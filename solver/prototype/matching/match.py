@@ -109,7 +109,7 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     OptionError
         They do not.
     """
-    for field in ("refine", "dense"):
+    for field in ("refine", "dense", "third_order"):
         if getattr(options, field):
             raise OptionError(field, f"{field} is not supported with a prototype; leave it out")
     if options.landmarks:

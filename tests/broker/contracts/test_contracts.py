@@ -70,7 +70,14 @@ def test_ranges(model: type[BaseModel], options: type[ParameterSet], name: str) 
         assert caught.value.field == name
 
 
-@pytest.mark.parametrize("values", [{"points": 33}, {"points": 8, "occlusion_cost": 1.0}])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"points": 33},
+        {"points": 8, "occlusion_cost": 1.0},
+        {"points": 8, "third_order": 0.1},
+    ],
+)
 def test_the_linf_objective_excludes_other_options(values: dict[str, Any]) -> None:
     assert options_of(MatchOptions, MatchParameters(objective="linf", points=32)).objective == LINF
     with pytest.raises(ValidationError, match="linf"):

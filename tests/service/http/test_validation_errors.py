@@ -68,9 +68,12 @@ def test_messages_of_invalid_fields_are_for_users(http: httpx2.Client) -> None:
 
 
 def test_our_own_words_come_without_those_of_others(http: httpx2.Client) -> None:
-    body = {"source": "a", "target": "b", "objective": "linf", "points": 33}
+    body: dict[str, object] = {"source": "a", "target": "b", "objective": "linf", "points": 33}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
     assert named["body.objective"].startswith('"linf" takes at most 32 points')
+    body |= {"points": 8, "third_order": 0.1}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    assert named["body.third_order"].startswith('"linf" has no third-order term')
 
 
 @pytest.mark.parametrize(

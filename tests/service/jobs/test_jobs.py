@@ -287,6 +287,7 @@ BAD_PARAMETERS = {
     "descriptor": ("shot", [], ["none"] * 9),
     "beta": (-1, 1e7),
     "first_order_weight": (-0.1,),
+    "third_order": (-0.1, 1e7, "0.1", None),
     "occlusion_cost": (-1, 0),
     "diffusion_time": (0.01,),
     "normalise": (None, 0),

@@ -276,6 +276,7 @@ def test_errors_found_while_learning_name_the_field(
         ({"refine": "gmds"}, "body.refine", "not supported"),
         ({"dense": True}, "body.dense", "not supported"),
         ({"landmarks": [[0, 3]]}, "body.landmarks", "not supported"),
+        ({"third_order": 0.1}, "body.third_order", "not supported"),
         ({"objective": "linf", "points": 8}, "body.objective", 'only "l2"'),
         ({"metric": "diffusion"}, "body.metric", "learned with"),
         ({"descriptor": "none"}, "body.descriptor", "learned with"),
