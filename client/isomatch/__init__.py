@@ -36,6 +36,7 @@ from isomatch._errors import (
     UnsupportedFormat,
     WaitTimeout,
 )
+from isomatch._landmarks import LandmarkSet, read_landmarks, write_landmarks
 from isomatch._models import (
     Alternative,
     Confidence,
@@ -105,6 +106,7 @@ __all__ = [
     "JobFailed",
     "JobRecord",
     "JobWebhook",
+    "LandmarkSet",
     "LearnedPrototype",
     "Level",
     "Match",
@@ -142,5 +144,7 @@ __all__ = [
     "WaitTimeout",
     "Webhook",
     "WebhookEvent",
+    "read_landmarks",
     "verify_webhook",
+    "write_landmarks",
 ]
