@@ -8,7 +8,14 @@
 
 from importlib.metadata import version as _version
 
-from isomatch._clients import AsyncClient, AsyncJob, Client, Job
+from isomatch._clients import (
+    AsyncClient,
+    AsyncJob,
+    AsyncLandmarkJob,
+    Client,
+    Job,
+    LandmarkJob,
+)
 from isomatch._errors import (
     BadRequest,
     Conflict,
@@ -36,7 +43,13 @@ from isomatch._errors import (
     UnsupportedFormat,
     WaitTimeout,
 )
-from isomatch._landmarks import LandmarkSet, read_landmarks, write_landmarks
+from isomatch._landmarks import (
+    CarriedLandmarks,
+    LandmarkSet,
+    LandmarkTemplate,
+    read_landmarks,
+    write_landmarks,
+)
 from isomatch._models import (
     Alternative,
     Confidence,
@@ -81,7 +94,9 @@ __all__ = [
     "Alternative",
     "AsyncClient",
     "AsyncJob",
+    "AsyncLandmarkJob",
     "BadRequest",
+    "CarriedLandmarks",
     "Client",
     "Confidence",
     "Conflict",
@@ -106,7 +121,9 @@ __all__ = [
     "JobFailed",
     "JobRecord",
     "JobWebhook",
+    "LandmarkJob",
     "LandmarkSet",
+    "LandmarkTemplate",
     "LearnedPrototype",
     "Level",
     "Match",

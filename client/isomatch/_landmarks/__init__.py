@@ -1,5 +1,12 @@
-"""Landmarks: files of them."""
+"""Landmarks: files of them, and their images on other specimens."""
 
+from isomatch._landmarks.carrying import (
+    CarriedLandmarks,
+    LandmarkTemplate,
+    carried_landmarks,
+    remarks_on,
+    with_same_labels,
+)
 from isomatch._landmarks.formats import (
     FORMATS,
     PER_SPECIMEN,
@@ -14,10 +21,15 @@ from isomatch._landmarks.landmark_set import LandmarkSet
 __all__ = [
     "FORMATS",
     "PER_SPECIMEN",
+    "CarriedLandmarks",
     "CoordinateSystem",
     "LandmarkFormat",
     "LandmarkSet",
+    "LandmarkTemplate",
+    "carried_landmarks",
     "read_landmarks",
+    "remarks_on",
     "stem_of",
+    "with_same_labels",
     "write_landmarks",
 ]
