@@ -11,6 +11,7 @@ from isomatch._cli import (
     COMPARE_EXAMPLES,
     EXIT_CODES,
     FORMATS,
+    LANDMARKS_EXAMPLES,
     MATCH_EXAMPLES,
     AsJson,
     Mesh,
@@ -25,6 +26,7 @@ from isomatch._cli import (
     connected,
     echo_models,
     jobs,
+    landmarks,
     leave,
     named_upload,
     names_prototype,
@@ -69,6 +71,7 @@ def _common(
 
 app.add_typer(jobs)
 app.add_typer(prototypes)
+app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
 
 
 @app.command(epilog=MATCH_EXAMPLES)

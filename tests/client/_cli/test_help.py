@@ -16,6 +16,7 @@ from demo.stack import ROOT
 PANELS = {
     "match": ["Options", "Shapes", "Structures", "Solver"],
     "compare": ["Options", "Shapes", "Structures", "Solver"],
+    "landmarks": ["Options", "Shapes", "Structures", "Solver"],
     "prototype learn": ["Options", "Shapes", "Structures", "Mixtures"],
 }
 LAST = "Output and service"
@@ -62,6 +63,8 @@ def test_examples_are_accepted(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     for name in ("a.off", "b.obj", "cat0.off", "human0.off", "scan0.ply", "stranger.off"):
+        Path(name).touch()
+    for name in ("template.ply", "template.mrk.json", "a.ply", "a.tps", "b.ply", "b.fcsv"):
         Path(name).touch()
     examples = [line.strip() for line in epilog(command) if line.startswith("  isomatch ")]
     assert len(examples) > 1
