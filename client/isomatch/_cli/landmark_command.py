@@ -12,7 +12,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, connected, leave
 from isomatch._cli.job_runs import echo_models, interrupts_deferred
-from isomatch._cli.landmark_output import LandmarkOutput, document_of, print_landmarks
+from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
 from isomatch._cli.options import AsJson, Mesh, Meshes, Url, shapes_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
@@ -98,9 +98,9 @@ class _Collection:
         try:
             try:
                 yield
-            except (ConnectionFailed, UnexpectedResponse, Unauthorized):
+            except (ConnectionFailed, UnexpectedResponse, Unauthorized, BrokenPipeError):
                 raise
-            except (IsomatchError, ValueError) as error:
+            except (IsomatchError, OSError, ValueError) as error:
                 leave(error, self.as_json, specimen)
         except typer.Exit:
             self.failed.append(specimen)
@@ -180,6 +180,8 @@ def landmarks(
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise typer.BadParameter(f"two specimens are called {twice!r}", param_hint="SPECIMENS")
+    if file_format == "csv" and TABLE in (f"{name}.csv" for name in names):
+        raise typer.BadParameter(f"{TABLE} is the table of all specimens", param_hint="SPECIMENS")
     with connected(url, as_json) as client:
         sets = with_same_labels([_of_template(file, shape, coordinates) for shape, file in files])
         shapes = uploaded(client, [shape for shape, _ in files], as_json)

@@ -4,7 +4,6 @@ from isomatch._landmarks.carrying import (
     CarriedLandmarks,
     LandmarkTemplate,
     carried_landmarks,
-    remarks_on,
     with_same_labels,
 )
 from isomatch._landmarks.formats import (
@@ -17,6 +16,7 @@ from isomatch._landmarks.formats import (
     write_landmarks,
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
+from isomatch._landmarks.remarks import remarks_on
 
 __all__ = [
     "FORMATS",

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -20,9 +19,6 @@ from isomatch._models import Shape, VertexMap
 from isomatch._results import Geometry, Match
 
 Floats = npt.NDArray[np.float64]
-
-FAR: Final = 0.05
-"""Distance from the surface, over √area, above which a landmark is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +223,7 @@ def merged(
     several = there.sum(axis=1) > 1
     positions[several] = nearest_points(specimen, positions[several]).positions(specimen)
     apart = np.linalg.norm(places - positions[:, None], axis=2) / square_root_of_area(specimen)
-    total = np.where(some, weights.sum(axis=1), np.nan)
+    total = np.where(some, np.maximum(weights.sum(axis=1), np.finfo(float).tiny), np.nan)
     agreed = np.where(there & (apart <= NEAR), weights**2, 0.0).sum(axis=1)
 
     def mean(values: Floats) -> Floats:
@@ -268,44 +264,6 @@ def with_same_labels(landmarks: Sequence[LandmarkSet]) -> list[LandmarkSet]:
             raise ValueError(f"templates 1 and {number} do not have the same landmarks{named}")
         rows = [one.labels.index(label) for label in first]
         found.append(LandmarkSet(first, one.positions[rows], one.name))
-    return found
-
-
-def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
-    """Report landmarks that are far from the surface of their template.
-
-    Parameters
-    ----------
-    landmarks
-        Of the template.
-    template
-        Its surface.
-
-    Returns
-    -------
-    Sentences; none if all landmarks are within `FAR` √area of the surface.
-    """
-    given = landmarks.positions[landmarks.present]
-    size = square_root_of_area(template)
-    apart = _distances(template, given) / size
-    far = apart > FAR
-    if not far.any():
-        return ()
-    worst = int(apart.argmax())
-    label = np.array(landmarks.labels)[landmarks.present][worst]
-    text = (
-        f"{int(far.sum())} of {len(given)} landmarks are far from the surface, {label!r} by"
-        f" {apart[worst] * size:.4g}; the nearest points of the surface are taken"
-    )
-    turned = _distances(template, given * np.array([-1.0, -1.0, 1.0])) / size
-    if np.median(turned) < 0.5 * np.median(apart):
-        text += ". With x and y negated they are nearer: is the mesh in RAS coordinates?"
-    return (text,)
-
-
-def _distances(geometry: Geometry, positions: Floats) -> Floats:
-    nearest = nearest_points(geometry, positions).positions(geometry)
-    found: Floats = np.linalg.norm(positions - nearest, axis=1)
     return found
 
 

@@ -95,6 +95,13 @@ def test_one_template_is_not_changed() -> None:
     assert np.isnan(found.spread).all()
 
 
+def test_matches_without_any_confidence_give_landmarks_of_confidence_zero() -> None:
+    one = from_template(GIVEN, BLOB, MAPS, 0.0, BLOB)
+    found = merged(GIVEN.labels, [one, one], np.zeros(2), BLOB)
+    np.testing.assert_array_equal(found.confidence[GIVEN.present], 0.0)
+    np.testing.assert_allclose(found.positions[GIVEN.present], PLACES[GIVEN.present], atol=1e-6)
+
+
 def test_a_template_far_from_the_others_moves_nothing() -> None:
     far = 0.5 * square_root_of_area(BLOB)
     each = [carried(0, 0.0), carried(1, 0.0), carried(2, far)]
