@@ -42,6 +42,7 @@ LEAVES = {
     "README.md": ("match.png", "matrix.png"),
     "client/README.md": ("match.png", "match.json", "matrix.png"),
     "docs/prototypes.md": ("match.png", "human.npz"),
+    "docs/landmarks.md": ("out/specimen2.mrk.json", "out/landmarks.csv", "out/landmarks.tps"),
 }
 """Files that are there afterwards."""
 
