@@ -8,7 +8,14 @@
 
 from importlib.metadata import version as _version
 
-from isomatch._clients import AsyncClient, AsyncJob, Client, Job
+from isomatch._clients import (
+    AsyncClient,
+    AsyncJob,
+    AsyncLandmarkJob,
+    Client,
+    Job,
+    LandmarkJob,
+)
 from isomatch._errors import (
     BadRequest,
     Conflict,
@@ -37,6 +44,13 @@ from isomatch._errors import (
     UnprocessableShape,
     UnsupportedFormat,
     WaitTimeout,
+)
+from isomatch._landmarks import (
+    CarriedLandmarks,
+    LandmarkSet,
+    LandmarkTemplate,
+    read_landmarks,
+    write_landmarks,
 )
 from isomatch._models import (
     Alternative,
@@ -87,9 +101,11 @@ __all__ = [
     "Alternative",
     "AsyncClient",
     "AsyncJob",
+    "AsyncLandmarkJob",
     "AttributeSummary",
     "Attributes",
     "BadRequest",
+    "CarriedLandmarks",
     "Client",
     "Confidence",
     "Conflict",
@@ -115,6 +131,9 @@ __all__ = [
     "JobFailed",
     "JobRecord",
     "JobWebhook",
+    "LandmarkJob",
+    "LandmarkSet",
+    "LandmarkTemplate",
     "LearnedPrototype",
     "Level",
     "Match",
@@ -156,5 +175,7 @@ __all__ = [
     "WaitTimeout",
     "Webhook",
     "WebhookEvent",
+    "read_landmarks",
     "verify_webhook",
+    "write_landmarks",
 ]

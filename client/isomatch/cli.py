@@ -11,6 +11,7 @@ from isomatch._cli import (
     COMPARE_EXAMPLES,
     EXIT_CODES,
     FORMATS,
+    LANDMARKS_EXAMPLES,
     MATCH_EXAMPLES,
     TRANSFER_EXAMPLES,
     AsJson,
@@ -27,6 +28,7 @@ from isomatch._cli import (
     connected,
     echo_models,
     jobs,
+    landmarks,
     leave,
     named_upload,
     names_prototype,
@@ -75,6 +77,7 @@ def _common(
 app.add_typer(jobs)
 app.add_typer(prototypes)
 app.command(epilog=TRANSFER_EXAMPLES)(transfer)
+app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
 
 
 @app.command(epilog=MATCH_EXAMPLES)

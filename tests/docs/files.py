@@ -5,10 +5,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Final
 
+import isomatch
 import numpy as np
 import trimesh
 
-from tests.client.shapes import TURN, blob_meshes, write_blobs
+from tests.client.shapes import TURN, blob_meshes, moved, write_blobs
 from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb, zipped_obj
 from tests.worker.families import family
 
@@ -50,11 +51,26 @@ def write_parts(folder: Path) -> None:
     folder.joinpath("parts.csv").write_text("\n".join(["part", *labels, ""]))
 
 
+def write_specimens(folder: Path) -> None:
+    """Specimens of one shape, and two templates with the same landmarks."""
+    first, second = blob_meshes()
+    for name, mesh in (("template", first), ("other", second), ("specimen1", second)):
+        mesh.export(folder / f"{name}.ply")
+    first.vertices = first.vertices * 1.5
+    first.export(folder / "specimen2.ply")
+    places = np.asarray(blob_meshes()[0].vertices[:40:8], dtype=np.float64)
+    labels = ("nasion", "apex", "tip", "left", "right")
+    isomatch.write_landmarks(folder / "template.mrk.json", [isomatch.LandmarkSet(labels, places)])
+    there = isomatch.LandmarkSet(labels, moved(places))
+    isomatch.write_landmarks(folder / "other.fcsv", [there])
+
+
 WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
     {
         "docs/textures.md": write_textured,
         "docs/prototypes.md": write_class,
         "docs/transfer.md": write_parts,
+        "docs/landmarks.md": write_specimens,
     }
 )
 """Who writes what one document has besides."""

@@ -1,9 +1,15 @@
 """Commands, options and output of the command line, assembled in :mod:`isomatch.cli`."""
 
-from isomatch._cli.examples import COMPARE_EXAMPLES, MATCH_EXAMPLES, TRANSFER_EXAMPLES
+from isomatch._cli.examples import (
+    COMPARE_EXAMPLES,
+    LANDMARKS_EXAMPLES,
+    MATCH_EXAMPLES,
+    TRANSFER_EXAMPLES,
+)
 from isomatch._cli.exit_codes import EXIT_CODES, connected, leave
 from isomatch._cli.job_commands import jobs
 from isomatch._cli.job_runs import echo_models, run
+from isomatch._cli.landmark_command import landmarks
 from isomatch._cli.options import (
     FORMATS,
     AsJson,
@@ -28,6 +34,7 @@ __all__ = [
     "COMPARE_EXAMPLES",
     "EXIT_CODES",
     "FORMATS",
+    "LANDMARKS_EXAMPLES",
     "MATCH_EXAMPLES",
     "TRANSFER_EXAMPLES",
     "AsJson",
@@ -44,6 +51,7 @@ __all__ = [
     "connected",
     "echo_models",
     "jobs",
+    "landmarks",
     "leave",
     "named_upload",
     "names_prototype",

@@ -70,3 +70,14 @@ LEARN_EXAMPLES: Final = _epilog(
         "isomatch match p-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f stranger.off",
     ),
 )
+
+LANDMARKS_EXAMPLES: Final = _epilog(
+    (
+        "Slicer markups out/scan0.mrk.json, ..., and a table out/landmarks.csv",
+        "isomatch landmarks template.ply template.mrk.json scan*.ply -o out",
+    ),
+    (
+        "the median of two templates",
+        "isomatch landmarks a.ply a.tps scan*.ply -o out --template b.ply=b.fcsv",
+    ),
+)

@@ -1,7 +1,7 @@
 """The asynchronous client."""
 
 import os
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncIterator, Iterable, Sequence
 from functools import partial
 from types import TracebackType
 from typing import Unpack
@@ -9,10 +9,12 @@ from typing import Unpack
 import httpx2
 
 from isomatch._clients.async_job import AsyncJob
+from isomatch._clients.async_landmark_job import AsyncLandmarkJob
 from isomatch._clients.client import Client
 from isomatch._clients.documented_as import documented_as
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import AsyncTransport, api_key_or_default, url_or_default
+from isomatch._landmarks import LandmarkTemplate
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
@@ -22,7 +24,7 @@ from isomatch._models import (
     Shape,
     Structures,
 )
-from isomatch._operations import jobs, prototypes, shapes, transfers
+from isomatch._operations import jobs, landmarks, prototypes, shapes, transfers
 from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
@@ -178,6 +180,17 @@ class AsyncClient:
             idempotency_key,
         )
         return AsyncJob(self._transport, await self._transport.run(start))
+
+    @documented_as(Client.landmarks)
+    async def landmarks(
+        self,
+        templates: Sequence[LandmarkTemplate],
+        specimen: Shape | str,
+        **parameters: Unpack[MatchParameters],
+    ) -> AsyncLandmarkJob:
+        start = landmarks.start_landmarks(templates, specimen, parameters)
+        records = await self._transport.run(start)
+        return AsyncLandmarkJob(self._transport, templates, specimen, records)
 
     @documented_as(Client.dissimilarities)
     async def dissimilarities(

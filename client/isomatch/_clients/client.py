@@ -1,7 +1,7 @@
 """The blocking client."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from types import TracebackType
 from typing import Unpack
@@ -9,8 +9,10 @@ from typing import Unpack
 import httpx2
 
 from isomatch._clients.job import Job
+from isomatch._clients.landmark_job import LandmarkJob
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport, api_key_or_default, url_or_default
+from isomatch._landmarks import LandmarkTemplate
 from isomatch._models import (
     Attributes,
     DissimilarityParameters,
@@ -20,7 +22,7 @@ from isomatch._models import (
     Shape,
     Structures,
 )
-from isomatch._operations import jobs, prototypes, shapes, transfers
+from isomatch._operations import jobs, landmarks, prototypes, shapes, transfers
 from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
@@ -347,6 +349,52 @@ class Client:
             idempotency_key,
         )
         return Job(self._transport, self._transport.run(start))
+
+    def landmarks(
+        self,
+        templates: Sequence[LandmarkTemplate],
+        specimen: Shape | str,
+        **parameters: Unpack[MatchParameters],
+    ) -> LandmarkJob:
+        """Start to carry landmarks from one or several templates to a specimen.
+
+        Each template is matched densely with the specimen, at full resolution.
+
+        Parameters
+        ----------
+        templates
+            Shapes with their landmarks, which have the same labels.
+        specimen
+            The shape that gets the landmarks, or its id.
+        **parameters
+            Of the matches, see :class:`~isomatch.MatchParameters`; all but `dense`, `simplify`,
+            `landmarks`, `occlusion_cost` and `refine`.
+
+        Returns
+        -------
+        job
+            ``job.result()`` waits for the :class:`~isomatch.CarriedLandmarks`.
+
+        Raises
+        ------
+        UnknownShape
+            A shape does not exist; the message names it.
+        InvalidRequest
+            The value of a parameter is invalid; the message names it.
+        TypeError
+            A parameter does not exist.
+        ValueError
+            There is no template.
+
+        Examples
+        --------
+        >>> (given,) = read_landmarks("template.mrk.json")
+        >>> template = LandmarkTemplate(client.upload("template.ply"), given)
+        >>> found = client.landmarks([template], client.upload("a.ply")).result(progress=True)
+        >>> write_landmarks("a.mrk.json", [found.landmark_set("a")])
+        """
+        start = landmarks.start_landmarks(templates, specimen, parameters)
+        return LandmarkJob(self._transport, templates, specimen, self._transport.run(start))
 
     def dissimilarities(
         self,

@@ -16,6 +16,7 @@ from demo.stack import ROOT
 PANELS = {
     "match": ["Options", "Shapes", "Structures", "Solver"],
     "compare": ["Options", "Shapes", "Structures", "Solver"],
+    "landmarks": ["Options", "Shapes", "Structures", "Solver"],
     "prototype learn": ["Options", "Shapes", "Structures", "Mixtures"],
 }
 LAST = "Output and service"
@@ -71,6 +72,8 @@ def test_examples_are_accepted(
         "a.glb",
         "parts.csv",
     ):
+        Path(name).touch()
+    for name in ("template.ply", "template.mrk.json", "a.ply", "a.tps", "b.ply", "b.fcsv"):
         Path(name).touch()
     examples = [line.strip() for line in epilog(command) if line.startswith("  isomatch ")]
     assert len(examples) > 1

@@ -1,0 +1,222 @@
+"""``isomatch landmarks``: landmarks of a collection of specimens, from one or several templates."""
+
+from collections import deque
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from isomatch._cli import render
+from isomatch._cli.exit_codes import REFUSED, connected, leave
+from isomatch._cli.job_runs import echo_models, interrupts_deferred
+from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, shapes_given
+from isomatch._cli.parameter_options import MATCH
+from isomatch._cli.parameter_table import takes
+from isomatch._cli.uploads import uploaded
+from isomatch._clients import Client, LandmarkJob
+from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
+from isomatch._http import DEFAULT_URL
+from isomatch._landmarks import (
+    CarriedLandmarks,
+    CoordinateSystem,
+    LandmarkFormat,
+    LandmarkSet,
+    LandmarkTemplate,
+    read_landmarks,
+    remarks_on,
+    stem_of,
+    with_same_labels,
+)
+from isomatch._models import MatchParameters, Shape
+from isomatch._operations.landmarks import FIXED
+
+AHEAD: Final = 4
+"""Specimens whose matches are queued while the landmarks of another are awaited."""
+
+
+@dataclass
+class _Collection:
+    """Specimens on their way.
+
+    Attributes
+    ----------
+    client
+        The connection.
+    templates, parameters
+        What they are matched with, and how.
+    as_json
+        Keep the standard output for JSON.
+    failed
+        Specimens that have no landmarks, by the names that were given.
+    pending
+        Jobs that were started and are not awaited yet, with these names.
+    """
+
+    client: Client
+    templates: Sequence[LandmarkTemplate]
+    parameters: MatchParameters
+    as_json: bool
+    failed: list[str] = field(default_factory=list)
+    pending: deque[tuple[str, LandmarkJob]] = field(default_factory=deque)
+
+    def landmarks(self, specimens: Sequence[str]) -> Generator[tuple[str, CarriedLandmarks]]:
+        """Yield the landmarks of each specimen that does not fail; at the end, cancel the rest."""
+        left = deque(specimens)
+        try:
+            while left or self.pending:
+                while left and len(self.pending) <= AHEAD:
+                    self._start(left.popleft())
+                if self.pending:
+                    specimen, job = self.pending[0]
+                    count = len(specimens) - len(left) - len(self.pending) + 1
+                    if not self.as_json:
+                        typer.echo(f"{count} of {len(specimens)}: {specimen}", err=True)
+                    with self._goes_on(specimen):
+                        yield specimen, job.result(progress=not self.as_json)
+                    self.pending.popleft()
+                    if specimen in self.failed:
+                        job.cancel()
+        finally:
+            for _, job in self.pending:
+                job.cancel()
+
+    def _start(self, specimen: str) -> None:
+        with self._goes_on(specimen):
+            (shape,) = uploaded(self.client, [specimen], self.as_json)
+            # The ids are known before a first Ctrl-C, so that the jobs can be cancelled.
+            with interrupts_deferred():
+                job = self.client.landmarks(self.templates, shape, **self.parameters)
+                self.pending.append((specimen, job))
+
+    @contextmanager
+    def _goes_on(self, specimen: str) -> Iterator[None]:
+        """Report a specimen that fails; without a service none can succeed."""
+        try:
+            try:
+                yield
+            except (ConnectionFailed, UnexpectedResponse, Unauthorized, BrokenPipeError):
+                raise
+            except (IsomatchError, OSError, ValueError) as error:
+                leave(error, self.as_json, specimen)
+        except typer.Exit:
+            self.failed.append(specimen)
+
+
+def _folder(given: Path) -> Path:
+    if given.exists() and not given.is_dir():
+        raise typer.BadParameter(f"{str(given)!r} is not a folder")
+    if not given.parent.is_dir():
+        raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
+    return given
+
+
+def _more(given: list[str] | None) -> list[str]:
+    for one in given or ():
+        shape, _, file = one.partition("=")
+        if not Path(file).is_file():
+            raise typer.BadParameter(f"{one!r} is not of the form MESH=LANDMARKS, with two files")
+        shapes_given(shape)
+    return given or []
+
+
+@takes(MATCH, without=FIXED)
+def landmarks(
+    template: Mesh,
+    landmarks: Annotated[
+        Path,
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            readable=True,
+            help="Its landmarks (.mrk.json, .fcsv, .csv, .tps, .txt of MorphoJ).",
+        ),
+    ],
+    specimens: Meshes,
+    parameters: MatchParameters,
+    folder: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", callback=_folder, help="Folder of the files, made if missing."
+        ),
+    ],
+    more: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--template",
+            metavar="MESH=LANDMARKS",
+            callback=_more,
+            help="Another template and its landmarks; the answer is the median. May be repeated.",
+        ),
+    ] = None,
+    file_format: Annotated[
+        LandmarkFormat,
+        typer.Option(
+            "--format",
+            help="Format of the files; tps and txt (MorphoJ) have all specimens in one.",
+        ),
+    ] = "mrk.json",
+    coordinates: Annotated[
+        CoordinateSystem,
+        typer.Option(
+            case_sensitive=False,
+            help="Coordinate system of the meshes, to which landmarks of 3D Slicer are converted.",
+        ),
+    ] = "LPS",
+    as_json: AsJson = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Carry landmarks from a template to specimens, each with a confidence.
+
+    Every specimen gets a file of its own in the folder; landmarks.csv has the confidence of each
+    landmark. A specimen that fails is named, and the others go on.
+    """
+    files = [(template, landmarks)]
+    files += [(shape, Path(file)) for shape, _, file in (one.partition("=") for one in more or ())]
+    names = [stem_of(one) for one in specimens]
+    if len(set(names)) < len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise typer.BadParameter(f"two specimens are called {twice!r}", param_hint="SPECIMENS")
+    if file_format == "csv" and TABLE in (f"{name}.csv" for name in names):
+        raise typer.BadParameter(f"{TABLE} is the table of all specimens", param_hint="SPECIMENS")
+    with connected(url, as_json) as client:
+        sets = with_same_labels([_of_template(file, shape, coordinates) for shape, file in files])
+        shapes = uploaded(client, [shape for shape, _ in files], as_json)
+        for (shape, _), template_set, known in zip(files, sets, shapes, strict=True):
+            _print_remarks(client, shape, template_set, known, as_json)
+        templates = [LandmarkTemplate(shape, one) for shape, one in zip(shapes, sets, strict=True)]
+        folder.mkdir(exist_ok=True)
+        output = LandmarkOutput(folder, file_format, coordinates)
+        running = _Collection(client, templates, parameters, as_json)
+        with closing(running.landmarks(specimens)) as every:
+            for specimen, found in every:
+                output.add(stem_of(specimen), found)
+        if as_json:
+            echo_models(document_of(name, found) for name, found in output.found.items())
+        else:
+            print_landmarks(output.found, render.standard_output())
+        if running.failed:
+            if not as_json:
+                typer.echo(f"isomatch: no landmarks for {', '.join(running.failed)}", err=True)
+            raise typer.Exit(REFUSED)
+
+
+def _of_template(file: Path, shape: str, coordinates: CoordinateSystem) -> LandmarkSet:
+    """The landmarks of a template; of several specimens in a file, those that bear its name."""
+    found = read_landmarks(file, coordinates)
+    if len(found) > 1:
+        found = tuple(one for one in found if stem_of(one.name) == stem_of(shape))
+    if len(found) != 1:
+        raise ValueError(f"{file}: there is no specimen called {stem_of(shape)!r}, or several")
+    return found[0]
+
+
+def _print_remarks(
+    client: Client, name: str, landmarks: LandmarkSet, shape: Shape, as_json: bool
+) -> None:
+    remarks = remarks_on(landmarks, client.geometry(shape))
+    if not as_json:
+        render.print_warnings([f"{name}: {text}" for text in remarks], render.standard_error())

@@ -1,0 +1,97 @@
+"""Output of ``isomatch landmarks``: a file for each specimen, and one table of all."""
+
+import csv
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Column, Table
+from rich.text import Text
+
+from isomatch._landmarks import (
+    PER_SPECIMEN,
+    CarriedLandmarks,
+    CoordinateSystem,
+    LandmarkFormat,
+    write_landmarks,
+)
+
+TABLE: Final = "landmarks.csv"
+"""Name of the table in the folder."""
+
+_MEASURES: Final = ("confidence", "round_trip", "distortion", "spread", "from_surface")
+
+
+@dataclass
+class LandmarkOutput:
+    """Files of landmarks in a folder, complete after each specimen.
+
+    Attributes
+    ----------
+    folder
+        Where they are written.
+    file_format
+        Of the landmarks.
+    coordinates
+        Coordinate system of the meshes.
+    found
+        Landmarks so far, by the specimen's name.
+    """
+
+    folder: Path
+    file_format: LandmarkFormat
+    coordinates: CoordinateSystem
+    found: dict[str, CarriedLandmarks] = field(default_factory=dict)
+
+    def add(self, name: str, landmarks: CarriedLandmarks) -> None:
+        """Write the landmarks of a specimen, and the table anew."""
+        self.found[name] = landmarks
+        if self.file_format in PER_SPECIMEN:
+            path = self.folder / f"{name}.{self.file_format}"
+            write_landmarks(path, [landmarks.landmark_set(name)], self.coordinates)
+        else:
+            every = [one.landmark_set(specimen) for specimen, one in self.found.items()]
+            write_landmarks(self.folder / f"landmarks.{self.file_format}", every)
+        with (self.folder / TABLE).open("w", encoding="utf-8", newline="") as file:
+            rows = csv.writer(file, lineterminator="\n")
+            rows.writerow(("specimen", "label", "x", "y", "z", *_MEASURES))
+            for specimen, one in self.found.items():
+                rows.writerows((specimen, *row.values()) for row in _rows(one))
+
+
+def document_of(name: str, landmarks: CarriedLandmarks) -> str:
+    """Return the landmarks of a specimen as a JSON document."""
+    return json.dumps({"specimen": name, "landmarks": _rows(landmarks)}, allow_nan=False)
+
+
+def print_landmarks(found: Mapping[str, CarriedLandmarks], console: Console) -> None:
+    """Print a row for each specimen: how many landmarks, how sure, and which is least so."""
+    heads = ("landmarks", "missing", "confidence", "least")
+    columns = (Column(head, justify="right") for head in heads)
+    table = Table(Column("specimen"), *columns, Column("of"), box=SIMPLE_HEAD, pad_edge=False)
+    for name, one in found.items():
+        there = np.flatnonzero(~np.isnan(one.confidence))
+        missing = len(one.labels) - len(there)
+        row = [name, str(len(there)), str(missing), "", "", ""]
+        if len(there):
+            least = int(there[one.confidence[there].argmin()])
+            mean = one.confidence[there].mean()
+            row[3:] = [f"{mean:.2f}", f"{one.confidence[least]:.2f}", one.labels[least]]
+        table.add_row(*map(Text, row))
+    console.print(table)
+
+
+def _rows(landmarks: CarriedLandmarks) -> list[dict[str, Any]]:
+    """A row for each landmark; None stands for what is missing."""
+    rows = []
+    for place, label in enumerate(landmarks.labels):
+        named: dict[str, Any] = {"label": label}
+        named |= zip("xyz", landmarks.positions[place].tolist(), strict=True)
+        named |= {name: float(getattr(landmarks, name)[place]) for name in _MEASURES}
+        rows.append({key: None if value != value else value for key, value in named.items()})
+    return rows

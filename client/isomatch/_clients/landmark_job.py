@@ -1,0 +1,59 @@
+"""Landmarks on their way to a specimen, for the blocking client."""
+
+from collections.abc import Sequence
+
+from isomatch._http import BlockingTransport
+from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate
+from isomatch._models import JobRecord, Shape
+from isomatch._operations import landmarks
+
+
+class LandmarkJob:
+    """The matches of one or several templates with a specimen.
+
+    Attributes
+    ----------
+    job_ids
+        Ids of the matches, in the order of the templates.
+    """
+
+    def __init__(
+        self,
+        transport: BlockingTransport,
+        templates: Sequence[LandmarkTemplate],
+        specimen: Shape | str,
+        records: Sequence[JobRecord],
+    ) -> None:
+        self._transport = transport
+        self._templates = tuple(templates)
+        self._specimen = specimen
+        self.job_ids = tuple(record.id for record in records)
+
+    def result(self, progress: bool = False, timeout: float | None = None) -> CarriedLandmarks:
+        """Wait until the matches have ended, and return the landmarks of the specimen.
+
+        Parameters
+        ----------
+        progress
+            Show a progress bar for each match on the standard error.
+        timeout
+            Seconds to wait for each match; None for no limit.
+
+        Raises
+        ------
+        JobFailed, JobCancelled
+            A match failed or was cancelled.
+        WaitTimeout
+            A match did not end within `timeout` seconds; it continues.
+        ValueError
+            The templates do not have the same landmarks.
+        """
+        return self._transport.run(
+            landmarks.get_landmarks(
+                self._templates, self._specimen, self.job_ids, progress, timeout
+            )
+        )
+
+    def cancel(self) -> None:
+        """Cancel the matches that are queued or running."""
+        self._transport.run(landmarks.cancel_landmarks(self.job_ids))

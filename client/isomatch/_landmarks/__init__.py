@@ -1,0 +1,35 @@
+"""Landmarks: files of them, and their images on other specimens."""
+
+from isomatch._landmarks.carrying import (
+    CarriedLandmarks,
+    LandmarkTemplate,
+    carried_landmarks,
+    with_same_labels,
+)
+from isomatch._landmarks.formats import (
+    FORMATS,
+    PER_SPECIMEN,
+    CoordinateSystem,
+    LandmarkFormat,
+    read_landmarks,
+    stem_of,
+    write_landmarks,
+)
+from isomatch._landmarks.landmark_set import LandmarkSet
+from isomatch._landmarks.remarks import remarks_on
+
+__all__ = [
+    "FORMATS",
+    "PER_SPECIMEN",
+    "CarriedLandmarks",
+    "CoordinateSystem",
+    "LandmarkFormat",
+    "LandmarkSet",
+    "LandmarkTemplate",
+    "carried_landmarks",
+    "read_landmarks",
+    "remarks_on",
+    "stem_of",
+    "with_same_labels",
+    "write_landmarks",
+]

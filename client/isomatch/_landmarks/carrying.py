@@ -1,0 +1,275 @@
+"""Landmarks of templates carried to a specimen along dense matches, computed locally."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from isomatch._landmarks.confidence import (
+    NEAR,
+    confidence,
+    local_distortion,
+    square_root_of_area,
+)
+from isomatch._landmarks.landmark_set import LandmarkSet
+from isomatch._landmarks.median import geometric_median
+from isomatch._landmarks.surface_points import images, nearest_points
+from isomatch._models import Shape, VertexMap
+from isomatch._results import Geometry, Match
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LandmarkTemplate:
+    """A shape and the landmarks on it.
+
+    Attributes
+    ----------
+    shape
+        The shape or its id.
+    landmarks
+        In the coordinates of its file. Each stands for the nearest point of the surface.
+    """
+
+    shape: Shape | str
+    landmarks: LandmarkSet
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedLandmarks:
+    """Landmarks of a specimen, carried from one or several templates.
+
+    Lengths but `positions` are over the square root of a surface's area. Rows of landmarks that are
+    missing on all templates are nan.
+
+    Attributes
+    ----------
+    labels
+        Name of each landmark, n of them, in the order of the first template.
+    positions
+        On the specimen's surface, in the coordinates of its file, (n, 3) float64. From several
+        templates, the point nearest to the geometric median of their positions, weighted by their
+        confidence.
+    confidence
+        Probability that each is within 0.05 of the right place, (n,) float64.
+    round_trip
+        Distance on the template between each landmark and the image of its image, (n,) float64;
+        the mean over the templates.
+    distortion
+        Deviation of the map from a rigid motion within 0.1 of the landmark, (n,) float64; the mean
+        over the templates.
+    spread
+        Mean distance of the templates' positions from that of the result, (n,) float64; nan where
+        fewer than two templates have the landmark.
+    from_surface
+        Distance of the landmark from the surface of its template, (n,) float64; the greatest of the
+        templates.
+    probabilities
+        Confidence of the match of each template, (T,) float64.
+    """
+
+    labels: tuple[str, ...]
+    positions: Floats
+    confidence: Floats
+    round_trip: Floats
+    distortion: Floats
+    spread: Floats
+    from_surface: Floats
+    probabilities: Floats
+
+    def landmark_set(self, name: str = "") -> LandmarkSet:
+        """Return the landmarks for a file, each with its confidence as description.
+
+        Parameters
+        ----------
+        name
+            Name of the specimen.
+        """
+        said = tuple("" if np.isnan(one) else f"confidence {one:.2f}" for one in self.confidence)
+        return LandmarkSet(self.labels, self.positions, name, said)
+
+
+@dataclass(frozen=True, eq=False)
+class FromTemplate:
+    """Landmarks of a specimen from one template: see :class:`CarriedLandmarks`."""
+
+    positions: Floats
+    confidence: Floats
+    round_trip: Floats
+    distortion: Floats
+    from_surface: Floats
+
+
+def carried_landmarks(
+    landmarks: Sequence[LandmarkSet],
+    templates: Sequence[Geometry],
+    matches: Sequence[Match],
+    specimen: Geometry,
+) -> CarriedLandmarks:
+    """Carry landmarks of templates to a specimen.
+
+    Parameters
+    ----------
+    landmarks
+        Of each template, with the same labels.
+    templates
+        Their surfaces.
+    matches
+        Of each template with the specimen, dense and with a confidence.
+    specimen
+        Its surface.
+
+    Raises
+    ------
+    ValueError
+        Labels differ, or a match has no dense map in both directions or no confidence.
+    """
+    each = []
+    aligned = with_same_labels(landmarks)
+    probabilities = []
+    for ours, template, match in zip(aligned, templates, matches, strict=True):
+        if match.dense is None or match.confidence is None:
+            raise ValueError("landmarks are carried along dense matches with a confidence")
+        probabilities.append(match.confidence.probability)
+        each.append(
+            from_template(
+                ours,
+                template,
+                (match.dense.source_to_target, match.dense.target_to_source),
+                match.confidence.probability,
+                specimen,
+            )
+        )
+    return merged(aligned[0].labels, each, np.array(probabilities), specimen)
+
+
+def from_template(
+    landmarks: LandmarkSet,
+    template: Geometry,
+    maps: tuple[VertexMap, VertexMap],
+    probability: float,
+    specimen: Geometry,
+) -> FromTemplate:
+    """Carry the landmarks of one template.
+
+    Parameters
+    ----------
+    landmarks
+        Of the template.
+    template
+        Its surface.
+    maps
+        From the template to the specimen, and from the specimen to the template.
+    probability
+        Confidence of the match.
+    specimen
+        Its surface.
+    """
+    there, back = maps
+    size = square_root_of_area(template)
+    mapped = _part_of(template, there.vertices)
+    given = landmarks.positions[landmarks.present]
+    points = nearest_points(mapped, given)
+    here = points.positions(mapped)
+    found = images(points, there, specimen)
+    returned = images(found, back, mapped).positions(mapped)
+    trips = np.linalg.norm(returned - here, axis=1) / size
+    changes = local_distortion(mapped, there, specimen, here)
+
+    def placed(values: Floats) -> Floats:
+        every = np.full((len(landmarks), *values.shape[1:]), np.nan)
+        every[landmarks.present] = values
+        return every
+
+    return FromTemplate(
+        positions=placed(found.positions(specimen)),
+        confidence=placed(confidence(probability, trips, changes)),
+        round_trip=placed(trips),
+        distortion=placed(changes),
+        from_surface=placed(np.linalg.norm(given - here, axis=1) / size),
+    )
+
+
+def merged(
+    labels: tuple[str, ...], each: Sequence[FromTemplate], probabilities: Floats, specimen: Geometry
+) -> CarriedLandmarks:
+    """Merge what several templates say of one specimen.
+
+    The confidence is the mean of the templates' confidences, weighted by themselves, where a
+    template whose position is more than `NEAR` from the result counts as 0.
+
+    Parameters
+    ----------
+    labels
+        Of the landmarks.
+    each
+        What each template says.
+    probabilities
+        Confidence of the match of each.
+    specimen
+        Its surface.
+    """
+    places = np.stack([one.positions for one in each], axis=1)
+    sure = np.stack([one.confidence for one in each], axis=1)
+    there = ~np.isnan(sure)
+    weights = np.where(there, sure, 0.0)
+    positions = np.full((len(labels), 3), np.nan)
+    some = there.any(axis=1)
+    for row in np.flatnonzero(some):
+        chosen = there[row]
+        positions[row] = geometric_median(places[row, chosen], sure[row, chosen])
+    several = there.sum(axis=1) > 1
+    positions[several] = nearest_points(specimen, positions[several]).positions(specimen)
+    apart = np.linalg.norm(places - positions[:, None], axis=2) / square_root_of_area(specimen)
+    total = np.where(some, np.maximum(weights.sum(axis=1), np.finfo(float).tiny), np.nan)
+    agreed = np.where(there & (apart <= NEAR), weights**2, 0.0).sum(axis=1)
+
+    def mean(values: Floats) -> Floats:
+        sums = np.where(there, values, 0.0).sum(axis=1)
+        found: Floats = np.where(some, sums / np.maximum(there.sum(axis=1), 1), np.nan)
+        return found
+
+    surface = np.stack([one.from_surface for one in each], axis=1)
+    return CarriedLandmarks(
+        labels=labels,
+        positions=positions,
+        confidence=agreed / total,
+        round_trip=mean(np.stack([one.round_trip for one in each], axis=1)),
+        distortion=mean(np.stack([one.distortion for one in each], axis=1)),
+        spread=np.where(several, mean(apart), np.nan),
+        from_surface=np.where(some, np.where(there, surface, 0.0).max(axis=1), np.nan),
+        probabilities=probabilities,
+    )
+
+
+def with_same_labels(landmarks: Sequence[LandmarkSet]) -> list[LandmarkSet]:
+    """Return landmarks of templates in the order of the first.
+
+    Raises
+    ------
+    ValueError
+        Their labels differ, or some occur twice and the order differs.
+    """
+    first = landmarks[0].labels
+    found = []
+    for number, one in enumerate(landmarks, start=1):
+        if one.labels == first:
+            found.append(one)
+            continue
+        differing = set(first) ^ set(one.labels)
+        if differing or len(one.labels) != len(first) or len(set(first)) != len(first):
+            named = f": {min(differing)!r}" if differing else ""
+            raise ValueError(f"templates 1 and {number} do not have the same landmarks{named}")
+        rows = [one.labels.index(label) for label in first]
+        found.append(LandmarkSet(first, one.positions[rows], one.name))
+    return found
+
+
+def _part_of(geometry: Geometry, vertices: npt.NDArray[np.int64]) -> Geometry:
+    """The surface without faces that are not mapped, such as other components."""
+    kept = np.isin(geometry.vertex_ids[geometry.faces], vertices).all(axis=1)
+    if not kept.any():
+        raise ValueError("the match has no map of the template's surface; do not simplify it")
+    return Geometry(geometry.vertices, geometry.faces[kept], geometry.vertex_ids, None)

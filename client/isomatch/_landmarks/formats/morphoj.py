@@ -1,0 +1,67 @@
+"""Row/column files of MorphoJ, ``.txt``: a specimen in each row, its identifier first.
+
+Entries are delimited by commas, semicolons or tab stops. The first line may name the columns.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from isomatch._landmarks.formats.reading import FormatError, one_line, position, table
+from isomatch._landmarks.formats.tps import rows_of
+from isomatch._landmarks.landmark_set import LandmarkSet
+
+
+def read(text: str) -> tuple[LandmarkSet, ...]:
+    """Read a file; landmarks whose coordinates are empty or NA are missing.
+
+    Parameters
+    ----------
+    text
+        Of the file. Coordinates are those of the mesh.
+
+    Raises
+    ------
+    FormatError
+        It is no such file; with the line.
+    """
+    rows = table(text)
+    if rows and not any(map(_is_number, rows[0][1][1:])) and len(rows) > 1:
+        rows = rows[1:]
+    return tuple(_specimen(line, entries) for line, entries in rows)
+
+
+def write(specimens: Iterable[LandmarkSet]) -> str:
+    """Return the landmarks of specimens as a file, delimited by tab stops.
+
+    Raises
+    ------
+    ValueError
+        The specimens have different numbers of landmarks.
+    """
+    every = tuple(specimens)
+    counts = sorted({len(one) for one in every})
+    if len(counts) > 1:
+        raise ValueError(f"the specimens have {counts[0]} to {counts[-1]} landmarks")
+    names = [f"{axis}{index + 1}" for index in range(max(counts, default=0)) for axis in "xyz"]
+    lines: list[Sequence[str]] = [("ID", *names)]
+    lines += [
+        (one_line(one.name), *(text for row in rows_of(one) for text in row)) for one in every
+    ]
+    return "".join("\t".join(line) + "\n" for line in lines)
+
+
+def _specimen(line: int, entries: list[str]) -> LandmarkSet:
+    name, texts = entries[0], entries[1:]
+    if not texts or len(texts) % 3:
+        raise FormatError(
+            f"{len(texts)} coordinates after the identifier are not three for each landmark", line
+        )
+    places = [position(texts[at : at + 3], line) for at in range(0, len(texts), 3)]
+    return LandmarkSet.of([(str(index + 1), place) for index, place in enumerate(places)], name)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

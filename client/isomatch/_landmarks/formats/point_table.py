@@ -1,0 +1,76 @@
+"""Tables of points, ``.csv``: a landmark in each row, as label, x, y, z.
+
+The first line names the columns, or is missing. Control points that 3D Slicer exports have columns
+l, p, s or r, a, s, which name the coordinate system, and `defined`.
+"""
+
+import csv
+import io
+from collections.abc import Mapping
+from typing import Final
+
+from isomatch._landmarks.formats.reading import CoordinateSystem, FormatError, position, table
+from isomatch._landmarks.landmark_set import LandmarkSet
+
+_AXES: Final[tuple[tuple[tuple[str, str, str], CoordinateSystem | None], ...]] = (
+    (("x", "y", "z"), None),
+    (("l", "p", "s"), "LPS"),
+    (("r", "a", "s"), "RAS"),
+)
+_LABELS: Final = ("label", "name", "landmark", "id")
+
+
+def names_axes(first: list[str]) -> bool:
+    """Return whether the first row of a table names columns of coordinates."""
+    names = {name.lower() for name in first}
+    return any(set(axes) <= names for axes, _ in _AXES)
+
+
+def read(text: str, coordinates: CoordinateSystem) -> tuple[LandmarkSet, ...]:
+    """Read a file; landmarks whose coordinates are empty or NA are missing.
+
+    Parameters
+    ----------
+    text
+        Of the file. Columns x, y, z have the coordinates of the mesh.
+    coordinates
+        Coordinate system of the mesh, to which columns l, p, s or r, a, s are converted.
+
+    Raises
+    ------
+    FormatError
+        It is no such file; with the line.
+    """
+    rows = table(text)
+    if not rows:
+        return (LandmarkSet.of([]),)
+    columns: Mapping[str, int] = {"label": 0, "x": 1, "y": 2, "z": 3}
+    if names_axes(rows[0][1]):
+        columns = {name.lower(): place for place, name in enumerate(rows[0][1])}
+        rows = rows[1:]
+    elif len(rows[0][1]) == 3:
+        columns = {"x": 0, "y": 1, "z": 2}
+    axes, system = next(found for found in _AXES if set(found[0]) <= set(columns))
+    named = next((columns[name] for name in _LABELS if name in columns), None)
+    points: list[tuple[str, tuple[float, ...] | None]] = []
+    for line, entries in rows:
+        if len(entries) < len(columns):
+            raise FormatError(f"{len(entries)} entries, but {len(columns)} columns", line)
+        place = position([entries[columns[axis]] for axis in axes], line)
+        if "defined" in columns and entries[columns["defined"]] == "0":
+            place = None
+        label = "" if named is None else entries[named]
+        points.append((label or str(len(points) + 1), place))
+    found = LandmarkSet.of(points)
+    return (found if system in (None, coordinates) else found.flipped(),)
+
+
+def write(landmarks: LandmarkSet) -> str:
+    """Return landmarks as a file; the coordinates of those that are missing are empty."""
+    out = io.StringIO()
+    rows = csv.writer(out, lineterminator="\n")
+    rows.writerow(("label", "x", "y", "z"))
+    places = zip(landmarks.labels, landmarks.positions.tolist(), strict=True)
+    for (label, place), there in zip(places, landmarks.present, strict=True):
+        rows.writerow((label, *(place if there else ("", "", ""))))
+    return out.getvalue()

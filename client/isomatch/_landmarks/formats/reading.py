@@ -1,0 +1,122 @@
+"""Parts that readers of landmark files share: numbers, coordinate systems, errors with the line."""
+
+import csv
+import math
+from collections.abc import Sequence
+from typing import Final, Literal, TypeAlias
+
+CoordinateSystem: TypeAlias = Literal["LPS", "RAS"]
+"""Directions of the axes: left, posterior, superior; or right, anterior, superior."""
+
+_CODES: Final[dict[str, CoordinateSystem]] = {"LPS": "LPS", "RAS": "RAS", "1": "LPS", "0": "RAS"}
+"""Names of coordinate systems, and the numbers that Slicer wrote up to version 4.10."""
+
+_MISSING: Final = frozenset({"", "na", "nan"})
+_DELIMITERS: Final = ",;\t"
+
+
+class FormatError(ValueError):
+    """A file is not of its format.
+
+    Parameters
+    ----------
+    message
+        What is wrong.
+    line
+        Number of the line, from 1; None where no line can be named.
+    """
+
+    def __init__(self, message: str, line: int | None = None) -> None:
+        super().__init__(message if line is None else f"line {line}: {message}")
+
+
+def coordinate_system(given: str, line: int | None = None) -> CoordinateSystem:
+    """Return the coordinate system that a file names.
+
+    Raises
+    ------
+    FormatError
+        It is neither LPS nor RAS, such as IJK, whose unit is a voxel of an image.
+    """
+    found = _CODES.get(given.strip().upper())
+    if found is None:
+        raise FormatError(f"coordinate system {given.strip()[:20]!r} is neither LPS nor RAS", line)
+    return found
+
+
+def number(text: str, line: int) -> float:
+    """Return a finite number.
+
+    Raises
+    ------
+    FormatError
+        It is not one.
+    """
+    try:
+        # float() takes digits grouped by underscores, which no landmark file has.
+        found = float(text.replace("_", "?"))
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise FormatError(f"{text.strip()[:40]!r} is not a finite number", line)
+    return found
+
+
+def whole_number(text: str, line: int, most: int) -> int:
+    """Return a number of things from 0 to `most`.
+
+    Raises
+    ------
+    FormatError
+        It is not one.
+    """
+    digits = text.strip()
+    if not (digits.isascii() and digits.isdigit()) or len(digits) > 9 or int(digits) > most:
+        raise FormatError(f"{digits[:20]!r} is not a number from 0 to {most}", line)
+    return int(digits)
+
+
+def position(texts: Sequence[str], line: int) -> tuple[float, ...] | None:
+    """Return the coordinates of a landmark; None if all are empty, NA or nan: it is missing.
+
+    Raises
+    ------
+    FormatError
+        Some are missing, or one is not a finite number.
+    """
+    if all(text.strip().lower() in _MISSING for text in texts):
+        return None
+    return tuple(number(text, line) for text in texts)
+
+
+def table(text: str) -> list[tuple[int, list[str]]]:
+    """Return the rows of a table that is delimited by commas, semicolons or tab stops.
+
+    Parameters
+    ----------
+    text
+        Of the file. The delimiter is the one of which the first line has most.
+
+    Returns
+    -------
+    Line number and stripped entries of each row that is not empty.
+
+    Raises
+    ------
+    FormatError
+        A quotation does not end.
+    """
+    lines = text.splitlines(keepends=True)
+    first = next((line for line in lines if line.strip()), "")
+    delimiter = max(_DELIMITERS, key=first.count)
+    reader = csv.reader(lines, delimiter=delimiter, strict=True)
+    try:
+        rows = [(reader.line_num, [entry.strip() for entry in row]) for row in reader]
+    except csv.Error as error:
+        raise FormatError(str(error), reader.line_num) from error
+    return [(line, entries) for line, entries in rows if any(entries)]
+
+
+def one_line(text: str) -> str:
+    """Return a name in one line, for formats in which a line ends it."""
+    return " ".join(text.split())

@@ -1,0 +1,74 @@
+"""Operations that carry landmarks of templates to a specimen."""
+
+from collections.abc import Sequence
+from typing import Final, cast
+
+from isomatch._errors import IsomatchError
+from isomatch._http import Operation
+from isomatch._landmarks import CarriedLandmarks, LandmarkTemplate, carried_landmarks
+from isomatch._models import JobRecord, MatchParameters, Shape
+from isomatch._operations.jobs import cancel_job, start_match, wait_for_job, watch_job
+from isomatch._operations.results import get_result
+from isomatch._operations.shapes import get_geometry
+from isomatch._results import Match
+
+FIXED: Final = ("dense", "simplify", "landmarks", "occlusion_cost", "refine")
+"""Parameters of matches that carrying landmarks sets itself, or that it has no use for."""
+
+
+def start_landmarks(
+    templates: Sequence[LandmarkTemplate], specimen: Shape | str, parameters: MatchParameters
+) -> Operation[list[JobRecord]]:
+    """Queue a dense match of each template with a specimen; all of them, or none."""
+    if not templates:
+        raise ValueError("give at least one template")
+    given = [name for name in FIXED if name in parameters]
+    if given:
+        raise TypeError(f"landmarks() takes no parameter {given[0]!r}")
+    started: list[JobRecord] = []
+    try:
+        for one in templates:
+            dense: MatchParameters = {**parameters, "dense": True}
+            started.append((yield from start_match(one.shape, specimen, dense, None, None)))
+    except IsomatchError:
+        for record in started:
+            yield from cancel_job(record.id)
+        raise
+    return started
+
+
+def get_landmarks(
+    templates: Sequence[LandmarkTemplate],
+    specimen: Shape | str,
+    job_ids: Sequence[str],
+    progress: bool,
+    timeout: float | None,
+) -> Operation[CarriedLandmarks]:
+    """Wait for the matches of templates with a specimen, and carry the landmarks.
+
+    Parameters
+    ----------
+    templates, specimen
+        As for :func:`start_landmarks`.
+    job_ids
+        Of the matches.
+    progress
+        Show a progress bar for each match.
+    timeout
+        Seconds to wait for each match; None for no limit.
+    """
+    matches, surfaces = [], []
+    wait = watch_job if progress else wait_for_job
+    for one, job_id in zip(templates, job_ids, strict=True):
+        records: list[JobRecord] = []
+        yield from wait(job_id, timeout, records.append)
+        matches.append(cast(Match, (yield from get_result(records[-1]))))
+        surfaces.append((yield from get_geometry(one.shape)))
+    landmarks = [one.landmarks for one in templates]
+    return carried_landmarks(landmarks, surfaces, matches, (yield from get_geometry(specimen)))
+
+
+def cancel_landmarks(job_ids: Sequence[str]) -> Operation[None]:
+    """Cancel the matches that have not ended."""
+    for job_id in job_ids:
+        yield from cancel_job(job_id)

@@ -1,0 +1,141 @@
+"""``isomatch landmarks``, as a shell runs it, against the running service."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import isomatch
+import numpy as np
+import pytest
+import trimesh
+from isomatch import cli
+from typer.testing import CliRunner
+
+from tests.client._cli.test_cli import COMMAND, ENDLESS, QUICK, run
+from tests.client.shapes import blob, moved
+
+PLACES = blob(trimesh.creation.icosphere(subdivisions=1).vertices[::5])
+GIVEN = isomatch.LandmarkSet.of(
+    [(f"p{row}", None if row == 1 else place) for row, place in enumerate(PLACES.tolist())]
+)
+THERE = GIVEN.present
+CLOSE = 0.2
+"""Greatest distance from the truth; the blob has a diameter of about 4."""
+
+
+@pytest.fixture
+def template(tmp_path: Path) -> Path:
+    """Landmarks of ``a.off``, as Slicer writes them."""
+    path = tmp_path / "template.mrk.json"
+    isomatch.write_landmarks(path, [GIVEN])
+    return path
+
+
+def test_a_file_for_each_specimen_and_one_that_fails(
+    url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path
+) -> None:
+    broken, out = tmp_path / "broken.ply", tmp_path / "out"
+    broken.write_text("Dear reader,\n")
+    done = run("landmarks", blobs[0], template, broken, blobs[1], "-o", out, *QUICK, url=url)
+    assert done.returncode == 1, done.stderr
+    assert f"{broken}: not a" in done.stderr
+    assert f"no landmarks for {broken}" in done.stderr.splitlines()[-1]
+    assert f"2 of 2: {blobs[1]}" in done.stderr
+    assert sorted(path.name for path in out.iterdir()) == ["b.mrk.json", "landmarks.csv"]
+    (found,) = isomatch.read_landmarks(out / "b.mrk.json")
+    assert (found.name, found.labels) == ("b", GIVEN.labels)
+    assert found.present.tolist() == THERE.tolist()
+    assert np.linalg.norm(found.positions - moved(PLACES), axis=1)[THERE].max() < CLOSE
+    rows = list(csv.DictReader((out / "landmarks.csv").read_text().splitlines()))
+    assert [row["label"] for row in rows] == list(GIVEN.labels)
+    sure = [row["confidence"] for row in rows]
+    assert sure[1] == ""
+    assert found.descriptions[0] == f"confidence {float(sure[0]):.2f}"
+
+
+def test_several_templates_one_file_and_json(
+    url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path
+) -> None:
+    other, out = tmp_path / "other.fcsv", tmp_path / "out"
+    isomatch.write_landmarks(other, [isomatch.LandmarkSet(GIVEN.labels, moved(GIVEN.positions))])
+    more = ["--template", f"{blobs[1]}={other}", "--format", "tps", "--json"]
+    done = run("landmarks", blobs[0], template, *blobs, "-o", out, *more, *QUICK, url=url)
+    assert (done.returncode, done.stderr) == (0, "")
+    documents = json.loads(done.stdout)
+    assert [one["specimen"] for one in documents] == ["a", "b"]
+    assert documents[0]["landmarks"][1]["x"] is None
+    assert documents[0]["landmarks"][0]["spread"] < CLOSE
+    specimens = isomatch.read_landmarks(out / "landmarks.tps")
+    assert [one.name for one in specimens] == ["a", "b"]
+    for one, truth in zip(specimens, (PLACES, moved(PLACES)), strict=True):
+        assert np.linalg.norm(one.positions - truth, axis=1)[THERE].max() < CLOSE
+
+
+def test_meshes_in_other_coordinates(
+    url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path
+) -> None:
+    ras, out = tmp_path / "ras.fcsv", tmp_path / "out"
+    isomatch.write_landmarks(ras, [GIVEN], "RAS")
+    options: list[str | Path] = ["-o", out, "--coordinates", "RAS", "--format", "fcsv"]
+    done = run("landmarks", blobs[0], ras, blobs[1], *options, *QUICK, url=url)
+    assert done.returncode == 0, done.stderr
+    assert "far from the surface" not in done.stderr
+    (found,) = isomatch.read_landmarks(out / "b.fcsv", "RAS")
+    assert np.linalg.norm(found.positions - moved(PLACES), axis=1)[THERE].max() < CLOSE
+    flipped = run("landmarks", blobs[0], ras, blobs[1], "-o", out, *QUICK, url=url)
+    assert "are far from the surface" in flipped.stderr
+
+
+def test_wrong_usage(url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path) -> None:
+    a, b = blobs
+    out = tmp_path / "out"
+    for arguments in (
+        [a, template, "-o", out],
+        [a, template, b],
+        [a, tmp_path / "none.fcsv", b, "-o", out],
+        [a, template, b, "-o", template],
+        [a, template, b, "-o", tmp_path / "no" / "folder"],
+        [a, template, b, b, "-o", out],
+        [a, template, b, "-o", out, "--template", b],
+        [a, template, b, "-o", out, "--format", "xyz"],
+        [a, template, b, "-o", out, "--simplify", "500"],
+    ):
+        given = ["landmarks", *map(str, arguments), "--url", url]
+        assert CliRunner().invoke(cli.app, given).exit_code == 2, arguments
+    assert not out.exists()
+    unreadable = tmp_path / "two.tps"
+    unreadable.write_text("LM3=1\n1 2\n")
+    done = run("landmarks", a, unreadable, b, "-o", out, url=url)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr.startswith(f"isomatch: {unreadable}: line 2: two coordinates")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+def test_interrupting_cancels_all_matches(
+    url: str, blobs: tuple[Path, Path], template: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    with isomatch.Client(url) as client:
+        before = {job.id for job in client.jobs()}
+        arguments = ["landmarks", blobs[0], template, *blobs, "-o", out, *ENDLESS]
+        process = subprocess.Popen(
+            [*COMMAND, *map(str, arguments), "--url", url],
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "COLUMNS": "100"},
+        )
+        with process:
+            new: set[str] = set()
+            while len(new) < 2 and process.poll() is None:
+                time.sleep(0.1)
+                new = {job.id for job in client.jobs()} - before
+            process.send_signal(signal.SIGINT)
+            _, said = process.communicate(timeout=240)
+        assert process.returncode == 130, said
+        assert len(new) == 2
+        assert {client.job(one).wait(timeout=240).state for one in new} == {"cancelled"}

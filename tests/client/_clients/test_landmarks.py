@@ -1,0 +1,77 @@
+"""Landmarks carried by both clients, against the running service."""
+
+import anyio
+import isomatch
+import numpy as np
+import pytest
+import trimesh
+
+from tests.client.shapes import LASTING, blob, moved
+
+Pair = tuple[isomatch.Shape, isomatch.Shape]
+PLACES = blob(trimesh.creation.icosphere(subdivisions=1).vertices[::5])
+GIVEN = isomatch.LandmarkSet.of(
+    [(f"p{row}", None if row == 1 else place) for row, place in enumerate(PLACES.tolist())]
+)
+
+
+def error(found: isomatch.CarriedLandmarks, size: float) -> float:
+    """The greatest distance from where the landmarks are, over √area."""
+    apart = np.linalg.norm(found.positions - moved(PLACES), axis=1)[GIVEN.present]
+    return float(apart.max() / size)
+
+
+def test_landmarks_of_one_and_of_two_templates(client: isomatch.Client, pair: Pair) -> None:
+    source, target = pair
+    surface = client.geometry(target)
+    a, b, c = np.moveaxis(surface.vertices[surface.faces], 1, 0)
+    size = float(np.sqrt(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()))
+    template = isomatch.LandmarkTemplate(source, GIVEN)
+    found = client.landmarks([template], target).result()
+    assert found.labels == GIVEN.labels
+    assert error(found, size) < 0.05
+    assert np.isnan(found.confidence).tolist() == (~GIVEN.present).tolist()
+    assert (found.round_trip[GIVEN.present] < 0.05).all()
+
+    itself = isomatch.LandmarkTemplate(
+        target.id, isomatch.LandmarkSet(GIVEN.labels, moved(GIVEN.positions))
+    )
+    both = client.landmarks([template, itself], target, points=8).result()
+    assert error(both, size) < 0.05
+    assert (both.spread[GIVEN.present] < 0.05).all()
+    assert both.probabilities.shape == (2,)
+
+
+def test_the_asynchronous_client_finds_the_same(url: str, pair: Pair) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+
+    async def asked() -> isomatch.CarriedLandmarks:
+        async with isomatch.AsyncClient(url) as client:
+            return await (await client.landmarks([template], pair[1])).result(timeout=240)
+
+    with isomatch.Client(url) as client:
+        expected = client.landmarks([template], pair[1]).result()
+    np.testing.assert_array_equal(anyio.run(asked).positions, expected.positions)
+
+
+def test_matches_are_cancelled_together(client: isomatch.Client, pair: Pair) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+    running = client.landmarks([template, template], pair[1], **LASTING)
+    running.cancel()
+    with pytest.raises(isomatch.JobCancelled):
+        running.result(timeout=240)
+    assert len(running.job_ids) == 2
+
+
+def test_what_cannot_be_carried_is_refused(client: isomatch.Client, pair: Pair) -> None:
+    template = isomatch.LandmarkTemplate(pair[0], GIVEN)
+    with pytest.raises(ValueError, match="at least one template"):
+        client.landmarks([], pair[1])
+    with pytest.raises(TypeError, match="no parameter 'simplify'"):
+        client.landmarks([template], pair[1], simplify=500)
+    before = {job.id for job in client.jobs() if not job.finished}
+    unknown = isomatch.LandmarkTemplate(32 * "0", GIVEN)
+    with pytest.raises(isomatch.UnknownShape):
+        client.landmarks([template, unknown], pair[1], **LASTING)
+    left = [job for job in client.jobs() if not job.finished and job.id not in before]
+    assert all(job.wait(timeout=240).state == "cancelled" for job in left)

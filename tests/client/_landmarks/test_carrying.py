@@ -1,0 +1,145 @@
+"""Landmarks carried along maps, and merged from several templates."""
+
+import numpy as np
+import pytest
+from isomatch import LandmarkSet
+from isomatch._landmarks import carried_landmarks, remarks_on, with_same_labels
+from isomatch._landmarks.carrying import FromTemplate, from_template, merged
+from isomatch._landmarks.confidence import confidence, local_distortion, square_root_of_area
+from scipy.spatial.transform import Rotation
+
+from tests.client._landmarks.surfaces import blob, identity, moved, surface_samples
+from tests.client._results.test_transfer import MATCH
+
+BLOB = blob()
+TURN = Rotation.from_rotvec([0.4, -1.0, 2.0]).as_matrix()
+TURNED = moved(BLOB, 3.0 * BLOB.vertices @ TURN.T + [5.0, 1.0, -2.0])
+BENT = moved(
+    BLOB, BLOB.vertices + 0.4 * np.sin(2.0 * BLOB.vertices[:, [1, 2, 0]]) * [1.0, 0.5, -1.0]
+)
+PLACES = surface_samples(BLOB, 6, seed=5)
+GIVEN = LandmarkSet.of(
+    [(f"p{row}", None if row == 2 else place) for row, place in enumerate(PLACES.tolist())]
+)
+MAPS = identity(BLOB), identity(BLOB)
+
+
+def test_a_similarity_carries_exactly_and_leaves_out_what_is_missing() -> None:
+    one = from_template(GIVEN, BLOB, MAPS, 0.99, TURNED)
+    there = GIVEN.present
+    expected = 3.0 * PLACES @ TURN.T + [5.0, 1.0, -2.0]
+    np.testing.assert_allclose(one.positions[there], expected[there], atol=1e-8)
+    for measure in (one.round_trip, one.distortion, one.from_surface):
+        np.testing.assert_allclose(measure[there], 0.0, atol=1e-7)
+    for values in (one.positions, one.confidence, one.round_trip):
+        assert np.isnan(values[2]).all()
+
+
+def test_landmarks_off_the_surface_are_carried_from_the_nearest_point() -> None:
+    outwards = PLACES * 1.2
+    given = LandmarkSet(GIVEN.labels, outwards)
+    one = from_template(given, BLOB, MAPS, 0.99, TURNED)
+    off = np.linalg.norm(one.positions - TURNED.vertices.mean(axis=0), axis=1)
+    assert (off > 0.0).all()
+    size = square_root_of_area(BLOB)
+    assert (one.from_surface > 0.0).all()
+    assert (one.from_surface <= np.linalg.norm(outwards - PLACES, axis=1) / size).all()
+    text = remarks_on(LandmarkSet(GIVEN.labels, PLACES * 2.0), BLOB)[0]
+    assert "far from the surface" in text
+    assert remarks_on(GIVEN, BLOB) == ()
+    offset = np.array([4.0, 1.0, 0.0])
+    wrong = LandmarkSet(GIVEN.labels, (offset + PLACES) * [-1.0, -1.0, 1.0])
+    assert "RAS" in remarks_on(wrong, moved(BLOB, offset + BLOB.vertices))[0]
+
+
+def test_distortion_is_that_of_the_best_rotation() -> None:
+    whole = identity(BLOB)
+    assert (local_distortion(BLOB, whole, TURNED, PLACES) < 1e-7).all()
+    found = local_distortion(BLOB, whole, BENT, PLACES)
+    size, other_size = square_root_of_area(BLOB), square_root_of_area(BENT)
+    turns = Rotation.random(300, rng=np.random.default_rng(1)).as_matrix()
+    for place, value in zip(PLACES, found, strict=True):
+        # The blob has no limbs, so that what is near in space is near on the surface.
+        near = np.linalg.norm(BLOB.vertices - place, axis=1) <= 0.1 * size
+        here, there = BLOB.vertices[near] / size, BENT.vertices[near] / other_size
+        here, there = here - here.mean(axis=0), there - there.mean(axis=0)
+        apart = np.linalg.norm(here @ turns - there, axis=2)
+        assert 0.0 < value <= np.sqrt((apart**2).mean(axis=1)).min() / 0.1 + 1e-9
+
+
+def test_confidence_falls_with_doubt_round_trip_and_distortion() -> None:
+    some = np.linspace(0.0, 0.3, 7)
+    none = np.zeros(7)
+    for values in (confidence(0.9, some, none), confidence(0.9, none, some)):
+        assert (np.diff(values) < 0.0).all()
+        assert ((values > 0.0) & (values < 1.0)).all()
+    for said in (0.2, 0.99):
+        assert (confidence(said, some, some) < said).all()
+
+
+def carried(seed: int, shift: float, probability: float = 0.95) -> FromTemplate:
+    """From one of several templates, whose positions are shifted at random by a length."""
+    random = np.random.default_rng(seed)
+    one = from_template(GIVEN, BLOB, MAPS, probability, BLOB)
+    directions = random.standard_normal((6, 3))
+    offsets = shift * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    one.positions[:] += offsets
+    return one
+
+
+def test_one_template_is_not_changed() -> None:
+    one = carried(0, 0.0)
+    found = merged(GIVEN.labels, [one], np.array([0.95]), BLOB)
+    np.testing.assert_array_equal(found.positions, one.positions)
+    np.testing.assert_allclose(found.confidence, one.confidence)
+    assert np.isnan(found.spread).all()
+
+
+def test_matches_without_any_confidence_give_landmarks_of_confidence_zero() -> None:
+    one = from_template(GIVEN, BLOB, MAPS, 0.0, BLOB)
+    found = merged(GIVEN.labels, [one, one], np.zeros(2), BLOB)
+    np.testing.assert_array_equal(found.confidence[GIVEN.present], 0.0)
+    np.testing.assert_allclose(found.positions[GIVEN.present], PLACES[GIVEN.present], atol=1e-6)
+
+
+def test_a_template_far_from_the_others_moves_nothing() -> None:
+    far = 0.5 * square_root_of_area(BLOB)
+    each = [carried(0, 0.0), carried(1, 0.0), carried(2, far)]
+    found = merged(GIVEN.labels, each, np.array([0.95] * 3), BLOB)
+    there = GIVEN.present
+    np.testing.assert_allclose(found.positions[there], PLACES[there], atol=1e-6)
+    np.testing.assert_allclose(found.confidence[there], 2.0 / 3.0 * each[0].confidence[there])
+    np.testing.assert_allclose(found.spread[there], 0.5 / 3.0, rtol=1e-6)
+    sure = merged(GIVEN.labels, each[:2], np.array([0.95] * 2), BLOB)
+    np.testing.assert_allclose(sure.confidence[there], each[0].confidence[there])
+    assert np.isnan(sure.confidence[2])
+    assert np.isnan(sure.positions[2]).all()
+
+
+def test_a_landmark_that_one_template_lacks_comes_from_the_other() -> None:
+    whole = from_template(LandmarkSet(GIVEN.labels, PLACES), BLOB, MAPS, 0.95, BLOB)
+    found = merged(GIVEN.labels, [carried(0, 0.0), whole], np.array([0.95] * 2), BLOB)
+    np.testing.assert_allclose(found.positions, PLACES, atol=1e-6)
+    assert np.isnan(found.spread).tolist() == [False, False, True, False, False, False]
+    said = found.landmark_set("a")
+    assert said.name == "a"
+    assert said.descriptions[2].startswith("confidence 0.")
+
+
+def test_labels_of_templates_are_brought_into_one_order() -> None:
+    turned = LandmarkSet(GIVEN.labels[::-1], PLACES[::-1])
+    _, second = with_same_labels([GIVEN, turned])
+    assert second.labels == GIVEN.labels
+    np.testing.assert_array_equal(second.positions, PLACES)
+    other = LandmarkSet.of([("p0", None)])
+    with pytest.raises(ValueError, match="templates 1 and 2 do not have the same landmarks: 'p1'"):
+        with_same_labels([GIVEN, other])
+    twice = [LandmarkSet.of([("a", None), (last, None), ("b", None)]) for last in "ab"]
+    with pytest.raises(ValueError, match="same landmarks"):
+        with_same_labels(twice)
+
+
+def test_matches_without_a_map_carry_nothing() -> None:
+    sparse = MATCH.model_copy(update={"dense": None})
+    with pytest.raises(ValueError, match="dense matches with a confidence"):
+        carried_landmarks([GIVEN], [BLOB], [sparse], BLOB)
