@@ -76,8 +76,6 @@ def _common(
 
 app.add_typer(jobs)
 app.add_typer(prototypes)
-app.command(epilog=TRANSFER_EXAMPLES)(transfer)
-app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
 
 
 @app.command(epilog=MATCH_EXAMPLES)
@@ -154,6 +152,10 @@ def compare(
             wait,
             client.base_url,
         )
+
+
+app.command(epilog=TRANSFER_EXAMPLES)(transfer)
+app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
 
 
 @app.command()
