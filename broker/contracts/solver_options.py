@@ -213,9 +213,9 @@ class MatchOptions(StrictModel):
         le=86400.0,
         description=(
             "Limit of the work of the proof over all samples, in seconds of a typical"
-            " core, after which the bound known by then is returned; with objective"
-            ' "linf", of the answer, too. Operations are counted, not time, so that the'
-            " result is the same on every machine."
+            ' core. The bound known by then is returned. With objective "linf" it limits'
+            " the answer, too. Operations are counted, not time, so that the result is the"
+            " same on every machine."
         ),
     )
     time_limit: Annotated[float | None, Topic("Solver")] = Field(

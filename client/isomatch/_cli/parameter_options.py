@@ -134,8 +134,7 @@ MATCH: Final = (
         "number",
         (
             "Limit of the work of the proof over all samples, in seconds of a typical"
-            " core, after which the bound known by then is returned; with objective"
-            ' "linf", of the answer, too, over 0, up to 86,400 [1.0].'
+            " core, over 0, up to 86,400 [1.0]."
         ),
         "Solver",
     ),

@@ -116,10 +116,10 @@ class MatchParameters(TypedDict, total=False):
         samples, `gromov_hausdorff_distance` of the result. No effect with a prototype, and
         above some 110 points [``"samples"``].
     proof_work
-        Limit of the work of the proof over all samples, in seconds of a typical core, after
-        which the bound known by then is returned; with objective ``"linf"``, of the answer,
-        too. Operations are counted, not time, so that the result is the same on every machine;
-        over 0, up to 86,400 [1.0].
+        Limit of the work of the proof over all samples, in seconds of a typical core. The bound
+        known by then is returned. With objective ``"linf"`` it limits the answer, too.
+        Operations are counted, not time, so that the result is the same on every machine; over
+        0, up to 86,400 [1.0].
     time_limit
         Seconds after which the best answer so far is returned with its gap. No limit if left
         out; over 0, up to 86,400 [None].

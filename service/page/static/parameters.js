@@ -189,7 +189,7 @@ export const MATCH = {
     "above": 0.0,
     "max": 86400.0,
     "topic": "Solver",
-    "about": "Limit of the work of the proof over all samples, in seconds of a typical core, after which the bound known by then is returned; with objective \"linf\", of the answer, too."
+    "about": "Limit of the work of the proof over all samples, in seconds of a typical core."
 },
   time_limit: {
     "type": "number",

@@ -293,7 +293,7 @@ BAD_PARAMETERS = {
     "normalise": (None, 0),
     "eigenpairs": (9, 301),
     "alternatives": (0, 33),
-    "objective": ("l1", 2, "linf"),
+    "objective": ("l1", 2),
     "refine": ("magic", True, "", ["gmds"]),
     "largest_component": ("yes", 1),
     "simplify": (99, 1_000_001, True, "500"),

@@ -32,7 +32,7 @@ from tests.solver.mesh.textures.textured_files import image_file, ramp, textured
 Upload = Callable[..., Json]
 
 MESH = shapes.blob(3)
-OTHER, TRUTH = shapes.permuted(shapes.moved(MESH, 4), seed=8)
+OTHER, TRUTH = shapes.permuted(shapes.moved(MESH, 4), seed=23)
 """Vertex i of the one is vertex TRUTH[i] of the other."""
 
 COUNT = MESH.n_vertices
