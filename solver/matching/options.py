@@ -192,8 +192,8 @@ class MatchOptions(ParameterSet):
     proof_work: float = parameter(
         1.0,
         "Limit of the work of the proof over all samples, in seconds of a typical core. The bound"
-        ' known by then is returned. With objective "linf" it limits the answer, too. Operations are'
-        " counted, not time, so that the result is the same on every machine.",
+        ' known by then is returned. With objective "linf" it limits the answer, too. Operations'
+        " are counted, not time, so that the result is the same on every machine.",
         above=0.0,
         most=86400.0,
         topic="Solver",
