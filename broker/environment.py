@@ -15,7 +15,7 @@ FROM_ENVIRONMENT: Final = SettingsConfigDict(
 
 
 def _redis_url(url: str) -> str:
-    parse_url(url)  # type: ignore[no-untyped-call]
+    parse_url(url)
     return url
 
 

@@ -47,5 +47,5 @@ class TransferError(SolverError):
     """Attributes of a shape cannot be read, carried to another, or written."""
 
 
-class Cancelled(SolverError):  # noqa: N818 - a request, not a fault
+class Cancelled(SolverError):
     """The caller asked to stop before there was an answer."""

@@ -159,7 +159,7 @@ def marching_cubes_surface(
         box = tuple(slice(int(a), int(b)) for a, b in zip(first, last, strict=True))
         total[box] += np.exp(-_on_grid(cones, i, [axes[d][box[d]] for d in range(3)]) / blend)
     field = -blend * np.log(total)
-    vertices, faces, _, _ = marching_cubes(field, 0.0)  # type: ignore[no-untyped-call]
+    vertices, faces, _, _ = marching_cubes(field, 0.0)
     return origin + spacing * vertices.astype(np.float64), faces.astype(np.int64)
 
 

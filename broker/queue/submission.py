@@ -79,7 +79,7 @@ class JobQueue:
         with self.store.client.pipeline() as pipe:
             while True:
                 if idempotency is not None:
-                    pipe.watch(keys.job(record.id))  # type: ignore[no-untyped-call]
+                    pipe.watch(keys.job(record.id))
                     known = self.store.jobs.get(record.id)
                     if known is not None:
                         return known

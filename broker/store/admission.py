@@ -15,11 +15,11 @@ RESERVATION_SECONDS: Final = 60
 """Seconds for which a request may take to store the job whose id or place it has reserved."""
 
 
-class KeyReused(ValueError):  # noqa: N818
+class KeyReused(ValueError):
     """An idempotency key was used for a different request before."""
 
 
-class TooManyQueued(Exception):  # noqa: N818
+class TooManyQueued(Exception):
     """A caller has as many jobs queued as it may have.
 
     Parameters

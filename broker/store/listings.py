@@ -22,7 +22,7 @@ MOST_SKIPPED: Final = 1000
 """Entries that one page skips at most; each costs a read."""
 
 
-class InvalidCursor(ValueError):  # noqa: N818
+class InvalidCursor(ValueError):
     """A cursor that no page has."""
 
 

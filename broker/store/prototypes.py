@@ -107,7 +107,7 @@ class Prototypes:
         name, key = record.name, keys.prototype(record.id)
         with self.client.pipeline() as pipe:
             while True:
-                pipe.watch(key, keys.prototype_versions(name))  # type: ignore[no-untyped-call]
+                pipe.watch(key, keys.prototype_versions(name))
                 known = self.get(record.id)
                 last = int(self.client.get(keys.prototype_versions(name)) or 0)
                 stored = known or record.model_copy(update={"version": last + 1})

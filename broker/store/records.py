@@ -18,7 +18,7 @@ _CONSTANT_FIELDS = {"id", "payload", "created", "request_id", "caller", "webhook
 """Fields of a job's record that never change."""
 
 
-class NewerRecord(Exception):  # noqa: N818
+class NewerRecord(Exception):
     """A record has a form that this version does not know: a newer one wrote it.
 
     Parameters

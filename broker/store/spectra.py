@@ -27,7 +27,7 @@ _LARGEST: Final = 500 * 1024**2
 """Bytes of one value; Redis closes the connection at more than 512 MiB (proto-max-bulk-len)."""
 
 
-class _CircuitOpen(Exception):  # noqa: N818
+class _CircuitOpen(Exception):
     """The cache is not used, because it has recently not answered."""
 
 

@@ -28,7 +28,7 @@ class Uploads:
     def validating_job(self, upload_id: str, file_type: str, pipe: Pipeline) -> str | None:
         """Return the job that validates an equal upload, if any, and watch its key."""
         key = keys.candidate_job(upload_id, file_type)
-        pipe.watch(key)  # type: ignore[no-untyped-call]
+        pipe.watch(key)
         return text(self.client.get(key))
 
     def add_candidate(

@@ -41,11 +41,11 @@ class IsomatchError(Exception):
     """Base of the errors of this package; the message is one line for users."""
 
 
-class ConnectionFailed(IsomatchError):  # noqa: N818 - named after an event
+class ConnectionFailed(IsomatchError):
     """Nothing answers at the service's address, or the connection broke."""
 
 
-class UnexpectedResponse(IsomatchError):  # noqa: N818 - named after an event
+class UnexpectedResponse(IsomatchError):
     """The answer does not belong to this version of the isomatch API."""
 
 
@@ -91,35 +91,35 @@ class ProblemError(IsomatchError):
         return self.problem.errors
 
 
-class BadRequest(ProblemError):  # noqa: N818 - the name of the status
+class BadRequest(ProblemError):
     """400: the request is malformed."""
 
 
-class Unauthorized(ProblemError):  # noqa: N818 - the name of the status
+class Unauthorized(ProblemError):
     """401: the API key is missing or wrong."""
 
 
-class NotFound(ProblemError):  # noqa: N818 - the name of the status
+class NotFound(ProblemError):
     """404: there is no shape, prototype or job with this id."""
 
 
-class Conflict(ProblemError):  # noqa: N818 - the name of the status
+class Conflict(ProblemError):
     """409: not possible in this state, such as the result of an unfinished job."""
 
 
-class Gone(ProblemError):  # noqa: N818 - the name of the status
+class Gone(ProblemError):
     """410: the resource has expired."""
 
 
-class TooLarge(ProblemError):  # noqa: N818 - the name of the status
+class TooLarge(ProblemError):
     """413: the upload exceeds the service's limit."""
 
 
-class UnsupportedFormat(ProblemError):  # noqa: N818 - the name of the status
+class UnsupportedFormat(ProblemError):
     """415: the service does not read this mesh format."""
 
 
-class Unprocessable(ProblemError):  # noqa: N818 - the name of the status
+class Unprocessable(ProblemError):
     """422: the request is well-formed but impossible."""
 
 
@@ -151,7 +151,7 @@ class UnprocessablePrototype(Unprocessable):
     """422: the file is not the archive of a prototype; `detail` gives the reason."""
 
 
-class TooManyRequests(ProblemError):  # noqa: N818 - the name of the status
+class TooManyRequests(ProblemError):
     """429: a limit is exceeded; try again later."""
 
 
@@ -159,22 +159,22 @@ class ServiceError(ProblemError):
     """5xx: the service failed."""
 
 
-class ServiceUnavailable(ServiceError):  # noqa: N818 - the name of the status
+class ServiceUnavailable(ServiceError):
     """503: the service is starting, stopping or overloaded."""
 
 
-class InvalidSignature(IsomatchError, ValueError):  # noqa: N818 - named after its state
+class InvalidSignature(IsomatchError, ValueError):
     """A webhook is not signed with the secret, or too long ago."""
 
 
-class MissingExtra(IsomatchError, ImportError):  # noqa: N818 - named after its state
+class MissingExtra(IsomatchError, ImportError):
     """An optional dependency is not installed; the message names the command to install it."""
 
     def __init__(self, extra: str, needed: str) -> None:
         super().__init__(f"{needed} is not installed: pip install 'isomatch[{extra}]'")
 
 
-class JobFailed(IsomatchError):  # noqa: N818 - named after an event
+class JobFailed(IsomatchError):
     """The job failed.
 
     Parameters
@@ -192,7 +192,7 @@ class JobFailed(IsomatchError):  # noqa: N818 - named after an event
         self.problem = problem
 
 
-class JobCancelled(IsomatchError):  # noqa: N818 - named after an event
+class JobCancelled(IsomatchError):
     """The job was cancelled."""
 
     def __init__(self, job_id: str) -> None:
@@ -200,7 +200,7 @@ class JobCancelled(IsomatchError):  # noqa: N818 - named after an event
         self.job_id = job_id
 
 
-class WaitTimeout(IsomatchError, TimeoutError):  # noqa: N818 - named after an event
+class WaitTimeout(IsomatchError, TimeoutError):
     """A job or an upload did not end within the timeout; it continues on the service."""
 
     def __init__(self, subject: str, timeout: float) -> None:

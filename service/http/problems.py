@@ -50,7 +50,7 @@ from broker.contracts import FieldProblem, Problem
 INVALID: Final = "The request is not valid; `errors` says where."
 
 
-class ApiProblem(Exception):  # noqa: N818 - the term of RFC 9457
+class ApiProblem(Exception):
     """Root of the problems that the API answers with.
 
     Parameters

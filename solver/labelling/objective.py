@@ -5,4 +5,4 @@ from typing import Final
 L2: Final = "l2"
 """Sum of squared distortions: the energy (5)."""
 LINF: Final = "linf"
-"""Greatest distortion, twice the Gromov-Hausdorff distance; minimised by the minimax search."""
+"""Greatest distortion of a distance (section 2), minimised by the minimax search."""

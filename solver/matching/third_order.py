@@ -54,8 +54,8 @@ class ThirdOrderTerm:
         weight
             Weight of the term.
         """
-        ours, theirs = (_volumes(s, v) for s, v in zip((source, target), samples, strict=True))
         count = min(len(samples[0]), _FIRST_SAMPLES)
+        ours, theirs = _volumes(source, samples[0][:count]), _volumes(target, samples[1])
         points = np.array(list(combinations(range(count), 3)), dtype=np.int64).reshape(-1, 3)
         values = ours[tuple(points.T)], theirs[tuple(points.T)]
         unit = float(np.sqrt(np.mean(np.square(values)))) if len(points) else 0.0

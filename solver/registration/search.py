@@ -83,6 +83,15 @@ def unless_it_is_close(
     Of many candidates, some wrong ones fit nearly as well as the right one by chance: the more are
     tried, the more of them. Where the known one was dropped for one that is the same but fits
     better, that one stands for it.
+
+    Parameters
+    ----------
+    known
+        The best candidate so far.
+    found
+        Candidates that differ, the best first; one of them is the known one, or the same.
+    positions
+        (V, 3) vertices of the target, at √area 1.
     """
     best = found[0]
     same = next(one for one in found if len(ranked([one, known], positions)) == 1)

@@ -42,7 +42,7 @@ _MAX_ERROR_LENGTH: Final = 200
 log = logger("isomatch.webhooks")
 
 
-class ReceiverNotPermitted(Exception):  # noqa: N818
+class ReceiverNotPermitted(Exception):
     """No address of the receiver is permitted; there are no further attempts."""
 
 

@@ -20,7 +20,7 @@ from solver.errors import MeshError, OptionError, PrototypeError, SolverError, T
 from worker.pictures import NoAlternative
 
 
-class Gone(Exception):  # noqa: N818
+class Gone(Exception):
     """Data that a job needs expired or was deleted before the job ran."""
 
     slug: ClassVar[str]
@@ -89,7 +89,7 @@ class ResultGone(Gone):
     slug, title = "result-expired", "Result expired"
 
 
-class UnusableShape(Exception):  # noqa: N818
+class UnusableShape(Exception):
     """One of several shapes cannot be used.
 
     Parameters
@@ -125,7 +125,7 @@ def attributed_to(field: str) -> Iterator[None]:
         raise UnusableShape(field, str(error)) from error
 
 
-class TooLarge(Exception):  # noqa: N818
+class TooLarge(Exception):
     """A shape needs more memory than a job may take, as estimated before the computation.
 
     Parameters
@@ -143,7 +143,7 @@ class TooLarge(Exception):  # noqa: N818
         )
 
 
-class NotDelivered(Exception):  # noqa: N818
+class NotDelivered(Exception):
     """The receiver of a webhook did not accept it."""
 
 

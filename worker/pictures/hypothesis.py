@@ -19,7 +19,7 @@ _WIDTH: Final = 140
 """Characters that fit in a line below the title."""
 
 
-class NoAlternative(Exception):  # noqa: N818 - said of the match
+class NoAlternative(Exception):
     """A match has fewer alternatives.
 
     Parameters

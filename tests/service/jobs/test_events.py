@@ -157,7 +157,7 @@ def test_a_record_that_a_newer_version_goes_on_with_ends_it(
 def looked_at(api: Api, job: Json, seconds: float) -> bool:
     """Whether anybody looks at a job within a time."""
     end = time.monotonic() + seconds
-    with api.store.client.monitor() as monitor:  # type: ignore[no-untyped-call]
+    with api.store.client.monitor() as monitor:
         while (left := end - time.monotonic()) > 0:
             told = monitor.connection.can_read(timeout=left)
             if told and job["id"] in monitor.next_command()["command"]:

@@ -32,7 +32,7 @@ def asked(redis_url: str) -> subprocess.CompletedProcess[str]:
 def born(queue: JobQueue) -> Worker:
     """A registered worker."""
     worker = Worker(queue.rq.all(), connection=queue.store.client)
-    worker.register_birth()  # type: ignore[no-untyped-call]
+    worker.register_birth()
     return worker
 
 
@@ -47,7 +47,7 @@ def test_a_worker_is_live_until_its_heartbeat_is_overdue(queue: JobQueue, born: 
 
 
 def test_a_worker_that_has_stopped_is_not_live(queue: JobQueue, born: Worker) -> None:
-    born.register_death()  # type: ignore[no-untyped-call]
+    born.register_death()
     assert not has_live_worker(queue.store.client, socket.gethostname())
 
 
@@ -56,7 +56,7 @@ def test_the_health_check(queue: JobQueue) -> None:
     assert url is not None
     assert asked(url).returncode == 1
     worker = Worker(queue.rq.all(), connection=queue.store.client)
-    worker.register_birth()  # type: ignore[no-untyped-call]
+    worker.register_birth()
     assert asked(url).returncode == 0
 
 
