@@ -1,4 +1,4 @@
-"""The command line, as a shell runs it, against the running service."""
+"""The command line against the running service."""
 
 import contextlib
 import json
@@ -13,41 +13,26 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import IO
 
 import isomatch
 import pytest
 from isomatch._cli import named_upload
 
 from demo.stack import ROOT
+from tests.client.command_line import COMMAND, run, run_process
 from tests.client.shapes import LASTING
 
-COMMAND = [sys.executable, "-m", "isomatch.cli"]
 QUICK = ["--points", "6", "--coarse-points", "6"]
 ENDLESS = [
     text for name, value in LASTING.items() for text in (f"--{name.replace('_', '-')}", str(value))
 ]
 
 
-def run(
-    *arguments: str | Path, url: str, stdin: IO[bytes] | None = None
-) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *map(str, arguments)],
-        stdin=stdin,
-        env={**os.environ, "ISOMATCH_URL": url, "NO_COLOR": "1", "COLUMNS": "100"},
-        capture_output=True,
-        text=True,
-        timeout=240,
-        check=False,
-    )
-
-
 def test_match_prints_a_table_and_writes_files(
     url: str, blobs: tuple[Path, Path], tmp_path: Path
 ) -> None:
     files: list[str | Path] = ["-o", tmp_path / "out.json", "--picture", tmp_path / "out.png"]
-    done = run("match", *blobs, *QUICK, *files, url=url)
+    done = run_process("match", *blobs, *QUICK, *files, url=url)
     assert done.returncode == 0, done.stderr
     for word in ("source", "target", "cost", "second order", "lower bound", "gap", "certified"):
         assert word in done.stdout
@@ -99,7 +84,8 @@ def test_upload_and_shapes(url: str, blobs: tuple[Path, Path]) -> None:
 def test_pipelines(url: str, blobs: tuple[Path, Path], tmp_path: Path) -> None:
     """Upload from a pipe, hand ids on, leave the job, and fetch its result."""
     with blobs[0].open("rb") as file:
-        first = run("upload", "-", "--file-type", "off", "-q", url=url, stdin=file).stdout.strip()
+        piped = ("upload", "-", "--file-type", "off", "-q")
+        first = run_process(*piped, url=url, stdin=file).stdout.strip()
     second = run("upload", blobs[1], "--quiet", url=url).stdout.strip()
     left = run("match", first, second, "--points", "16", "--no-wait", url=url)
     assert left.returncode == 0, left.stderr
@@ -228,10 +214,10 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
         ["match", __file__, __file__, "--picture", tmp_path / "match.jpg"],
         ["jobs", "result", "nothing", "--alternative", "1"],
         ["jobs", "list", "--of", "a.off"],
-        ["frobnicate"],
     ):
         done = run(*command, url=url)
         assert (done.returncode, done.stdout) == (2, "")
+    assert run_process("frobnicate", url=url).returncode == 2
     assert run("--version", url=url).stdout.split() == ["isomatch", isomatch.__version__]
     shown = run("--help", url=url)
     assert shown.returncode == 0
@@ -271,14 +257,24 @@ def test_a_closed_output_pipe(url: str, blobs: tuple[Path, Path]) -> None:
 
 
 def test_serve(tmp_path: Path) -> None:
-    away = subprocess.run(
-        [*COMMAND, "serve"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    # The client alone can be imported: elsewhere a service could be found, and would start.
+    alone = {**os.environ, "PYTHONPATH": str(ROOT / "client")}
+
+    def served(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [*COMMAND, "serve", *arguments],
+            cwd=folder,
+            env=alone,
+            capture_output=True,
+            text=True,
+            timeout=240,
+            check=False,
+        )
+
+    away = served(tmp_path)
     assert (away.returncode, away.stdout) == (1, "")
     assert "make serve" in away.stderr
-    here = subprocess.run(
-        [*COMMAND, "serve", "--port", "-1"], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+    here = served(ROOT, "--port", "-1")
     assert here.returncode == 2  # the application itself refuses such a port
     assert "PORT" in here.stderr
 
@@ -301,7 +297,7 @@ def test_no_service() -> None:
     with socket.socket() as listener:
         listener.bind(("127.0.0.1", 0))
         port = listener.getsockname()[1]
-    done = run("shapes", url=f"http://127.0.0.1:{port}")
+    done = run_process("shapes", url=f"http://127.0.0.1:{port}")
     assert (done.returncode, done.stdout) == (3, "")
     assert done.stderr.count("\n") == 1
     assert "isomatch serve" in done.stderr

@@ -2,16 +2,13 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 from isomatch import cli
 from typer.main import get_command
-
-from demo.stack import ROOT
+from typer.testing import CliRunner
 
 PANELS = {
     "match": ["Options", "Shapes", "Structures", "Solver"],
@@ -39,14 +36,9 @@ def epilog(command: str) -> list[str]:
 
 @longer
 def test_options_are_under_headings(command: str) -> None:
-    shown = subprocess.run(
-        [sys.executable, "-m", "isomatch.cli", *command.split(), "--help"],
-        env={"COLUMNS": "80", "NO_COLOR": "1"},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    width = {"COLUMNS": "80", "NO_COLOR": "1"}
+    asked_for = [*command.split(), "--help"]
+    shown = CliRunner().invoke(cli.app, asked_for, env=width, catch_exceptions=False).stdout
     assert re.findall(r"╭─ (.*?) ─+╮", shown) == ["Arguments", *PANELS[command], LAST]
     first = shown.split("╭─ ")[2]
     assert "--points" in first

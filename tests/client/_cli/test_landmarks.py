@@ -1,4 +1,4 @@
-"""``isomatch landmarks``, as a shell runs it, against the running service."""
+"""``isomatch landmarks`` against the running service."""
 
 import csv
 import json
@@ -13,10 +13,9 @@ import isomatch
 import numpy as np
 import pytest
 import trimesh
-from isomatch import cli
-from typer.testing import CliRunner
 
-from tests.client._cli.test_cli import COMMAND, ENDLESS, QUICK, run
+from tests.client._cli.test_cli import ENDLESS, QUICK
+from tests.client.command_line import COMMAND, run
 from tests.client.shapes import blob, moved
 
 PLACES = blob(trimesh.creation.icosphere(subdivisions=1).vertices[::5])
@@ -105,8 +104,7 @@ def test_wrong_usage(url: str, blobs: tuple[Path, Path], template: Path, tmp_pat
         [a, template, b, "-o", out, "--format", "xyz"],
         [a, template, b, "-o", out, "--simplify", "500"],
     ):
-        given = ["landmarks", *map(str, arguments), "--url", url]
-        assert CliRunner().invoke(cli.app, given).exit_code == 2, arguments
+        assert run("landmarks", *arguments, url=url).returncode == 2, arguments
     assert not out.exists()
     unreadable = tmp_path / "two.tps"
     unreadable.write_text("LM3=1\n1 2\n")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tests.client._cli.test_cli import run
+from tests.client.command_line import run
 from tests.worker.collections import class_files
 
 QUICK = ["--eigenpairs", "40"]

@@ -9,7 +9,7 @@ import isomatch
 import numpy as np
 import pytest
 
-from tests.client._cli.test_cli import run
+from tests.client.command_line import run
 from tests.worker.families import family
 
 
