@@ -236,22 +236,19 @@ def started(module: str, **settings: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("ISOMATCH_PORT", "much"),
-        ("ISOMATCH_MAX_UPLOAD_BYTES", "much"),
-        ("ISOMATCH_LOG_LEVEL", "much"),
-        ("ISOMATCH_REDIS_URL", "localhost"),
-        ("ISOMATCH_CACHE_URL", "redis://localhost:much"),
-    ],
-)
-def test_settings_that_mean_nothing_are_named(name: str, value: str) -> None:
-    said = started("service", **{name: value})
+def test_settings_that_mean_nothing_are_named() -> None:
+    wrong = {
+        "ISOMATCH_PORT": "much",
+        "ISOMATCH_MAX_UPLOAD_BYTES": "much",
+        "ISOMATCH_LOG_LEVEL": "much",
+        "ISOMATCH_REDIS_URL": "localhost",
+        "ISOMATCH_CACHE_URL": "redis://localhost:much",
+    }
+    said = started("service", **wrong)
     assert said.returncode == 2
-    assert said.stderr.startswith(f"isomatch: {name}: ")
-    assert len(said.stderr.splitlines()) == 1
     assert said.stdout == ""
+    named = [line.split(": ")[:2] for line in said.stderr.splitlines()]
+    assert sorted(named) == [["isomatch", name] for name in sorted(wrong)]
 
 
 @pytest.mark.parametrize("settings", [{}, {"ISOMATCH_LOG_LEVEL": "much"}])

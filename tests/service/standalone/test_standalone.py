@@ -192,9 +192,14 @@ def test_the_service_starts_serves_and_stops(tmp_path: Path) -> None:
 
 
 @linux
-def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path: Path) -> None:
+def test_stopped_or_killed_in_the_middle_of_a_job_it_goes_on_after_the_next_start(
+    tmp_path: Path,
+) -> None:
     with service(tmp_path / "data", tmp_path / "log", **PATIENT) as running:
         path = begun(running)
+        family = running.family()
+        # The store, the worker, and the process of the job.
+        assert len(family) == 3
         events: list[str] = []
 
         def follow() -> None:
@@ -210,6 +215,8 @@ def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path
         # Both, and who asks.
         until(lambda: "requests_open 3.0" in running.http.get("/metrics").text and events != [])
         assert running.end() < 25.0
+        assert running.process.returncode == 0
+        assert gone(family)
         for thread in waiting:
             thread.join(60.0)
             assert not thread.is_alive()
@@ -218,17 +225,8 @@ def test_stopped_in_the_middle_of_a_job_it_goes_on_after_the_next_start(tmp_path
         assert events[-1] == ""
     with service(tmp_path / "data", tmp_path / "log") as running:
         until(lambda: running.http.get(path).json()["state"] == "running")
-        assert running.http.delete(path).json()["state"] in ("queued", "running", "cancelled")
-        assert running.http.get(path, params={"wait": 60}).json()["state"] == "cancelled"
-
-
-@linux
-def test_killed_it_leaves_no_process_and_loses_no_job(tmp_path: Path) -> None:
-    with service(tmp_path / "data", tmp_path / "log", **PATIENT) as running:
-        path = begun(running)
+        until(lambda: len(running.family()) == 3)
         family = running.family()
-        # The store, the worker, and the process of the job.
-        assert len(family) == 3
         until_written(running.store_url())
         running.end(signal.SIGKILL)
         assert gone(family)
@@ -286,8 +284,9 @@ def test_answers_are_sent_at_once() -> None:
 
 
 def test_a_port_that_is_taken(tmp_path: Path) -> None:
-    with service(tmp_path / "data", tmp_path / "log") as running:
-        port = str(running.http.base_url.port)
+    with listening("127.0.0.1", 0) as taken:
+        taken.listen()
+        port = str(taken.getsockname()[1])
         second = subprocess.run(
             [sys.executable, "-m", "service", "--port", port],
             cwd=ROOT,
