@@ -2,9 +2,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
-# Processes that run tests; a file's tests are run by one. Many wait for services, so two are as many as two cores need.
+# Modules are compiled when they are first imported: few of the ten thousand installed are. And bytecode is kept,
+# whatever the environment says: otherwise each process of the service and its tests would compile its modules again.
+export PYTHONDONTWRITEBYTECODE :=
+
+# Processes that run tests; one runs those of a file, or of one service. Many wait for services, so two are as many as two cores need.
 TESTERS ?= 2
 
 .DEFAULT_GOAL := help
