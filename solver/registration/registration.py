@@ -164,6 +164,8 @@ def register(
     ------
     Cancelled
         Through `control`.
+    MeshError
+        The source's Laplacian cannot be factored.
 
     References
     ----------
