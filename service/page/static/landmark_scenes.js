@@ -9,6 +9,8 @@ import { Scene } from "./scene.js";
 import { seenPoint } from "./surface_point.js";
 
 const [SOURCE, TARGET] = [0, 1];
+/** Height of landmarks above the surface, in units of half the shape's size: names are longer than numbers. */
+const LIFT = 0.03;
 /** Where a missing landmark is drawn: nowhere. */
 const NOWHERE = [NaN, NaN, NaN];
 
@@ -81,7 +83,7 @@ export class LandmarkScenes {
 
   #points(at) {
     const points = at === SOURCE ? this.#source : this.#corrections.points;
-    return points.map((point) => (point === null ? NOWHERE : lifted(this.#sides[at], point.corners, point.weights)));
+    return points.map((point) => (point === null ? NOWHERE : lifted(this.#sides[at], point.corners, point.weights, LIFT)));
   }
 
   async #draw() {
