@@ -122,7 +122,7 @@ def draw(path: Path, panels: Sequence[Panel]) -> None:
         shades = (light[:, None] * panel.colors[panel.faces].mean(axis=1))[order].clip(0.0, 1.0)
         axes.add_collection(
             PolyCollection(
-                corners[order, :, :2], facecolors=shades, edgecolors=shades, linewidths=0.4
+                list(corners[order, :, :2]), facecolors=shades, edgecolors=shades, linewidths=0.4
             )
         )
         dots = np.resize(_PALETTE, (len(panel.points), 3))

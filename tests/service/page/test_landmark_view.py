@@ -14,7 +14,14 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from solver.arrays import FloatArray, IntArray
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import PATIENCE, POINTS, eventually, opened, place
+from tests.service.page.conftest import (
+    PATIENCE,
+    POINTS,
+    SMALL,
+    eventually,
+    opened,
+    place,
+)
 from tests.worker.figures import blob, off
 
 LABELS = ("tip, left", "<b>apex", "side", "lost")
@@ -94,7 +101,7 @@ def distances(carried: Carried, positions: FloatArray) -> FloatArray:
 
 @pytest.fixture(scope="module")
 def view(browser: Browser, api: Api, carried: Carried) -> Iterator[Page]:
-    with opened(browser, api.url, viewport={"width": 900, "height": 900}) as page:
+    with opened(browser, api.url, viewport=SMALL) as page:
         shown(page, carried, carried.file)
         yield page
 
@@ -131,21 +138,25 @@ def test_a_landmark_is_dragged_on_the_surface(view: Page, carried: Carried, tmp_
     )
     camera = "s => JSON.stringify(s._fullLayout.scene._scene.getCamera())"
     seen = target.evaluate(camera)
-    x, y = place(target, POINTS, chosen)
-    view.mouse.move(x, y)
+    here = np.array(place(target, POINTS, chosen))
+    box = target.bounding_box()
+    assert box is not None
+    middle = np.array([box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]])
+    # Towards the middle, where there is surface.
+    there = here + 18.0 * (middle - here) / np.linalg.norm(middle - here)
+    view.mouse.move(*here)
     view.mouse.down()
-    view.mouse.move(x + 9, y + 4, steps=3)
-    view.mouse.move(x + 18, y + 8, steps=3)
+    view.mouse.move(*there, steps=6)
     view.mouse.up()
     expect(row(view, LABELS[chosen])).to_contain_text("moved")
+    # It is under the pointer but for the lift of what is drawn, and the shape was not turned.
+    eventually(lambda: bool(np.linalg.norm(place(target, POINTS, chosen) - there) < 8))
+    assert target.evaluate(camera) == seen
     after = saved(view, "csv", tmp_path).positions
     others = [i for i in range(3) if i != chosen]
     np.testing.assert_array_equal(after[others], before[others])
     assert np.linalg.norm(after[chosen] - before[chosen]) > 0.02
     assert distances(carried, after[:3]).max() < 1e-5
-    # It is under the pointer but for the lift of what is drawn, and the shape was not turned.
-    eventually(lambda: np.hypot(*(np.array(place(target, POINTS, chosen)) - [x + 18, y + 8])) < 8)
-    assert target.evaluate(camera) == seen
     remark = saved(view, "mrk.json", tmp_path).descriptions
     assert remark[chosen] == "corrected"
     assert {remark[i] for i in others} == {""}
