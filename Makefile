@@ -12,7 +12,7 @@ export PYTHONDONTWRITEBYTECODE :=
 TESTERS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help demo serve test browser test-containers lint format generate bench lock clean
+.PHONY: help demo serve test browser test-containers lint format gallery generate bench lock clean
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 24
@@ -77,6 +77,9 @@ bench: $(VENV)/runtime  ## measure: correspondences, pairs, bounds, invariance (
 	$(BIN)/python -m bench.refinement --every 4
 	$(BIN)/python -m bench.invariance
 	$(BIN)/python -m bench.service
+
+gallery: $(VENV)/runtime  ## draw the pictures of docs/gallery.md: run it against a service of its own
+	$(BIN)/python -m demo.gallery
 
 generate: $(VENV)/dev  ## write what follows from the declarations: contracts, OpenAPI, client, page, documents
 	$(BIN)/python -m codegen

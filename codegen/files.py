@@ -23,6 +23,7 @@ def derived_files() -> dict[str, str]:
     from codegen.client import command_line_options, parameter_types
     from codegen.described import JOBS, described
     from codegen.documents import DOCUMENTS, document
+    from codegen.notebook import notebook
     from codegen.page import form_parameters
     from service.app import create_app
     from service.http.openapi import text
@@ -34,5 +35,6 @@ def derived_files() -> dict[str, str]:
         "client/isomatch/_models/parameters.py": formatted(parameter_types(jobs)),
         "client/isomatch/_cli/parameter_options.py": formatted(command_line_options(jobs)),
         "service/page/static/parameters.js": form_parameters(jobs),
+        "docs/gallery.ipynb": notebook((ROOT / "docs/gallery.md").read_text(encoding="utf-8")),
         **{path: document((ROOT / path).read_text(encoding="utf-8"), jobs) for path in DOCUMENTS},
     }

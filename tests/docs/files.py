@@ -9,6 +9,7 @@ import isomatch
 import numpy as np
 import trimesh
 
+from demo import gallery_shapes
 from tests.client.shapes import TURN, blob_meshes, moved, write_blobs
 from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb, zipped_obj
 from tests.worker.families import family
@@ -71,6 +72,7 @@ WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
         "docs/prototypes.md": write_class,
         "docs/transfer.md": write_parts,
         "docs/landmarks.md": write_specimens,
+        "docs/gallery.md": gallery_shapes.write_files,
     }
 )
 """Who writes what one document has besides."""

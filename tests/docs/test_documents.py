@@ -35,7 +35,10 @@ BEFORE = {
 }
 """What a snippet takes for granted, by document."""
 
-SAYS = {"client/README.md": ("points: ", "body.points", "urn:isomatch:problem:", "cancelled")}
+SAYS = {
+    "client/README.md": ("points: ", "body.points", "urn:isomatch:problem:", "cancelled"),
+    "docs/gallery.md": ("human-reaching: right foot", "mean average precision 1.0", "misfits them"),
+}
 """What the snippets of a document print, among other things."""
 
 LEAVES = {
@@ -46,6 +49,21 @@ LEAVES = {
     "docs/landmarks.md": ("out/specimen2.mrk.json", "out/landmarks.csv", "out/landmarks.tps"),
 }
 """Files that are there afterwards."""
+
+
+WRITES = {
+    "docs/gallery.md": (
+        "walking-parts.ply",
+        "walking-parts.csv",
+        "human-reaching.mrk.json",
+        "walking-dressed.glb",
+        "walking-dressed.ply",
+        "dissimilarities.csv",
+        "dissimilarities.png",
+        "human.npz",
+    )
+}
+"""Files that its snippets leave."""
 
 
 def name_of(document: Path) -> str:
@@ -65,7 +83,7 @@ def test_no_block_is_passed_over() -> None:
         for block in blocks(document):
             assert block.language in LANGUAGES, f"{name_of(document)}:{block.line}"
     assert {"README.md", "client/README.md", "docs/api.md"} <= {name_of(d) for d in DOCUMENTS}
-    assert {name_of(document) for document in with_code("python")} >= {*BEFORE, *SAYS}
+    assert {name_of(document) for document in with_code("python")} >= {*BEFORE, *SAYS, *WRITES}
     assert {name_of(document) for document in with_code("sh")} >= set(LEAVES)
 
 
@@ -88,6 +106,8 @@ def test_python(document: Path, url: str, tmp_path: Path) -> None:
     assert done.returncode == 0, done.stderr
     for said in SAYS.get(name_of(document), ()):
         assert said in done.stdout
+    for name in WRITES.get(name_of(document), ()):
+        assert (tmp_path / name).stat().st_size > 100
 
 
 @pytest.mark.parametrize("document", with_code("sh"), ids=name_of)

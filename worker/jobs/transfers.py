@@ -245,7 +245,8 @@ def _check_rows(
 ) -> None:
     """Refuse attributes of another number of rows than the shape's file has vertices."""
     rows = len(next(iter(given)).values)
-    ids, _ = stored_mesh(payload.source, shapes).numbering
+    mesh = stored_mesh(payload.source, shapes)
+    ids, _ = mesh.numbering
     used = max(int(ids[-1]) + 1, along.rows)
     if rows == used:
         return
@@ -260,8 +261,20 @@ def _check_rows(
     raise OptionError(
         "attributes",
         f"there are {rows} rows, and the file of shape {payload.source} has {expected} vertices;"
-        " give a row for every vertex, in the order of that file",
+        f" {_advice(rows, mesh.n_faces)}",
     )
+
+
+def _advice(rows: int, faces: int) -> str:
+    """What to do about a number of rows that is not that of the vertices."""
+    if rows == faces:
+        return "values of faces are not carried, so give every vertex that of one of its faces"
+    if rows == 3 * faces:
+        return (
+            "values of corners, such as texture coordinates, are not carried; `texture` carries the"
+            " image"
+        )
+    return "give a row for every vertex, in the order of that file"
 
 
 def _images(

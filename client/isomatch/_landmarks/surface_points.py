@@ -93,21 +93,42 @@ def images(points: SurfacePoints, along: VertexMap, geometry: Geometry) -> Surfa
     corners = np.einsum("ncb,ncbd->ncd", along.weights[rows], geometry.vertices[triangles])
     means = np.einsum("nc,ncd->nd", points.weights, corners)
     nearest = points.weights.argmax(axis=1)
+    rings = _Rings.of(geometry)
     faces, weights = [], []
     for place, mean in enumerate(means):
         corner = nearest[place]
         main = along.weights[rows[place, corner]].argmax()
-        face, found = _descend(geometry, mean, int(triangles[place, corner, main]))
+        face, found = _descend(geometry, rings, mean, int(triangles[place, corner, main]))
         faces.append(geometry.vertex_ids[geometry.faces[face]])
         weights.append(found)
     return SurfacePoints(np.array(faces).reshape(-1, 3), np.array(weights).reshape(-1, 3))
 
 
-def _descend(geometry: Geometry, position: Floats, start: int) -> tuple[int, Floats]:
+@dataclass(frozen=True, eq=False)
+class _Rings:
+    """Rows of the faces around each vertex: those of v are `faces[first[v]:first[v + 1]]`."""
+
+    first: Indices
+    faces: Indices
+
+    @classmethod
+    def of(cls, geometry: Geometry) -> "_Rings":
+        """Sort the corners by vertex, in O(F log F)."""
+        corners = geometry.faces.ravel()
+        counts = np.bincount(corners, minlength=len(geometry.vertices))
+        first = np.concatenate([[0], np.cumsum(counts)])
+        return cls(first, np.argsort(corners, kind="stable") // 3)
+
+    def around(self, vertex: int) -> Indices:
+        """Return the rows of the faces around a vertex."""
+        return self.faces[self.first[vertex] : self.first[vertex + 1]]
+
+
+def _descend(geometry: Geometry, rings: _Rings, position: Floats, start: int) -> tuple[int, Floats]:
     """Row and coordinates of the triangle nearest to a position, descending from a vertex to it."""
     vertex = start
     while True:
-        ring = np.flatnonzero((geometry.faces == vertex).any(axis=1))
+        ring = rings.around(vertex)
         around = np.unique(geometry.faces[ring])
         distances = _distances(geometry.vertices[around], position)
         if distances.min() >= _distances(geometry.vertices[[vertex]], position)[0]:

@@ -2,7 +2,7 @@
 
 import { askForKey, authorization } from "./api_key.js";
 
-/** Milliseconds until a shape that is still being validated is requested again. */
+/** Milliseconds until a file that is still being validated is requested again. */
 const AGAIN = 500;
 
 /** A problem document of the service; its status is 0 if the service cannot be reached. */
@@ -72,15 +72,16 @@ export async function post(path, body) {
 }
 
 /**
- * Upload a mesh.
+ * Upload a file.
+ * @param {string} path of the collection that takes it
  * @param {File} file
  * @param {function(number)} progress called with the fraction that was sent
  * @param {AbortSignal} signal
- * @returns {Promise<Object>} the shape
+ * @returns {Promise<Object>} its record
  */
-export async function upload(file, progress, signal) {
+export async function upload(path, file, progress, signal) {
   for (;;) {
-    const { status, text, location } = await send(file, progress, signal);
+    const { status, text, location } = await send(path, file, progress, signal);
     if (status === 200 || status === 201) return JSON.parse(text);
     if (status === 202) return validated(location, signal);
     const problem = status === 0 ? Problem.away() : Problem.read(status, text);
@@ -89,7 +90,7 @@ export async function upload(file, progress, signal) {
 }
 
 // XMLHttpRequest, as fetch reports no progress of a body.
-function send(file, progress, signal) {
+function send(path, file, progress, signal) {
   return new Promise((resolve, reject) => {
     const exchange = new XMLHttpRequest();
     const form = new FormData();
@@ -102,7 +103,7 @@ function send(file, progress, signal) {
     });
     exchange.onabort = () => reject(new DOMException("aborted", "AbortError"));
     signal?.addEventListener("abort", () => exchange.abort());
-    exchange.open("POST", "/v1/shapes");
+    exchange.open("POST", path);
     for (const [name, value] of Object.entries(authorization())) {
       exchange.setRequestHeader(name, value);
     }

@@ -5,6 +5,16 @@ import { h } from "./dom.js";
 import { key } from "./api_key.js";
 import { problemBox } from "./problem.js";
 
+/** Milliseconds for which a file that is being saved is kept. */
+const KEPT = 60000;
+
+/** Save what the page has as a file. */
+export function save(blob, name) {
+  const address = URL.createObjectURL(blob);
+  h("a", { href: address, download: name }).click();
+  setTimeout(() => URL.revokeObjectURL(address), KEPT);
+}
+
 /** @param {string} name name of the downloaded file */
 export function download(path, text, name) {
   const link = h("a", { href: path, download: name }, text);
@@ -12,10 +22,7 @@ export function download(path, text, name) {
     if (key() === null) return;
     event.preventDefault();
     try {
-      const blob = await (await request(path)).blob();
-      const address = URL.createObjectURL(blob);
-      h("a", { href: address, download: name }).click();
-      setTimeout(() => URL.revokeObjectURL(address), 60000);
+      save(await (await request(path)).blob(), name);
     } catch (error) {
       link.after(problemBox(error));
     }

@@ -57,11 +57,11 @@ export function rotate(drawn, rows) {
 }
 
 /** Position of a point of the surface, given by vertices and weights, lifted a little above it. */
-export function lifted(drawn, vertices, weights) {
+export function lifted(drawn, vertices, weights, lift = LIFT) {
   const mean = (values) => [0, 1, 2].map((k) =>
     vertices.reduce((sum, v, at) => sum + weights[at] * values[3 * v + k], 0));
   const position = mean(drawn.geometry.positions);
   const normal = mean(drawn.normals);
   const length = Math.hypot(...normal) || 1;
-  return position.map((value, k) => value + (LIFT * normal[k]) / length);
+  return position.map((value, k) => value + (lift * normal[k]) / length);
 }

@@ -1,6 +1,6 @@
 // Changes of a job as server-sent events, read with fetch, as EventSource cannot send an API key.
 
-import { Problem, request } from "./api.js";
+import { Problem, get, request } from "./api.js";
 
 const ENDED = new Set(["succeeded", "failed", "cancelled"]);
 /** Milliseconds until a reconnection. */
@@ -34,6 +34,17 @@ export async function follow(path, tell, signal) {
     }
     await new Promise((resolve) => setTimeout(resolve, PAUSE));
   }
+}
+
+/**
+ * Wait for a job and fetch its result.
+ * @throws {Problem} the job did not succeed
+ */
+export async function resultOf({ links }, signal) {
+  await follow(links.events, () => {}, signal);
+  const job = await get(links.self, signal);
+  if (job.state !== "succeeded") throw new Problem(0, job.error ?? { detail: "The job was cancelled." });
+  return get(links.result, signal);
 }
 
 const passing = (status) => status === 0 || status === 503;

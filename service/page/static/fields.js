@@ -27,6 +27,9 @@ export const numberField = (name, about) =>
 export const textField = (name, label, value, about) =>
   labelled(name, label, h("input", { name, type: "text", value, maxlength: 200 }), about);
 
+export const fileField = (name, label, accept, about) =>
+  labelled(name, label, h("input", { name, type: "file", accept }), about);
+
 /** @param {Array<Array<string>>} options values, each with its text */
 export const choiceField = (name, label, options, chosen, about) =>
   labelled(name, label, h("select", { name }, options.map(([value, text], at) =>

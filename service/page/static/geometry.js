@@ -8,7 +8,8 @@ const HEADER = 56;
 /**
  * Fetch the geometry of a shape.
  * @returns {Promise<Object>} `positions` (3 V, between -1 and 1), `faces` (3 F), `numbers` (V, the
- *   indices in the user's file), `colors` (3 V bytes, or null)
+ *   indices in the user's file), `colors` (3 V bytes, or null); `origin` and `scale` of the positions in
+ *   the units of that file
  */
 export async function geometryOf(shape, signal) {
   const answer = await request(`/v1/shapes/${encodeURIComponent(shape)}/geometry`, { signal });
@@ -26,7 +27,9 @@ export function readGeometry(buffer) {
     at += array.byteLength;
     return array;
   };
+  const [x, y, z, scale] = [24, 32, 40, 48].map((place) => head.getFloat64(place, true));
   return {
+    origin: [x, y, z], scale,
     positions: next(Float32Array, 3 * vertices),
     faces: next(Uint32Array, 3 * triangles),
     numbers: next(Uint32Array, vertices),
@@ -43,6 +46,8 @@ export function places(geometry) {
   geometry.numbers.forEach((number, place) => found.set(number, place));
   return (number) => found.get(number);
 }
+
+export const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
 
 export const pointAt = (positions, place) => [0, 1, 2].map((k) => positions[3 * place + k]);
 

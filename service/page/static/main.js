@@ -5,13 +5,16 @@ import { askForKey } from "./api_key.js";
 import { problemBox } from "./problem.js";
 import { homeView } from "./home.js";
 import { jobView } from "./job.js";
+import { landmarkView } from "./landmark_view.js";
 import { prototypeView } from "./prototype.js";
 import { shapeView } from "./shape.js";
 
 const main = document.getElementById("main");
 let leaving = new AbortController();
 
-const ROUTES = { jobs: jobView, shapes: shapeView, prototypes: prototypeView, with: homeView, "": homeView };
+const ROUTES = {
+  jobs: jobView, landmarks: landmarkView, shapes: shapeView, prototypes: prototypeView, with: homeView, "": homeView,
+};
 
 async function show() {
   leaving.abort();

@@ -10,6 +10,7 @@ import { pairTable } from "./pair_table.js";
 import { problemBox } from "./problem.js";
 import { Selection } from "./selection.js";
 import { linkButton } from "./share_link.js";
+import { transferForm } from "./transfer_form.js";
 
 export async function matchView(place, result, job, signal) {
   const learned = result.source_kind === "prototype";
@@ -47,6 +48,7 @@ export async function matchView(place, result, job, signal) {
       exportsOf(job, (ending) => result.dense !== null || ["npz", "csv"].includes(ending)), " ",
       picture, " ",
       h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters")),
+    result.dense !== null && !learned ? carrying(job, source, target) : null,
     announced, pairs);
   await choose(0);
   try {
@@ -56,6 +58,13 @@ export async function matchView(place, result, job, signal) {
     if (!signal.aborted) fill(scenes, problemBox(error));
   }
 }
+
+// What a dense map carries from one shape to the other.
+const carrying = (job, source, target) => [
+  h("p", { class: "actions" }, h("a", { href: `#/landmarks/${job.id}`, class: "button" }, "Landmarks"),
+    h("span", { class: "faint" }, "carried from one shape to the other, and corrected by hand")),
+  transferForm(job, source, target),
+];
 
 const pictureOf = (job, which) => (which === 0
   ? download(job.links.picture, "Picture (PNG)", `${job.id}.png`)

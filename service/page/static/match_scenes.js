@@ -57,19 +57,20 @@ export async function matchScenes(place, result, source, target, selection, sign
   return { show };
 }
 
-function obstacle(shapes) {
+/** Why shapes cannot be drawn, or null. */
+export function obstacle(shapes) {
   if (shapes.some((shape) => shape.id === null)) return "A shape is no longer kept, so nothing is drawn.";
   return canDraw() ? null : NO_WEBGL;
 }
 
-const caption = (nodes) => ({ shape, mesh }, at) => h("figure", {}, nodes[at],
+export const caption = (nodes) => ({ shape, mesh }, at) => h("figure", {}, nodes[at],
   h("figcaption", {}, shape.name, h("span", { class: "faint" }, " ", shareDrawn(mesh.share, shape.faces))));
 
 const colorText = (result, sides) => (result.dense && sides.length === 2
   ? "Colour the source by the dense map to the target"
   : "Colour surfaces by the nearest matched points");
 
-function toggle(text, options, name, changed) {
+export function toggle(text, options, name, changed) {
   return h("label", { class: "check" }, h("input", {
     type: "checkbox", checked: options[name],
     onchange: (event) => {
@@ -79,8 +80,8 @@ function toggle(text, options, name, changed) {
   }), " ", text);
 }
 
-// Rotates all shapes upright, and the target to align matched points.
-function rotateAll(sides, pairs) {
+/** Rotate all shapes upright, and the target to align matched points. */
+export function rotateAll(sides, pairs) {
   const rows = [sourceView(sides[0].geometry.positions)];
   if (sides.length === 2) rows.push(alignedView(rows[0], sides, pairs));
   sides.forEach((side, k) => rotate(side, rows[k]));
@@ -108,7 +109,8 @@ function shadesOf(sides, points, colors, dense) {
   return (at) => (known[at] ??= make(at));
 }
 
-function join(scenes, selection, options) {
+/** Turn shapes together if that is chosen, and highlight the same pair on all. */
+export function join(scenes, selection, options) {
   let moving = false;
   scenes.forEach((scene, at) => {
     scene.watch((pair) => selection.hover(pair), (pair) => selection.choose(pair));

@@ -2,7 +2,9 @@
 
 import { normals } from "./geometry.js";
 import { colorOf, plotly } from "./plotly.js";
+import { screenAxes } from "./camera.js";
 import { css } from "./colors.js";
+import { dragPoints } from "./dragging.js";
 
 const FLAT = { lighting: { ambient: 1, diffuse: 0, specular: 0, roughness: 1, fresnel: 0 } };
 const LIGHT = [-0.36, 0.56, 0.75];
@@ -31,6 +33,7 @@ export class Scene {
   #signal;
   #plotly = null;
   #surface;
+  #mesh;
   #points = [];
   #size;
   #brightness;
@@ -40,6 +43,7 @@ export class Scene {
     this.#signal = signal;
     this.#size = positions.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
     this.#brightness = brightness(positions, faces);
+    this.#mesh = { positions, faces };
     this.#surface = {
       type: "mesh3d", hoverinfo: picked ? "none" : "skip", ...FLAT,
       ...columns(positions, ["x", "y", "z"]), ...columns(faces, ["i", "j", "k"]),
@@ -75,6 +79,15 @@ export class Scene {
     if (this.#node.data === undefined) return;
     const { x, y, z } = this.#ring(pair);
     await this.#plotly.restyle(this.#node, { x: [x], y: [y], z: [z] }, [RING]);
+  }
+
+  /** Move the points, and draw a ring round one of them, or round none. */
+  async move(points, pair) {
+    this.#points = points;
+    if (this.#node.data === undefined) return;
+    const [marks, ring] = [columnsOf(points), this.#ring(pair)];
+    const both = Object.fromEntries(["x", "y", "z"].map((name) => [name, [marks[name], ring[name]]]));
+    await this.#plotly.restyle(this.#node, both, [POINTS, RING]);
   }
 
   #ring(pair) {
@@ -128,6 +141,16 @@ export class Scene {
       if (Math.hypot(event.clientX - pressed?.clientX, event.clientY - pressed?.clientY) > STILL) return;
       setTimeout(known, vertex === null || event.pointerType === "touch" ? TOUCH : 0);
     }, true);
+  }
+
+  /** After `show`: let points be dragged; `tell` is that of `dragPoints`. */
+  drag(tell) {
+    dragPoints(this.#node, this.#mesh, () => this.#points, tell);
+  }
+
+  /** Unit vectors to the right and up on the screen. */
+  get axes() {
+    return screenAxes(this.#node);
   }
 
   /** Report the camera whenever the user has moved it. */

@@ -21,8 +21,15 @@ export function dropZone(arrived, signal) {
       if (found !== null) await arrived(found);
     }
   };
+  const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],
+    "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP", take);
+  return { node: h("section", { "aria-label": "Upload" }, zone, list), take };
+}
+
+/** An area on which files are dropped or chosen; `attributes` are those of the input. */
+export function fileArea(attributes, label, about, take) {
   const input = h("input", {
-    id: "files", type: "file", multiple: true, accept: ENDINGS, class: "files",
+    type: "file", class: "files", "aria-describedby": `about-${attributes.id}`, ...attributes,
     onchange: async () => {
       const files = [...input.files];
       input.value = "";
@@ -30,11 +37,9 @@ export function dropZone(arrived, signal) {
     },
   });
   const zone = h("div", { class: "drop" },
-    input,
-    h("label", { for: "files" }, h("strong", {}, "Choose meshes"), " or drop them here"),
-    h("p", { class: "faint" }, "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP"));
+    input, h("label", { for: attributes.id }, label), h("p", { class: "faint", id: `about-${attributes.id}` }, about));
   droppable(zone, take);
-  return { node: h("section", { "aria-label": "Upload" }, zone, list), take };
+  return zone;
 }
 
 function droppable(zone, take) {
@@ -58,7 +63,7 @@ async function sent(file, list, signal) {
   const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
   list.append(line);
   try {
-    const shape = await upload(file, (share) => {
+    const shape = await upload("/v1/shapes", file, (share) => {
       bar.value = share;
       said.textContent = share < 1 ? percent(share) : "validating";
     }, signal);

@@ -1,6 +1,8 @@
 // Views of shapes, as in the service's pictures: the y or z axis up, looking along the thinnest
 // direction; a target is rotated about the vertical until its matched points align.
 
+import { cross } from "./geometry.js";
+
 const AXES = [0, 1, 2];
 
 /** Rows of a rotation: the directions to the right, up, and towards the viewer. */
@@ -82,5 +84,3 @@ function support(positions, up) {
   return sums.reduce((sum, [first, second]) =>
     sum + Math.sqrt(Math.max(0, second / count - (first / count) ** 2)), 0);
 }
-
-const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from isomatch._landmarks.surface_points import nearest_points
+from isomatch._results import Geometry
 from playwright.sync_api import Page
 
 from solver.arrays import FloatArray
@@ -36,11 +38,15 @@ def test_geometries_are_read(page: Page, colored: bool) -> None:
     body = """
         const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
         const read = m.readGeometry(bytes.buffer);
-        return Object.fromEntries(Object.entries(read).map(([k, v]) => [k, v && [...v]]));
+        const entries = Object.entries(read);
+        return Object.fromEntries(entries.map(([k, v]) => [k, v?.length ? [...v] : v]));
     """
     read = call(page, "geometry", body, data)
     middle = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0))
-    seen = (vertices - middle) / (0.5 * np.ptp(vertices, axis=0).max())
+    scale = 0.5 * np.ptp(vertices, axis=0).max()
+    assert read["scale"] == pytest.approx(scale)
+    np.testing.assert_allclose(read["origin"], middle, atol=1e-12)
+    seen = (vertices - middle) / scale
     np.testing.assert_allclose(read["positions"], seen.ravel(), atol=1e-7)
     np.testing.assert_array_equal(read["faces"], mesh.faces.ravel())
     np.testing.assert_array_equal(read["numbers"], mesh.vertex_ids)
@@ -135,3 +141,50 @@ def test_a_surface_has_the_colours_of_its_points(page: Page) -> None:
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
     steps = np.abs(shades[edges[:, 0]] - shades[edges[:, 1]]).max(axis=1)
     assert np.median(steps) < 10.0
+
+
+def test_nearest_points_are_those_of_the_client(page: Page) -> None:
+    vertices, faces = blob(2, seed=3)
+    rng = np.random.default_rng(4)
+    # Above triangles, beyond edges and corners, and far away.
+    positions = np.concatenate(
+        [3.0 * rng.standard_normal((20, 3)), vertices[:5], 1.4 * vertices[:5]]
+    )
+    body = """const [mesh, positions] = given;
+        return positions.map((p) => m.positionOf(mesh.positions, m.nearestPoint(mesh, p)))"""
+    mesh = {"positions": flat(vertices), "faces": [int(v) for v in faces.ravel()]}
+    found = np.array(call(page, "surface_point", body, [mesh, positions.tolist()]))
+    geometry = Geometry(vertices, faces, np.arange(len(vertices)), None)
+    expected = nearest_points(geometry, positions).positions(geometry)
+    distances = np.linalg.norm(expected - positions, axis=1)
+    np.testing.assert_allclose(np.linalg.norm(found - positions, axis=1), distances, atol=1e-12)
+    np.testing.assert_allclose(found, expected, atol=1e-7)
+
+
+def test_points_of_a_thin_plate_stay_on_their_side(page: Page) -> None:
+    # Two parallel triangles, 0.01 apart, whose normals point away from one another.
+    positions = [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, -0.01, 1, 0, -0.01, 0, 1, -0.01]
+    mesh = {"positions": positions, "faces": [0, 1, 2, 3, 5, 4]}
+    body = "return m.nearestPoint(given, [0.2, 0.3, -0.009], [0, 0, 1])"
+    found = call(page, "surface_point", body, mesh)
+    assert found["corners"] == [0, 1, 2]
+    np.testing.assert_allclose(found["weights"], [0.5, 0.2, 0.3], atol=1e-12)
+
+
+def test_the_seen_point_is_the_first_of_the_line_of_sight(page: Page) -> None:
+    vertices, faces = blob(3, seed=3)
+    mesh = {"positions": flat(vertices), "faces": [int(v) for v in faces.ravel()]}
+    middle, rng = vertices.mean(axis=0), np.random.default_rng(6)
+    body = """const [mesh, sights] = given;
+        return sights.map((sight) => m.seenPoint(mesh, sight));"""
+    corners, barycentric = faces[::37], rng.dirichlet([2.0, 2.0, 2.0], len(faces[::37]))
+    points = np.einsum("nc,ncd->nd", barycentric, vertices[corners])
+    # From the middle the surface is seen once in each direction: from outside, the point itself.
+    sights = [{"origin": middle.tolist(), "towards": (p - middle).tolist()} for p in points]
+    found = call(page, "surface_point", body, [mesh, sights])
+    for one, expected, weights in zip(found, corners.tolist(), barycentric, strict=True):
+        assert one["corners"] == expected
+        np.testing.assert_allclose(one["weights"], weights, atol=1e-9)
+        assert one["depth"] == pytest.approx(1.0)
+    beside = {"origin": (middle + 100.0).tolist(), "towards": [0.0, 0.0, 1.0]}
+    assert call(page, "surface_point", body, [mesh, [beside]]) == [None]

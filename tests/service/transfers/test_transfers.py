@@ -214,7 +214,25 @@ def test_files_that_do_not_fit(http: httpx2.Client, match: str) -> None:
     long = send(http, table(a=range(2 * COUNT))).json()["id"]
     failed = carried(http, match, attributes=long, what="scalars")["error"]
     assert failed["errors"][0]["field"] == "body.attributes"
-    assert f"has {COUNT} vertices" in failed["detail"]
+    assert f"has {COUNT} vertices; give a row for every vertex" in failed["detail"]
+
+
+@pytest.mark.parametrize(
+    ("rows", "advice"),
+    [
+        (MESH.n_faces, "give every vertex that of one of its faces"),
+        (3 * MESH.n_faces, "`texture` carries the image"),
+    ],
+    ids=["faces", "corners"],
+)
+def test_values_of_faces_and_corners(
+    http: httpx2.Client, match: str, rows: int, advice: str
+) -> None:
+    uploaded = send(http, table(a=np.arange(rows) % 3)).json()["id"]
+    failed = carried(http, match, attributes=uploaded, what="labels")["error"]
+    assert failed["status"] == 422
+    assert failed["errors"][0]["field"] == "body.attributes"
+    assert advice in failed["detail"]
 
 
 @pytest.mark.parametrize(

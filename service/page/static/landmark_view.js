@@ -1,0 +1,161 @@
+// Landmarks carried along a dense match: seen on both shapes, corrected by hand, and downloaded.
+
+import { Problem, get, post } from "./api.js";
+import { Corrections } from "./corrections.js";
+import { button, fill, h } from "./dom.js";
+import { save } from "./download.js";
+import { drawnShape } from "./drawn_shape.js";
+import { resultOf } from "./events.js";
+import { choiceField } from "./fields.js";
+import { several } from "./format.js";
+import { FORMATS, readLandmarks, writeLandmarks } from "./landmark_files.js";
+import { LandmarkScenes } from "./landmark_scenes.js";
+import { landmarkTable } from "./landmark_table.js";
+import { rotateAll } from "./match_scenes.js";
+import { problemBox } from "./problem.js";
+import { Selection } from "./selection.js";
+import { nearestPoint, normalAt, positionOf } from "./surface_point.js";
+import { fileArea } from "./uploads.js";
+
+const ENDS = ["source", "target"];
+const [SOURCE, TARGET] = [0, 1];
+/** Length of a step by an arrow key, in units of half the shape's size. */
+const STEP = 0.01;
+/** Distance from the surface, over √area, above which landmarks are reported. */
+const FAR = 0.05;
+const SYSTEMS = [["LPS", "LPS, as 3D Slicer stores models"], ["RAS", "RAS"]];
+const KEYS = "Drag a landmark on the target, or choose it here and press an arrow key: it moves along the surface, with Shift in"
+  + " finer steps. Landmarks are points of the mesh itself, even where the drawing is simplified.";
+
+export async function landmarkView(place, [id], signal) {
+  const match = await get(`/v1/jobs/${encodeURIComponent(id)}`, signal);
+  const result = await resultOf(match, signal);
+  if (!result.dense || result.source_kind !== "shape") {
+    throw new Problem(0, { title: "No dense map", detail: "Landmarks are carried along the dense map of a match of two shapes; match again with it." });
+  }
+  const shapes = await Promise.all([result.source, result.target].map((shape) => get(`/v1/shapes/${shape}`, signal)));
+  document.title = `Landmarks of ${shapes[TARGET].name} – isomatch`;
+  const sides = await Promise.all(shapes.map((shape, at) => drawnShape(shape, ENDS[at], signal)));
+  rotateAll(sides, result.correspondences);
+
+  const said = h("div", { "aria-live": "polite" });
+  const list = h("section", { "aria-label": "Landmarks of the target", hidden: true });
+  const pictures = h("div");
+  const selection = new Selection();
+  const scenes = new LandmarkScenes(pictures, sides, selection, signal);
+  const system = choiceField("coordinates", "Coordinates of the meshes", SYSTEMS, 0,
+    "Positions in files of 3D Slicer name their coordinate system and are converted to that of the meshes.");
+  let newest = null;
+  const take = (end) => async ([file]) => {
+    if (file === undefined) return;
+    newest = file;
+    fill(said, h("p", { class: "faint" }, `Carrying the landmarks of ${file.name}.`));
+    try {
+      const coordinates = system.querySelector("select").value;
+      const given = readLandmarks(file.name, await file.text(), coordinates);
+      const here = onSurface(given, sides[end]);
+      const there = await carried(match, end, here, sides, signal);
+      if (signal.aborted || newest !== file) return;
+      const points = end === SOURCE ? [here, there] : [there, here];
+      const landmarks = given.map((landmark) => landmarkOn(landmark, end));
+      fill(said, h("p", {}, `${several(given.length, "landmark")} of ${file.name}.`), remark(given, here, sides[end]));
+      await showLandmarks(list, landmarks, points, { sides, selection, scenes, coordinates });
+    } catch (error) {
+      if (!signal.aborted && newest === file) fill(said, problemBox(error));
+    }
+  };
+  fill(place,
+    h("h2", {}, "Landmarks: ", shapeLink(shapes[SOURCE]), " to ", shapeLink(shapes[TARGET])),
+    h("p", {}, h("a", { href: `#/jobs/${id}` }, "Back to the match")),
+    h("div", { class: "columns" },
+      landmarkFileArea("source", shapes[SOURCE], "They are carried to the target.", take(SOURCE)),
+      landmarkFileArea("target", shapes[TARGET], "To correct them; files of isomatch landmarks have a confidence.", take(TARGET)),
+      system),
+    said, h("div", { class: "columns corrected" }, pictures, list));
+  await scenes.begin();
+}
+
+const shapeLink = ({ id, name }) => h("a", { href: `#/shapes/${id}` }, name);
+
+const landmarkFileArea = (end, { name }, about, take) => fileArea(
+  { id: `landmarks-${end}`, accept: ".json,.fcsv,.csv" }, [h("strong", {}, `Choose landmarks of the ${end}`), `, ${name}`],
+  `MRK.JSON, FCSV or CSV. ${about}`, take);
+
+// What is known of a landmark of the target, from a file of the end `end`.
+function landmarkOn({ label, remark: description }, end) {
+  const remarkThere = end === TARGET ? description : "";
+  return { label, remark: remarkThere, confidence: remarkThere.match(/^confidence (\d+(?:\.\d+)?)$/)?.[1] ?? null };
+}
+
+// The nearest points of a surface, null where a landmark is missing.
+function onSurface(landmarks, { unrotated }) {
+  const { origin, scale } = unrotated;
+  return landmarks.map(({ position }) => (position === null ? null
+    : nearestPoint(unrotated, position.map((value, k) => (value - origin[k]) / scale))));
+}
+
+/** Position of a point in the coordinates of the shape's file. */
+function inFile({ unrotated }, point) {
+  const place = positionOf(unrotated.positions, point);
+  return place.map((value, k) => unrotated.origin[k] + unrotated.scale * value);
+}
+
+// A note on landmarks that are far from the surface, or null.
+function remark(landmarks, points, side) {
+  const size = Math.sqrt(side.shape.area);
+  const apart = landmarks.map(({ position }, i) => (position === null ? 0
+    : Math.hypot(...inFile(side, points[i]).map((value, k) => value - position[k])) / size));
+  const far = apart.filter((distance) => distance > FAR).length;
+  if (far === 0) return null;
+  const worst = landmarks[apart.indexOf(Math.max(...apart))].label;
+  return h("p", { class: "warnings" }, `${far} of them are far from the surface, "${worst}" most of all; the nearest points of the`
+    + " surface are taken. Are these landmarks of this mesh, and are its coordinates named rightly?");
+}
+
+// The images of points on the other shape, by a transfer of the service.
+async function carried(match, end, points, sides, signal) {
+  const [here, there] = [sides[end], sides[1 - end]];
+  const given = points.filter((point) => point !== null).map(({ corners, weights }) => ({
+    vertices: corners.map((corner) => here.geometry.numbers[corner]), weights: weights.map((weight) => Math.max(0, weight)),
+  }));
+  if (given.length === 0) throw new Problem(0, { title: "Nothing to carry", detail: "All landmarks of this file are missing." });
+  const job = await post("/v1/transfers", {
+    match: match.id, what: "landmarks", direction: end === SOURCE ? "source_to_target" : "target_to_source", points: given,
+  });
+  const found = (await resultOf(job, signal)).points.map(({ vertices, weights }) => ({ corners: vertices.map(there.place), weights }));
+  return points.map((point) => (point === null ? null : found.shift()));
+}
+
+async function showLandmarks(list, landmarks, [source, target], { sides, selection, scenes, coordinates }) {
+  const side = sides[TARGET];
+  const corrections = new Corrections(target);
+  const step = (i, right, up) => {
+    const [across, upwards] = scenes.axes;
+    const before = corrections.points[i];
+    const { positions } = side.geometry;
+    const aim = positionOf(positions, before).map((value, k) => value + STEP * (right * across[k] + up * upwards[k]));
+    corrections.move(i, nearestPoint(side.geometry, aim, normalAt(positions, before)) ?? before);
+  };
+  const undo = h("button", { type: "button", onclick: () => corrections.undo() }, "Undo");
+  const resetAll = h("button", { type: "button", onclick: () => corrections.resetAll() }, "Reset all");
+  const update = () => {
+    undo.disabled = !corrections.canUndo;
+    resetAll.disabled = !corrections.anyMoved;
+  };
+  corrections.addEventListener("change", update);
+  update();
+  const name = side.shape.name.replace(/\.[^.]*$/, "");
+  const text = (format) => writeLandmarks(format, name, landmarks.map(({ label, remark: description }, i) => ({
+    label, remark: corrections.moved(i) ? "corrected" : description,
+    position: corrections.points[i] === null ? null : inFile(side, corrections.points[i]),
+  })), coordinates);
+  selection.clear();
+  list.hidden = false;
+  fill(list,
+    h("p", { id: "landmark-keys", class: "faint" }, KEYS),
+    landmarkTable(landmarks, corrections, selection, step),
+    h("p", { class: "actions" }, undo, resetAll),
+    h("p", { class: "actions" }, "Download: ", FORMATS.map((format) => button(format.toUpperCase(), () =>
+      save(new Blob([text(format)]), `${name}.${format}`)))));
+  await scenes.show(landmarks, source, corrections);
+}

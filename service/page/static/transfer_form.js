@@ -1,0 +1,52 @@
+// The form that carries attributes along the dense map of a match.
+
+import { post, upload } from "./api.js";
+import { fill, h } from "./dom.js";
+import { choiceField, fileField, showErrors } from "./fields.js";
+import { fieldName, problemBox } from "./problem.js";
+
+const ENDINGS = ".npz,.csv,.ply,.obj,.glb";
+const KINDS = [
+  ["labels", "labels, such as a segmentation"],
+  ["scalars", "scalars"],
+  ["vectors", "vectors"],
+  ["colors", "colours"],
+  ["skinning", "skinning weights"],
+  ["texture", "the texture of the shape's own file"],
+];
+
+/** A form for a transfer between the shapes of a match; the page of its job has the result. */
+export function transferForm(match, source, target) {
+  const file = fileField("attributes", "File of values", ENDINGS,
+    "NPZ, CSV, PLY, OBJ or GLB; row i of vertex i. Without one, values in the shape's own file are carried.");
+  const said = h("div", { "aria-live": "polite" });
+  const submit = h("button", { type: "submit", class: "primary" }, "Transfer");
+  const form = h("form", { novalidate: true, "aria-label": "Transfer" },
+    h("div", { class: "fields" }, file,
+      choiceField("what", "Kind", KINDS, 0, "Labels are carried by majority, all others by weighted means."),
+      choiceField("direction", "Direction", [
+        ["source_to_target", `from ${source.name} to ${target.name}`],
+        ["target_to_source", `from ${target.name} to ${source.name}`],
+      ], 0, "The values are those of the first of the two.")),
+    said, h("p", {}, submit));
+  form.addEventListener("submit", async (event) => {
+    event.preventDefault();
+    submit.disabled = true;
+    showErrors(form, [], fieldName);
+    fill(said);
+    try {
+      const { what, direction } = Object.fromEntries(new FormData(form));
+      const [values] = file.querySelector("input").files;
+      const attributes = values === undefined ? null
+        : (await upload("/v1/attributes", values, () => fill(said, h("p", { class: "faint" }, `Uploading ${values.name}.`)))).id;
+      const job = await post("/v1/transfers", { match: match.id, attributes, what, direction });
+      location.hash = `#/jobs/${job.id}`;
+    } catch (error) {
+      showErrors(form, error.errors ?? [], fieldName);
+      fill(said, problemBox(error));
+    } finally {
+      submit.disabled = false;
+    }
+  });
+  return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices from one shape to the other"), form);
+}

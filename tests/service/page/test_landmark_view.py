@@ -1,0 +1,245 @@
+"""Landmarks carried along a dense match on the page: seen, dragged, moved by keys, downloaded."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx2
+import isomatch
+import numpy as np
+import pytest
+from isomatch._landmarks.surface_points import nearest_points
+from isomatch._results import Geometry
+from playwright.sync_api import Browser, Locator, Page, expect
+
+from solver.arrays import FloatArray, IntArray
+from tests.service.conftest import Api, Json
+from tests.service.page.conftest import (
+    PATIENCE,
+    POINTS,
+    SMALL,
+    eventually,
+    opened,
+    place,
+)
+from tests.worker.figures import blob, off
+
+LABELS = ("tip, left", "<b>apex", "side", "lost")
+AT = [0, 3, 42]
+"""Vertices that the first three are at; the last is missing."""
+
+PLACES = "s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])"
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A dense match of a shape with itself elsewhere, and landmarks of its source.
+
+    Attributes
+    ----------
+    job
+        Id of the match.
+    surface
+        Vertices and faces of the target.
+    file
+        The landmarks.
+    """
+
+    job: str
+    surface: tuple[FloatArray, IntArray]
+    file: Path
+
+
+@pytest.fixture(scope="module")
+def carried(
+    api: Api, upload: Callable[..., Json], tmp_path_factory: pytest.TempPathFactory
+) -> Carried:
+    vertices, faces = blob(3)
+    target = vertices + 7.0
+    first = upload(off(vertices, faces) + b"# with landmarks\n", "template.off")["id"]
+    second = upload(off(target, faces), "specimen.one.off")["id"]
+    asked = {"source": first, "target": second, "points": 8, "eigenpairs": 30, "dense": True}
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
+    file = tmp_path_factory.mktemp("landmarks") / "template.mrk.json"
+    rows = [(label, vertices[v]) for label, v in zip(LABELS, AT, strict=False)]
+    isomatch.write_landmarks(file, [isomatch.LandmarkSet.of([*rows, (LABELS[-1], None)])])
+    return Carried(job, (target, faces), file)
+
+
+def shown(page: Page, carried: Carried, file: Path, end: str = "source") -> tuple[Locator, Locator]:
+    """The view with the landmarks of a file, and both scenes."""
+    page.goto(f"/#/landmarks/{carried.job}")
+    page.locator("[data-ready]").wait_for()
+    page.locator(f"#landmarks-{end}").set_input_files(str(file))
+    page.locator("[data-drawn='4']").wait_for()
+    return page.locator(".scene[data-side=source]"), page.locator(".scene[data-side=target]")
+
+
+def saved(page: Page, ending: str, folder: Path) -> isomatch.LandmarkSet:
+    """The landmarks as they are downloaded."""
+    with page.expect_download() as download:
+        page.get_by_role("button", name=ending.upper(), exact=True).click()
+    assert download.value.suggested_filename == f"specimen.one.{ending}"
+    path = folder / download.value.suggested_filename
+    download.value.save_as(path)
+    (found,) = isomatch.read_landmarks(path)
+    return found
+
+
+def row(page: Page, label: str) -> Locator:
+    return page.locator("tr[data-landmark]").filter(has_text=label)
+
+
+def distances(carried: Carried, positions: FloatArray) -> FloatArray:
+    """How far positions are from the surface of the target."""
+    vertices, faces = carried.surface
+    geometry = Geometry(vertices, faces, np.arange(len(vertices)), None)
+    nearest = nearest_points(geometry, positions).positions(geometry)
+    apart: FloatArray = np.linalg.norm(nearest - positions, axis=1)
+    return apart
+
+
+@pytest.fixture(scope="module")
+def view(browser: Browser, api: Api, carried: Carried) -> Iterator[Page]:
+    with opened(browser, api.url, viewport=SMALL) as page:
+        shown(page, carried, carried.file)
+        yield page
+
+
+def test_landmarks_are_carried_and_named(
+    view: Page, carried: Carried, api: Api, tmp_path: Path
+) -> None:
+    source, target = (view.locator(f".scene[data-side={side}]") for side in ("source", "target"))
+    for scene in (source, target):
+        drawn = scene.evaluate("s => s.data[1].text")
+        assert drawn == ["tip, left", "&lt;b&gt;apex", "side", "lost"]
+    found = saved(view, "mrk.json", tmp_path)
+    assert found.labels == LABELS
+    assert found.present.tolist() == [True, True, True, False]
+    # They are where the service carries these vertices.
+    with isomatch.Client(api.url) as client:
+        points = client.transfer(carried.job, what="landmarks", points=AT).result().points
+    assert points is not None
+    expected = [np.array(p.weights) @ carried.surface[0][list(p.vertices)] for p in points]
+    np.testing.assert_allclose(found.positions[:3], expected, atol=1e-5)
+    for ending in ("fcsv", "csv"):
+        again = saved(view, ending, tmp_path)
+        assert again.labels == LABELS
+        np.testing.assert_array_equal(again.positions, found.positions)
+
+
+def test_a_landmark_is_dragged_on_the_surface(view: Page, carried: Carried, tmp_path: Path) -> None:
+    target = view.locator(".scene[data-side=target]")
+    before = saved(view, "csv", tmp_path).positions
+    target.scroll_into_view_if_needed()
+    # The one that is nearest to the viewer is not hidden.
+    chosen = target.evaluate(
+        "s => s.data[1].z.slice(0, 3).reduce((b, z, i, a) => z > a[b] ? i : b, 0)"
+    )
+    camera = "s => JSON.stringify(s._fullLayout.scene._scene.getCamera())"
+    seen = target.evaluate(camera)
+    here = np.array(place(target, POINTS, chosen))
+    box = target.bounding_box()
+    assert box is not None
+    middle = np.array([box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]])
+    # Towards the middle, where there is surface.
+    there = here + 18.0 * (middle - here) / np.linalg.norm(middle - here)
+    view.mouse.move(*here)
+    view.mouse.down()
+    view.mouse.move(*there, steps=6)
+    view.mouse.up()
+    expect(row(view, LABELS[chosen])).to_contain_text("moved")
+    # It is under the pointer but for the lift of what is drawn, and the shape was not turned.
+    eventually(lambda: bool(np.linalg.norm(place(target, POINTS, chosen) - there) < 8))
+    assert target.evaluate(camera) == seen
+    after = saved(view, "csv", tmp_path).positions
+    others = [i for i in range(3) if i != chosen]
+    np.testing.assert_array_equal(after[others], before[others])
+    assert np.linalg.norm(after[chosen] - before[chosen]) > 0.02
+    assert distances(carried, after[:3]).max() < 1e-5
+    remark = saved(view, "mrk.json", tmp_path).descriptions
+    assert remark[chosen] == "corrected"
+    assert {remark[i] for i in others} == {""}
+    view.get_by_role("button", name="Undo").click()
+    np.testing.assert_array_equal(saved(view, "csv", tmp_path).positions, before)
+    expect(view.get_by_role("button", name="Undo")).to_be_disabled()
+
+
+def test_landmarks_are_moved_by_keys(view: Page, carried: Carried, tmp_path: Path) -> None:
+    before = saved(view, "csv", tmp_path).positions
+    apex = view.get_by_role("button", name="<b>apex", exact=True)
+    apex.focus()
+    expect(view.locator(".scene[data-side=target]")).to_have_attribute("data-pair", "1")
+    for key in ("ArrowRight", "ArrowRight", "Shift+ArrowUp", "ArrowDown"):
+        view.keyboard.press(key)
+    moved = saved(view, "csv", tmp_path).positions
+    step = 0.01 * 0.5 * np.ptp(carried.surface[0], axis=0).max()
+    assert 0.5 * step < np.linalg.norm(moved[1] - before[1]) < 3.2 * step
+    assert distances(carried, moved[:3]).max() < 1e-5
+    side = view.get_by_role("button", name="side", exact=True)
+    side.focus()
+    view.keyboard.press("ArrowLeft")
+    view.get_by_role("button", name="Reset <b>apex").click()
+    expect(apex).to_be_focused()
+    now = saved(view, "csv", tmp_path).positions
+    np.testing.assert_array_equal(now[1], before[1])
+    assert (now[2] != before[2]).any()
+    view.get_by_role("button", name="Reset all").click()
+    np.testing.assert_array_equal(saved(view, "csv", tmp_path).positions, before)
+    # Undone is what was done last, resetting as well.
+    view.get_by_role("button", name="Undo").click()
+    np.testing.assert_array_equal(saved(view, "csv", tmp_path).positions, now)
+    view.get_by_role("button", name="Reset all").click()
+    expect(view.get_by_role("button", name="lost")).to_be_disabled()
+
+
+def test_every_control_has_a_name(view: Page) -> None:
+    tree = view.context.new_cdp_session(view).send("Accessibility.getFullAXTree")
+    controls = {"button", "textbox", "combobox", "checkbox", "radio", "link", "spinbutton"}
+    found = [node for node in tree["nodes"] if node.get("role", {}).get("value") in controls]
+    assert len(found) > 10
+    assert [node for node in found if not node["name"]["value"].strip()] == []
+
+
+def test_landmarks_of_the_target_keep_their_confidence(
+    browser: Browser, api: Api, carried: Carried, tmp_path: Path
+) -> None:
+    """On a telephone; also a file that cannot be read."""
+    vertices, _ = carried.surface
+    sure = isomatch.LandmarkSet(
+        LABELS,
+        np.vstack([vertices[AT], np.full(3, np.nan)]),
+        "specimen",
+        ("confidence 0.93", "confidence 0.41", "confidence 0.87", ""),
+    )
+    file = tmp_path / "specimen.fcsv"
+    isomatch.write_landmarks(file, [sure])
+    with opened(browser, api.url, viewport={"width": 390, "height": 800}, has_touch=True) as page:
+        source, _ = shown(page, carried, file, "target")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        cells = page.locator("tr[data-landmark] td:nth-child(2)")
+        expect(cells).to_have_text(["0.93", "0.41", "0.87", ""])
+        # Both shapes have them.
+        assert len(source.evaluate(PLACES)) == 4
+        found = saved(page, "fcsv", tmp_path)
+        assert found.descriptions == sure.descriptions
+        np.testing.assert_allclose(found.positions[:3], vertices[AT], atol=1e-5)
+        broken = tmp_path / "broken.fcsv"
+        broken.write_text("# columns = id,x,y,z,label\n1,0,0,here,tip\n")
+        page.locator("#landmarks-source").set_input_files(str(broken))
+        box = page.get_by_role("alert")
+        expect(box).to_contain_text('line 2: "here" is not a finite number')
+        far = tmp_path / "far.csv"
+        isomatch.write_landmarks(far, [isomatch.LandmarkSet(("a",), np.array([[50.0, 0.0, 0.0]]))])
+        page.locator("#landmarks-source").set_input_files(str(far))
+        expect(page.locator(".warnings")).to_contain_text('far from the surface, "a"')
+
+
+def test_a_match_that_is_not_dense(page: Page, api: Api, shapes: tuple[str, str]) -> None:
+    asked = {"source": shapes[0], "target": shapes[1], "points": 4, "eigenpairs": 20}
+    job = httpx2.post(f"{api.url}/v1/matches", json=asked, timeout=60.0).json()["id"]
+    page.goto(f"/#/landmarks/{job}")
+    expect(page.get_by_role("alert")).to_contain_text("match again", timeout=PATIENCE)
+    page.goto(f"/#/jobs/{job}")
+    page.locator("[data-drawn]").wait_for()
+    expect(page.get_by_role("link", name="Landmarks", exact=True)).to_have_count(0)

@@ -1,0 +1,73 @@
+"""Transfers on the page: a file is carried along a dense match, and what is refused is said."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import isomatch
+import numpy as np
+import pytest
+from playwright.sync_api import FilePayload, Page, expect
+
+from tests.service.conftest import Api, Json
+from tests.service.page.conftest import job_of
+from tests.worker.figures import blob, off
+
+
+@pytest.fixture(scope="module")
+def match(api: Api, upload: Callable[..., Json]) -> tuple[str, int]:
+    """Id of a dense match, and the number of vertices of both shapes."""
+    vertices, faces = blob(2)
+    first = upload(off(vertices, faces) + b"# to carry from\n", "parts.off")["id"]
+    second = upload(off(vertices + 3.0, faces) + b"# to carry to\n", "<b>whole.off")["id"]
+    with isomatch.Client(api.url) as client:
+        job = client.match(first, second, points=6, eigenpairs=30, dense=True)
+        job.result()
+    return job.id, len(vertices)
+
+
+def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_path: Path) -> None:
+    job, count = match
+    page.goto(f"/#/jobs/{job}")
+    page.get_by_text("Transfer: carry values").click()
+    file = tmp_path / "parts.csv"
+    labels = np.arange(count) % 5
+    page.get_by_label("Direction").select_option(label="from <b>whole.off to parts.off")
+    # Fewer rows than vertices: refused beside the field.
+    file.write_text("part\n" + "\n".join(map(str, labels[:10])))
+    page.get_by_label("File of values").set_input_files(str(file))
+    page.get_by_role("button", name="Transfer", exact=True).click()
+    expect(page.locator("#error-attributes")).to_contain_text("10 rows")
+    expect(page.get_by_role("alert")).to_contain_text("cannot be carried")
+    file.write_text("part\n" + "\n".join(map(str, labels)))
+    page.get_by_label("File of values").set_input_files(str(file))
+    page.get_by_role("button", name="Transfer", exact=True).click()
+    page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
+    with page.expect_download() as saved:
+        page.get_by_role("link", name="CSV").click()
+    rows = Path(saved.value.path()).read_text().splitlines()
+    assert rows[0] == "vertex,part"
+    with isomatch.Client(api.url) as client:
+        done = client.job(job).result()
+    assert isinstance(done, isomatch.Match)
+    expected = done.transfer(labels, "labels", direction="target_to_source")
+    assert [int(row.split(",")[1]) for row in rows[1:]] == expected.tolist()
+    assert job_of(page) != job
+
+
+def test_files_and_jobs_that_are_refused(page: Page, match: tuple[str, int]) -> None:
+    page.goto(f"/#/jobs/{match[0]}")
+    page.get_by_text("Transfer: carry values").click()
+    broken: FilePayload = {
+        "name": "parts.npz",
+        "mimeType": "application/zip",
+        "buffer": b"no archive",
+    }
+    page.get_by_label("File of values").set_input_files(broken)
+    page.get_by_role("button", name="Transfer", exact=True).click()
+    expect(page.get_by_role("alert")).to_contain_text("attribute")
+    page.get_by_label("File of values").set_input_files([])
+    page.get_by_label("Kind", exact=True).select_option("texture")
+    page.get_by_role("button", name="Transfer", exact=True).click()
+    # It is queued, and fails, as the shape has no texture.
+    expect(page.locator("[data-state=failed]")).to_be_visible()
+    expect(page.get_by_role("alert")).to_contain_text("no texture")
