@@ -96,6 +96,10 @@ class Placement(NamedTuple):
     normals: FloatArray
     nearest: IntArray
 
+    def copied(self) -> "Placement":
+        """Return a copy, which changes apart."""
+        return Placement(self.positions.copy(), self.normals.copy(), self.nearest.copy())
+
 
 @kernel
 def place(

@@ -26,6 +26,9 @@ this quality has a height of a hundredth of its length."""
 _ROUNDS = 30
 """Rounds in which ε falls, with each number of rings."""
 
+_ATTEMPTS = 4
+"""Relaxations from the images, at most: more only where triangles stay flipped."""
+
 _FIRST, _FALL, _LAST = 0.5, 0.8, 1e-3
 """ε at first, its ratio in each round, and the least."""
 
@@ -92,22 +95,46 @@ def register_template(
     control = control or Control()
     size = np.sqrt(target.area)
     surface = _surface(target)
-    placement = _placement(template, target, dense, surface)
-    inverted = _inverted(placement, template.faces)
+    images = _placement(template, target, dense, surface)
+    inverted = _inverted(images, template.faces)
     mesh = _connectivity(template, inverted)
-    least = _least_qualities(template)
-    for everywhere in (False, True):
-        _relax_folds(placement, mesh, surface, everywhere, least, control)
-    positions = placement.positions
-    centres = positions[template.faces].mean(axis=1)
-    _, agreeing = surface.tree.cosines(centres, face_normals(positions, mesh.faces))
+    positions, flipped = _relaxed(images, mesh, surface, _least_qualities(template), control)
     return RegisteredTemplate(
         positions * size + _centre(target),
         surface.tree.distances(positions),
-        surface.tree.distances(centres),
-        agreeing < 0.0,
+        surface.tree.distances(positions[template.faces].mean(axis=1)),
+        flipped,
         inverted != (_volume(template) * _volume(target) < 0.0),
     )
+
+
+def _relaxed(
+    images: Placement,
+    mesh: Connectivity,
+    surface: Surface,
+    least: FloatArray,
+    control: Control,
+) -> tuple[FloatArray, BoolArray]:
+    """Return (V, 3) positions without folds, and (F,) the triangles that are flipped yet.
+
+    A relaxation may end where no single move helps; another one, with other directions, often does
+    not, so that the best of a few is taken.
+    """
+    found: list[tuple[tuple[int, int], FloatArray, BoolArray]] = []
+    for attempt in control.in_time(range(_ATTEMPTS), least=1):
+        placement = images.copied()
+        for everywhere in (False, True):
+            _relax_folds(placement, mesh, surface, everywhere, least, attempt, control)
+        positions = placement.positions
+        centres, normals = positions[mesh.faces].mean(axis=1), face_normals(positions, mesh.faces)
+        worst, agreeing = surface.tree.cosines(centres, normals)
+        # At a crease, it is better to agree with both of its sides than with one.
+        left = int((agreeing < 0.0).sum()), int((worst < 0.0).sum())
+        found.append((left, positions, agreeing < 0.0))
+        if not any(left):
+            break
+    _, positions, flipped = min(found, key=lambda one: one[0])
+    return positions, flipped
 
 
 def _relax_folds(
@@ -116,6 +143,7 @@ def _relax_folds(
     surface: Surface,
     everywhere: bool,
     least: FloatArray,
+    attempt: int,
     control: Control,
 ) -> None:
     """Relax the triangles of a quality below the least, by the normals at the corners or all."""
@@ -129,7 +157,9 @@ def _relax_folds(
         rings, step = divmod(number, _ROUNDS)
         vertices = _vertices_round(faces, folded, len(placement.positions), _RINGS[rings])
         epsilon = max(_FIRST * _FALL**step, _LAST)
-        moved = relax(placement, vertices, mesh, surface, everywhere, epsilon, float(number))
+        moved = relax(
+            placement, vertices, mesh, surface, everywhere, epsilon, float(number) + 0.25 * attempt
+        )
         changed = np.flatnonzero(np.isin(faces, vertices[moved]).any(axis=1))
         found = qualities(placement, faces, changed, surface, everywhere)
         bad[changed] = found < bounds[changed]

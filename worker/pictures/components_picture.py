@@ -16,7 +16,8 @@ _SHOWN = 3
 _DEVIATIONS = -2.0, 0.0, 2.0
 """Standard deviations that the mean is moved by."""
 
-_ROW_INCHES = 10.0, 3.4
+_ROW_INCHES = 8.0, 2.9
+_TITLE_INCHES = 0.6
 _LONGEST_NAME = 80
 
 
@@ -44,34 +45,48 @@ def draw_components(
     PNG, the same for the same components.
     """
     count = min(len(components), _SHOWN)
-    steps = _DEVIATIONS if count else (0.0,)
+    rows, steps = max(count, 1), _DEVIATIONS if count else (0.0,)
     width, height = _ROW_INCHES
-    figure = new_figure((width, height * max(count, 1) + 0.6))
-    figure.text(0.5, 0.985, shortened(title, _LONGEST_NAME), ha="center", va="top", fontsize=14,
-                color=INK, parse_math=False)  # fmt: skip
+    total = height * rows + _TITLE_INCHES
+    figure = new_figure((width, total))
+    figure.text(
+        0.5, 1.0 - 0.2 / total, shortened(title, _LONGEST_NAME), ha="center", va="top",
+        fontsize=14, color=INK, parse_math=False,
+    )  # fmt: skip
     used = np.unique(faces)
     centre = mean[used].mean(axis=0)
     view = source_view(mean[used] - centre)
-    top = 1.0 - 0.5 / (height * max(count, 1) + 0.6)
-    for row in range(max(count, 1)):
-        for column, deviations in enumerate(steps):
-            vertices = mean - centre
-            if count:
-                vertices = vertices + deviations * np.sqrt(variances[row]) * components[row]
-            axes = figure.add_axes(
-                (column / len(steps), top * (1.0 - (row + 1.0) / max(count, 1)) + 0.02,
-                 1.0 / len(steps), top / max(count, 1) - 0.05)
-            )  # fmt: skip
-            axes.set_axis_off()
-            axes.set_aspect("equal")
-            draw_surface(axes, Scene(view.of(vertices), faces, np.empty((0, 3))))
-            axes.autoscale_view()
-            axes.set_title(_caption(row, deviations, explained), fontsize=10, color=FAINT)
+    shapes = {
+        (row, step): view.of(_moved(mean - centre, row, step, components, variances))
+        for row in range(rows)
+        for step in steps
+    }
+    every = np.concatenate([one[used] for one in shapes.values()])
+    least, greatest = every.min(axis=0), every.max(axis=0)
+    for (row, step), vertices in shapes.items():
+        bottom = height * (rows - 1 - row) / total
+        column = steps.index(step)
+        box = column / len(steps), bottom + 0.1 / total, 1.0 / len(steps), (height - 0.5) / total
+        axes = figure.add_axes(box)
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+        draw_surface(axes, Scene(vertices, faces, np.empty((0, 3))))
+        axes.set_xlim(least[0], greatest[0])
+        axes.set_ylim(least[1], greatest[1])
+        axes.set_title(_caption(row, step, explained), fontsize=10, color=FAINT)
     return png(figure)
 
 
-def _caption(row: int, deviations: float, explained: Sequence[float]) -> str:
-    if not deviations:
-        return "mean"
-    share = f" ({100.0 * explained[row]:.0f} % of the variance)"
-    return f"component {row + 1}: {deviations:+.0f} standard deviations{share}"
+def _moved(
+    mean: FloatArray, row: int, step: float, components: FloatArray, variances: FloatArray
+) -> FloatArray:
+    if not step:
+        return mean
+    moved: FloatArray = mean + step * np.sqrt(variances[row]) * components[row]
+    return moved
+
+
+def _caption(row: int, step: float, explained: Sequence[float]) -> str:
+    if step:
+        return f"component {row + 1}, {step:+.0f} s.d."
+    return f"{100.0 * explained[row]:.0f} % of the variance" if row < len(explained) else "mean"
