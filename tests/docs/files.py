@@ -71,6 +71,7 @@ WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
         "docs/prototypes.md": write_class,
         "docs/transfer.md": write_parts,
         "docs/landmarks.md": write_specimens,
+        "docs/templates.md": write_specimens,
     }
 )
 """Who writes what one document has besides."""
