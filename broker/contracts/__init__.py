@@ -24,6 +24,7 @@ from broker.contracts.jobs import (
     Progress,
     PrototypePayload,
     PrototypeValidationPayload,
+    RegistrationPayload,
     SpectrumPayload,
     TimeSlicePayload,
     TransferPayload,
@@ -48,6 +49,13 @@ from broker.contracts.prototypes import (
     PrototypeSurface,
     is_prototype,
     prototype_id,
+)
+from broker.contracts.registrations import (
+    MOST_REGISTERED,
+    MOST_SPECIMENS,
+    PrincipalComponent,
+    RegistrationResult,
+    SpecimenReport,
 )
 from broker.contracts.requests import IdempotencyRecord, RequestOrigin
 from broker.contracts.results import (
@@ -96,7 +104,9 @@ __all__ = [
     "MESH_FORMATS",
     "METRICS",
     "MOST_EXAMPLES",
+    "MOST_REGISTERED",
     "MOST_SHAPES",
+    "MOST_SPECIMENS",
     "NEIGHBOURS",
     "PAIRS",
     "RESULT",
@@ -136,6 +146,7 @@ __all__ = [
     "MatchResult",
     "Payload",
     "PicturePayload",
+    "PrincipalComponent",
     "Problem",
     "Progress",
     "PrototypeGeometry",
@@ -148,9 +159,12 @@ __all__ = [
     "PrototypeValidationPayload",
     "RefinedPoint",
     "Refinement",
+    "RegistrationPayload",
+    "RegistrationResult",
     "RequestOrigin",
     "SampleProof",
     "ShapeRecord",
+    "SpecimenReport",
     "SpectrumKey",
     "SpectrumPayload",
     "Structure",

@@ -34,6 +34,7 @@ class JobKind(StrEnum):
     PROTOTYPE = "prototype"
     PROTOTYPE_VALIDATION = "prototype_validation"
     TRANSFER = "transfer"
+    REGISTRATION = "registration"
     ATTRIBUTES_VALIDATION = "attributes_validation"
     PICTURE = "picture"
     WEBHOOK = "webhook"
@@ -46,24 +47,27 @@ class JobKind(StrEnum):
             JobKind.DISSIMILARITIES,
             JobKind.PROTOTYPE,
             JobKind.TRANSFER,
+            JobKind.REGISTRATION,
         )
 
     @property
     def has_arrays(self) -> bool:
         """Whether the result is also stored as NumPy arrays."""
-        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.TRANSFER)
+        return self.has_result and self is not JobKind.PROTOTYPE
 
     @property
     def exports(self) -> tuple[str, ...]:
         """Formats of files that the result can be written to, besides arrays and a picture."""
         if self in (JobKind.MATCH, JobKind.TRANSFER):
             return ("csv", "ply", "obj", "glb")
+        if self is JobKind.REGISTRATION:
+            return ("ply", "obj", "glb")
         return ("csv",) if self is JobKind.DISSIMILARITIES else ()
 
     @property
     def has_picture(self) -> bool:
         """Whether their result can be drawn."""
-        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES)
+        return self in (JobKind.MATCH, JobKind.DISSIMILARITIES, JobKind.REGISTRATION)
 
 
 UNUSABLE: Final[Mapping[JobKind, tuple[str, str]]] = MappingProxyType(
@@ -215,6 +219,21 @@ class PrototypePayload(_Payload):
         return self.parameters.needs_spectrum
 
 
+class RegistrationPayload(_Payload):
+    """Register a template to specimens."""
+
+    kind: Literal[JobKind.REGISTRATION] = JobKind.REGISTRATION
+    template: str
+    shapes: tuple[str, ...] = Field(description="Ids of the specimens.")
+    scale: bool
+    parameters: MatchParameters = Field(description="Parameters of the matches.")
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether the spectra of the shapes are used."""
+        return self.parameters.needs_spectrum
+
+
 class TransferPayload(_Payload):
     """Carry attributes or landmarks along a match."""
 
@@ -251,6 +270,11 @@ class PicturePayload(_Payload):
     format: Literal["png", "csv", "ply", "obj", "glb"] = Field(
         default="png", description="Format of the file."
     )
+    specimen: int | None = Field(
+        default=None,
+        description="Which specimen's registered template is written, 0 for that of a match; null"
+        " for the result itself.",
+    )
 
     @property
     def variant(self) -> str:
@@ -260,6 +284,7 @@ class PicturePayload(_Payload):
             None if self.alternative is None else str(self.alternative),
             None if self.view == default.view else self.view,
             None if self.format == default.format else self.format,
+            None if self.specimen is None else f"registered-{self.specimen}",
         )
         return ":".join(part for part in given if part is not None)
 
@@ -281,6 +306,7 @@ Payload: TypeAlias = Annotated[
     | PrototypePayload
     | AttributesValidationPayload
     | TransferPayload
+    | RegistrationPayload
     | TimeSlicePayload
     | PicturePayload
     | DeliveryPayload,

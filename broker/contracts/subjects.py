@@ -9,6 +9,7 @@ from broker.contracts.jobs import (
     Payload,
     PrototypePayload,
     PrototypeValidationPayload,
+    RegistrationPayload,
     SpectrumPayload,
     TransferPayload,
     ValidationPayload,
@@ -23,7 +24,7 @@ class Subject:
     Parameters
     ----------
     source, target
-        Of a match or a transfer.
+        Of a match or a transfer; the template of a registration is its source.
     shapes
         All shapes, in the order in which the request named them, each once.
     prototype
@@ -58,6 +59,8 @@ def subject_of(payload: Payload) -> Subject:
             return Subject(shapes=payload.shapes)
         case PrototypePayload():
             return Subject(shapes=payload.shapes, name=payload.name)
+        case RegistrationPayload(template=template, shapes=shapes):
+            return Subject(template, shapes=tuple(dict.fromkeys((template, *shapes))))
         case ValidationPayload():
             return Subject(shapes=(payload.shape,), name=payload.name)
         case AttributesValidationPayload():

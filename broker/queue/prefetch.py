@@ -1,10 +1,23 @@
 """The spectra a job will need, so that workers compute them before it begins."""
 
-from broker.contracts import MatchPayload, PrototypePayload, SpectrumKey, is_prototype, spectrum_key
+from typing import TypeAlias
+
+from broker.contracts import (
+    MatchPayload,
+    PrototypePayload,
+    RegistrationPayload,
+    SpectrumKey,
+    is_prototype,
+    spectrum_key,
+    subject_of,
+)
 from broker.store import Shapes
 
+SpectralPayload: TypeAlias = MatchPayload | PrototypePayload | RegistrationPayload
+"""Payload of a job that uses spectra of its shapes."""
 
-def wanted_spectra(payload: MatchPayload | PrototypePayload, shapes: Shapes) -> list[SpectrumKey]:
+
+def wanted_spectra(payload: SpectralPayload, shapes: Shapes) -> list[SpectrumKey]:
     """Return the keys of the spectra that a job will use, each once.
 
     Parameters
@@ -16,10 +29,7 @@ def wanted_spectra(payload: MatchPayload | PrototypePayload, shapes: Shapes) -> 
     """
     if not payload.needs_spectrum:
         return []
-    named: tuple[str, ...] = (
-        (payload.source, payload.target) if isinstance(payload, MatchPayload) else payload.shapes
-    )
-    wanted = [shape for shape in dict.fromkeys(named) if not is_prototype(shape)]
+    wanted = [shape for shape in subject_of(payload).shapes if not is_prototype(shape)]
     parameters = payload.parameters
     return [
         spectrum_key(parameters, shape.id, shape.vertices, shape.components)

@@ -14,15 +14,13 @@ from broker.contracts import (
     JobKind,
     JobRecord,
     JobState,
-    MatchPayload,
-    PrototypePayload,
     RequestOrigin,
     SpectrumKey,
     SpectrumPayload,
     UploadPayload,
 )
 from broker.queue.new_jobs import NO_REQUEST, new_job, new_time_slice
-from broker.queue.prefetch import wanted_spectra
+from broker.queue.prefetch import SpectralPayload, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import worker_states
@@ -147,7 +145,7 @@ class JobQueue:
                 return record.id
 
     def submit_with_spectra(
-        self, payload: MatchPayload | PrototypePayload, context: RequestOrigin = NO_REQUEST
+        self, payload: SpectralPayload, context: RequestOrigin = NO_REQUEST
     ) -> JobRecord:
         """Queue a job, and before it the spectra it needs that are neither cached nor queued.
 

@@ -13,6 +13,7 @@ from isomatch._cli import (
     FORMATS,
     LANDMARKS_EXAMPLES,
     MATCH_EXAMPLES,
+    REGISTER_EXAMPLES,
     TRANSFER_EXAMPLES,
     AsJson,
     Mesh,
@@ -34,6 +35,7 @@ from isomatch._cli import (
     names_prototype,
     parameter_options,
     prototypes,
+    register,
     render,
     run,
     shape_name,
@@ -156,6 +158,7 @@ def compare(
 
 app.command(epilog=TRANSFER_EXAMPLES)(transfer)
 app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
+app.command(epilog=REGISTER_EXAMPLES)(register)
 
 
 @app.command()

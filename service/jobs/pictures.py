@@ -10,10 +10,13 @@ from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from broker.contracts import (
+    MOST_SPECIMENS,
     FieldProblem,
     JobKind,
+    JobRecord,
     MatchPayload,
     PicturePayload,
+    RegistrationPayload,
     RequestOrigin,
     View,
     is_prototype,
@@ -59,12 +62,27 @@ SeenFrom = Annotated[
 ]
 Export: TypeAlias = Literal["csv", "ply", "obj", "glb"]
 
+SurfaceFormat: TypeAlias = Literal["ply", "obj", "glb"]
+Specimen = Annotated[
+    int,
+    Query(
+        ge=0,
+        le=MOST_SPECIMENS - 1,
+        description="Place of the specimen among the `shapes` of a registration; 0 for a match.",
+    ),
+]
+
 _PICTURE: Final = "image/png"
 _MEDIA_TYPES: Final[dict[Export, str]] = {
     "csv": "text/csv",
     "ply": "model/ply",
     "obj": "model/obj",
     "glb": "model/gltf-binary",
+}
+_SURFACE_TYPES: Final[dict[SurfaceFormat, str]] = {
+    "ply": _MEDIA_TYPES["ply"],
+    "obj": _MEDIA_TYPES["obj"],
+    "glb": _MEDIA_TYPES["glb"],
 }
 
 
@@ -98,8 +116,9 @@ async def get_picture(
     """Draw the result of a job as PNG.
 
     For a match or one of its alternatives: both shapes, with corresponding points in the same
-    colour. For dissimilarities: a heat map, in the order of the labels. Clients that accept only
-    `application/octet-stream` get the same file with that type.
+    colour. For dissimilarities: a heat map, in the order of the labels. For a registration: the
+    mean shape, and it moved along its first three components. Clients that accept
+    only `application/octet-stream` get the same file with that type.
     """
     plain = accept.partition(";")[0].strip() == BYTES
     payload = PicturePayload(job=job_id, alternative=alternative, view=view)
@@ -123,11 +142,34 @@ async def get_export(
     Of a match, `csv` has the pairs; `ply` and `obj` have the target in the colours of the source,
     and `glb` both surfaces, if it is `dense`. Of dissimilarities, `csv` has the matrix. Of a
     transfer, `csv` has the values, and `ply`, `obj` and `glb` the shape with them. Row i is vertex
-    i of the shape's file.
+    i of the shape's file. Of a registration, `ply`, `obj` and `glb` have the mean shape.
     """
     headers = {"Content-Disposition": f'attachment; filename="{job_id}.{format}"'}
     payload = PicturePayload(job=job_id, format=format)
     return await _presented(sender, payload, _MEDIA_TYPES[format], headers)
+
+
+@router.get(
+    "/{job_id}/registered.{format}",
+    response_class=Response,
+    responses={200: binary_file("The file", *_SURFACE_TYPES.values()), **ERRORS, **_NEEDED},
+    operation_id="get_registered_template",
+)
+async def get_registered_template(
+    job_id: JobId,
+    format: Annotated[SurfaceFormat, Path(description="Format of the file.")],  # noqa: A002
+    sender: Annotated[Sender, Depends()],
+    specimen: Specimen = 0,
+) -> Response:
+    """Return a registered template: the source's vertices and triangles on the target's surface.
+
+    Of a match, it is the source on the target, if it is `dense`; of a registration, the template on
+    one of the specimens, in the coordinates of that specimen. Vertex i is vertex i of the source's
+    or the template's file.
+    """
+    headers = {"Content-Disposition": f'attachment; filename="{job_id}-{specimen}.{format}"'}
+    payload = PicturePayload(job=job_id, format=format, specimen=specimen)
+    return await _presented(sender, payload, _SURFACE_TYPES[format], headers)
 
 
 async def _presented(
@@ -163,6 +205,8 @@ def _check(service: Service, payload: PicturePayload) -> None:
             f"A job of kind {record.kind.value!r} has no {what}; ask for its result."
         )
     packed = packed_result(service, payload.job)
+    if payload.specimen is not None:
+        _check_registered(record, packed, payload.specimen)
     if isinstance(record.payload, MatchPayload):
         _check_alternative(packed, payload.alternative)
         _check_match(service, record.payload)
@@ -184,6 +228,25 @@ def _check_alternative(packed: bytes, alternative: int | None) -> None:
     if alternative > count:
         detail, field = no_alternative(alternative, count)
         raise InvalidRequest(detail, (field,))
+
+
+def _check_registered(record: JobRecord, packed: bytes, specimen: int) -> None:
+    """Refuse a registered template that there is not."""
+    asked = record.payload
+    count = len(asked.shapes) if isinstance(asked, RegistrationPayload) else 1
+    if specimen >= count:
+        message = f"there are {count} specimens, counted from 0; ask for one of them"
+        raise InvalidRequest(INVALID, (FieldProblem(field="query.specimen", message=message),))
+    if isinstance(asked, MatchPayload):
+        if not asked.parameters.dense or is_prototype(asked.source):
+            message = "It has no map of all vertices between two shapes; match again with `dense`."
+            raise JobWithoutResult(message)
+    elif isinstance(asked, RegistrationPayload):
+        report = json.loads(gzip.decompress(packed))["specimens"][specimen]
+        if not report["registered"]:
+            raise JobWithoutResult(f"Specimen {specimen} was not registered: {report['reason']}")
+    else:
+        raise JobWithoutResult(f"A job of kind {record.kind.value!r} registers no template.")
 
 
 def _check_match(service: Service, match: MatchPayload) -> None:

@@ -4,7 +4,13 @@ from typing import Final
 
 from fastapi import APIRouter, Response
 
-from broker.contracts import DissimilarityResult, MatchResult, PrototypeResult, TransferResult
+from broker.contracts import (
+    DissimilarityResult,
+    MatchResult,
+    PrototypeResult,
+    RegistrationResult,
+    TransferResult,
+)
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
@@ -29,14 +35,19 @@ BYTES: Final = "application/octet-stream"
 
 @router.get(
     "/{job_id}/result",
-    response_model=MatchResult | DissimilarityResult | PrototypeResult | TransferResult,
+    response_model=MatchResult
+    | DissimilarityResult
+    | PrototypeResult
+    | TransferResult
+    | RegistrationResult,
     responses=ERRORS,
     operation_id="get_result",
 )
 def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
     """Return the result of a job.
 
-    It is a match, the dissimilarities of a collection, a prototype, or what a transfer carried.
+    It is a match, the dissimilarities of a collection, a prototype, what a transfer carried, or a
+    template registered to specimens.
     """
     return json_answer(packed_result(service, job_id), accept_encoding)
 
@@ -58,7 +69,9 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     `inverse_source`, `inverse_faces` and `inverse_barycentric`, `refined_vertices` and
     `refined_weights`. For a transfer: an array for each attribute, row i of vertex i of the
     target's file; `joint_names` of the columns of skinning `weights`; of landmarks `vertices` and
-    `weights`.
+    `weights`. For a registration: `shapes` (M,) of the specimens registered, `faces` (F, 3),
+    `positions` (M, W, 3) of the template on each, row i of vertex i of the template's file, `mean`
+    (W, 3), `components` (C, W, 3), `variances` (C,), `explained` (C,) and `scores` (M, C).
     """
     record = job_with_result(service, job_id)
     if not record.kind.has_arrays:

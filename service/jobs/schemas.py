@@ -93,8 +93,8 @@ class Job(BaseModel):
         description="queued, then running, and finally succeeded, failed or cancelled."
     )
     source: str | None = Field(
-        description="Id of the source of a match, a shape or a prototype, or of a transfer; null"
-        " for other kinds."
+        description="Id of the source of a match, a shape or a prototype, or of a transfer, or of"
+        " the template of a registration; null for other kinds."
     )
     target: str | None = Field(
         description="Id of the target of a match or transfer; null for other kinds."

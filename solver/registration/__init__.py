@@ -5,7 +5,7 @@
 
 from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
-from solver.registration.descent import descend, project
+from solver.registration.descent import descend, nearest_in_triangle, project
 from solver.registration.registration import DenseCorrespondence, Registration, register
 from solver.registration.surface import EIGENPAIRS
 
@@ -16,6 +16,7 @@ __all__ = [
     "Points",
     "Registration",
     "descend",
+    "nearest_in_triangle",
     "project",
     "register",
 ]

@@ -108,7 +108,7 @@ def project(
                 ud += u * w
                 vd += v * w
                 dd += w * w
-            s, t = _nearest_in_triangle(uu, uv, vv, ud, vd)
+            s, t = nearest_in_triangle(uu, uv, vv, ud, vd)
             square = dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv
             if square < best:
                 best = square
@@ -119,10 +119,10 @@ def project(
 
 
 @kernel
-def _nearest_in_triangle(
+def nearest_in_triangle(
     uu: float, uv: float, vv: float, ud: float, vd: float
 ) -> tuple[float, float]:
-    """(s, t) ≥ 0 with s + t ≤ 1 that minimise ‖d − s u − t v‖, from inner products."""
+    """Return (s, t) ≥ 0 with s + t ≤ 1 that minimise ‖d − s u − t v‖, from inner products."""
     determinant = uu * vv - uv * uv
     if determinant > 1e-12 * uu * vv:
         s = (vv * ud - uv * vd) / determinant

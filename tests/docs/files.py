@@ -73,6 +73,7 @@ WRITERS: Final[Mapping[str, Callable[[Path], None]]] = MappingProxyType(
         "docs/transfer.md": write_parts,
         "docs/landmarks.md": write_specimens,
         "docs/gallery.md": gallery_shapes.write_files,
+        "docs/templates.md": write_specimens,
     }
 )
 """Who writes what one document has besides."""

@@ -46,6 +46,7 @@ LEAVES = {
     "client/README.md": ("match.png", "match.json", "matrix.png"),
     "docs/prototypes.md": ("match.png", "human.npz"),
     "docs/transfer.md": ("parts_of_b.csv", "both.glb", "both.png"),
+    "docs/templates.md": ("out/specimen1.ply", "out/mean.ply", "out/components.png"),
     "docs/landmarks.md": ("out/specimen2.mrk.json", "out/landmarks.csv", "out/landmarks.tps"),
 }
 """Files that are there afterwards."""

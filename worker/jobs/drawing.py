@@ -6,8 +6,10 @@ from collections.abc import Sequence
 from broker.contracts import (
     DissimilarityResult,
     JobKind,
+    MatchPayload,
     MatchResult,
     PicturePayload,
+    RegistrationResult,
     TransferResult,
 )
 from broker.store import Store
@@ -17,6 +19,11 @@ from worker.jobs.exports import export_match, export_matrix, export_transfer
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
+from worker.jobs.registrations import (
+    draw_registration,
+    export_match_registered,
+    export_registered,
+)
 from worker.pictures import draw_match, draw_matrix, draw_prototype_match, hypothesis_of
 
 
@@ -43,11 +50,26 @@ def draw(payload: PicturePayload, context: JobContext) -> None:
     elif drawn.kind is JobKind.TRANSFER:
         carried = TransferResult.model_validate_json(gzip.decompress(packed))
         picture = export_transfer(carried, payload.job, payload.format, store)
+    elif drawn.kind is JobKind.REGISTRATION:
+        registered = RegistrationResult.model_validate_json(gzip.decompress(packed))
+        picture = _presented_registration(registered, payload, store)
+    elif payload.specimen is not None:
+        assert isinstance(drawn.payload, MatchPayload)
+        found = result_from_blob(packed)
+        picture = export_match_registered(found, drawn.payload, payload.format, store)
     elif payload.format != "png":
         picture = export_match(result_from_blob(packed), payload.format, store)
     else:
         picture = _drawn_match(result_from_blob(packed), payload, store)
     store.results.set_picture(payload, picture)
+
+
+def _presented_registration(
+    result: RegistrationResult, payload: PicturePayload, store: Store
+) -> bytes:
+    if payload.format == "png":
+        return draw_registration(result, payload.job, store)
+    return export_registered(result, payload.job, payload.specimen, payload.format, store)
 
 
 def _drawn_match(result: MatchResult, payload: PicturePayload, store: Store) -> bytes:

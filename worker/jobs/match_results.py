@@ -34,7 +34,7 @@ def document_of(
         lower_bound=found.lower_bound,
         gap=found.gap,
         certified=found.certified,
-        confidence=None if found.confidence is None else _confidence(found.confidence),
+        confidence=None if found.confidence is None else confidence_of(found.confidence),
         alternatives=tuple(
             contracts.Alternative(
                 energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
@@ -120,7 +120,8 @@ def result_from_blob(packed: bytes) -> MatchResult:
     return MatchResult.model_validate_json(gzip.decompress(packed))
 
 
-def _confidence(found: Confidence) -> contracts.Confidence:
+def confidence_of(found: Confidence) -> contracts.Confidence:
+    """Return the confidence of a match as the contract has it."""
     return contracts.Confidence.model_validate(found, from_attributes=True)
 
 

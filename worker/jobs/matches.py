@@ -2,12 +2,13 @@
 
 import time
 from dataclasses import dataclass, replace
-from typing import Final, Literal
+from typing import Final
 
 from broker.contracts import (
     MatchParameters,
     MatchPayload,
     MatchResult,
+    RegistrationPayload,
     is_prototype,
     spectrum_key,
 )
@@ -82,15 +83,15 @@ def match(payload: MatchPayload, context: JobContext) -> bytes:
     if is_prototype(payload.source):
         prototype = stored_prototype(context.store, payload.source)
         loading.report("spectrum of the target", 0.0)
-        target = _load("target", payload, context, loading)
+        target = load_shape("target", payload.target, payload, context, loading)
         loaded = time.perf_counter()
         spectra = surface_spectra(payload.source, prototype.surfaces, context.store.spectra)
         result = match_prototype(prototype, target, payload, solving, spectra)
     else:
         loading.report("spectrum of the source", 0.0)
-        source = _load("source", payload, context, loading)
+        source = load_shape("source", payload.source, payload, context, loading)
         loading.report("spectrum of the target", 0.5)
-        target = _load("target", payload, context, loading)
+        target = load_shape("target", payload.target, payload, context, loading)
         loaded = time.perf_counter()
         result = match_shapes(source, target, payload, solving)
     context.store.results.set_arrays(context.record.id, arrays_of(result))
@@ -163,14 +164,41 @@ def match_prototype(
     return document_of(found, payload)
 
 
-def _load(
-    role: Literal["source", "target"], payload: MatchPayload, context: JobContext, control: Control
+def load_shape(
+    field: str,
+    shape: str,
+    payload: MatchPayload | RegistrationPayload,
+    context: JobContext,
+    control: Control,
 ) -> MatchInput:
-    shape = payload.source if role == "source" else payload.target
+    """Return a shape with its spectrum, from the cache or computed.
+
+    Parameters
+    ----------
+    field
+        Field of the request that names the shape.
+    shape
+        Its id.
+    payload
+        Of the job, with the parameters of its matches.
+    context
+        Of the job.
+    control
+        Cancellation.
+
+    Raises
+    ------
+    UnusableShape
+        The shape cannot be matched.
+    ShapeGone
+        It was deleted.
+    Cancelled
+        Through `control`.
+    """
     spectra = context.store.spectra
     whole = stored_mesh(shape, context.store.shapes)
     key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
-    with attributed_to(role):
+    with attributed_to(field):
         mesh = mesh_of(key, whole, spectra)
         if not payload.needs_spectrum or mesh.components > 1:
             return MatchInput(mesh, None)

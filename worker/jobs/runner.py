@@ -26,6 +26,7 @@ from worker.jobs.failures import newer_version, problem_of
 from worker.jobs.matches import match
 from worker.jobs.progress import TOTAL, WAITING, Reporter
 from worker.jobs.prototypes import learn
+from worker.jobs.registrations import register
 from worker.jobs.spectra import compute_spectrum
 from worker.jobs.time_slices import run_time_slice
 from worker.jobs.transfers import carry, validate_attributes
@@ -42,6 +43,7 @@ FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
     JobKind.TIME_SLICE: run_time_slice,
     JobKind.ATTRIBUTES_VALIDATION: validate_attributes,
     JobKind.TRANSFER: carry,
+    JobKind.REGISTRATION: register,
     JobKind.PICTURE: draw,
     JobKind.WEBHOOK: deliver,
 }

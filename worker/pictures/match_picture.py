@@ -97,7 +97,7 @@ def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> 
     axes.set_aspect("equal")
     for scene in (left, right):
         if len(scene.faces):
-            _draw_surface(axes, scene)
+            draw_surface(axes, scene)
         else:
             _draw_skeleton(axes, scene)
     _draw_points(axes, left, right)
@@ -116,7 +116,8 @@ def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> 
     return png(figure)
 
 
-def _draw_surface(axes: Axes, scene: Scene) -> None:
+def draw_surface(axes: Axes, scene: Scene) -> None:
+    """Draw the triangles of a scene, from back to front."""
     corners = scene.vertices[scene.faces]
     order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
     shade = _shades(scene)[order]

@@ -15,6 +15,7 @@ from broker.contracts import (
 )
 from broker.telemetry import logger
 from solver.control import Control, iterate
+from solver.gmds import SurfacePoints
 from solver.labelling import LabellingProblem
 from solver.matching import MatchOptions
 from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
@@ -30,6 +31,7 @@ from solver.prototype import (
     prototype_from_bytes,
     prototype_to_bytes,
 )
+from solver.registration import DenseCorrespondence
 from solver.shape import Shape
 from solver.similarity import (
     SignatureCollection,
@@ -38,6 +40,7 @@ from solver.similarity import (
     pairs_between,
     signature,
 )
+from solver.templates import register_template, shape_statistics
 from worker.jobs import (
     MatchInput,
     match_shapes,
@@ -79,6 +82,7 @@ def warm_up() -> None:
     draw_match(mesh, target.mesh, hypothesis_of(result, None))
     _compare(mesh)
     _learn(mesh)
+    _register(mesh)
     _decompose()
     # Garbage collection in a fork would copy the pages of all objects that exist now.
     gc.collect()
@@ -124,6 +128,19 @@ def _learn(mesh: TriangleMesh) -> None:
     examples = connected_examples([shape, shape], options).examples
     prototype = prototype_from_bytes(prototype_to_bytes(learn_prototype(examples, options)))
     match_prototype(prototype, shape, MatchOptions(points=12, coarse_points=4))
+
+
+def _register(mesh: TriangleMesh) -> None:
+    """Register a mesh to itself by a map with a fold."""
+    images = np.arange(mesh.n_vertices)
+    images[mesh.faces[0, 0]] = mesh.faces[0, 1]
+    points = SurfacePoints.at_vertices(mesh, images)
+    corners = mesh.vertex_ids[mesh.faces[points.faces]]
+    dense = DenseCorrespondence(
+        mesh.vertex_ids, mesh.vertex_ids[images], corners, points.barycentric
+    )
+    positions = register_template(mesh, mesh, dense).positions
+    shape_statistics(np.stack([positions, mesh.vertices]))
 
 
 def _decompose() -> None:

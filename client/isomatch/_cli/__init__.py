@@ -4,6 +4,7 @@ from isomatch._cli.examples import (
     COMPARE_EXAMPLES,
     LANDMARKS_EXAMPLES,
     MATCH_EXAMPLES,
+    REGISTER_EXAMPLES,
     TRANSFER_EXAMPLES,
 )
 from isomatch._cli.exit_codes import EXIT_CODES, connected, leave
@@ -26,6 +27,7 @@ from isomatch._cli.options import (
 )
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
+from isomatch._cli.register_command import register
 from isomatch._cli.serve import serve
 from isomatch._cli.transfer_command import transfer
 from isomatch._cli.uploads import class_of, named_upload, shape_name, uploaded
@@ -36,6 +38,7 @@ __all__ = [
     "FORMATS",
     "LANDMARKS_EXAMPLES",
     "MATCH_EXAMPLES",
+    "REGISTER_EXAMPLES",
     "TRANSFER_EXAMPLES",
     "AsJson",
     "Mesh",
@@ -56,6 +59,7 @@ __all__ = [
     "named_upload",
     "names_prototype",
     "prototypes",
+    "register",
     "run",
     "serve",
     "shape_name",

@@ -81,3 +81,14 @@ LANDMARKS_EXAMPLES: Final = _epilog(
         "isomatch landmarks a.ply a.tps scan*.ply -o out --template b.ply=b.fcsv",
     ),
 )
+
+REGISTER_EXAMPLES: Final = _epilog(
+    (
+        "out/scan0.ply, ... with common vertices, out/mean.ply, out/components.npz and a picture",
+        "isomatch register template.off scan*.ply -o out",
+    ),
+    (
+        "shape without size",
+        "isomatch register template.off scan*.ply -o out --scale",
+    ),
+)

@@ -13,7 +13,7 @@ from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, connected, leave
 from isomatch._cli.job_runs import echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
-from isomatch._cli.options import AsJson, Mesh, Meshes, Url, shapes_given
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, folder_given, shapes_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded
@@ -106,14 +106,6 @@ class _Collection:
             self.failed.append(specimen)
 
 
-def _folder(given: Path) -> Path:
-    if given.exists() and not given.is_dir():
-        raise typer.BadParameter(f"{str(given)!r} is not a folder")
-    if not given.parent.is_dir():
-        raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
-    return given
-
-
 def _more(given: list[str] | None) -> list[str]:
     for one in given or ():
         shape, _, file = one.partition("=")
@@ -140,7 +132,7 @@ def landmarks(
     folder: Annotated[
         Path,
         typer.Option(
-            "--output", "-o", callback=_folder, help="Folder of the files, made if missing."
+            "--output", "-o", callback=folder_given, help="Folder of the files, made if missing."
         ),
     ],
     more: Annotated[

@@ -102,6 +102,17 @@ Meshes = Annotated[
     list[str],
     typer.Argument(callback=shapes_given, help=f"Files ({FORMATS}) or shapes' ids."),
 ]
+
+
+def folder_given(given: Path) -> Path:
+    """Refuse the name of a file, or of a folder in a folder that does not exist."""
+    if given.exists() and not given.is_dir():
+        raise typer.BadParameter(f"{str(given)!r} is not a folder")
+    if not given.parent.is_dir():
+        raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
+    return given
+
+
 Output = Annotated[
     Path | None,
     typer.Option(

@@ -24,7 +24,14 @@ from isomatch._models import (
     Shape,
     Structures,
 )
-from isomatch._operations import jobs, landmarks, prototypes, shapes, transfers
+from isomatch._operations import (
+    jobs,
+    landmarks,
+    prototypes,
+    registrations,
+    shapes,
+    transfers,
+)
 from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
@@ -35,6 +42,7 @@ from isomatch._results import (
     Match,
     Prototype,
     PrototypePoints,
+    Registration,
     Transfer,
     TransferKind,
 )
@@ -191,6 +199,22 @@ class AsyncClient:
         start = landmarks.start_landmarks(templates, specimen, parameters)
         records = await self._transport.run(start)
         return AsyncLandmarkJob(self._transport, templates, specimen, records)
+
+    @documented_as(Client.register)
+    async def register(
+        self,
+        template: Shape | str,
+        shapes: Iterable[Shape | str],
+        *,
+        scale: bool = False,
+        largest_component: bool = False,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+    ) -> AsyncJob[Registration]:
+        start = registrations.start_registration(
+            template, shapes, scale, largest_component, webhook, idempotency_key
+        )
+        return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.dissimilarities)
     async def dissimilarities(

@@ -12,7 +12,7 @@ from isomatch._clients.job import Job
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import AsyncTransport
 from isomatch._models import JobRecord
-from isomatch._operations import jobs, results
+from isomatch._operations import jobs, registrations, results
 from isomatch._operations.results import View
 from isomatch._results import Drawable, DrawableSource, PartialDissimilarities, Result
 
@@ -90,6 +90,10 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
     @documented_as(Job.save_arrays)
     async def save_arrays(self, path: str | os.PathLike[str]) -> None:
         await self._transport.run(results.save_arrays(self.id, path))
+
+    @documented_as(Job.save_registered)
+    async def save_registered(self, path: str | os.PathLike[str], specimen: int = 0) -> None:
+        await self._transport.run(registrations.save_registered(self.id, path, specimen))
 
     @documented_as(Job.partial)
     async def partial(self) -> PartialDissimilarities:

@@ -22,7 +22,14 @@ from isomatch._models import (
     Shape,
     Structures,
 )
-from isomatch._operations import jobs, landmarks, prototypes, shapes, transfers
+from isomatch._operations import (
+    jobs,
+    landmarks,
+    prototypes,
+    registrations,
+    shapes,
+    transfers,
+)
 from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
@@ -33,6 +40,7 @@ from isomatch._results import (
     Match,
     Prototype,
     PrototypePoints,
+    Registration,
     Transfer,
     TransferKind,
 )
@@ -395,6 +403,57 @@ class Client:
         """
         start = landmarks.start_landmarks(templates, specimen, parameters)
         return LandmarkJob(self._transport, templates, specimen, self._transport.run(start))
+
+    def register(
+        self,
+        template: Shape | str,
+        shapes: Iterable[Shape | str],
+        *,
+        scale: bool = False,
+        largest_component: bool = False,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+    ) -> Job[Registration]:
+        """Start to register a template to specimens, which then have common vertices.
+
+        Parameters
+        ----------
+        template
+            The shape whose vertices and triangles are put on the surface of each specimen.
+        shapes
+            The specimens, each once.
+        scale
+            Scale the specimens to a common size before their mean is taken.
+        largest_component
+            Take the largest component of a shape that has several. Such a specimen is not
+            registered otherwise.
+        webhook, idempotency_key
+            As for :meth:`match`.
+
+        Returns
+        -------
+        job
+            ``job.result()`` waits for the :class:`~isomatch.Registration`, with positions, mean
+            shape and principal components as arrays; ``job.save_registered(path, specimen)`` writes
+            one registered template.
+
+        Raises
+        ------
+        UnknownShape
+            A shape does not exist; the message names it.
+        InvalidRequest
+            The template cannot be registered; the message says why.
+
+        Examples
+        --------
+        >>> found = client.register(template, specimens).result(progress=True)
+        >>> found.positions.shape  # (specimens, vertices of the template, 3)
+        >>> found.save_meshes("out")
+        """
+        start = registrations.start_registration(
+            template, shapes, scale, largest_component, webhook, idempotency_key
+        )
+        return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(
         self,

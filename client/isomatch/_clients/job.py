@@ -9,7 +9,7 @@ from typing_extensions import TypeVar
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport
 from isomatch._models import JobRecord
-from isomatch._operations import jobs, results
+from isomatch._operations import jobs, registrations, results
 from isomatch._operations.results import View
 from isomatch._results import DrawableSource, PartialDissimilarities, Result
 
@@ -180,6 +180,29 @@ class Job(RecordedJob, Generic[ResultT]):
             The file cannot be written.
         """
         self._transport.run(results.save_arrays(self.id, path))
+
+    def save_registered(self, path: str | os.PathLike[str], specimen: int = 0) -> None:
+        """Write a registered template, the source of a dense match or a registration's template.
+
+        Parameters
+        ----------
+        path
+            A PLY, OBJ or GLB file. Vertex i is vertex i of the source's or the template's file, in
+            the coordinates of the target or the specimen.
+        specimen
+            Place of the specimen among those of the registration.
+
+        Raises
+        ------
+        Conflict
+            There is no result (yet), the match is not dense, or the template was not registered to
+            this specimen.
+        InvalidRequest
+            There is no such specimen.
+        OSError, ValueError
+            The file cannot be written, or its name has another ending.
+        """
+        self._transport.run(registrations.save_registered(self.id, path, specimen))
 
     def partial(self) -> PartialDissimilarities:
         """Return the dissimilarities computed so far.

@@ -30,7 +30,7 @@ class RecordedJob:
 
     @property
     def kind(self) -> str:
-        """``"match"``, ``"dissimilarities"`` or ``"prototype"``."""
+        """Kind of the job, such as ``"match"``, ``"dissimilarities"`` or ``"registration"``."""
         return self._record.kind
 
     @property

@@ -19,6 +19,7 @@ from isomatch._results import (
     LearnedPrototype,
     Match,
     PartialDissimilarities,
+    Registration,
     Result,
     Transfer,
     is_prototype,
@@ -46,6 +47,7 @@ _RESULTS: Final[Mapping[str, type[Result]]] = {
     "dissimilarities": Dissimilarities,
     "prototype": LearnedPrototype,
     "transfer": Transfer,
+    "registration": Registration,
 }
 
 
@@ -63,9 +65,13 @@ def get_result(record: JobRecord) -> Operation[Result]:
         raise JobCancelled(record.id)
     response = yield from send(Call("GET", path_to("jobs", record.id, "result")))
     try:
-        return _RESULTS.get(record.kind, Match).from_json(response.content)
+        found = _RESULTS.get(record.kind, Match).from_json(response.content)
     except ValidationError as error:
         raise unexpected(response, error) from error
+    if isinstance(found, Registration):
+        arrays = yield from send(Call("GET", path_to("jobs", record.id, "result.npz")))
+        found._archive = arrays.content
+    return found
 
 
 def get_picture(

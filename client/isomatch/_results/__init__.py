@@ -6,6 +6,7 @@ from isomatch._results.geometry import Geometry
 from isomatch._results.match import Match
 from isomatch._results.prototype_points import PrototypePoints
 from isomatch._results.prototypes import Example, LearnedPrototype, Prototype
+from isomatch._results.registration import PrincipalComponent, Registration, Specimen
 from isomatch._results.result_document import Drawable, DrawableSource, Result, is_prototype
 from isomatch._results.transfer import Transfer
 
@@ -20,9 +21,12 @@ __all__ = [
     "LearnedPrototype",
     "Match",
     "PartialDissimilarities",
+    "PrincipalComponent",
     "Prototype",
     "PrototypePoints",
+    "Registration",
     "Result",
+    "Specimen",
     "Transfer",
     "TransferKind",
     "is_prototype",

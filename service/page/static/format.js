@@ -14,6 +14,7 @@ const KINDS = {
   dissimilarities: "Comparison",
   prototype: "Prototype",
   transfer: "Transfer",
+  registration: "Registration",
   validation: "Upload",
 };
 

@@ -1,0 +1,71 @@
+"""Template registrations: one template on many specimens, and the statistics of their shapes."""
+
+from typing import Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from broker.contracts.results import Confidence
+
+MOST_SPECIMENS: Final = 256
+"""Greatest number of specimens of a registration."""
+
+MOST_REGISTERED: Final = 4_000_000
+"""Greatest number of vertices of all registered templates: each is kept twice, in 48 bytes."""
+
+
+class SpecimenReport(BaseModel):
+    """One specimen of a registration; the measures are null if it was not registered."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    shape: str = Field(description="Id of the specimen.")
+    name: str | None = Field(description="Its name.")
+    registered: bool = Field(description="Whether the template was registered to it.")
+    reason: str | None = Field(description="Why not; null if it was.")
+    confidence: Confidence | None = Field(
+        description="Confidence of the match of the template with the specimen."
+    )
+    mean_distance: FiniteFloat | None = Field(
+        description="Mean distance of the template's vertices from the specimen's surface, over the"
+        " square root of its area."
+    )
+    max_distance: FiniteFloat | None = Field(description="Greatest of these distances.")
+    flipped: int | None = Field(
+        description="Number of flipped triangles: their normals make more than a right angle with"
+        " that of the specimen's triangle nearest to their centre."
+    )
+    reflected: bool | None = Field(description="Whether the template is reflected in space.")
+    scores: tuple[FiniteFloat, ...] = Field(
+        description="Coordinates of its shape in the principal components, in the unit of length."
+    )
+
+
+class PrincipalComponent(BaseModel):
+    """One principal component of the specimens' shapes."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    variance: FiniteFloat = Field(description="Variance of the scores, in squared units of length.")
+    explained: FiniteFloat = Field(description="Its share in the variance of all coordinates.")
+
+
+class RegistrationResult(BaseModel):
+    """A template registered to specimens, and the statistics of their shapes."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    version: Literal[1] = Field(default=1, description="Version of this format.")
+    template: str = Field(description="Id of the template.")
+    template_name: str | None = Field(description="Its name.")
+    vertices: int = Field(description="Number of vertices that all registered templates have.")
+    faces: int = Field(description="Number of their triangles, which are those of the template.")
+    scale: bool = Field(description="Whether the specimens were scaled to a common size.")
+    specimens: tuple[SpecimenReport, ...] = Field(
+        description="The specimens, in the order in which they were given."
+    )
+    components: tuple[PrincipalComponent, ...] = Field(
+        description="Principal components, by falling variance: one fewer than registered"
+        " specimens."
+    )
+    warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
+    timings: dict[str, FiniteFloat] = Field(description='Seconds by stage, and "total".')

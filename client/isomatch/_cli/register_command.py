@@ -1,0 +1,76 @@
+"""``isomatch register``: a template registered to specimens."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from isomatch._cli import render
+from isomatch._cli.exit_codes import REFUSED, connected
+from isomatch._cli.job_runs import interrupts_deferred
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, folder_given
+from isomatch._cli.registration_rendering import print_registration
+from isomatch._cli.uploads import shape_name, uploaded
+from isomatch._clients import Client, Job
+from isomatch._http import DEFAULT_URL
+from isomatch._results import Registration
+
+PICTURE = "components.png"
+
+
+def register(
+    template: Mesh,
+    specimens: Meshes,
+    folder: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", callback=folder_given, help="Folder of the files, made if missing."
+        ),
+    ],
+    scale: Annotated[
+        bool, typer.Option("--scale", help="Scale the specimens to a common size for the mean.")
+    ] = False,
+    largest_component: Annotated[
+        bool, typer.Option("--largest-component", help="Take the largest of several components.")
+    ] = False,
+    as_json: AsJson = False,
+    url: Url = DEFAULT_URL,
+) -> None:
+    """Register a template to specimens: its vertices and triangles on the surface of each.
+
+    The folder gets a PLY file for each specimen, in its own coordinates, mean.ply, components.npz
+    and a picture of the components. A specimen that cannot be registered is named.
+    """
+    with connected(url, as_json) as client:
+        (source,) = uploaded(client, [template], as_json)
+        shapes = uploaded(client, specimens, as_json)
+        names = [Path(shape_name(*one)).stem for one in zip(specimens, shapes, strict=True)]
+        _check_names(names)
+        job = _started(client, source.id, [one.id for one in shapes], scale, largest_component)
+        try:
+            found = job.result(progress=not as_json)
+        except KeyboardInterrupt:
+            job.cancel()
+            raise
+        found.save_meshes(folder, names)
+        job.save_picture(folder / PICTURE)
+        if as_json:
+            typer.echo(found.to_json())
+        else:
+            print_registration(found, names, render.standard_output())
+        if not all(one.registered for one in found.specimens):
+            raise typer.Exit(REFUSED)
+
+
+def _started(
+    client: Client, template: str, shapes: list[str], scale: bool, largest_component: bool
+) -> Job[Registration]:
+    with interrupts_deferred():
+        return client.register(template, shapes, scale=scale, largest_component=largest_component)
+
+
+def _check_names(names: list[str]) -> None:
+    taken = ["mean", *names]
+    if len(set(taken)) < len(taken):
+        twice = next(name for name in taken if taken.count(name) > 1)
+        raise typer.BadParameter(f"two files would be called {twice!r}", param_hint="SPECIMENS")

@@ -1,0 +1,38 @@
+"""Operations that register templates."""
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+
+from isomatch._http import Call, Operation, send
+from isomatch._models import JobRecord, Shape
+from isomatch._operations.jobs import start_job
+from isomatch._operations.request_parts import id_of, path_to
+from isomatch._webhooks import Webhook
+
+SURFACES = "ply", "obj", "glb"
+"""Formats of registered templates."""
+
+
+def start_registration(
+    template: Shape | str,
+    shapes: Iterable[Shape | str],
+    scale: bool,
+    largest_component: bool,
+    webhook: Webhook | None,
+    key: str | None,
+) -> Operation[JobRecord]:
+    """Queue the registration of a template to specimens."""
+    body = {"template": id_of(template), "shapes": [id_of(shape) for shape in shapes]}
+    parameters = {"scale": scale, "largest_component": largest_component}
+    return (yield from start_job("/v1/registrations", body, parameters, webhook, key))
+
+
+def save_registered(job_id: str, path: str | os.PathLike[str], specimen: int) -> Operation[None]:
+    """Request a registered template in the format that a file's name ends in, and write it."""
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending not in SURFACES:
+        raise ValueError(f"{ending or Path(path).name!r} is none of {', '.join(SURFACES)}")
+    file = path_to("jobs", job_id, f"registered.{ending}")
+    response = yield from send(Call("GET", file, query={"specimen": specimen}))
+    Path(path).write_bytes(response.content)

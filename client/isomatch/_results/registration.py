@@ -1,0 +1,195 @@
+"""Templates registered to specimens, and the statistics of the specimens' shapes."""
+
+import io
+import os
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import FiniteFloat, PrivateAttr
+
+from isomatch._models import Answer, Confidence
+from isomatch._results.result_document import Drawable, Result
+from isomatch._upload import binary_ply
+
+if TYPE_CHECKING:
+    from plotly.graph_objects import Figure
+
+Floats = npt.NDArray[np.float64]
+
+
+class Specimen(Answer):
+    """One specimen of a registration; the measures are None if it was not registered.
+
+    Attributes
+    ----------
+    shape, name
+        Id and name of the specimen.
+    registered
+        Whether the template was registered to it.
+    reason
+        Why not; None if it was.
+    confidence
+        Confidence of the match of the template with the specimen.
+    mean_distance, max_distance
+        Of the template's vertices from the specimen's surface, over the square root of its area.
+    flipped
+        Number of flipped triangles.
+    reflected
+        Whether the template is reflected in space.
+    scores
+        Coordinates in the principal components, in the unit of length.
+    """
+
+    shape: str
+    name: str | None
+    registered: bool
+    reason: str | None
+    confidence: Confidence | None
+    mean_distance: FiniteFloat | None
+    max_distance: FiniteFloat | None
+    flipped: int | None
+    reflected: bool | None
+    scores: tuple[FiniteFloat, ...]
+
+
+class PrincipalComponent(Answer):
+    """A principal component of the specimens' shapes.
+
+    Attributes
+    ----------
+    variance
+        Variance of the scores, in squared units of length.
+    explained
+        Its share in the variance of all coordinates.
+    """
+
+    variance: FiniteFloat
+    explained: FiniteFloat
+
+
+class Registration(Result):
+    """A template registered to specimens, and the statistics of their shapes.
+
+    Row i of the arrays is vertex i of the template's file. They are those of the M registered
+    specimens, in the order of :attr:`specimens`.
+
+    Attributes
+    ----------
+    version
+        Version of the result format.
+    template, template_name
+        Id and name of the template.
+    vertices
+        Number W of vertices.
+    scale
+        Whether the specimens were scaled to a common size.
+    specimens
+        All specimens, in the order in which they were given.
+    components
+        Principal components, by falling variance.
+    warnings
+        Remarks of the service on this result.
+    timings
+        Seconds by stage, and ``"total"``.
+    """
+
+    version: int = 1
+    template: str
+    template_name: str | None
+    vertices: int
+    scale: bool
+    specimens: tuple[Specimen, ...]
+    components: tuple[PrincipalComponent, ...]
+    warnings: tuple[str, ...]
+    timings: dict[str, FiniteFloat]
+
+    _archive: bytes | None = PrivateAttr(default=None)
+
+    def __repr__(self) -> str:
+        done = sum(one.registered for one in self.specimens)
+        return f"<Registration of {done} of {len(self.specimens)} specimens>"
+
+    __str__ = __repr__
+
+    @cached_property
+    def arrays(self) -> dict[str, npt.NDArray[Any]]:
+        """Arrays of the result by name, as :meth:`isomatch.Job.save_arrays` writes them.
+
+        Raises
+        ------
+        ValueError
+            The result was read from a file, which has no arrays.
+        """
+        if self._archive is None:
+            raise ValueError("a result read from a file has no arrays; request it from the service")
+        with np.load(io.BytesIO(self._archive), allow_pickle=False) as arrays:
+            return dict(arrays)
+
+    @property
+    def faces(self) -> npt.NDArray[np.int64]:
+        """Triangles of the template, (F, 3)."""
+        return self.arrays["faces"]
+
+    @property
+    def positions(self) -> Floats:
+        """Registered templates, each in the coordinates of its specimen, (M, W, 3)."""
+        return self.arrays["positions"]
+
+    @property
+    def mean(self) -> Floats:
+        """Mean shape, (W, 3), centred at the origin."""
+        return self.arrays["mean"]
+
+    @property
+    def directions(self) -> Floats:
+        """Orthonormal principal components, (C, W, 3): ``mean + scores @ directions``."""
+        return self.arrays["components"]
+
+    @property
+    def scores(self) -> Floats:
+        """Coordinates of the specimens in the principal components, (M, C)."""
+        return self.arrays["scores"]
+
+    def save_meshes(self, folder: str | os.PathLike[str], names: Sequence[str] = ()) -> list[Path]:
+        """Write a PLY file for each registered specimen, ``mean.ply`` and ``components.npz``.
+
+        Parameters
+        ----------
+        folder
+            Where the files are written; made if it is missing.
+        names
+            Names of the files of all specimens, without ending; by default those of the specimens.
+
+        Returns
+        -------
+        The files.
+
+        Raises
+        ------
+        OSError
+            A file cannot be written.
+        ValueError
+            Two files have the same name, or `names` is not as long as :attr:`specimens`; or as for
+            :attr:`arrays`.
+        """
+        named = list(names) or [Path(one.name or one.shape).stem for one in self.specimens]
+        done = [name for name, one in zip(named, self.specimens, strict=True) if one.registered]
+        meshes = [*zip(done, self.positions, strict=True), ("mean", self.mean)]
+        paths = [Path(folder) / f"{name}.ply" for name, _ in meshes]
+        if len(set(paths)) < len(paths):
+            twice = next(path.stem for path in paths if paths.count(path) > 1)
+            raise ValueError(f"two files would be called {twice!r}; give other names")
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        for path, (_, positions) in zip(paths, meshes, strict=True):
+            path.write_bytes(binary_ply(positions, self.faces))
+        archive = Path(folder) / "components.npz"
+        assert self._archive is not None
+        archive.write_bytes(self._archive)
+        return [*paths, archive]
+
+    def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
+        raise ValueError("a registration has no figure; job.picture() has one of the components")

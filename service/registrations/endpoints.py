@@ -1,0 +1,61 @@
+"""``/v1/registrations``."""
+
+from typing import Final
+
+from fastapi import APIRouter, Response
+
+from broker.contracts import (
+    MOST_REGISTERED,
+    FieldProblem,
+    JobRecord,
+    MatchParameters,
+    RegistrationPayload,
+    RequestOrigin,
+)
+from service.dependencies import Service, ServiceOf
+from service.jobs import Job, JobOrder, answers, requested_job
+from service.registrations.schemas import RegistrationRequest
+from service.shapes import refuse, repeated_shapes, several_components, shape_fields, use_shapes
+
+_REFUSED: Final = "This template cannot be registered to these shapes; `errors` says why."
+
+router = APIRouter(prefix="/v1/registrations", tags=["registrations"])
+
+
+@router.post("", status_code=202, responses=answers(), operation_id="create_registration")
+def create_registration(
+    asked: RegistrationRequest, service: ServiceOf, order: JobOrder, response: Response
+) -> Job:
+    """Register a template to specimens, and compute the statistics of their shapes.
+
+    The template is matched with each specimen, and its vertices and triangles are put on the
+    specimen's surface, so that all specimens have common vertices: `registered.ply` of the job. Of
+    these the mean shape (`result.ply`) and the principal components follow (`result.npz`,
+    `result.png`). A specimen that cannot be matched is named in the result, with the reason.
+    """
+
+    def submit(order: RequestOrigin) -> JobRecord:
+        return service.queue.submit_with_spectra(_payload(asked, service), order)
+
+    return requested_job(service, asked, order, response, submit)
+
+
+def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayload:
+    refuse(repeated_shapes(asked.shapes), _REFUSED)
+    named = {"body.template": asked.template, **shape_fields(asked.shapes)}
+    template = use_shapes(service, named)["body.template"]
+    # The proof over all samples takes time, and concerns the sparse match alone.
+    parameters = MatchParameters(
+        dense=True, proof="candidates", largest_component=asked.largest_component
+    )
+    wrong = several_components(parameters, {"body.template": template})
+    if template.vertices * len(asked.shapes) > MOST_REGISTERED:
+        message = (
+            f"it has {template.vertices} vertices, so that at most"
+            f" {MOST_REGISTERED // template.vertices} specimens are registered at a time"
+        )
+        wrong.append(FieldProblem(field="body.template", message=message))
+    refuse(wrong, _REFUSED)
+    return RegistrationPayload(
+        template=asked.template, shapes=asked.shapes, scale=asked.scale, parameters=parameters
+    )

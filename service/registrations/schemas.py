@@ -1,0 +1,45 @@
+"""Requests to register a template to specimens."""
+
+from pydantic import ConfigDict, Field
+
+from broker.contracts import MOST_SPECIMENS
+from service.jobs import JobRequest
+from service.names import NamedId
+
+_TEMPLATE = "9b74c9897bac770ffc029102a200c5de"
+_ONE = "37b51d194a7513e45b56f6524f2d51f2"
+_OTHER = "8c7dd922ad47494fc02c388e12c00eac"
+
+
+class RegistrationRequest(JobRequest):
+    """A template, and the specimens that it is registered to."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        json_schema_extra={
+            "examples": [
+                {"template": _TEMPLATE, "shapes": [_ONE, _OTHER]},
+                {"template": _TEMPLATE, "shapes": [_ONE, _OTHER], "scale": True},
+            ]
+        },
+    )
+
+    template: NamedId = Field(description="Id of the shape whose vertices and triangles are taken.")
+    # A JSON array arrives as a list, which is not strictly a tuple.
+    shapes: tuple[NamedId, ...] = Field(
+        min_length=1,
+        max_length=MOST_SPECIMENS,
+        strict=False,
+        description="Ids of the specimens, each once.",
+    )
+    scale: bool = Field(
+        default=False,
+        description="Scale the specimens to a common size before their mean is taken, so that size"
+        " does not count. The registered templates keep the sizes of the specimens.",
+    )
+    largest_component: bool = Field(
+        default=False,
+        description="Take the largest component of a shape that has several. Such a specimen is not"
+        " registered otherwise.",
+    )

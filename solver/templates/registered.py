@@ -1,0 +1,235 @@
+"""Template registration: the connectivity of the source on the surface of the target."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.control import Control
+from solver.errors import OptionError
+from solver.mesh import TriangleMesh, face_normals, triangle_areas, vertex_normals
+from solver.registration import DenseCorrespondence
+from solver.templates.folds import (
+    Connectivity,
+    Placement,
+    Surface,
+    place,
+    qualities,
+    relax,
+)
+from solver.templates.surface_tree import surface_tree
+
+_BAD = 0.02
+"""Quality below which triangles are relaxed, unless they are as bad in the template: a triangle of
+this quality has a height of a hundredth of its length."""
+
+_ROUNDS = 30
+"""Rounds in which ε falls, with each number of rings."""
+
+_ATTEMPTS = 4
+"""Relaxations from the images, at most: more only where triangles stay flipped."""
+
+_FIRST, _FALL, _LAST = 0.5, 0.8, 1e-3
+"""ε at first, its ratio in each round, and the least."""
+
+_RINGS = 1, 3, 6, 2, 4
+"""Rings of triangles round bad ones that are relaxed with them, one number after another: few
+change least, many untangle most."""
+
+
+@dataclass(frozen=True, eq=False)
+class RegisteredTemplate:
+    """A template registered to a target: its connectivity on the target's surface.
+
+    Parameters
+    ----------
+    positions
+        (V, 3) vertices of the template's mesh on the target, in the target's units.
+    distances
+        (V,) distances of the vertices from the target over √area.
+    centre_distances
+        (F,) distances of the centres of the triangles, which are chords of the target's surface.
+    flipped
+        (F,) triangles that are flipped: their normals make more than a right angle with that of the
+        target's triangle nearest to their centre; where several are as near, as on an edge, with
+        those of all.
+    reflected
+        Whether the template is reflected in space.
+    """
+
+    positions: FloatArray
+    distances: FloatArray
+    centre_distances: FloatArray
+    flipped: BoolArray
+    reflected: bool
+
+
+def register_template(
+    template: TriangleMesh,
+    target: TriangleMesh,
+    dense: DenseCorrespondence,
+    control: Control | None = None,
+) -> RegisteredTemplate:
+    """Move a template's vertices to their images, and relax the folds that they make there.
+
+    Images are not one-to-one: where several vertices have nearly the same one, triangles fold.
+    Vertices round such triangles move along the surface until none is flipped, all others stay at
+    their images.
+
+    Parameters
+    ----------
+    template, target
+        The meshes that were matched.
+    dense
+        Map from the template to the target, of all vertices of the template.
+    control
+        May cancel; past its deadline, folds may remain.
+
+    Raises
+    ------
+    OptionError
+        The map is of other meshes.
+    Cancelled
+        Through `control`.
+    """
+    control = control or Control()
+    size = np.sqrt(target.area)
+    surface = _surface(target)
+    images = _placement(template, target, dense, surface)
+    inverted = _inverted(images, template.faces)
+    mesh = _connectivity(template, inverted)
+    positions, flipped = _relaxed(images, mesh, surface, _least_qualities(template), control)
+    return RegisteredTemplate(
+        positions * size + _centre(target),
+        surface.tree.distances(positions),
+        surface.tree.distances(positions[template.faces].mean(axis=1)),
+        flipped,
+        inverted != (_volume(template) * _volume(target) < 0.0),
+    )
+
+
+def _relaxed(
+    images: Placement,
+    mesh: Connectivity,
+    surface: Surface,
+    least: FloatArray,
+    control: Control,
+) -> tuple[FloatArray, BoolArray]:
+    """Return (V, 3) positions without folds, and (F,) the triangles that are flipped yet.
+
+    A relaxation may end where no single move helps; another one, with other directions, often does
+    not, so that the best of a few is taken.
+    """
+    found: list[tuple[tuple[int, int], FloatArray, BoolArray]] = []
+    for attempt in control.in_time(range(_ATTEMPTS), least=1):
+        placement = images.copied()
+        for everywhere in (False, True):
+            _relax_folds(placement, mesh, surface, everywhere, least, attempt, control)
+        positions = placement.positions
+        centres, normals = positions[mesh.faces].mean(axis=1), face_normals(positions, mesh.faces)
+        worst, agreeing = surface.tree.cosines(centres, normals)
+        # At a crease, it is better to agree with both of its sides than with one.
+        left = int((agreeing < 0.0).sum()), int((worst < 0.0).sum())
+        found.append((left, positions, agreeing < 0.0))
+        if not any(left):
+            break
+    _, positions, flipped = min(found, key=lambda one: one[0])
+    return positions, flipped
+
+
+def _relax_folds(
+    placement: Placement,
+    mesh: Connectivity,
+    surface: Surface,
+    everywhere: bool,
+    least: FloatArray,
+    attempt: int,
+    control: Control,
+) -> None:
+    """Relax the triangles of a quality below the least, by the normals at the corners or all."""
+    faces = mesh.faces
+    bounds = np.stack([least, np.full(len(least), 1e-9)], axis=1)
+    bad = qualities(placement, faces, np.arange(len(faces)), surface, everywhere) < bounds
+    for number in control.in_time(range(len(_RINGS) * _ROUNDS)):
+        folded = np.flatnonzero(bad.any(axis=1))
+        if not len(folded):
+            return
+        rings, step = divmod(number, _ROUNDS)
+        vertices = _vertices_round(faces, folded, len(placement.positions), _RINGS[rings])
+        epsilon = max(_FIRST * _FALL**step, _LAST)
+        moved = relax(
+            placement, vertices, mesh, surface, everywhere, epsilon, float(number) + 0.25 * attempt
+        )
+        changed = np.flatnonzero(np.isin(faces, vertices[moved]).any(axis=1))
+        found = qualities(placement, faces, changed, surface, everywhere)
+        bad[changed] = found < bounds[changed]
+
+
+def _vertices_round(faces: IntArray, bad: IntArray, count: int, rings: int) -> IntArray:
+    """Vertices of bad triangles, and those within so many rings of triangles round them."""
+    marked = np.zeros(count, dtype=np.bool_)
+    marked[faces[bad]] = True
+    for _ in range(rings):
+        marked[faces[marked[faces].any(axis=1)]] = True
+    return np.flatnonzero(marked)
+
+
+def _surface(target: TriangleMesh) -> Surface:
+    """Return a surface of unit area."""
+    vertices = (target.vertices - _centre(target)) / np.sqrt(target.area)
+    normals = vertex_normals(vertices, target.faces)
+    tree = surface_tree(vertices, target.faces)
+    around = (*target.neighbours, *target.incident_faces)
+    return Surface(vertices, target.faces, normals, *around, tree)
+
+
+def _connectivity(template: TriangleMesh, inverted: bool) -> Connectivity:
+    faces = template.faces[:, ::-1] if inverted else template.faces
+    around = (*template.neighbours, *template.incident_faces)
+    areas = np.repeat(triangle_areas(template.vertices, template.faces), 3) / template.area
+    corners = template.faces.ravel()
+    means = np.bincount(corners, areas) / np.bincount(corners)
+    return Connectivity(np.ascontiguousarray(faces), 2.0 * means, *around)
+
+
+def _placement(
+    template: TriangleMesh, target: TriangleMesh, dense: DenseCorrespondence, surface: Surface
+) -> Placement:
+    """Return the template's vertices at their images."""
+    rows = np.searchsorted(dense.source, template.vertex_ids).clip(max=len(dense.source) - 1)
+    corners = target.vertices_of(dense.faces[rows].ravel()).reshape(-1, 3)
+    if (dense.source[rows] != template.vertex_ids).any() or corners.min() < 0:
+        raise OptionError("dense", "the map is not of all vertices of this template and target")
+    weights = dense.barycentric[rows]
+    images = np.einsum("vc,vcd->vd", weights, surface.vertices[corners])
+    start = corners[np.arange(len(rows)), weights.argmax(axis=1)]
+    placement = Placement(np.empty_like(images), np.empty_like(images), start)
+    for vertex, (x, y, z) in enumerate(images):
+        place(placement, vertex, x, y, z, start[vertex], surface)
+    return placement
+
+
+def _inverted(placement: Placement, faces: IntArray) -> bool:
+    """Return whether most of the registered surface is wound the other way round."""
+    normals = face_normals(placement.positions, faces)
+    return bool((normals * placement.normals[faces].sum(axis=1)).sum() < 0.0)
+
+
+def _least_qualities(template: TriangleMesh) -> FloatArray:
+    """(F,) qualities below which triangles are relaxed: less for those that are bad at rest."""
+    own = _surface(template)
+    rest = Placement(own.vertices, own.normals, np.arange(template.n_vertices))
+    found = qualities(rest, template.faces, np.arange(template.n_faces), own, False)[:, 0]
+    least: FloatArray = np.minimum(_BAD, np.where(found > 0.0, 0.5, 2.0) * found)
+    return least
+
+
+def _centre(mesh: TriangleMesh) -> FloatArray:
+    centre: FloatArray = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0))
+    return centre
+
+
+def _volume(mesh: TriangleMesh) -> float:
+    """Volume that a surface encloses, with the sign of its winding, times 6."""
+    centred = mesh.vertices - mesh.vertices.mean(axis=0)
+    return float((centred[mesh.faces[:, 0]] * face_normals(centred, mesh.faces)).sum())

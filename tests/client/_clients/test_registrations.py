@@ -1,0 +1,71 @@
+"""Registrations by the SDK and the command line, against the running service."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import isomatch
+import numpy as np
+import pytest
+import trimesh
+
+from tests.client._cli.test_cli import run
+from tests.client.shapes import blob_meshes
+
+FIRST, SECOND = blob_meshes()
+
+
+@pytest.fixture(scope="module")
+def parts(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file of two parts, which cannot be registered."""
+    both = trimesh.util.concatenate(
+        [trimesh.creation.icosphere(2), trimesh.creation.icosphere(2).apply_translation([9, 0, 0])]
+    )
+    file = tmp_path_factory.mktemp("parts") / "parts.off"
+    both.export(file)  # type: ignore[no-untyped-call]
+    return file
+
+
+def test_registered_templates_are_arrays_and_files(
+    client: isomatch.Client, blobs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    template, other = map(client.upload, blobs)
+    job = client.register(template, [other, template])
+    found = job.result()
+    assert [one.registered for one in found.specimens] == [True, True]
+    assert found.positions.shape == (2, len(FIRST.vertices), 3)
+    np.testing.assert_array_equal(found.faces, FIRST.faces)
+    np.testing.assert_allclose(found.positions[1], FIRST.vertices, atol=1e-6)
+    assert found.mean.shape == FIRST.vertices.shape
+    assert found.directions.shape == (1, *FIRST.vertices.shape)
+    assert found.scores.shape == (2, 1)
+    np.testing.assert_allclose(found.scores[:, 0], [one.scores[0] for one in found.specimens])
+    files = found.save_meshes(tmp_path / "out")
+    assert [path.name for path in files] == ["b.ply", "a.ply", "mean.ply", "components.npz"]
+    opened: Any = trimesh.load(files[0], process=False)
+    np.testing.assert_allclose(opened.vertices, found.positions[0])
+    job.save_registered(tmp_path / "b.glb", 0)
+    glb: Any = trimesh.load(tmp_path / "b.glb", force="mesh", process=False)
+    np.testing.assert_allclose(glb.vertices, found.positions[0], atol=1e-5)
+    with pytest.raises(ValueError, match="none of ply, obj, glb"):
+        job.save_registered(tmp_path / "b.stl")
+    with pytest.raises(ValueError, match="would be called 'same'"):
+        found.save_meshes(tmp_path / "twice", ["same", "same"])
+    with pytest.raises(ValueError, match="no arrays"):
+        _ = isomatch.Registration.from_json(found.to_json()).positions
+
+
+def test_the_command_writes_a_file_for_each_specimen(
+    url: str, blobs: tuple[Path, Path], parts: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    done = run("register", blobs[0], blobs[1], parts, "-o", out, url=url)
+    assert done.returncode == 1, done.stderr
+    assert "2 components" in " ".join(done.stdout.split())
+    names = {path.name for path in out.iterdir()}
+    assert names == {"b.ply", "mean.ply", "components.npz", "components.png"}
+    opened: Any = trimesh.load(out / "b.ply", process=False)
+    np.testing.assert_array_equal(opened.faces, FIRST.faces)
+    done = run("register", blobs[0], blobs[1], "-o", out, "--json", url=url)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["specimens"][0]["flipped"] == 0

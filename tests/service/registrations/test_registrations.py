@@ -1,0 +1,191 @@
+"""Registrations through the whole chain: shapes in, registered templates and statistics out."""
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from solver.arrays import FloatArray
+from solver.mesh import read_mesh, triangle_mesh
+from tests.service.conftest import Json, problem
+from tests.service.jobs.test_jobs import matched
+from tests.service.matches.test_refinement import file_of
+from tests.solver import shapes
+
+Upload = Callable[..., Json]
+
+TEMPLATE = shapes.blob(3)
+PLACES = [TEMPLATE.vertices @ Rotation.from_rotvec([0.3 * k, 1.0, -k]).as_matrix() + k
+          for k in range(3)]  # fmt: skip
+PLACES[2] = 1.5 * PLACES[2]
+"""Moved copies of the template, the last one larger."""
+
+
+def uploaded_specimens(upload: Upload) -> list[str]:
+    """Ids of the copies, each with vertices in an order of its own."""
+    ids = []
+    for seed, places in enumerate(PLACES):
+        other, _ = shapes.permuted(triangle_mesh(places, TEMPLATE.faces), seed=seed + 40)
+        ids.append(upload(file_of(other), f"specimen{seed}.ply")["id"])
+    return ids
+
+
+def in_two_parts() -> bytes:
+    blob = shapes.blob(2)
+    both = np.concatenate([blob.vertices, blob.vertices + 20.0])
+    faces = np.concatenate([blob.faces, blob.faces + blob.n_vertices])
+    return file_of(triangle_mesh(both, faces))
+
+
+def ended(http: httpx2.Client, answer: httpx2.Response) -> Json:
+    assert answer.status_code == 202, answer.text
+    job: Json = answer.json()
+    for _ in range(20):
+        job = http.get(f"/v1/jobs/{job['id']}", params={"wait": 30}).json()
+        if job["ended"]:
+            return job
+    raise AssertionError(job)
+
+
+@pytest.fixture(scope="module")
+def given(upload: Upload) -> tuple[str, list[str]]:
+    template = upload(file_of(TEMPLATE), "template.ply")["id"]
+    return template, [*uploaded_specimens(upload), upload(in_two_parts(), "parts.ply")["id"]]
+
+
+@pytest.fixture(scope="module")
+def job(http: httpx2.Client, given: tuple[str, list[str]]) -> Json:
+    template, specimens = given
+    body = {"template": template, "shapes": specimens}
+    found = ended(http, http.post("/v1/registrations", json=body))
+    assert found["state"] == "succeeded", found
+    return found
+
+
+@pytest.fixture(scope="module")
+def result(http: httpx2.Client, job: Json) -> Json:
+    found: Json = http.get(job["links"]["result"]).json()
+    return found
+
+
+def positions_of(answer: httpx2.Response, file_type: str) -> FloatArray:
+    assert answer.status_code == 200, answer.text
+    return read_mesh(answer.content, file_type).vertices
+
+
+def test_the_report_names_every_specimen(result: Json, given: tuple[str, list[str]]) -> None:
+    template, specimens = given
+    assert [one["shape"] for one in result["specimens"]] == specimens
+    assert [one["registered"] for one in result["specimens"]] == [True, True, True, False]
+    assert "2 components" in result["specimens"][3]["reason"]
+    assert result["specimens"][3]["scores"] == []
+    for one in result["specimens"][:3]:
+        assert one["flipped"] == 0
+        assert not one["reflected"]
+        assert one["max_distance"] <= 0.005
+        assert one["confidence"]["probability"] > 0.9
+    assert (result["template"], result["vertices"], result["faces"]) == (
+        template,
+        TEMPLATE.n_vertices,
+        TEMPLATE.n_faces,
+    )
+
+
+def test_registered_templates_have_the_vertices_of_the_template(
+    http: httpx2.Client, job: Json, result: Json
+) -> None:
+    for place, truth in enumerate(PLACES):
+        path = f"/v1/jobs/{job['id']}/registered.ply"
+        answer = http.get(path, params={"specimen": place})
+        mesh = read_mesh(answer.content, "ply")
+        np.testing.assert_array_equal(mesh.faces, TEMPLATE.faces)
+        size = np.sqrt(triangle_mesh(truth, TEMPLATE.faces).area)
+        np.testing.assert_allclose(mesh.vertices, truth, atol=1e-3 * size)
+
+
+@pytest.mark.parametrize("file_type", ["ply", "obj", "glb"])
+def test_other_formats_are_opened_elsewhere(http: httpx2.Client, job: Json, file_type: str) -> None:
+    answer = http.get(f"/v1/jobs/{job['id']}/registered.{file_type}", params={"specimen": 1})
+    assert answer.status_code == 200, answer.text
+    opened: Any = trimesh.load(io.BytesIO(answer.content), file_type, force="mesh", process=False)
+    np.testing.assert_allclose(opened.vertices, PLACES[1], atol=0.01)
+    mean = http.get(f"/v1/jobs/{job['id']}/result.{file_type}")
+    assert positions_of(mean, file_type).shape == TEMPLATE.vertices.shape
+
+
+def test_arrays_are_the_statistics_of_the_positions(
+    http: httpx2.Client, job: Json, result: Json
+) -> None:
+    with np.load(io.BytesIO(http.get(job["links"]["arrays"]).content)) as arrays:
+        found = dict(arrays)
+    assert found["positions"].shape == (3, TEMPLATE.n_vertices, 3)
+    np.testing.assert_array_equal(found["faces"], TEMPLATE.faces)
+    listed = [one["scores"] for one in result["specimens"][:3]]
+    np.testing.assert_allclose(found["scores"], listed)
+    # Copies differ by size alone, which is one component.
+    assert found["explained"][0] > 0.999
+    aligned = found["mean"] + np.einsum("mc,cvd->mvd", found["scores"], found["components"])
+    for one, given in zip(aligned, found["positions"], strict=True):
+        apart, known = (np.linalg.norm(p - p.mean(axis=0), axis=1) for p in (one, given))
+        np.testing.assert_allclose(apart, known, atol=1e-9)
+
+
+def test_without_size_nothing_varies(http: httpx2.Client, given: tuple[str, list[str]]) -> None:
+    template, specimens = given
+    body = {"template": template, "shapes": specimens[:3], "scale": True}
+    found = ended(http, http.post("/v1/registrations", json=body))
+    result = http.get(found["links"]["result"]).json()
+    total = sum(one["variance"] for one in result["components"])
+    assert total < 1e-4 * TEMPLATE.area
+    assert all(one["registered"] for one in result["specimens"])
+
+
+def test_the_picture_is_a_picture(http: httpx2.Client, job: Json) -> None:
+    answer = http.get(job["links"]["picture"])
+    assert answer.headers["content-type"] == "image/png"
+    assert answer.content.startswith(b"\x89PNG")
+
+
+def test_the_source_of_a_dense_match_is_registered_to_its_target(
+    http: httpx2.Client, given: tuple[str, list[str]]
+) -> None:
+    template, specimens = given
+    match = matched(http, (template, specimens[1]), points=12, dense=True)
+    answer = http.get(f"/v1/jobs/{match['id']}/registered.glb")
+    np.testing.assert_allclose(positions_of(answer, "glb"), PLACES[1], atol=0.01)
+    sparse = matched(http, (template, specimens[1]), points=12)
+    refused = http.get(f"/v1/jobs/{sparse['id']}/registered.glb")
+    assert "`dense`" in problem(refused, 409, "job-without-result")["detail"]
+
+
+def test_templates_that_there_are_not_are_refused(http: httpx2.Client, job: Json) -> None:
+    path = f"/v1/jobs/{job['id']}/registered.ply"
+    failed = problem(http.get(path, params={"specimen": 3}), 409, "job-without-result")
+    assert "2 components" in failed["detail"]
+    wrong = problem(http.get(path, params={"specimen": 4}), 422, "invalid-request")
+    assert wrong["errors"][0]["field"] == "query.specimen"
+
+
+def test_a_template_in_parts_and_repeated_specimens_are_refused(
+    http: httpx2.Client, given: tuple[str, list[str]]
+) -> None:
+    template, specimens = given
+    body = {"template": specimens[3], "shapes": [template]}
+    wrong = problem(http.post("/v1/registrations", json=body), 422, "invalid-request")
+    assert wrong["errors"][0]["field"] == "body.template"
+    body = {"template": template, "shapes": [specimens[0], specimens[0]]}
+    wrong = problem(http.post("/v1/registrations", json=body), 422, "invalid-request")
+    assert wrong["errors"][0]["field"] == "body.shapes.1"
+
+
+def test_a_cancelled_registration_ends(http: httpx2.Client, given: tuple[str, list[str]]) -> None:
+    template, specimens = given
+    body = {"template": template, "shapes": specimens[:3], "largest_component": True}
+    queued = http.post("/v1/registrations", json=body)
+    http.delete(f"/v1/jobs/{queued.json()['id']}")
+    assert ended(http, queued)["state"] == "cancelled"

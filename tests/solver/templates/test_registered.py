@@ -1,0 +1,114 @@
+"""Templates registered where the answer is known, and without folds where it is not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial.transform import Rotation
+
+from solver.control import Control
+from solver.errors import Cancelled, OptionError
+from solver.mesh import TriangleMesh, face_normals, triangle_mesh
+from solver.registration import DenseCorrespondence, register
+from solver.shape import Shape
+from solver.templates import RegisteredTemplate, register_template
+from synthetic import articulated
+from tests.solver import shapes
+
+
+def at_vertices(mesh: TriangleMesh, images: np.ndarray) -> DenseCorrespondence:
+    """The map to vertices of a surface."""
+    corners = mesh.faces.ravel()
+    first = np.array([np.flatnonzero(corners == vertex)[0] for vertex in images])
+    faces, corner = np.divmod(first, 3)
+    everywhere = np.arange(len(images))
+    return DenseCorrespondence(everywhere, images, mesh.faces[faces], np.eye(3)[corner])
+
+
+def independently_flipped(
+    found: RegisteredTemplate, template: TriangleMesh, target: TriangleMesh
+) -> int:
+    """Flipped triangles, counted against all triangles of the target."""
+    corners = target.vertices[target.faces]
+    theirs = face_normals(target.vertices, target.faces)
+    ours = face_normals(found.positions, template.faces)
+    flipped = 0
+    for centre, normal in zip(found.positions[template.faces].mean(axis=1), ours, strict=True):
+        repeated = np.tile(centre, (len(corners), 1))
+        places = trimesh.triangles.closest_point(corners, repeated)  # type: ignore[no-untyped-call]
+        apart = np.linalg.norm(places - centre, axis=1)
+        near = apart <= apart.min() + 1e-6 * np.sqrt(target.area)
+        flipped += bool(((theirs[near] @ normal) < 0.0).all())
+    return flipped
+
+
+@pytest.mark.parametrize("change", ["moved", "scaled", "inverted", "reflected"])
+def test_a_copy_is_registered_exactly(change: str) -> None:
+    mesh = shapes.blob()
+    turn = Rotation.from_rotvec([1.0, -2.0, 0.4]).as_matrix()
+    vertices, faces = mesh.vertices @ turn + [3.0, -1.0, 2.0], mesh.faces
+    if change == "scaled":
+        vertices = 1000.0 * vertices
+    elif change == "inverted":
+        faces = faces[:, ::-1]
+    elif change == "reflected":
+        # As formats do it: the winding of the file is that of the mirror image, inside out.
+        vertices = vertices * [-1.0, 1.0, 1.0]
+    target = triangle_mesh(vertices, faces)
+    found = register_template(mesh, target, at_vertices(target, np.arange(mesh.n_vertices)))
+    np.testing.assert_allclose(found.positions, vertices, atol=1e-9 * np.sqrt(target.area))
+    assert not found.flipped.any()
+    assert found.distances.max() < 1e-7
+    assert found.reflected == (change == "reflected")
+
+
+def test_folds_are_relaxed_on_the_surface() -> None:
+    """A tenth of the vertices is put where a neighbour is, so that all triangles there fold."""
+    mesh = shapes.blob()
+    images = np.arange(mesh.n_vertices)
+    first, neighbours = mesh.neighbours
+    moved = np.random.default_rng(0).choice(mesh.n_vertices, mesh.n_vertices // 10, replace=False)
+    images[moved] = neighbours[first[moved] + 1]
+    dense = at_vertices(mesh, images)
+    found = register_template(mesh, mesh, dense)
+    assert not found.flipped.any()
+    assert found.distances.max() < 1e-7
+    # Vertices without folds round them stay.
+    areas = np.linalg.norm(face_normals(mesh.vertices[images], mesh.faces), axis=1)
+    collapsed = np.unique(mesh.faces[areas < 1e-12])
+    near = np.isin(mesh.faces, collapsed).any(axis=1)
+    near = np.isin(mesh.faces, mesh.faces[near]).any(axis=1)
+    near = np.isin(mesh.faces, mesh.faces[near]).any(axis=1)
+    far = np.setdiff1d(np.arange(mesh.n_vertices), mesh.faces[near])
+    np.testing.assert_allclose(found.positions[far], mesh.vertices[far], atol=1e-9)
+
+
+def test_a_bent_body_has_no_flipped_triangle() -> None:
+    poses = enumerate(["standing", "walking"])
+    bodies = [articulated("human", pose, 700, seed) for seed, pose in poses]
+    template, target = (triangle_mesh(one.vertices, one.faces) for one in bodies)
+    found = register(Shape(template), Shape(target), [], Control())
+    assert found is not None
+    registered = register_template(template, target, found.dense(Control()))
+    assert not registered.flipped.any()
+    assert registered.distances.max() <= 0.005
+    assert independently_flipped(registered, template, target) == 0
+    assert not registered.reflected
+
+
+def test_a_map_of_other_meshes_is_refused() -> None:
+    mesh, other = shapes.blob(2), shapes.blob(3)
+    dense = at_vertices(mesh, np.arange(mesh.n_vertices))
+    with pytest.raises(OptionError, match="all vertices"):
+        register_template(other, mesh, dense)
+    elsewhere = replace(dense, faces=dense.faces + mesh.n_vertices)
+    with pytest.raises(OptionError, match="all vertices"):
+        register_template(mesh, mesh, elsewhere)
+
+
+def test_a_cancelled_registration_ends() -> None:
+    mesh = shapes.blob(2)
+    dense = at_vertices(mesh, np.zeros(mesh.n_vertices, dtype=np.int64))
+    with pytest.raises(Cancelled):
+        register_template(mesh, mesh, dense, Control(is_cancelled=lambda: True))
