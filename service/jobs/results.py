@@ -4,7 +4,13 @@ from typing import Final
 
 from fastapi import APIRouter, Response
 
-from broker.contracts import DissimilarityResult, MatchResult, PrototypeResult, TransferResult
+from broker.contracts import (
+    BatchResult,
+    DissimilarityResult,
+    MatchResult,
+    PrototypeResult,
+    TransferResult,
+)
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
@@ -29,14 +35,19 @@ BYTES: Final = "application/octet-stream"
 
 @router.get(
     "/{job_id}/result",
-    response_model=MatchResult | DissimilarityResult | PrototypeResult | TransferResult,
+    response_model=MatchResult
+    | BatchResult
+    | DissimilarityResult
+    | PrototypeResult
+    | TransferResult,
     responses=ERRORS,
     operation_id="get_result",
 )
 def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
     """Return the result of a job.
 
-    It is a match, the dissimilarities of a collection, a prototype, or what a transfer carried.
+    It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, or what
+    a transfer carried.
     """
     return json_answer(packed_result(service, job_id), accept_encoding)
 
