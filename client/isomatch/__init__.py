@@ -82,11 +82,15 @@ from isomatch._models import (
 )
 from isomatch._problem import FieldProblem, Problem
 from isomatch._results import (
+    Batch,
+    BatchMatch,
+    BatchProgress,
     Dissimilarities,
     Example,
     Geometry,
     LearnedPrototype,
     Match,
+    MatchSummary,
     PartialDissimilarities,
     Prototype,
     PrototypePoints,
@@ -105,6 +109,9 @@ __all__ = [
     "AttributeSummary",
     "Attributes",
     "BadRequest",
+    "Batch",
+    "BatchMatch",
+    "BatchProgress",
     "CarriedLandmarks",
     "Client",
     "Confidence",
@@ -138,6 +145,7 @@ __all__ = [
     "Level",
     "Match",
     "MatchParameters",
+    "MatchSummary",
     "MeshLike",
     "MissingExtra",
     "NotFound",

@@ -13,6 +13,7 @@ import pytest
 from broker.contracts import BatchPayload, BatchResult, JobState, MatchParameters, Problem
 from broker.queue import JobQueue, new_job
 from broker.queue.new_jobs import new_batch_match
+from broker.store import text
 from broker.upkeep import RecoveryTimeouts, recover
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_jobs import horse_of
@@ -39,7 +40,7 @@ def result_of(queue: JobQueue, batch: str) -> BatchResult:
 
 
 def queued(queue: JobQueue) -> list[str]:
-    return [name.decode() for name in queue.store.client.lrange("rq:queue:matches", 0, -1)]
+    return [text(name) for name in queue.store.client.lrange("rq:queue:matches", 0, -1)]
 
 
 @linux
