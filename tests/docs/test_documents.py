@@ -41,6 +41,7 @@ SAYS = {"client/README.md": ("points: ", "body.points", "urn:isomatch:problem:",
 LEAVES = {
     "README.md": ("match.png", "matrix.png"),
     "client/README.md": ("match.png", "match.json", "matrix.png"),
+    "docs/collections.md": ("results/b.ply", "results/c.ply"),
     "docs/prototypes.md": ("match.png", "human.npz"),
     "docs/transfer.md": ("parts_of_b.csv", "both.glb", "both.png"),
     "docs/landmarks.md": ("out/specimen2.mrk.json", "out/landmarks.csv", "out/landmarks.tps"),
