@@ -17,8 +17,8 @@ MATCH_EXAMPLES: Final = _epilog(
         "isomatch match a.off b.obj --dense --output match.glb",
     ),
     (
-        "a template with many meshes, a file for each in results/",
-        "isomatch match template.off scan*.ply --dense -o results --format ply",
+        "one mesh with many, a file for each in results/",
+        "isomatch match a.off scan*.ply --dense -o results --format ply",
     ),
     (
         "a landmark: vertex 17 of a.off corresponds to vertex 203 of b.obj",
