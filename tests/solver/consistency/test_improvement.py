@@ -25,7 +25,9 @@ def figures() -> tuple[list[Shape], dict[Pair, IntArray], IntArray]:
         for j in range(len(made))
         if i != j
     }
-    mirrored = KDTree(made[0].rest).query(made[0].rest * np.array([-1.0, 1.0, 1.0]))[1]
+    mirrored: IntArray = np.asarray(
+        KDTree(made[0].rest).query(made[0].rest * np.array([-1.0, 1.0, 1.0]))[1]
+    )
     return shapes, images, mirrored
 
 
