@@ -18,6 +18,7 @@ from broker.upkeep import Sweep, recover
 from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
 from broker.webhooks import dispatch
 from service import (
+    batches,
     dissimilarities,
     jobs,
     matches,
@@ -83,6 +84,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         shapes,
         structures,
         matches,
+        batches,
         transfers,
         dissimilarities,
         registrations,

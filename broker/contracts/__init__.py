@@ -1,5 +1,6 @@
 """Contracts between API and workers, and of the API: versioned, typed models without numerics."""
 
+from broker.contracts.batches import MOST_TARGETS, BatchMatch, BatchResult, MatchSummary
 from broker.contracts.catalogue import catalogue
 from broker.contracts.dissimilarities import (
     MOST_SHAPES,
@@ -13,6 +14,7 @@ from broker.contracts.dissimilarities import (
 from broker.contracts.jobs import (
     UNUSABLE,
     AttributesValidationPayload,
+    BatchPayload,
     DeliveryPayload,
     DissimilaritiesPayload,
     JobKind,
@@ -107,6 +109,7 @@ __all__ = [
     "MOST_REGISTERED",
     "MOST_SHAPES",
     "MOST_SPECIMENS",
+    "MOST_TARGETS",
     "NEIGHBOURS",
     "PAIRS",
     "RESULT",
@@ -120,6 +123,9 @@ __all__ = [
     "AttributeSummary",
     "AttributesRecord",
     "AttributesValidationPayload",
+    "BatchMatch",
+    "BatchPayload",
+    "BatchResult",
     "Choice",
     "Confidence",
     "Correspondence",
@@ -144,6 +150,7 @@ __all__ = [
     "MatchParameters",
     "MatchPayload",
     "MatchResult",
+    "MatchSummary",
     "Payload",
     "PicturePayload",
     "PrincipalComponent",

@@ -27,6 +27,7 @@ class JobKind(StrEnum):
     """Kind of a job."""
 
     MATCH = "match"
+    BATCH = "batch"
     DISSIMILARITIES = "dissimilarities"
     TIME_SLICE = "turn"  # the value is in stored records
     SPECTRUM = "spectrum"
@@ -44,6 +45,7 @@ class JobKind(StrEnum):
         """Whether users submit jobs of this kind and get a result."""
         return self in (
             JobKind.MATCH,
+            JobKind.BATCH,
             JobKind.DISSIMILARITIES,
             JobKind.PROTOTYPE,
             JobKind.TRANSFER,
@@ -194,6 +196,27 @@ class MatchPayload(_Payload):
         return self.parameters.needs_spectrum or is_prototype(self.source)
 
 
+class BatchPayload(_Payload):
+    """Match one source with many targets; each match is a job of its own."""
+
+    kind: Literal[JobKind.BATCH] = JobKind.BATCH
+    source: str
+    source_name: str | None = None
+    targets: tuple[str, ...]
+    target_names: tuple[str | None, ...]
+    parameters: MatchParameters
+
+    def match(self, place: int) -> MatchPayload:
+        """Return the match with the target at a place."""
+        return MatchPayload(
+            source=self.source,
+            target=self.targets[place],
+            source_name=self.source_name,
+            target_name=self.target_names[place],
+            parameters=self.parameters,
+        )
+
+
 class DissimilaritiesPayload(_Payload):
     """Compare all shapes of a collection; done in time slices, by all workers."""
 
@@ -302,6 +325,7 @@ Payload: TypeAlias = Annotated[
     | PrototypeValidationPayload
     | SpectrumPayload
     | MatchPayload
+    | BatchPayload
     | DissimilaritiesPayload
     | PrototypePayload
     | AttributesValidationPayload
@@ -325,6 +349,7 @@ class JobRecord(BaseModel):
     request_id: str | None = None
     caller: str | None = None
     webhook: Webhook | None = None
+    batch: str | None = Field(default=None, description="Id of the batch that it is a match of.")
     state: JobState = JobState.QUEUED
     progress: Progress = Progress(stage="queued", fraction=0.0)
     started: datetime | None = None
@@ -336,3 +361,8 @@ class JobRecord(BaseModel):
     def kind(self) -> JobKind:
         """Kind of the job."""
         return self.payload.kind
+
+    @property
+    def is_listed(self) -> bool:
+        """Whether a user asked for it itself, not for what it is a part of."""
+        return self.kind.has_result and self.batch is None

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from broker.contracts.jobs import (
     AttributesValidationPayload,
+    BatchPayload,
     DissimilaritiesPayload,
     MatchPayload,
     Payload,
@@ -24,7 +25,8 @@ class Subject:
     Parameters
     ----------
     source, target
-        Of a match or a transfer; the template of a registration is its source.
+        Of a match or a transfer; the template of a registration is its source. A batch has a source
+        and many targets, which are in `shapes`.
     shapes
         All shapes, in the order in which the request named them, each once.
     prototype
@@ -55,6 +57,10 @@ def subject_of(payload: Payload) -> Subject:
             | TransferPayload(source=source, target=target)
         ):
             return Subject(source, target, tuple(dict.fromkeys((source, target))))
+        case BatchPayload(source=source, targets=targets) if is_prototype(source):
+            return Subject(source, None, tuple(dict.fromkeys(targets)), source)
+        case BatchPayload(source=source, targets=targets):
+            return Subject(source, None, tuple(dict.fromkeys((source, *targets))))
         case DissimilaritiesPayload():
             return Subject(shapes=payload.shapes)
         case PrototypePayload():

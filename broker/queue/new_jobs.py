@@ -4,8 +4,7 @@ from datetime import UTC, datetime
 from typing import Final
 from uuid import uuid4
 
-from broker.contracts import JobRecord, Payload, RequestOrigin, TimeSlicePayload
-from broker.store import LISTED_KINDS
+from broker.contracts import BatchPayload, JobRecord, Payload, RequestOrigin, TimeSlicePayload
 
 NO_REQUEST: Final = RequestOrigin()
 """Context of a job that no request submitted."""
@@ -28,7 +27,7 @@ def new_job(payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
         request_id=context.request_id,
         caller=context.caller,
         # Jobs that serve a listed one do not notify its receiver.
-        webhook=context.webhook if payload.kind in LISTED_KINDS else None,
+        webhook=context.webhook if payload.kind.has_result else None,
     )
 
 
@@ -41,6 +40,24 @@ def new_time_slice(record: JobRecord, number: int) -> JobRecord:
         request_id=record.request_id,
         caller=record.caller,
     )
+
+
+def new_batch_match(record: JobRecord, place: int) -> JobRecord:
+    """Return the record of the match with the target at a place of a batch."""
+    assert isinstance(record.payload, BatchPayload)
+    return JobRecord(
+        id=batch_match_id(record.id, place),
+        payload=record.payload.match(place),
+        created=datetime.now(UTC),
+        request_id=record.request_id,
+        caller=record.caller,
+        batch=record.id,
+    )
+
+
+def batch_match_id(batch: str, place: int) -> str:
+    """Return the id of the match with the target at a place of a batch, counted from 0."""
+    return f"{batch}-{place + 1}"
 
 
 def time_slice_id(record: JobRecord, number: int) -> str:

@@ -11,7 +11,7 @@ from rq.job import Callback, Job
 from rq.serializers import JSONSerializer
 
 from broker.contracts import JobKind, JobRecord
-from broker.queue.new_jobs import time_slice_id
+from broker.queue.new_jobs import batch_match_id, time_slice_id
 from broker.queue.settings import QUEUE_OF, QUEUES, QueueSettings
 from broker.queue.workers import depths
 
@@ -76,8 +76,7 @@ class RqQueues:
     def position(self, record: JobRecord) -> int | None:
         """Return the number of jobs before a queued one; None once it has started."""
         queue = self.of(record.kind)
-        is_sliced = record.kind is JobKind.DISSIMILARITIES
-        place = queue.get_job_position(time_slice_id(record, 1) if is_sliced else record.id)
+        place = queue.get_job_position(_first_queued(record))
         if place is None:
             return None
         served_before = QUEUES[: QUEUES.index(queue.name)]
@@ -97,3 +96,10 @@ class RqQueues:
 
     def _named(self, name: str) -> Queue:
         return Queue(name, connection=self.client, serializer=JSONSerializer)
+
+
+def _first_queued(record: JobRecord) -> str:
+    """Return the id of the job that is queued first, for those that are not queued themselves."""
+    if record.kind is JobKind.DISSIMILARITIES:
+        return time_slice_id(record, 1)
+    return batch_match_id(record.id, 0) if record.kind is JobKind.BATCH else record.id

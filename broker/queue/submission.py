@@ -1,7 +1,7 @@
 """Submission of jobs: the record is stored and the job queued in one transaction.
 
 A job that is done in time slices is not queued itself: its time slices are, and each of them queues
-the next.
+the next. Nor is a batch: its matches are.
 """
 
 from dataclasses import dataclass, field
@@ -10,6 +10,7 @@ from redis.client import Pipeline
 from redis.exceptions import WatchError
 
 from broker.contracts import (
+    BatchPayload,
     IdempotencyRecord,
     JobKind,
     JobRecord,
@@ -19,12 +20,13 @@ from broker.contracts import (
     SpectrumPayload,
     UploadPayload,
 )
-from broker.queue.new_jobs import NO_REQUEST, new_job, new_time_slice
+from broker.queue.batches import Batches
+from broker.queue.new_jobs import NO_REQUEST, new_batch_match, new_job, new_time_slice
 from broker.queue.prefetch import SpectralPayload, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import worker_states
-from broker.store import LISTED_KINDS, Store, keys
+from broker.store import Store, keys
 from broker.telemetry import logger
 
 log = logger("isomatch.queue")
@@ -45,15 +47,19 @@ class JobQueue:
     ----------
     rq
         The queues themselves.
+    batches
+        Matches of batches.
     """
 
     store: Store
     settings: QueueSettings
     rq: RqQueues = field(init=False)
+    batches: Batches = field(init=False)
 
     def __post_init__(self) -> None:
         """Open the queues in the store's Redis."""
         object.__setattr__(self, "rq", RqQueues(self.store.client, self.settings))
+        object.__setattr__(self, "batches", Batches(self.store, self.rq))
 
     def submit(self, record: JobRecord, idempotency: IdempotencyRecord | None = None) -> JobRecord:
         """Store a new job and queue it, both or neither.
@@ -169,10 +175,36 @@ class JobQueue:
             self._enqueue_time_slice(record, number, pipe)
             pipe.execute()
 
+    def submit_batch(self, payload: BatchPayload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
+        """Queue a batch, and as many of its matches as there are workers.
+
+        Raises
+        ------
+        KeyReused, TooManyQueued
+            As for :meth:`submit`.
+        """
+        record = self.submit(new_job(payload, context), context.idempotency)
+        self.batches.advance(record.id)
+        return record
+
+    def cancel(self, job_id: str) -> None:
+        """Cancel a job that has not ended, with all its parts."""
+        before = self.store.jobs.state(job_id)
+        after = self.store.jobs.cancel(job_id)
+        if before is JobState.QUEUED and after is JobState.CANCELLED:
+            self.rq.withdraw(job_id)
+        record = self.store.jobs.readable(job_id)
+        if record is not None and record.kind is JobKind.BATCH and after is JobState.CANCELLED:
+            self.batches.cancel(record)
+        elif record is not None and record.batch is not None:
+            self.batches.advance(record.batch)
+
     def resume(self, record: JobRecord) -> None:
         """Queue a lost job again."""
         if record.kind is JobKind.DISSIMILARITIES:
             self.submit_time_slice(record)
+        elif record.kind is JobKind.BATCH:
+            self.batches.advance(record.id)
         else:
             self.rq.enqueue(record)
 
@@ -190,6 +222,10 @@ class JobQueue:
         if record.kind is JobKind.DISSIMILARITIES:
             self._enqueue_time_slice(record, 1, pipe)
             self.store.chunks.create(record.id, pipe)
+        elif record.kind is JobKind.BATCH:
+            first = new_batch_match(record, 0)
+            self.rq.enqueue(first, pipe)
+            self.store.jobs.create(first, pipe)
         else:
             self.rq.enqueue(record, pipe)
 
@@ -200,7 +236,7 @@ class JobQueue:
         self.store.chunks.add_time_slice(record.id, time_slice.id, pipe)
 
     def _admit(self, record: JobRecord) -> None:
-        if record.kind in LISTED_KINDS:
+        if record.is_listed:
             limit = self.settings.max_queued_jobs
             self.store.admission.admit(record.caller, record.id, limit)
 

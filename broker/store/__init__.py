@@ -20,7 +20,7 @@ from broker.store.connections import (
     connect,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
-from broker.store.jobs import LISTED_KINDS, Jobs
+from broker.store.jobs import Jobs
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
 from broker.store.records import NewerRecord
@@ -35,7 +35,6 @@ __all__ = [
     "BUCKET_BOUNDS",
     "CACHE_TIMEOUT",
     "CONNECT_TIMEOUT",
-    "LISTED_KINDS",
     "Admission",
     "Attributes",
     "Chunks",

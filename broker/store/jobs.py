@@ -13,7 +13,7 @@ late; its calls are refused, because it no longer holds the job.
 """
 
 import gzip
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -27,9 +27,6 @@ from broker.store.listings import Listing, Page
 from broker.store.records import NewerRecord, job_document, read_record
 from broker.store.replies import text
 from broker.store.scripts import LuaScript
-
-LISTED_KINDS = frozenset(kind for kind in JobKind if kind.has_result)
-"""Kinds of jobs that users submit; the others serve them and are not listed."""
 
 
 @dataclass(frozen=True)
@@ -60,14 +57,14 @@ class Jobs:
         }
         if record.webhook is not None:
             fields["webhook"] = record.webhook.url
-        if record.kind in LISTED_KINDS:
+        if record.is_listed:
             fields["quota"] = keys.queued_by(record.caller)
         pipe.hset(keys.job(record.id), mapping=fields)
         ttl = self.settings.job_ttl + self.settings.trace_ttl
         pipe.set(keys.job_tombstone(record.id), b"", ex=ttl)
         pipe.hincrby(keys.COUNTERS, f"submitted|{record.kind.value}", 1)
         pipe.zadd(keys.ACTIVE_JOBS, {record.id: created})
-        if record.kind in LISTED_KINDS:
+        if record.is_listed:
             pipe.zadd(keys.JOBS, {record.id: created})
             pipe.zadd(keys.jobs_in(JobState.QUEUED), {record.id: created})
             for name in subject_of(record.payload).named:
@@ -85,6 +82,14 @@ class Jobs:
         """
         fields = self.client.hgetall(keys.job(job_id))
         return _record(fields) if b"record" in fields else None
+
+    def records(self, job_ids: Sequence[str]) -> list[JobRecord | None]:
+        """Return several jobs, each as :meth:`readable` does."""
+        with self.client.pipeline(transaction=False) as pipe:
+            for job_id in job_ids:
+                pipe.hgetall(keys.job(job_id))
+            replies = pipe.execute()
+        return [_readable(fields) for fields in replies]
 
     def readable(self, job_id: str) -> JobRecord | None:
         """Return a job as :meth:`get` does, or None if it cannot be read."""
@@ -234,6 +239,13 @@ def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
         return constant.model_copy(update=_present(fields))
     except ValueError as error:
         raise NewerRecord(JobRecord) from error
+
+
+def _readable(fields: dict[bytes | str, bytes | str]) -> JobRecord | None:
+    try:
+        return _record(fields) if b"record" in fields else None
+    except NewerRecord:
+        return None
 
 
 def _present(fields: Mapping[str, str]) -> dict[str, object]:

@@ -186,6 +186,11 @@ def job_arrays(job_id: str) -> str:
     return f"{PREFIX}job:{job_id}:arrays"
 
 
+def job_summary(job_id: str) -> str:
+    """Result of a match in brief, JSON."""
+    return f"{PREFIX}job:{job_id}:summary"
+
+
 def idempotency_record(name: str) -> str:
     """Digest of a request with an idempotency key, and its job's id."""
     return f"{PREFIX}order:{name}"

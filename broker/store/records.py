@@ -14,7 +14,7 @@ from broker.contracts import JobRecord
 
 RecordT = TypeVar("RecordT", bound=BaseModel)
 
-_CONSTANT_FIELDS = {"id", "payload", "created", "request_id", "caller", "webhook"}
+_CONSTANT_FIELDS = {"id", "payload", "created", "request_id", "caller", "webhook", "batch"}
 """Fields of a job's record that never change."""
 
 

@@ -1,10 +1,11 @@
-"""Results of jobs in Redis: the document, the same as arrays, pictures and other formats."""
+"""Results of jobs in Redis: document, arrays, summary, pictures and other formats."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from redis import Redis
 
-from broker.contracts import JobState, PicturePayload
+from broker.contracts import JobState, MatchSummary, PicturePayload
 from broker.store import keys
 from broker.store.connections import StoreSettings
 from broker.store.replies import blob, text
@@ -36,6 +37,16 @@ class Results:
     def set_arrays(self, job_id: str, arrays: bytes) -> None:
         """Store the result of a job as arrays, before the job succeeds."""
         self.client.set(keys.job_arrays(job_id), arrays, ex=self.settings.result_ttl)
+
+    def set_summary(self, job_id: str, summary: MatchSummary) -> None:
+        """Store a match in brief, before it succeeds."""
+        document = summary.model_dump_json()
+        self.client.set(keys.job_summary(job_id), document, ex=self.settings.result_ttl)
+
+    def summaries(self, job_ids: Sequence[str]) -> list[MatchSummary | None]:
+        """Return matches in brief; None for those that have none, or none any more."""
+        found: list[bytes | None] = self.client.mget([keys.job_summary(one) for one in job_ids])  # type: ignore[assignment]
+        return [None if one is None else MatchSummary.model_validate_json(one) for one in found]
 
     def picture(self, payload: PicturePayload) -> bytes | None:
         """Return a picture of a result, or the result in another format."""

@@ -158,6 +158,10 @@ def _requeue_lost(queue: JobQueue, timeout: timedelta) -> None:
     first_noticed = {text(job_id): float(when) for job_id, when in stored}
     unknown: set[str] = set()
     for record in store.jobs.active():
+        if record.kind is JobKind.BATCH:
+            # Its matches are recovered themselves; it goes on when one has ended.
+            queue.batches.advance(record.id)
+            continue
         if record.id in known or _has_time_slices(store, record):
             continue
         since = first_noticed.get(record.id)

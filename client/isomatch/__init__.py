@@ -82,11 +82,15 @@ from isomatch._models import (
 )
 from isomatch._problem import FieldProblem, Problem
 from isomatch._results import (
+    Batch,
+    BatchMatch,
+    BatchProgress,
     Dissimilarities,
     Example,
     Geometry,
     LearnedPrototype,
     Match,
+    MatchSummary,
     PartialDissimilarities,
     PrincipalComponent,
     Prototype,
@@ -108,6 +112,9 @@ __all__ = [
     "AttributeSummary",
     "Attributes",
     "BadRequest",
+    "Batch",
+    "BatchMatch",
+    "BatchProgress",
     "CarriedLandmarks",
     "Client",
     "Confidence",
@@ -141,6 +148,7 @@ __all__ = [
     "Level",
     "Match",
     "MatchParameters",
+    "MatchSummary",
     "MeshLike",
     "MissingExtra",
     "NotFound",

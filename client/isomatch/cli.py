@@ -3,7 +3,7 @@
 import sys
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
@@ -14,15 +14,19 @@ from isomatch._cli import (
     LANDMARKS_EXAMPLES,
     MATCH_EXAMPLES,
     REGISTER_EXAMPLES,
+    SURFACES,
     TRANSFER_EXAMPLES,
     AsJson,
-    Mesh,
+    FileFormat,
+    MatchFolder,
+    MatchOutput,
     Meshes,
     Output,
     Picture,
     Quiet,
     SeenFrom,
     Source,
+    Targets,
     Url,
     Wait,
     class_of,
@@ -38,16 +42,16 @@ from isomatch._cli import (
     register,
     render,
     run,
+    run_batch,
     shape_name,
     takes,
     transfer,
     uploaded,
+    writable,
 )
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
 from isomatch._models import DissimilarityParameters, MatchParameters
-
-_SURFACES: Final = (".ply", ".obj", ".glb")
 
 app = typer.Typer(
     name="isomatch",
@@ -84,27 +88,40 @@ app.add_typer(prototypes)
 @takes(parameter_options.MATCH)
 def match(
     source: Source,
-    target: Mesh,
+    targets: Targets,
     parameters: MatchParameters,
     picture: Picture = None,
     view: SeenFrom = None,
-    output: Output = None,
+    output: MatchOutput = None,
+    file_format: FileFormat = None,
     as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
     """Match two meshes, or a prototype and a mesh, and print the correspondences.
 
-    Parameters that are left out take the service's defaults.
+    With several targets the source is matched with each of them, as one job, and a summary is
+    printed. Parameters that are left out take the service's defaults.
     """
+    dense = bool(parameters.get("dense"))
     if view is not None and picture is None:
         raise typer.BadParameter("it needs --picture FILE", param_hint="--view")
-    if output is not None and output.suffix.lower() in _SURFACES and not parameters.get("dense"):
-        message = f"{output.suffix} shows a map of all vertices; add --dense"
+    folder = None
+    if len(targets) > 1 or file_format is not None:
+        if picture is not None:
+            message = "of several targets there are pictures by --output FOLDER --format png"
+            raise typer.BadParameter(message, param_hint="--picture")
+        folder = MatchFolder.checked(output, targets, file_format, dense)
+    elif (file := _file(output)) is not None and file.suffix[1:].lower() in SURFACES and not dense:
+        message = f"{file.suffix} shows a map of all vertices; add --dense"
         raise typer.BadParameter(message, param_hint="--output")
     with connected(url, as_json) as client:
         first = source if names_prototype(source) else uploaded(client, [source], as_json)[0]
-        (second,) = uploaded(client, [target], as_json)
+        shapes = uploaded(client, targets, as_json)
+        if folder is not None:
+            run_batch(client, first, shapes, targets, parameters, folder, as_json, wait)
+            return
+        (second,) = shapes
         run(
             lambda: client.match(first, second, **parameters),
             as_json,
@@ -114,6 +131,14 @@ def match(
             page=client.base_url,
             view=view,
         )
+
+
+def _file(output: Path | None) -> Path | None:
+    try:
+        return writable(output)
+    except typer.BadParameter as error:
+        error.param_hint = "--output"
+        raise
 
 
 @app.command(epilog=COMPARE_EXAMPLES)

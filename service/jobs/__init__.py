@@ -1,7 +1,7 @@
 """Jobs: requesting them, following and cancelling them, and their results."""
 
 from service.jobs import endpoints, pictures, results
-from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result
+from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, stored_job
 from service.jobs.requests import (
     IdempotencyKey,
     JobOrder,
@@ -26,5 +26,6 @@ __all__ = [
     "json_answer",
     "packed_result",
     "requested_job",
+    "stored_job",
     "webhooks_router",
 ]

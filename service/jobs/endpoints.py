@@ -28,7 +28,7 @@ LONGEST_WAIT: Final = 60.0
 CANCEL_WAIT: Final = 2.0
 """Seconds an answer waits for a cancelled job to stop; most stop at once."""
 
-ListedKind: TypeAlias = Literal["match", "dissimilarities", "prototype", "transfer"]
+ListedKind: TypeAlias = Literal["match", "batch", "dissimilarities", "prototype", "transfer"]
 """Kinds of jobs that are listed: those that users request."""
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
@@ -152,12 +152,10 @@ async def follow_job(
 async def cancel_job(job_id: JobId, service: ServiceOf, request: Request) -> Job:
     """Cancel a queued or running job; a job that has ended does not change.
 
-    A running job stops at the next opportunity; its state may be `running` for a moment.
+    A running job stops at the next opportunity; its state may be `running` for a moment. The
+    matches of a batch are cancelled with it.
     """
-    before = await run_in_threadpool(service.store.jobs.state, job_id)
-    after = await run_in_threadpool(service.store.jobs.cancel, job_id)
-    if before is JobState.QUEUED and after is JobState.CANCELLED:
-        await run_in_threadpool(service.queue.rq.withdraw, job_id)
+    await run_in_threadpool(service.queue.cancel, job_id)
     record = await service.wait_for(job_id, CANCEL_WAIT, request)
     return await run_in_threadpool(_shown, service, record, job_id)
 

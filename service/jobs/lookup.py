@@ -27,6 +27,20 @@ def missing(service: Service, job_id: str) -> ApiProblem:
     return JobNotFound(f"There is no job {job_id}.")
 
 
+def stored_job(service: Service, job_id: str) -> JobRecord:
+    """Return a job.
+
+    Raises
+    ------
+    JobNotFound, JobExpired
+        There is no such job, or none any more.
+    """
+    record = service.store.jobs.get(job_id)
+    if record is None:
+        raise missing(service, job_id)
+    return record
+
+
 def job_with_result(service: Service, job_id: str) -> JobRecord:
     """Return a job of a kind that has a result and that neither failed nor was cancelled.
 
@@ -35,9 +49,7 @@ def job_with_result(service: Service, job_id: str) -> JobRecord:
     JobNotFound, JobExpired, JobWithoutResult
         There is no such job.
     """
-    record = service.store.jobs.get(job_id)
-    if record is None:
-        raise missing(service, job_id)
+    record = stored_job(service, job_id)
     if not record.kind.has_result:
         raise JobWithoutResult(f"A job of kind {record.kind.value!r} has no result.")
     if record.state in (JobState.FAILED, JobState.CANCELLED):

@@ -5,6 +5,7 @@ from typing import Final
 from fastapi import APIRouter, Response
 
 from broker.contracts import (
+    BatchResult,
     DissimilarityResult,
     MatchResult,
     PrototypeResult,
@@ -36,6 +37,7 @@ BYTES: Final = "application/octet-stream"
 @router.get(
     "/{job_id}/result",
     response_model=MatchResult
+    | BatchResult
     | DissimilarityResult
     | PrototypeResult
     | TransferResult
@@ -46,8 +48,8 @@ BYTES: Final = "application/octet-stream"
 def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncoding = "") -> Response:
     """Return the result of a job.
 
-    It is a match, the dissimilarities of a collection, a prototype, what a transfer carried, or a
-    template registered to specimens.
+    It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, what a
+    transfer carried, or a template registered to specimens.
     """
     return json_answer(packed_result(service, job_id), accept_encoding)
 

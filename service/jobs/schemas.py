@@ -47,6 +47,7 @@ class Job(BaseModel):
                 {
                     "id": "5f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f",
                     "kind": "match",
+                    "batch": None,
                     "state": "running",
                     "source": "9b74c9897bac770ffc029102a200c5de",
                     "target": "37b51d194a7513e45b56f6524f2d51f2",
@@ -89,12 +90,15 @@ class Job(BaseModel):
 
     id: str
     kind: JobKind = Field(description="Kind of the job.")
+    batch: str | None = Field(
+        description="Id of the batch that it is a match of; null for a job of its own."
+    )
     state: JobState = Field(
         description="queued, then running, and finally succeeded, failed or cancelled."
     )
     source: str | None = Field(
-        description="Id of the source of a match, a shape or a prototype, or of a transfer, or of"
-        " the template of a registration; null for other kinds."
+        description="Id of the source of a match or a batch, a shape or a prototype, or of a"
+        " transfer, or of the template of a registration; null for other kinds."
     )
     target: str | None = Field(
         description="Id of the target of a match or transfer; null for other kinds."
@@ -131,11 +135,11 @@ class Job(BaseModel):
         """Return a stored job as the API shows it."""
         path = f"/v1/jobs/{record.id}"
         has_result = record.kind.has_result
-        in_parts = record.kind is JobKind.DISSIMILARITIES
         error, subject = record.error, subject_of(record.payload)
         return cls(
             id=record.id,
             kind=record.kind,
+            batch=record.batch,
             state=record.state,
             source=subject.source,
             target=subject.target,
@@ -158,9 +162,14 @@ class Job(BaseModel):
                 picture=f"{path}/result.png" if record.kind.has_picture else None,
                 arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
                 exports=tuple(f"{path}/result.{one}" for one in record.kind.exports),
-                partial=f"/v1/dissimilarities/{record.id}" if in_parts else None,
+                partial=_partial(record),
             ),
         )
+
+
+def _partial(record: JobRecord) -> str | None:
+    folder = {JobKind.BATCH: "batches", JobKind.DISSIMILARITIES: "dissimilarities"}
+    return f"/v1/{folder[record.kind]}/{record.id}" if record.kind in folder else None
 
 
 def _webhook(record: JobRecord) -> JobWebhook | None:

@@ -1,7 +1,9 @@
 """Matches: requesting the correspondence of two shapes, or of a prototype and a shape."""
 
 from service.matches import endpoints
+from service.matches.endpoints import checked_parameters
+from service.matches.schemas import ShapeName, SourceRequest
 
 ROUTERS = (endpoints.router,)
 
-__all__ = ["ROUTERS"]
+__all__ = ["ROUTERS", "ShapeName", "SourceRequest", "checked_parameters"]

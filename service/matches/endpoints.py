@@ -1,13 +1,21 @@
 """``/v1/matches``."""
 
+from collections.abc import Mapping
+
 from fastapi import APIRouter, Response
 
-from broker.contracts import JobRecord, MatchPayload, RequestOrigin, is_prototype
+from broker.contracts import (
+    JobRecord,
+    MatchParameters,
+    MatchPayload,
+    RequestOrigin,
+    is_prototype,
+)
 from service.dependencies import Service, ServiceOf
 from service.http import UnknownPrototype
 from service.jobs import Job, JobOrder, answers, requested_job
-from service.matches.prototypes import REFUSED, prototype_match
-from service.matches.schemas import MatchRequest
+from service.matches.prototypes import REFUSED, prototype_parameters
+from service.matches.schemas import MatchRequest, SourceRequest
 from service.shapes import check_shapes, use_shapes
 
 router = APIRouter(prefix="/v1/matches", tags=["matches"])
@@ -30,16 +38,39 @@ def create_match(
     """
 
     def submit(order: RequestOrigin) -> JobRecord:
-        named = {"source_name": asked.source_name, "target_name": asked.target_name}
-        payload = _payload(asked, service).model_copy(update=named)
+        payload = MatchPayload(
+            source=asked.source,
+            target=asked.target,
+            source_name=asked.source_name,
+            target_name=asked.target_name,
+            parameters=checked_parameters(asked, {"body.target": asked.target}, service),
+        )
         return service.queue.submit_with_spectra(payload, order)
 
     return requested_job(service, asked, order, response, submit)
 
 
-def _payload(asked: MatchRequest, service: Service) -> MatchPayload:
+def checked_parameters(
+    asked: SourceRequest, targets: Mapping[str, str], service: Service
+) -> MatchParameters:
+    """Return the parameters in force of the match of a source with one or several targets.
+
+    Parameters
+    ----------
+    asked
+        The request.
+    targets
+        Ids of the targets by the fields that name them, such as ``body.target``.
+    service
+        The service that keeps the shapes.
+
+    Raises
+    ------
+    UnknownPrototype, UnknownShape, InvalidRequest
+        Source and targets do not exist, or cannot be matched with these parameters.
+    """
     if is_prototype(asked.source):
-        return prototype_match(asked, service)
-    shapes = use_shapes(service, {"body.source": asked.source, "body.target": asked.target})
+        return prototype_parameters(asked, targets, service)
+    shapes = use_shapes(service, {"body.source": asked.source, **targets})
     check_shapes(asked, shapes, REFUSED)
-    return MatchPayload(source=asked.source, target=asked.target, parameters=asked.parameters())
+    return asked.parameters()

@@ -1,19 +1,18 @@
 """Matches whose source is a prototype: the parameters in force, and those not supported."""
 
+from collections.abc import Mapping
 from typing import Any, Final
 
 from broker.contracts import (
     FieldProblem,
     MatchParameters,
-    MatchPayload,
     PrototypeRecord,
     ShapeRecord,
 )
 from service.dependencies import Service
-from service.http import InvalidRequest
-from service.matches.schemas import MatchRequest
+from service.matches.schemas import SourceRequest
 from service.prototypes import use_prototype
-from service.shapes import several_components, simplified_too_far, use_shapes
+from service.shapes import refuse, several_components, simplified_too_far, use_shapes
 
 REFUSED: Final = "These two cannot be matched with these parameters; `errors` says why."
 
@@ -24,13 +23,17 @@ _COARSE_POINTS: Final = 10
 """Points of the coarsest level unless `coarse_points` is set, as in the solver."""
 
 
-def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
-    """Return the match of a prototype with a shape.
+def prototype_parameters(
+    asked: SourceRequest, targets: Mapping[str, str], service: Service
+) -> MatchParameters:
+    """Return the parameters of the match of a prototype with one or several shapes.
 
     Parameters
     ----------
     asked
         The request, whose source is the id of a prototype.
+    targets
+        Ids of the shapes by the fields that name them, such as ``body.target``.
     service
         The service that keeps both.
 
@@ -42,15 +45,14 @@ def prototype_match(asked: MatchRequest, service: Service) -> MatchPayload:
         A parameter is not supported with a prototype, or the shape cannot be matched with it.
     """
     prototype = use_prototype(service, "body.source", asked.source)
-    target = use_shapes(service, {"body.target": asked.target})["body.target"]
+    shapes = use_shapes(service, targets)
     parameters = in_force(asked, prototype)
-    wrong = (*_unsupported(asked, parameters, prototype), *_unusable(target, parameters))
-    if wrong:
-        raise InvalidRequest(REFUSED, tuple(wrong))
-    return MatchPayload(source=asked.source, target=asked.target, parameters=parameters)
+    wrong = (*_unsupported(asked, parameters, prototype), *_unusable(shapes, parameters))
+    refuse(wrong, REFUSED)
+    return parameters
 
 
-def in_force(asked: MatchRequest, prototype: PrototypeRecord) -> MatchParameters:
+def in_force(asked: SourceRequest, prototype: PrototypeRecord) -> MatchParameters:
     """Return the parameters of a match, with those of the prototype where it fixes them."""
     own: dict[str, Any] = {name: getattr(prototype.parameters, name) for name in _FIXED}
     own["points"] = min(asked.points, prototype.points)
@@ -61,7 +63,7 @@ def in_force(asked: MatchRequest, prototype: PrototypeRecord) -> MatchParameters
 
 
 def _unsupported(
-    asked: MatchRequest, parameters: MatchParameters, prototype: PrototypeRecord
+    asked: SourceRequest, parameters: MatchParameters, prototype: PrototypeRecord
 ) -> list[FieldProblem]:
     wrong = []
     for name in _FIXED:
@@ -88,11 +90,11 @@ def _plural(name: str) -> str:
     return f"{name}s" if name in ("metric", "descriptor") else name
 
 
-def _unusable(target: ShapeRecord, parameters: MatchParameters) -> list[FieldProblem]:
-    shapes = {"body.target": target}
+def _unusable(shapes: Mapping[str, ShapeRecord], parameters: MatchParameters) -> list[FieldProblem]:
     wrong = several_components(parameters, shapes) + simplified_too_far(parameters, shapes)
     colored = [choice.name for choice in parameters.descriptors if choice.about.needs_colors]
-    if colored and parameters.first_order_weight > 0.0 and not target.has_colors:
+    if colored and parameters.first_order_weight > 0.0:
         message = f"it has no vertex colours, which the prototype's {colored[0]!r} needs"
-        wrong.append(FieldProblem(field="body.target", message=message))
+        without = (field for field, shape in shapes.items() if not shape.has_colors)
+        wrong += [FieldProblem(field=field, message=message) for field in without]
     return wrong

@@ -1,4 +1,4 @@
-"""Requests to match two shapes, or a prototype and a shape."""
+"""Requests to match a shape or a prototype with a shape."""
 
 from typing import Annotated
 
@@ -11,7 +11,26 @@ from service.names import ID_PATTERN, LONGEST, showable
 ShapeName = Annotated[str, Field(min_length=1, max_length=LONGEST), AfterValidator(showable)]
 
 
-class MatchRequest(MatchParameters, JobRequest):
+class SourceRequest(MatchParameters, JobRequest):
+    """A source, a shape or a prototype, and how to match it."""
+
+    source: str = Field(
+        pattern=ID_PATTERN,
+        description="Id of the source: a shape, or a prototype, whose ids begin with `p-`.",
+    )
+    source_name: ShapeName | None = Field(
+        default=None,
+        description="Name of the source in the result, such as that of this upload of its file;"
+        " null for the name it is stored under.",
+    )
+
+    def parameters(self) -> MatchParameters:
+        """Return the parameters of the match alone."""
+        values = {name: getattr(self, name) for name in MatchParameters.model_fields}
+        return MatchParameters.model_construct(**values)
+
+
+class MatchRequest(SourceRequest):
     """Two shapes, or a prototype and a shape, and how to match them."""
 
     model_config = ConfigDict(
@@ -54,21 +73,7 @@ class MatchRequest(MatchParameters, JobRequest):
         }
     )
 
-    source: str = Field(
-        pattern=ID_PATTERN,
-        description="Id of the source: a shape, or a prototype, whose ids begin with `p-`.",
-    )
     target: str = Field(pattern=ID_PATTERN, description="Id of the target shape.")
-    source_name: ShapeName | None = Field(
-        default=None,
-        description="Name of the source in the result, such as that of this upload of its file;"
-        " null for the name it is stored under.",
-    )
     target_name: ShapeName | None = Field(
         default=None, description="Name of the target in the result, likewise."
     )
-
-    def parameters(self) -> MatchParameters:
-        """Return the parameters of the match alone."""
-        values = {name: getattr(self, name) for name in MatchParameters.model_fields}
-        return MatchParameters.model_construct(**values)

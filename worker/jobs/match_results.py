@@ -6,7 +6,7 @@ from io import BytesIO
 import numpy as np
 
 from broker import contracts
-from broker.contracts import MatchPayload, MatchResult, is_prototype
+from broker.contracts import MatchPayload, MatchResult, MatchSummary, is_prototype
 from solver.arrays import FloatArray
 from solver.gmds import GmdsRefinement
 from solver.matching import Correspondence, GromovHausdorff, Match, SampleProof
@@ -113,6 +113,17 @@ def arrays_of(result: MatchResult) -> bytes:
     stream = BytesIO()
     np.savez_compressed(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
+
+
+def summary_of(result: MatchResult) -> MatchSummary:
+    """Return a result in brief."""
+    return MatchSummary(
+        confidence=result.confidence,
+        distortion=result.distortion,
+        energy=result.energy,
+        certified=result.certified,
+        dense=result.dense is not None,
+    )
 
 
 def result_from_blob(packed: bytes) -> MatchResult:

@@ -24,7 +24,7 @@ from solver.shape.laplacian import Spectrum
 from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
 from worker.jobs.failures import attributed_to
-from worker.jobs.match_results import arrays_of, document_of, refinement_of
+from worker.jobs.match_results import arrays_of, document_of, refinement_of, summary_of
 from worker.jobs.meshes import mesh_of, stored_mesh
 from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of, surface_spectra
@@ -95,6 +95,8 @@ def match(payload: MatchPayload, context: JobContext) -> bytes:
         loaded = time.perf_counter()
         result = match_shapes(source, target, payload, solving)
     context.store.results.set_arrays(context.record.id, arrays_of(result))
+    if context.record.batch is not None:
+        context.store.results.set_summary(context.record.id, summary_of(result))
     timings = dict(result.timings)
     timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
     timings["total"] = time.perf_counter() - start

@@ -13,7 +13,7 @@ from redis.exceptions import RedisError
 
 from broker.contracts import JobKind, JobRecord, UploadPayload, subject_of
 from broker.queue import JobQueue
-from broker.store import NewerRecord
+from broker.store import Jobs, NewerRecord
 from broker.telemetry import logger
 from broker.upkeep import evict_deleted
 from broker.webhooks import WebhookSettings
@@ -47,7 +47,8 @@ FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
     JobKind.PICTURE: draw,
     JobKind.WEBHOOK: deliver,
 }
-"""Function of each kind of jobs that RQ runs; dissimilarities are computed in time slices."""
+"""Function of each kind of jobs that RQ runs; dissimilarities are computed in time slices, and
+batches are matches."""
 
 log = logger("isomatch.runner")
 
@@ -84,12 +85,17 @@ class Runner:
         log.info("begun")
         start = time.perf_counter()
         reporter = Reporter(self.queue.store.jobs, record.id, self.name)
+        if record.batch is not None and not _goes_on(record.batch, self.queue.store.jobs):
+            self.queue.store.jobs.finish_cancelled(record.id, self.name)
+            return
         self._call(JobContext(record, self.name, self.queue, reporter, self.webhooks), start)
         evict_deleted(self.queue.store, subject_of(record.payload).named)
         stages = reporter.seconds() | {TOTAL: time.perf_counter() - start}
         if record.started is not None:
             stages[WAITING] = (record.started - record.created).total_seconds()
         self.queue.store.counters.observe(record.kind, stages)
+        if record.batch is not None:
+            self.queue.batches.advance(record.batch)
 
     def _claim(self, job_id: str) -> JobRecord | None:
         jobs = self.queue.store.jobs
@@ -125,3 +131,9 @@ class Runner:
         else:
             kept = jobs.succeed(record.id, self.name, result)
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+
+
+def _goes_on(batch: str, jobs: Jobs) -> bool:
+    """Return whether a batch has not ended; it begins with the first of its matches."""
+    jobs.claim(batch, batch)
+    return jobs.is_held(batch, batch)

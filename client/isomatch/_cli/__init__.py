@@ -1,5 +1,6 @@
 """Commands, options and output of the command line, assembled in :mod:`isomatch.cli`."""
 
+from isomatch._cli.batch_run import SURFACES, MatchFolder, run_batch
 from isomatch._cli.examples import (
     COMPARE_EXAMPLES,
     LANDMARKS_EXAMPLES,
@@ -14,16 +15,19 @@ from isomatch._cli.landmark_command import landmarks
 from isomatch._cli.options import (
     FORMATS,
     AsJson,
-    Mesh,
+    FileFormat,
+    MatchOutput,
     Meshes,
     Output,
     Picture,
     Quiet,
     SeenFrom,
     Source,
+    Targets,
     Url,
     Wait,
     names_prototype,
+    writable,
 )
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
@@ -39,15 +43,19 @@ __all__ = [
     "LANDMARKS_EXAMPLES",
     "MATCH_EXAMPLES",
     "REGISTER_EXAMPLES",
+    "SURFACES",
     "TRANSFER_EXAMPLES",
     "AsJson",
-    "Mesh",
+    "FileFormat",
+    "MatchFolder",
+    "MatchOutput",
     "Meshes",
     "Output",
     "Picture",
     "Quiet",
     "SeenFrom",
     "Source",
+    "Targets",
     "Url",
     "Wait",
     "class_of",
@@ -61,9 +69,11 @@ __all__ = [
     "prototypes",
     "register",
     "run",
+    "run_batch",
     "serve",
     "shape_name",
     "takes",
     "transfer",
     "uploaded",
+    "writable",
 ]

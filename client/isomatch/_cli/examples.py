@@ -17,6 +17,10 @@ MATCH_EXAMPLES: Final = _epilog(
         "isomatch match a.off b.obj --dense --output match.glb",
     ),
     (
+        "one mesh with many, a file for each in results/",
+        "isomatch match a.off scan*.ply --dense -o results --format ply",
+    ),
+    (
         "a landmark: vertex 17 of a.off corresponds to vertex 203 of b.obj",
         "isomatch match a.off b.obj --landmark 17:203",
     ),

@@ -49,7 +49,9 @@ def list_jobs(
     ] = None,
     kind: Annotated[
         str | None,
-        typer.Option(help="Only jobs of this kind: match, dissimilarities, prototype or transfer."),
+        typer.Option(
+            help="Only jobs of this kind: match, batch, dissimilarities, prototype or transfer."
+        ),
     ] = None,
     of: Annotated[
         str | None,

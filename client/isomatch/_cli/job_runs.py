@@ -14,7 +14,7 @@ from isomatch._cli import render
 from isomatch._cli.prototype_rendering import print_learned
 from isomatch._clients import Job
 from isomatch._operations.results import ENDINGS, View
-from isomatch._results import Dissimilarities, LearnedPrototype, Match, Transfer
+from isomatch._results import Batch, Dissimilarities, LearnedPrototype, Match, Transfer
 
 
 @contextmanager
@@ -35,6 +35,36 @@ def interrupts_deferred() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if interrupted:
         raise KeyboardInterrupt
+
+
+@contextmanager
+def cancelled_by_interrupt(
+    start: Callable[[], Job], page: str | None, as_json: bool
+) -> Iterator[Job]:
+    """Start a job, cancel it on Ctrl-C, and print in the end where it is on the page.
+
+    Parameters
+    ----------
+    start
+        Function that starts the job.
+    page
+        Address of the service; None to print no link.
+    as_json
+        Keep the standard error free of messages.
+    """
+    job: Job | None = None
+    try:
+        with interrupts_deferred():
+            job = start()
+        yield job
+        if page is not None and not as_json:
+            typer.echo(f"in a browser: {page.rstrip('/')}/#job={job.id}", err=True)
+    except KeyboardInterrupt:
+        if job is not None:
+            state = job.cancel().state
+            ended = state in ("succeeded", "failed")
+            typer.echo(f"job {job.id} {f'has {state} already' if ended else 'cancelled'}", err=True)
+        raise
 
 
 def run(
@@ -64,22 +94,11 @@ def run(
     view
         Side from which the picture shows a match.
     """
-    job: Job | None = None
-    try:
-        with interrupts_deferred():
-            job = start()
+    with cancelled_by_interrupt(start, page, as_json) as job:
         if wait:
             finish(job, as_json, output, picture, names, view=view)
         else:
             typer.echo(job.record.model_dump_json() if as_json else job.id)
-        if page is not None and not as_json:
-            typer.echo(f"in a browser: {page.rstrip('/')}/#job={job.id}", err=True)
-    except KeyboardInterrupt:
-        if job is not None:
-            state = job.cancel().state
-            ended = state in ("succeeded", "failed")
-            typer.echo(f"job {job.id} {f'has {state} already' if ended else 'cancelled'}", err=True)
-        raise
 
 
 @contextmanager
@@ -116,6 +135,8 @@ def finish(
         typer.echo(result.to_json())
     elif isinstance(result, Match):
         render.print_match(result, render.standard_output())
+    elif isinstance(result, Batch):
+        render.print_batch(result, render.standard_output())
     elif isinstance(result, Dissimilarities):
         render.print_dissimilarities(result, names, render.standard_output())
     elif isinstance(result, Transfer):

@@ -113,6 +113,14 @@ def folder_given(given: Path) -> Path:
     return given
 
 
+Targets = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="TARGET...",
+        callback=shapes_given,
+        help=f"A file ({FORMATS}) or a shape's id, or several: each is matched with the source.",
+    ),
+]
 Output = Annotated[
     Path | None,
     typer.Option(
@@ -120,6 +128,24 @@ Output = Annotated[
         "-o",
         callback=writable,
         help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+MatchOutput = Annotated[
+    Path | None,
+    typer.Option(
+        "--output",
+        "-o",
+        help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending. Of"
+        " several targets, write a file for each to this folder, made if missing.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+FileFormat = Annotated[
+    str | None,
+    typer.Option(
+        "--format",
+        help="Format of the files in the folder: json (default), npz, csv, ply, obj, glb or png.",
         rich_help_panel=OUTPUT,
     ),
 ]

@@ -22,7 +22,7 @@ from isomatch._models import (
     StructureParameter,
     Structures,
 )
-from isomatch._results import Dissimilarities, Match, Transfer
+from isomatch._results import Batch, BatchMatch, Dissimilarities, Match, Transfer
 
 FILE_WIDTH = 120
 """Width of output that is not printed on a terminal, in columns."""
@@ -127,6 +127,31 @@ def certified_levels(match: Match) -> str:
         f"{level.points} points" if level.certified else f"not {level.points}"
         for level in match.levels
     )
+
+
+def print_batch(result: Batch, console: Console) -> None:
+    """Print the matches of a batch, one in a row."""
+    columns = [Column("target"), Column("state"), Column("answer", overflow="fold")]
+    columns += [Column("second order", justify="right"), Column("job", no_wrap=True)]
+    table = Table(*columns, box=SIMPLE_HEAD, pad_edge=False)
+    for match in result.matches:
+        summary = match.summary
+        order = "" if summary is None else f"{summary.distortion.second_order:.6g}"
+        name = match.target_name or match.target
+        table.add_row(*map(Text, (name, match.state, _short(match), order, match.job or "")))
+    console.print(table)
+    rows = {"succeeded": f"{result.succeeded} of {len(result.matches)}"}
+    if "total" in result.timings:
+        rows["seconds"] = f"{result.timings['total']:.2f}"
+    console.print(named_values(rows))
+    print_warnings(result.warnings, console)
+
+
+def _short(match: BatchMatch) -> str:
+    if match.error is not None:
+        return match.error.summary
+    confidence = None if match.summary is None else match.summary.confidence
+    return "" if confidence is None else str(confidence)
 
 
 def print_transfer(transfer: Transfer, console: Console) -> None:

@@ -25,6 +25,7 @@ from isomatch._models import (
     Structures,
 )
 from isomatch._operations import (
+    batches,
     jobs,
     landmarks,
     prototypes,
@@ -35,6 +36,7 @@ from isomatch._operations import (
 from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
+    Batch,
     Direction,
     Dissimilarities,
     Geometry,
@@ -143,6 +145,19 @@ class AsyncClient:
         **parameters: Unpack[MatchParameters],
     ) -> AsyncJob[Match]:
         start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
+        return AsyncJob(self._transport, await self._transport.run(start))
+
+    @documented_as(Client.match_many)
+    async def match_many(
+        self,
+        source: Shape | Prototype | str,
+        targets: Iterable[Shape | str],
+        *,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+        **parameters: Unpack[MatchParameters],
+    ) -> AsyncJob[Batch]:
+        start = batches.start_batch(source, targets, parameters, webhook, idempotency_key)
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.upload_attributes)

@@ -12,9 +12,17 @@ from isomatch._clients.job import Job
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import AsyncTransport
 from isomatch._models import JobRecord
-from isomatch._operations import jobs, registrations, results
+from isomatch._operations import batches, jobs, registrations, results
+from isomatch._operations.batches import EndedMatches
 from isomatch._operations.results import View
-from isomatch._results import Drawable, DrawableSource, PartialDissimilarities, Result
+from isomatch._results import (
+    BatchProgress,
+    Drawable,
+    DrawableSource,
+    Match,
+    PartialDissimilarities,
+    Result,
+)
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -98,6 +106,19 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
     @documented_as(Job.partial)
     async def partial(self) -> PartialDissimilarities:
         return await self._transport.run(results.get_partial(self.id))
+
+    @documented_as(Job.matches)
+    async def matches(self) -> BatchProgress:
+        return await self._transport.run(batches.get_batch(self.id))
+
+    @documented_as(Job.ended_matches)
+    async def ended_matches(self) -> AsyncGenerator["AsyncJob[Match]"]:
+        ended = EndedMatches()
+        async with aclosing(self.events()) as changes:
+            async for _ in changes:
+                for match in ended.new(await self.matches()):
+                    record = await self._transport.run(jobs.get_job(match))
+                    yield AsyncJob(self._transport, record)
 
 
 def _blocking_request(transport: AsyncTransport) -> Callable[[str], Drawable] | None:

@@ -23,6 +23,7 @@ from isomatch._models import (
     Structures,
 )
 from isomatch._operations import (
+    batches,
     jobs,
     landmarks,
     prototypes,
@@ -33,6 +34,7 @@ from isomatch._operations import (
 from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
+    Batch,
     Direction,
     Dissimilarities,
     Geometry,
@@ -243,6 +245,50 @@ class Client:
             A parameter does not exist.
         """
         start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
+        return Job(self._transport, self._transport.run(start))
+
+    def match_many(
+        self,
+        source: Shape | Prototype | str,
+        targets: Iterable[Shape | str],
+        *,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+        **parameters: Unpack[MatchParameters],
+    ) -> Job[Batch]:
+        """Start the matches of one source with many targets, as one job: a batch.
+
+        A match that fails does not end the batch. To cancel the batch cancels its matches.
+
+        Parameters
+        ----------
+        source
+            A shape, a :class:`~isomatch.Prototype`, or the id of either.
+        targets
+            The shapes, or their ids.
+        webhook
+            Receiver of a notification when all matches have ended.
+        idempotency_key
+            As for :meth:`match`.
+        **parameters
+            Of all matches, see :class:`~isomatch.MatchParameters`.
+
+        Returns
+        -------
+        job
+            ``job.ended_matches()`` yields the job of each match as it ends, ``job.matches()``
+            returns what is known now, and ``job.result()`` waits for the :class:`~isomatch.Batch`.
+
+        Raises
+        ------
+        UnknownShape, UnknownPrototype
+            A shape or the prototype does not exist; the message names it.
+        InvalidRequest
+            The value of a parameter is invalid; the message names it.
+        TypeError
+            A parameter does not exist.
+        """
+        start = batches.start_batch(source, targets, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def upload_attributes(
@@ -648,7 +694,8 @@ class Client:
             Only those in this state: ``"queued"``, ``"running"``, ``"succeeded"``, ``"failed"``
             or ``"cancelled"``.
         kind
-            Only those of this kind: ``"match"``, ``"dissimilarities"`` or ``"prototype"``.
+            Only those of this kind: ``"match"``, ``"batch"``, ``"dissimilarities"``,
+            ``"prototype"`` or ``"transfer"``. The matches of a batch are not among them.
         of
             Only those of this shape or prototype.
         """

@@ -9,9 +9,16 @@ from typing_extensions import TypeVar
 from isomatch._clients.recorded_job import RecordedJob
 from isomatch._http import BlockingTransport
 from isomatch._models import JobRecord
-from isomatch._operations import jobs, registrations, results
+from isomatch._operations import batches, jobs, registrations, results
+from isomatch._operations.batches import EndedMatches
 from isomatch._operations.results import View
-from isomatch._results import DrawableSource, PartialDissimilarities, Result
+from isomatch._results import (
+    BatchProgress,
+    DrawableSource,
+    Match,
+    PartialDissimilarities,
+    Result,
+)
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -20,7 +27,7 @@ ResultT = TypeVar("ResultT", bound=Result, default=Any)
 
 
 class Job(RecordedJob, Generic[ResultT]):
-    """A job on the service: a match, a comparison of a collection, or the learning of a prototype.
+    """A job on the service: a match, a batch of them, a comparison of a collection, and so on.
 
     The attributes are those of the service's last answer; :meth:`refresh` updates them. Besides
     the errors they list, methods raise :class:`~isomatch.ConnectionFailed` and
@@ -213,3 +220,34 @@ class Job(RecordedJob, Generic[ResultT]):
             The job failed, or does not compare a collection.
         """
         return self._transport.run(results.get_partial(self.id))
+
+    def matches(self) -> BatchProgress:
+        """Return the matches of a batch as they are now.
+
+        Raises
+        ------
+        Conflict
+            The job is not a batch.
+        """
+        return self._transport.run(batches.get_batch(self.id))
+
+    def ended_matches(self) -> Generator["Job[Match]"]:
+        """Yield the job of each match of a batch as soon as it has ended, until all have.
+
+        Matches that are cancelled before they are queued have no job.
+
+        Raises
+        ------
+        Conflict
+            The job is not a batch.
+
+        Examples
+        --------
+        >>> for job in client.match_many(template, scans, dense=True).ended_matches():
+        ...     if job.state == "succeeded":
+        ...         job.save(f"{job.target}.ply")
+        """
+        ended = EndedMatches()
+        for _ in self.events():
+            for match in ended.new(self.matches()):
+                yield Job(self._transport, self._transport.run(jobs.get_job(match)))

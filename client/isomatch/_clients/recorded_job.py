@@ -30,8 +30,13 @@ class RecordedJob:
 
     @property
     def kind(self) -> str:
-        """Kind of the job, such as ``"match"``, ``"dissimilarities"`` or ``"registration"``."""
+        """Kind, such as ``"match"``, ``"batch"``, ``"dissimilarities"`` or ``"registration"``."""
         return self._record.kind
+
+    @property
+    def batch(self) -> str | None:
+        """Id of the batch that it is a match of; None for a job of its own."""
+        return self._record.batch
 
     @property
     def state(self) -> JobState:
@@ -40,7 +45,7 @@ class RecordedJob:
 
     @property
     def source(self) -> str | None:
-        """Id of a match's source, a shape or a prototype; None for other kinds."""
+        """Id of the source of a match or a batch, a shape or a prototype; None for other kinds."""
         return self._record.source
 
     @property

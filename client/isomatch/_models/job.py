@@ -56,6 +56,7 @@ class JobRecord(Answer):
     id: str
     kind: str
     state: JobState
+    batch: str | None = None
     source: str | None = None
     target: str | None = None
     shapes: tuple[str, ...] = ()

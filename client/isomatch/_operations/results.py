@@ -14,6 +14,7 @@ from isomatch._operations.prototypes import get_prototype_points
 from isomatch._operations.request_parts import path_to
 from isomatch._operations.shapes import get_geometry
 from isomatch._results import (
+    Batch,
     Dissimilarities,
     Drawable,
     LearnedPrototype,
@@ -44,6 +45,7 @@ ENDINGS: Final = ("json", "npz", "csv", "ply", "obj", "glb", "png")
 
 _RESULTS: Final[Mapping[str, type[Result]]] = {
     "match": Match,
+    "batch": Batch,
     "dissimilarities": Dissimilarities,
     "prototype": LearnedPrototype,
     "transfer": Transfer,

@@ -1,6 +1,7 @@
 """Results of jobs as arrays, and what their figures are drawn from."""
 
 from isomatch._results.array_transfer import KINDS, Direction, TransferKind
+from isomatch._results.batch import Batch, BatchMatch, BatchProgress, MatchSummary
 from isomatch._results.dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._results.geometry import Geometry
 from isomatch._results.match import Match
@@ -12,6 +13,9 @@ from isomatch._results.transfer import Transfer
 
 __all__ = [
     "KINDS",
+    "Batch",
+    "BatchMatch",
+    "BatchProgress",
     "Direction",
     "Dissimilarities",
     "Drawable",
@@ -20,6 +24,7 @@ __all__ = [
     "Geometry",
     "LearnedPrototype",
     "Match",
+    "MatchSummary",
     "PartialDissimilarities",
     "PrincipalComponent",
     "Prototype",

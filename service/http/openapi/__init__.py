@@ -21,9 +21,10 @@ confidence.
 3. `GET /v1/jobs/{id}?wait=60`: wait for it.
 4. `GET /v1/jobs/{id}/result` and `/v1/jobs/{id}/result.png`: fetch it.
 
-A collection is compared by `POST /v1/dissimilarities`, and a prototype of a class of shapes is
-learned by `POST /v1/prototypes`: their jobs are waited for in the same way. A prototype's id can be
-the `source` of a match. Attributes and landmarks are carried along a match by `POST /v1/transfers`.
+One source is matched with many targets by `POST /v1/batches`, a collection is compared by
+`POST /v1/dissimilarities`, and a prototype of a class is learned by `POST /v1/prototypes`:
+their jobs are waited for in the same way. A prototype's id can be the `source` of a match.
+Attributes and landmarks are carried along a match by `POST /v1/transfers`.
 
 Every error is answered with a problem document, `application/problem+json` (RFC 9457).
 """

@@ -11,6 +11,7 @@ const STATES = {
 };
 const KINDS = {
   match: "Match",
+  batch: "Batch",
   dissimilarities: "Comparison",
   prototype: "Prototype",
   transfer: "Transfer",
@@ -66,14 +67,23 @@ const LIKELY_RIGHT = 0.5;
 /** "97 %", never 0 or 100: no calibration is as sure as that. */
 const confidencePercent = (probability) => `${Math.min(Math.max(Math.round(100 * probability), 1), 99)} %`;
 
+/** How sure a match is, as a badge that has the reasons for doubt as its title; null likewise. */
+export function confidenceBadge({ confidence }) {
+  if (!confidence) return null;
+  const { probability, reasons } = confidence;
+  const doubtful = probability < LIKELY_RIGHT;
+  const said = `confidence ${confidencePercent(probability)}`;
+  return h("span", { class: doubtful ? "badge doubt" : "badge good", title: reasons.join("; ") },
+    doubtful ? `in doubt, ${said}` : said);
+}
+
 /** How sure a match is, with the reasons for doubt; null where its surfaces were not registered. */
 export function confidenceNote({ confidence }) {
   if (!confidence) return null;
   const { probability, reasons } = confidence;
   const doubtful = probability < LIKELY_RIGHT;
-  const said = `confidence ${confidencePercent(probability)}`;
   return h("div", { class: "confidence", "data-field": "confidence" },
-    h("p", {}, h("span", { class: doubtful ? "badge doubt" : "badge good" }, doubtful ? `in doubt, ${said}` : said), " ",
+    h("p", {}, confidenceBadge({ confidence }), " ",
       doubtful ? "The answer may be wrong." : "The answer is likely right.",
       reasons.length > 0 ? " Reasons for doubt:" : null),
     reasons.length > 0 ? h("ul", {}, reasons.map((reason) => h("li", {}, reason))) : null);

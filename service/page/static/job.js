@@ -1,6 +1,7 @@
 // A job: its progress and its result.
 
 import { get, remove } from "./api.js";
+import { batchProgress, batchView } from "./batch.js";
 import { collectionView, partialView } from "./collection.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
@@ -11,7 +12,8 @@ import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { kindName, percent, stateName, time } from "./format.js";
 
-const RESULTS = { match: matchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView };
+const RESULTS = { match: matchView, batch: batchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView };
+const PARTIAL = { batch: batchProgress, dissimilarities: partialView };
 
 export async function jobView(place, [id], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -23,7 +25,7 @@ export async function jobView(place, [id], signal) {
   const status = statusOf(job);
   fill(head, status.node);
   if (!ended(job)) {
-    const partial = job.links.partial ? partialView(body, job.links.partial, signal) : () => {};
+    const partial = job.links.partial ? PARTIAL[job.kind](body, job.links.partial, signal) : () => {};
     await follow(`${path}/events`, (now) => {
       job = now;
       status.show(job);

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.client._cli.test_cli import run
+from tests.client.command_line import run
 from tests.client.shapes import blob_meshes
 
 FIRST, SECOND = blob_meshes()

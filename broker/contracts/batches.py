@@ -1,0 +1,67 @@
+"""Batches: many matches asked for as one job, and what is known of each of them."""
+
+from typing import Final, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
+
+from broker.contracts.jobs import JobState
+from broker.contracts.parameters import MatchParameters
+from broker.contracts.problems import Problem
+from broker.contracts.results import Confidence, Distortion
+
+MOST_TARGETS: Final = 1000
+"""Greatest number of targets of a batch: its description is some megabyte of JSON."""
+
+
+class MatchSummary(BaseModel):
+    """What a batch says of a match that has succeeded."""
+
+    model_config = ConfigDict(frozen=True)
+
+    confidence: Confidence | None = Field(
+        description="How probably the answer is right; null where surfaces were not registered."
+    )
+    distortion: Distortion
+    energy: FiniteFloat = Field(description="Energy of the labelling problem, (5) of the paper.")
+    certified: bool = Field(
+        description="Whether no better correspondence exists among the candidates."
+    )
+    dense: bool = Field(description="Whether the match has a map of all vertices.")
+
+
+class BatchMatch(BaseModel):
+    """One match of a batch."""
+
+    model_config = ConfigDict(frozen=True)
+
+    target: str = Field(description="Id of the target.")
+    target_name: str | None = Field(
+        description="Name of the target in the request; null for the name it is stored under."
+    )
+    job: str | None = Field(
+        description="Id of the job of this match: its result, files and transfers are those of any"
+        " other match. Null until it is queued, which is when a worker will soon be free."
+    )
+    state: JobState = Field(description="State of the match.")
+    fraction: float = Field(ge=0, le=1, description="Share of the match that is done.")
+    error: Problem | None = Field(description="Why it failed.")
+    summary: MatchSummary | None = Field(
+        description="The answer in brief, of a match that has succeeded and is still kept."
+    )
+
+
+class BatchResult(BaseModel):
+    """Matches of one source with many targets, when all have ended."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    version: Literal[1] = Field(default=1, description="Version of this format.")
+    source: str = Field(description="Id of the source, a shape or a prototype.")
+    source_name: str | None = Field(
+        description="Name of the source in the request; null for the name it is stored under."
+    )
+    parameters: MatchParameters = Field(description="The parameters in force.")
+    matches: tuple[BatchMatch, ...] = Field(description="The matches, in the order of the targets.")
+    succeeded: int = Field(description="Number of matches that have succeeded.")
+    warnings: tuple[str, ...] = Field(description="What should be known about this answer.")
+    timings: dict[str, FiniteFloat] = Field(description='"total", the seconds from the start.')

@@ -1,0 +1,163 @@
+"""Matches of one source with several targets, as one job: a file for each in a folder."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, NoReturn
+
+import typer
+
+from isomatch._cli import render
+from isomatch._cli.exit_codes import REFUSED
+from isomatch._cli.job_runs import cancelled_by_interrupt
+from isomatch._clients import Client, Job
+from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
+from isomatch._models import MatchParameters, Shape
+from isomatch._operations.results import ENDINGS
+from isomatch._results import Batch
+
+SURFACES: Final = ("ply", "obj", "glb")
+"""Formats that show a map of all vertices."""
+
+
+@dataclass(frozen=True)
+class MatchFolder:
+    """The folder of a file for each target.
+
+    Attributes
+    ----------
+    folder
+        The folder; None to write no files.
+    file_format
+        Ending of the files.
+    """
+
+    folder: Path | None
+    file_format: str
+
+    @classmethod
+    def checked(
+        cls, folder: Path | None, targets: Sequence[str], file_format: str | None, dense: bool
+    ) -> "MatchFolder":
+        """Return the folder, made if it is missing, if all files can be written in it.
+
+        Raises
+        ------
+        typer.BadParameter
+            One cannot, or two targets have the same name.
+        """
+        if folder is None:
+            if file_format is not None:
+                _refuse("it needs --output FOLDER", "--format")
+            return cls(None, "")
+        ending = file_format or "json"
+        if ending not in ENDINGS:
+            _refuse(f"{ending!r} is none of {', '.join(ENDINGS)}", "--format")
+        if ending in SURFACES and not dense:
+            _refuse(f"{ending} shows a map of all vertices; add --dense", "--format")
+        names = [Path(one).stem for one in targets]
+        if len(set(names)) < len(names):
+            twice = next(name for name in names if names.count(name) > 1)
+            _refuse(f"two targets are called {twice!r}, and would have one file", "TARGETS")
+        _make(folder)
+        for name in names:
+            _check(folder / f"{name}.{ending}")
+        return cls(folder, ending)
+
+    def file_of(self, target: str) -> Path | None:
+        """Return the file of a target, None if none is written."""
+        name = f"{Path(target).stem}.{self.file_format}"
+        return None if self.folder is None else self.folder / name
+
+
+def run_batch(
+    client: Client,
+    source: Shape | str,
+    shapes: Sequence[Shape],
+    targets: Sequence[str],
+    parameters: MatchParameters,
+    output: MatchFolder,
+    as_json: bool,
+    wait: bool,
+) -> None:
+    """Match a source with targets, write a file for each as it ends, and print a summary.
+
+    Parameters
+    ----------
+    client
+        The connection.
+    source, shapes
+        The source and the targets, uploaded.
+    targets
+        The targets as they were given, which name the files.
+    parameters
+        Of the matches.
+    output
+        Folder of the files.
+    as_json
+        Print the result as JSON.
+    wait
+        Wait for the matches; if False, print the job's id, or its record as JSON.
+
+    Raises
+    ------
+    typer.Exit
+        A match has failed, or its file could not be written; all others are there.
+    """
+
+    def start() -> Job[Batch]:
+        return client.match_many(source, shapes, **parameters)
+
+    with cancelled_by_interrupt(start, client.base_url, as_json) as job:
+        if not wait:
+            typer.echo(job.record.model_dump_json() if as_json else job.id)
+            return
+        unwritten = _written(job, targets, output, as_json)
+        result: Batch = job.result()
+    if as_json:
+        typer.echo(result.to_json())
+    else:
+        render.print_batch(result, render.standard_output())
+    if unwritten or result.succeeded < len(targets):
+        raise typer.Exit(REFUSED)
+
+
+def _written(job: Job[Batch], targets: Sequence[str], output: MatchFolder, as_json: bool) -> bool:
+    """Write the files as matches end; return whether one could not be written."""
+    failed, ended = False, 0
+    for match in job.ended_matches():
+        ended += 1
+        # The id of a match ends in its place, from 1.
+        target = targets[int(match.id.rpartition("-")[2]) - 1]
+        if not as_json:
+            typer.echo(f"{ended} of {len(targets)}: {target} {match.state}", err=True)
+        file = output.file_of(target)
+        if file is None or match.state != "succeeded":
+            continue
+        try:
+            match.save(file)
+        except (ConnectionFailed, UnexpectedResponse, Unauthorized):
+            raise
+        except (IsomatchError, OSError) as error:
+            failed = True
+            typer.echo(f"isomatch: {file}: {error}", err=True)
+    return failed
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        _refuse(f"{str(folder)!r} cannot be made: {error.strerror}", "--output")
+
+
+def _check(file: Path) -> None:
+    if file.is_dir():
+        _refuse(f"{str(file)!r} is a folder", "--output")
+    if not os.access(file if file.exists() else file.parent, os.W_OK):
+        _refuse(f"{str(file)!r} cannot be written", "--output")
+
+
+def _refuse(message: str, option: str) -> NoReturn:
+    raise typer.BadParameter(message, param_hint=option)

@@ -1,0 +1,51 @@
+"""Operations that start batches, and look at their matches."""
+
+from collections.abc import Iterable, Iterator
+
+from isomatch._http import Call, Json, Operation, parsed, send
+from isomatch._models import JobRecord, MatchParameters, Shape, check_names
+from isomatch._operations.jobs import start_job
+from isomatch._operations.request_parts import id_of, path_to
+from isomatch._results import BatchProgress, Prototype
+from isomatch._webhooks import Webhook
+
+
+def start_batch(
+    source: Shape | Prototype | str,
+    targets: Iterable[Shape | str],
+    parameters: MatchParameters,
+    webhook: Webhook | None,
+    key: str | None,
+) -> Operation[JobRecord]:
+    """Queue the matches of one source with many targets."""
+    check_names(parameters, MatchParameters.__annotations__, "match_many")
+    every = list(targets)
+    # The same bytes under two names are one shape; each upload keeps its name.
+    names: list[Json] = [one.name if isinstance(one, Shape) else None for one in every]
+    body: dict[str, Json] = {
+        "source": id_of(source),
+        "targets": [id_of(one) for one in every],
+        "target_names": names,
+    }
+    if isinstance(source, Shape):
+        body["source_name"] = source.name
+    return (yield from start_job("/v1/batches", body, parameters, webhook, key))
+
+
+def get_batch(job_id: str) -> Operation[BatchProgress]:
+    """Request the matches of a batch as they are now."""
+    return parsed(BatchProgress, (yield from send(Call("GET", path_to("batches", job_id)))))
+
+
+class EndedMatches:
+    """The matches of a batch that have ended, each told once."""
+
+    def __init__(self) -> None:
+        self._told: set[str] = set()
+
+    def new(self, progress: BatchProgress) -> Iterator[str]:
+        """Yield the ids of the jobs that have ended since this was called before."""
+        for one in progress.matches:
+            if one.finished and one.job is not None and one.job not in self._told:
+                self._told.add(one.job)
+                yield one.job

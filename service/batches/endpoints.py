@@ -1,0 +1,94 @@
+"""``/v1/batches``."""
+
+import gzip
+
+from fastapi import APIRouter, Response
+
+from broker.contracts import (
+    BatchMatch,
+    BatchPayload,
+    BatchResult,
+    JobRecord,
+    JobState,
+    RequestOrigin,
+)
+from service.batches.schemas import BatchProgress, BatchRequest
+from service.dependencies import Service, ServiceOf
+from service.http import (
+    InvalidRequest,
+    JobExpired,
+    JobNotFound,
+    JobWithoutResult,
+    UnknownPrototype,
+    responses,
+)
+from service.jobs import Job, JobId, JobOrder, answers, requested_job, stored_job
+from service.matches import checked_parameters
+
+router = APIRouter(prefix="/v1/batches", tags=["batches"])
+
+
+@router.post(
+    "",
+    status_code=202,
+    responses=answers(UnknownPrototype),
+    operation_id="create_batch",
+)
+def create_batch(
+    asked: BatchRequest, service: ServiceOf, order: JobOrder, response: Response
+) -> Job:
+    """Match one source with many targets: each match is a job of its own, with its own result.
+
+    Parameters are those of a match, the same for all; `partial` links to the matches, which follow
+    one another as workers are free. A match that fails does not end the batch. To cancel the batch
+    cancels its matches.
+    """
+
+    def submit(order: RequestOrigin) -> JobRecord:
+        return service.queue.submit_batch(_payload(asked, service), order)
+
+    return requested_job(service, asked, order, response, submit)
+
+
+@router.get(
+    "/{job_id}",
+    responses=responses(JobNotFound, JobExpired, JobWithoutResult, InvalidRequest),
+    operation_id="get_batch",
+)
+def get_batch(job_id: JobId, service: ServiceOf) -> BatchProgress:
+    """Return the matches of a batch: the state of each, and the answer in brief where there is one.
+
+    Also of a batch that was cancelled: matches that had ended keep their results.
+    """
+    record = stored_job(service, job_id)
+    payload = record.payload
+    if not isinstance(payload, BatchPayload):
+        raise JobWithoutResult(f"A {record.kind.value} has no matches; ask for its result.")
+    matches = _matches(service, record)
+    return BatchProgress(
+        job=record.id,
+        state=record.state,
+        source=payload.source,
+        source_name=payload.source_name,
+        ended=sum(one.state.ended for one in matches),
+        matches=matches,
+    )
+
+
+def _matches(service: Service, record: JobRecord) -> tuple[BatchMatch, ...]:
+    if record.state is JobState.SUCCEEDED:
+        packed = service.store.results.document(record.id)
+        if packed is not None:  # records of its matches may have expired before
+            return BatchResult.model_validate_json(gzip.decompress(packed)).matches
+    return service.queue.batches.matches(record)
+
+
+def _payload(asked: BatchRequest, service: Service) -> BatchPayload:
+    fields = {f"body.targets.{place}": target for place, target in enumerate(asked.targets)}
+    return BatchPayload(
+        source=asked.source,
+        source_name=asked.source_name,
+        targets=asked.targets,
+        target_names=asked.target_names or (None,) * len(asked.targets),
+        parameters=checked_parameters(asked, fields, service),
+    )

@@ -1,0 +1,69 @@
+"""Requests to match one source with many targets, and the matches known while they run."""
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from broker.contracts import MOST_TARGETS, BatchMatch, JobState
+from service.matches import ShapeName, SourceRequest
+from service.names import NamedId
+
+
+class BatchRequest(SourceRequest):
+    """One source and its targets, and how to match them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "source": "9b74c9897bac770ffc029102a200c5de",
+                    "targets": [
+                        "37b51d194a7513e45b56f6524f2d51f2",
+                        "8c7dd922ad47494fc02c388e12c00eac",
+                    ],
+                    "points": 32,
+                    "dense": True,
+                }
+            ]
+        }
+    )
+
+    # A JSON array arrives as a list, which is not strictly a tuple.
+    targets: tuple[NamedId, ...] = Field(
+        min_length=1,
+        max_length=MOST_TARGETS,
+        strict=False,
+        description="Ids of the target shapes; the source is matched with each of them.",
+    )
+    target_names: tuple[ShapeName | None, ...] | None = Field(
+        default=None,
+        strict=False,
+        description="Names of the targets in the results, in the order of `targets`; null for those"
+        " they are stored under.",
+    )
+
+    @field_validator("target_names")
+    @classmethod
+    def _one_for_each(
+        cls, names: tuple[str | None, ...] | None, info: ValidationInfo
+    ) -> tuple[str | None, ...] | None:
+        targets = info.data.get("targets")
+        if names is not None and targets is not None and len(names) != len(targets):
+            raise ValueError(
+                f"Input should have a name for each target: there are {len(names)} names and"
+                f" {len(targets)} targets"
+            )
+        return names
+
+
+class BatchProgress(BaseModel):
+    """The matches of a batch as they are now."""
+
+    model_config = ConfigDict(frozen=True)
+
+    job: str = Field(description="Id of the job of the batch.")
+    state: JobState = Field(description="State of that job.")
+    source: str = Field(description="Id of the source, a shape or a prototype.")
+    source_name: str | None = Field(
+        description="Name of the source in the request; null for the name it is stored under."
+    )
+    ended: int = Field(description="Number of matches that have ended.")
+    matches: tuple[BatchMatch, ...] = Field(description="The matches, in the order of the targets.")

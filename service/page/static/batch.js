@@ -1,0 +1,60 @@
+// A batch: its matches, each with its state, its confidence and a link to it.
+
+import { get } from "./api.js";
+import { h, fill, table } from "./dom.js";
+import { download } from "./download.js";
+import { confidenceBadge, count, figure, stateName } from "./format.js";
+import { namesOf } from "./names.js";
+import { linkButton } from "./share_link.js";
+
+const HEADS = ["target", "state", "answer", "second-order distortion"];
+/** Least milliseconds between two looks at a batch that runs. */
+const PAUSE = 1500;
+
+/** Returns a function that shows the matches known so far, to be called at each change. */
+export function batchProgress(place, path, signal) {
+  let last = 0;
+  let busy = false;
+  return async () => {
+    if (busy || performance.now() - last < PAUSE) return;
+    busy = true;
+    try {
+      const known = await get(path, signal);
+      const rows = await rowsOf(known.matches, signal);
+      if (signal.aborted || place.dataset.done) return;
+      fill(place, matchTable(rows, `${count(known.ended)} of ${count(rows.length)} matches have ended`));
+    } catch {
+      // The next change or the result is shown instead.
+    } finally {
+      last = performance.now();
+      busy = false;
+    }
+  };
+}
+
+export async function batchView(place, result, job, signal) {
+  place.dataset.done = "true";
+  const rows = await rowsOf(result.matches, signal);
+  document.title = `${count(rows.length)} matches – isomatch`;
+  fill(place,
+    h("h2", {}, `${count(rows.length)} matches with ${result.source_name ?? (await namesOf([result.source], signal))[0]}`),
+    h("p", { class: "actions" }, linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`)),
+    matchTable(rows, `${count(result.succeeded)} of ${count(rows.length)} matches have succeeded`));
+}
+
+async function rowsOf(matches, signal) {
+  const unnamed = matches.filter((match) => match.target_name === null).map((match) => match.target);
+  const found = await namesOf(unnamed, signal);
+  const names = new Map(unnamed.map((id, place) => [id, found[place]]));
+  return matches.map((match) => row(match, match.target_name ?? names.get(match.target)));
+}
+
+function row({ job, state, error, summary }, name) {
+  return h("tr", {},
+    h("th", { scope: "row" }, job === null ? name : h("a", { href: `#/jobs/${job}` }, name)),
+    h("td", {}, h("span", { class: `state ${state}` }, stateName(state))),
+    h("td", {}, error ? error.detail : summary && confidenceBadge(summary)),
+    h("td", {}, summary ? figure(summary.distortion.second_order) : null));
+}
+
+const matchTable = (rows, caption) => table(caption, HEADS, rows);

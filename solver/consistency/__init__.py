@@ -1,0 +1,23 @@
+"""Consistency of the maps between all shapes of a collection: measured, and improved."""
+
+from solver.consistency.improvement import (
+    DOUBTFUL,
+    Consistency,
+    ImprovedMap,
+    images_of,
+    improve,
+)
+from solver.consistency.maps import CollectionMaps, CycleErrors, cycle_errors
+from solver.consistency.paths import probable_paths
+
+__all__ = [
+    "DOUBTFUL",
+    "CollectionMaps",
+    "Consistency",
+    "CycleErrors",
+    "ImprovedMap",
+    "cycle_errors",
+    "images_of",
+    "improve",
+    "probable_paths",
+]

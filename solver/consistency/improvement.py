@@ -1,0 +1,241 @@
+"""Maps of a collection that agree with one another: pairs in doubt are mapped by way of others.
+
+A pair whose map is in doubt may be reached more safely through other shapes: by a path whose maps
+are all right with a greater probability than the direct one. Such compositions are hypotheses: each
+is registered, as the direct map is, and the one of least score − log p is taken, where scores are
+sums of logarithms of misfits. So a pair changes only if the collection offers a path that is more
+probable, and the surfaces do not speak against it as strongly; maps that are sure stay as they are.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from solver.arrays import IntArray
+from solver.consistency.maps import CollectionMaps, CycleErrors, Pair, cycle_errors
+from solver.consistency.paths import probable_paths
+from solver.control import Control
+from solver.functional_maps import nearest_points
+from solver.registration import Confidence, DenseCorrespondence, Registration
+from solver.registration.alignment import Pairs
+from solver.registration.choice import FINE, Candidate, Start, Task, choose, ranked
+from solver.registration.confidence import confidence_of
+from solver.registration.surface import Samples, smooth_surface
+from solver.shape import Shape
+
+ROUNDS: Final = 2
+"""Rounds over all pairs: the second goes by way of what the first has put right."""
+
+PATHS: Final = 3
+"""Compositions that are registered for a pair in doubt."""
+
+LENGTH: Final = 4
+"""Greatest number of maps in a composition: each adds its error."""
+
+SAMPLES: Final = 200
+"""Samples of each shape that cycle errors are the means of."""
+
+DOUBTFUL: Final = 0.1
+"""Cycle error over √area above which pairs and shapes do not fit: that of a wrong map."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImprovedMap:
+    """A map that was found by way of other shapes.
+
+    Parameters
+    ----------
+    path
+        Places of the shapes it went through, source and target included.
+    dense
+        The map of all vertices, and its inverse.
+    confidence
+        That it is right.
+    score, direct_score
+        Scores of the fit of this map and of the direct one; the less, the better.
+    """
+
+    path: tuple[int, ...]
+    dense: DenseCorrespondence
+    confidence: Confidence
+    score: float
+    direct_score: float
+
+
+@dataclass(frozen=True, eq=False)
+class Consistency:
+    """Maps of a collection, improved by one another.
+
+    Parameters
+    ----------
+    maps
+        All maps after the improvement.
+    improved
+        Those that have changed, by their pairs (i, j), i < j.
+    before, after
+        Cycle errors of the maps that were given, and of these.
+    """
+
+    maps: CollectionMaps
+    improved: Mapping[Pair, ImprovedMap]
+    before: CycleErrors
+    after: CycleErrors
+
+    def doubtful_pairs(self) -> tuple[Pair, ...]:
+        """Return the pairs that do not fit: probably wrong, or at odds with most of the others."""
+        return tuple(
+            pair
+            for pair in self.maps.pairs()
+            if self.maps.probabilities[pair] < 0.5 or _above(self.after.of_pair(pair))
+        )
+
+    def doubtful_shapes(self) -> tuple[int, ...]:
+        """Return the shapes most of whose maps are at odds with the others."""
+        places = range(self.maps.count)
+        return tuple(place for place in places if _above(self.after.of_shape(place)))
+
+
+def improve(
+    shapes: Sequence[Shape],
+    images: Mapping[Pair, IntArray],
+    probabilities: Mapping[Pair, float],
+    control: Control | None = None,
+) -> Consistency:
+    """Map the pairs of a collection that are in doubt by way of others.
+
+    Parameters
+    ----------
+    shapes
+        N shapes.
+    images
+        (V_i,) vertices of j that the vertices of i go to, both ways of each pair that is known.
+    probabilities
+        That the maps of the pairs are right, by (i, j), i < j.
+    control
+        Reports progress and cancels; past its deadline, less is tried.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    MeshError
+        The Laplacian of a shape cannot be factored.
+    """
+    control = control or Control()
+    surfaces = [smooth_surface(shape) for shape in shapes]
+    both = {**probabilities, **{(j, i): p for (i, j), p in probabilities.items()}}
+    maps = CollectionMaps([one.mesh.vertices for one in surfaces], images, both)
+    samples = [one.samples.vertices[:SAMPLES] for one in surfaces]
+    before = cycle_errors(maps, samples)
+    improved: dict[Pair, ImprovedMap] = {}
+    for number in range(ROUNDS):
+        found = dict(_round(shapes, maps, number, control))
+        improved |= found
+        if not found:
+            break
+        maps = _updated(shapes, maps, found)
+    return Consistency(maps, improved, before, cycle_errors(maps, samples))
+
+
+def _round(
+    shapes: Sequence[Shape], maps: CollectionMaps, number: int, control: Control
+) -> Iterator[tuple[Pair, ImprovedMap]]:
+    """Yield the maps that are better than those of the round before."""
+    pairs = list(maps.pairs())
+    for place, pair in enumerate(pairs):
+        control.check()
+        if control.expired:
+            return
+        control.report("consistency", (number + place / len(pairs)) / ROUNDS)
+        direct = maps.probabilities[pair]
+        paths = [
+            one
+            for one in probable_paths(maps.probabilities, pair, PATHS, LENGTH)
+            if one[0] > direct
+        ]
+        if paths and (better := _better(shapes, maps, pair, paths, control)) is not None:
+            yield pair, better
+
+
+def _better(
+    shapes: Sequence[Shape],
+    maps: CollectionMaps,
+    pair: Pair,
+    paths: Sequence[tuple[float, tuple[int, ...]]],
+    control: Control,
+) -> ImprovedMap | None:
+    """Return the best composition, registered; None if the direct map is better, or the same."""
+    source, target = (shapes[place] for place in pair)
+    ours, theirs = smooth_surface(source), smooth_surface(target)
+    task = Task(ours, theirs, (ours.samples, theirs.samples), _NO_POINTS)
+
+    def registered(path: Sequence[int]) -> Candidate:
+        return choose(task, _from_maps(task, maps, path), FINE[-1:], control)[0]
+
+    direct = registered(pair)
+    found = [(probability, path, registered(path)) for probability, path in paths]
+    probability, path, chosen = min(found, key=lambda one: one[2].fit.score - np.log(one[0]))
+    known = direct.fit.score - np.log(max(maps.probabilities[pair], _LEAST))
+    same = len(ranked([chosen, direct], theirs.mesh.vertices)) == 1
+    if same or chosen.fit.score - np.log(probability) >= known:
+        return None
+    alone = confidence_of(chosen.fit, abs(direct.fit.score - chosen.fit.score))
+    # It is right if all maps of the path are.
+    confidence = replace(alone, probability=max(alone.probability, probability))
+    dense = Registration(source, target, (chosen,), False, confidence).dense(control)
+    return ImprovedMap(path, dense, confidence, chosen.fit.score, direct.fit.score)
+
+
+def _from_maps(task: Task, maps: CollectionMaps, path: Sequence[int]) -> Start:
+    """Return the start of the candidate that composes the maps along a path."""
+    ours, theirs = task.source.mesh.vertices, task.target.mesh.vertices
+
+    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        here, there = (one.vertices for one in samples)
+        forward = theirs[maps.along(path, here)]
+        backward = ours[maps.along(path[::-1], there)]
+        yield Pairs(nearest_points(forward, theirs[there]), nearest_points(backward, ours[here]))
+
+    return pairs
+
+
+def _updated(
+    shapes: Sequence[Shape], maps: CollectionMaps, found: Mapping[Pair, ImprovedMap]
+) -> CollectionMaps:
+    images, probabilities = dict(maps.images), dict(maps.probabilities)
+    for (i, j), one in found.items():
+        images[i, j], images[j, i] = images_of(one.dense, shapes[i], shapes[j])
+        probabilities[i, j] = probabilities[j, i] = one.confidence.probability
+    return replace(maps, images=images, probabilities=probabilities)
+
+
+def images_of(
+    dense: DenseCorrespondence, source: Shape, target: Shape
+) -> tuple[IntArray, IntArray]:
+    """Return a map and its inverse by the vertices of the meshes, not of the user's files.
+
+    Returns
+    -------
+    (V,) vertices of the target, and (W,) vertices of the source.
+    """
+    assert dense.inverse is not None
+    forward = _by_vertex(dense.source, dense.target, source, target)
+    return forward, _by_vertex(dense.inverse.source, dense.inverse.target, target, source)
+
+
+def _by_vertex(given: IntArray, images: IntArray, source: Shape, target: Shape) -> IntArray:
+    found = np.empty(source.mesh.n_vertices, dtype=np.int64)
+    found[source.mesh.vertices_of(given)] = target.mesh.vertices_of(images)
+    return found
+
+
+def _above(error: float | None) -> bool:
+    return error is not None and error > DOUBTFUL
+
+
+_LEAST: Final = 1e-9
+"""Least probability whose logarithm is taken."""
+
+_NO_POINTS: Final = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))

@@ -1,0 +1,169 @@
+"""Batches over HTTP: run, looked at on the way, cancelled, and matches that fail."""
+
+import io
+import time
+from collections.abc import Callable
+from typing import Any
+
+import httpx2
+import numpy as np
+import pytest
+
+from broker.contracts import BatchResult, JobState
+from service.batches import BatchProgress
+from tests.service.conftest import Api, Json, problem
+from tests.worker.figures import blob_file, two_blobs_file
+
+Upload = Callable[..., Json]
+
+QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 40}
+SLOW: dict[str, Any] = {"points": 256, "alternatives": 32, "coarse_points": 10}
+"""Parameters of matches that last until they are cancelled."""
+
+
+def batch(http: httpx2.Client, body: Json) -> Json:
+    asked = http.post("/v1/batches", json=body)
+    assert asked.status_code == 202, asked.text
+    assert asked.headers["location"] == asked.json()["links"]["self"]
+    job: Json = asked.json()
+    return job
+
+
+def progress(http: httpx2.Client, job: Json) -> BatchProgress:
+    answer = http.get(job["links"]["partial"])
+    assert answer.status_code == 200, answer.text
+    return BatchProgress.model_validate_json(answer.content)
+
+
+def awaited(http: httpx2.Client, job: Json, met: Callable[[BatchProgress], bool]) -> BatchProgress:
+    deadline = time.monotonic() + 240
+    while not met(found := progress(http, job)):
+        assert time.monotonic() < deadline, found
+        time.sleep(0.05)
+    return found
+
+
+def ended(http: httpx2.Client, job: Json) -> Json:
+    found: Json = http.get(job["links"]["self"], params={"wait": 60}).json()
+    return found
+
+
+def test_every_match_of_a_batch_is_a_match(http: httpx2.Client, upload: Upload) -> None:
+    source = upload(blob_file())["id"]
+    targets = [upload(blob_file(seed=seed))["id"] for seed in (1, 2, 3)]
+    body = {"source": source, "targets": targets, "dense": True, **QUICK}
+    named = {"source_name": "template", "target_names": ["one", None, "three"]}
+    job = batch(http, body | named)
+    assert (job["kind"], job["source"], job["shapes"]) == ("batch", source, [source, *targets])
+    assert ended(http, job)["state"] == JobState.SUCCEEDED
+    result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
+    assert result.succeeded == 3
+    assert [one.target for one in result.matches] == targets
+    assert progress(http, job).matches == result.matches
+    alone = http.post("/v1/matches", json={"source": source, "target": targets[0], **QUICK})
+    single = http.get(alone.json()["links"]["self"], params={"wait": 60}).json()
+    expected = http.get(single["links"]["result"]).json()
+    for place, match in enumerate(result.matches):
+        record = http.get(f"/v1/jobs/{match.job}").json()
+        assert (record["kind"], record["batch"]) == ("match", job["id"])
+        found = http.get(record["links"]["result"]).json()
+        assert found["target"] == targets[place]
+        assert (found["source_name"], found["target_name"]) == (
+            "template",
+            named["target_names"][place] or "mesh.off",
+        )
+        assert match.summary is not None
+        assert match.summary.energy == found["energy"]
+        assert match.summary.dense
+        if place == 0:
+            assert found["correspondences"] == expected["correspondences"]
+    path = f"/v1/jobs/{result.matches[0].job}"
+    with np.load(io.BytesIO(http.get(f"{path}/result.npz").content)) as arrays:
+        assert len(arrays["dense_source"]) == 642
+    assert http.get(f"{path}/result.ply").content.startswith(b"ply")
+    body = {"match": result.matches[1].job, "what": "landmarks", "points": [3]}
+    carried = http.post("/v1/transfers", json=body).json()
+    assert ended(http, carried)["state"] == JobState.SUCCEEDED
+    listed = http.get("/v1/jobs", params={"kind": "batch"}).json()["items"]
+    assert job["id"] in [one["id"] for one in listed]
+    assert result.matches[0].job not in [
+        one["id"] for one in http.get("/v1/jobs", params={"limit": 100}).json()["items"]
+    ]
+
+
+def test_matches_that_fail_are_named_and_the_others_go_on(
+    http: httpx2.Client, upload: Upload
+) -> None:
+    source = upload(blob_file(4))["id"]
+    lasting = [upload(blob_file(4, seed=seed))["id"] for seed in (21, 22)]
+    deleted = upload(blob_file(4, seed=23))["id"]
+    job = batch(http, {"source": source, "targets": [*lasting, deleted], **SLOW})
+    # Both workers are busy, so that the third match is not queued when its shape is deleted.
+    running = awaited(http, job, lambda now: all(one.job for one in now.matches[:2]))
+    assert running.matches[2].job is None
+    problem(http.get(job["links"]["result"]), 409, "result-not-ready")
+    assert http.delete(f"/v1/shapes/{deleted}").status_code == 204
+    for match in running.matches[:2]:
+        http.delete(f"/v1/jobs/{match.job}")
+    assert ended(http, job)["state"] == JobState.SUCCEEDED
+    result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
+    assert [one.state for one in result.matches] == ["cancelled", "cancelled", "failed"]
+    error = result.matches[2].error
+    assert error is not None
+    assert error.slug == "shape-deleted"
+    assert result.succeeded == 0
+
+
+def test_a_cancelled_batch_ends_with_all_its_matches(
+    http: httpx2.Client, api: Api, upload: Upload
+) -> None:
+    source = upload(blob_file(4))["id"]
+    targets = [upload(blob_file(4, seed=seed))["id"] for seed in (21, 22, 24)]
+    job = batch(http, {"source": source, "targets": targets, **SLOW})
+    awaited(http, job, lambda now: "running" in [one.state for one in now.matches])
+    cancelled = http.delete(job["links"]["self"]).json()
+    assert cancelled["state"] == JobState.CANCELLED
+    last = awaited(http, job, lambda now: now.ended == 3)
+    assert {one.state for one in last.matches} == {JobState.CANCELLED}
+    assert last.matches[2].job is None
+    problem(http.get(job["links"]["result"]), 409, "job-without-result")
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "word"),
+    [
+        ({"targets": []}, "body.targets", "at least 1"),
+        ({"targets": ["a"] * 1001}, "body.targets", "at most 1000"),
+        ({"target_names": ["a", "b"]}, "body.target_names", "name for each target"),
+        ({"target_names": ["a\n"]}, "body.target_names.0", "one line"),
+        ({"points": 2}, "body.points", "greater than or equal"),
+        ({"target": "a"}, "body.target", "no such field"),
+    ],
+)
+def test_wrong_requests(
+    http: httpx2.Client, shapes: tuple[str, str], change: Json, field: str, word: str
+) -> None:
+    body = {"source": shapes[0], "targets": [shapes[1]], **change}
+    refused = problem(http.post("/v1/batches", json=body), 422, "invalid-request")
+    assert refused["errors"][0]["field"] == field
+    assert word in refused["errors"][0]["message"]
+
+
+def test_targets_that_cannot_be_matched(
+    http: httpx2.Client, shapes: tuple[str, str], upload: Upload
+) -> None:
+    two = upload(two_blobs_file())["id"]
+    body = {"source": shapes[0], "targets": [shapes[1], two]}
+    refused = problem(http.post("/v1/batches", json=body), 422, "invalid-request")
+    assert [one["field"] for one in refused["errors"]] == ["body.targets.1"]
+    unknown = http.post("/v1/batches", json={"source": shapes[0], "targets": ["nobody"]})
+    refused = problem(unknown, 422, "unknown-shape")
+    assert [one["field"] for one in refused["errors"]] == ["body.targets.0"]
+
+
+def test_a_match_is_no_batch(http: httpx2.Client, shapes: tuple[str, str]) -> None:
+    body = {"source": shapes[0], "target": shapes[1], **QUICK}
+    job = http.post("/v1/matches", json=body).json()
+    problem(http.get(f"/v1/batches/{job['id']}"), 409, "job-without-result")
+    problem(http.get("/v1/batches/nobody"), 404, "job-not-found")
+    http.get(job["links"]["self"], params={"wait": 60})

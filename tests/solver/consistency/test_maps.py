@@ -1,0 +1,66 @@
+"""Cycle errors of maps whose compositions are known."""
+
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray, IntArray
+from solver.consistency import CollectionMaps, cycle_errors
+
+POINTS, SHAPES = 60, 4
+RNG = np.random.default_rng(5)
+
+
+def shuffled() -> tuple[list[FloatArray], dict[tuple[int, int], IntArray]]:
+    """The same points in other orders, and the maps between them."""
+    places = RNG.standard_normal((POINTS, 3))
+    orders = [RNG.permutation(POINTS) for _ in range(SHAPES)]
+    images = {
+        (i, j): np.argsort(orders[j])[orders[i]]
+        for i in range(SHAPES)
+        for j in range(SHAPES)
+        if i != j
+    }
+    return [places[order] for order in orders], images
+
+
+def of(positions: list[FloatArray], images: dict[tuple[int, int], IntArray]) -> CollectionMaps:
+    return CollectionMaps(positions, images, dict.fromkeys(images, 1.0))
+
+
+def test_exact_maps_have_no_cycle_error() -> None:
+    positions, images = shuffled()
+    maps = of(positions, images)
+    samples = [np.arange(POINTS)] * SHAPES
+    errors = cycle_errors(maps, samples)
+    assert len(errors.triples) == 12  # six pairs, two third shapes each
+    assert set(errors.triples.values()) == {0.0}
+    assert errors.mean == errors.of_pair((0, 1)) == errors.of_shape(3) == 0.0
+    np.testing.assert_array_equal(maps.along((0, 2, 1, 3)), images[0, 3])
+    np.testing.assert_array_equal(maps.along((0, 1), np.array([7])), images[0, 1][[7]])
+
+
+def test_a_wrong_map_has_the_greatest_error_and_shapes_without_it_none() -> None:
+    positions, images = shuffled()
+    images[0, 1] = RNG.permutation(POINTS)
+    images[1, 0] = np.argsort(images[0, 1])
+    errors = cycle_errors(of(positions, images), [np.arange(POINTS)] * SHAPES)
+    direct = np.linalg.norm(
+        positions[1][images[0, 1]] - positions[1][images[2, 1][images[0, 2]]], axis=1
+    )
+    assert errors.of_pair((0, 1)) == pytest.approx(direct.mean())
+    assert errors.of_pair((2, 3)) == 0.0
+    assert errors.of_pair((0, 2)) == pytest.approx(0.5 * errors.triples[0, 2, 1])
+    of_wrong, of_others = errors.of_shape(0), errors.of_shape(2)
+    assert of_wrong is not None
+    assert of_others is not None
+    assert of_wrong > of_others > 0.0
+
+
+def test_pairs_that_are_not_known_are_left_out() -> None:
+    positions, images = shuffled()
+    for pair in ((0, 1), (1, 0), (0, 2), (2, 0), (0, 3), (3, 0)):
+        del images[pair]
+    errors = cycle_errors(of(positions, images), [np.arange(POINTS)] * SHAPES)
+    assert set(errors.triples) == {(1, 2, 3), (1, 3, 2), (2, 3, 1)}
+    assert errors.of_pair((0, 1)) is None
+    assert errors.of_shape(0) is None

@@ -1,0 +1,118 @@
+"""Batches: their matches follow one another, whatever dies on the way."""
+
+import gzip
+import os
+import signal
+import time
+from collections.abc import Callable
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+
+from broker.contracts import BatchPayload, BatchResult, JobState, MatchParameters, Problem
+from broker.queue import JobQueue, new_job
+from broker.queue.new_jobs import new_batch_match
+from broker.store import text
+from broker.upkeep import RecoveryTimeouts, recover
+from tests.worker.figures import blob_file
+from tests.worker.jobs.test_jobs import horse_of
+from tests.workers import ended
+
+Upload = Callable[..., str]
+
+linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
+
+NOW = RecoveryTimeouts(unknown=timedelta(0), heartbeat=timedelta(0), cancellation=timedelta(0))
+
+
+def of(source: str, targets: list[str], parameters: MatchParameters) -> BatchPayload:
+    names = (None,) * len(targets)
+    return BatchPayload(
+        source=source, targets=tuple(targets), target_names=names, parameters=parameters
+    )
+
+
+def result_of(queue: JobQueue, batch: str) -> BatchResult:
+    packed = queue.store.results.document(batch)
+    assert packed is not None
+    return BatchResult.model_validate_json(gzip.decompress(packed))
+
+
+def queued(queue: JobQueue) -> list[str]:
+    return [text(name) for name in queue.store.client.lrange("rq:queue:matches", 0, -1)]
+
+
+@linux
+def test_a_match_that_kills_its_processes_fails_and_the_batch_goes_on(
+    served: JobQueue, upload: Upload
+) -> None:
+    shape, other = upload(blob_file(4)), upload(blob_file(2))
+    lasting = MatchParameters(points=100, alternatives=32, coarse_points=10)
+    batch = served.submit_batch(of(shape, [shape, other], lasting))
+    struck = 0
+    for _ in range(2):
+        deadline = time.monotonic() + 240
+        while (horse := horse_of(served, f"{batch.id}-1")) == struck:
+            assert time.monotonic() < deadline
+        os.kill(horse, signal.SIGKILL)
+        struck = horse
+    deadline = time.monotonic() + 240
+    while not (record := served.store.jobs.get(batch.id)) or not record.state.ended:
+        # As the service does regularly.
+        recover(served)
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    assert record.state is JobState.SUCCEEDED
+    first, second = result_of(served, batch.id).matches
+    assert (first.state, second.state) == (JobState.FAILED, JobState.SUCCEEDED)
+    assert first.error is not None
+    assert first.error.slug == "worker-lost"
+    assert second.summary is not None
+
+
+def test_as_many_matches_are_queued_as_there_are_workers(queue: JobQueue) -> None:
+    batch = queue.submit_batch(of("a", ["b", "c", "d"], MatchParameters()))
+    for _ in range(3):  # none: one match waits
+        queue.batches.advance(batch.id)
+        recover(queue, NOW)
+    assert queued(queue) == [f"{batch.id}-1"]
+
+
+def test_recovery_goes_on_with_a_batch_that_everybody_left(queue: JobQueue) -> None:
+    jobs, client = queue.store.jobs, queue.store.client
+    # The process that submitted it died at once, and so did each that ended a match.
+    batch = queue.submit(new_job(of("a", ["b", "c"], MatchParameters())))
+    reason = Problem.of("worker-lost", "Lost", 500, "It is lost.")
+    for place in (1, 2):
+        assert queued(queue) == [f"{batch.id}-{place}"]
+        client.delete("rq:queue:matches")
+        jobs.claim(batch.id, batch.id)
+        jobs.claim(f"{batch.id}-{place}", "a worker")
+        jobs.fail(f"{batch.id}-{place}", "a worker", reason)
+        recover(queue, NOW)
+    assert queued(queue) == []
+    assert ended(queue, batch.id).state is JobState.SUCCEEDED
+    result = result_of(queue, batch.id)
+    assert result.succeeded == 0
+    assert [one.error for one in result.matches] == [reason, reason]
+
+
+def test_a_match_of_a_cancelled_batch_does_not_begin(served: JobQueue) -> None:
+    batch = new_job(of("a", ["b"], MatchParameters()))
+    first = new_batch_match(batch, 0)
+    with served.store.client.pipeline() as pipe:
+        served.store.jobs.create(batch, pipe)
+        served.store.jobs.create(first, pipe)
+        pipe.execute()
+    # The process that cancelled the batch died before it cancelled the match.
+    assert served.store.jobs.cancel(batch.id) is JobState.CANCELLED
+    served.rq.enqueue(first)
+    assert ended(served, first.id).state is JobState.CANCELLED
+    assert ended(served, batch.id).state is JobState.CANCELLED
+
+
+def test_the_batch_counts_once_towards_the_quota(queue: JobQueue) -> None:
+    queue.submit_batch(of("a", ["b", "c", "d"], MatchParameters()))
+    (key,) = queue.store.client.keys("isomatch:queued:*")
+    assert queue.store.client.zcard(key) == 1
