@@ -19,6 +19,7 @@ from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
 from broker.webhooks import dispatch
 from service import (
     batches,
+    consistent_maps,
     dissimilarities,
     jobs,
     matches,
@@ -88,6 +89,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         transfers,
         dissimilarities,
         registrations,
+        consistent_maps,
         prototypes,
         jobs,
         monitoring,

@@ -2,6 +2,13 @@
 
 from broker.contracts.batches import MOST_TARGETS, BatchMatch, BatchResult, MatchSummary
 from broker.contracts.catalogue import catalogue
+from broker.contracts.consistent_maps import (
+    MOST_MAPPED_SHAPES,
+    MOST_MAPPED_VERTICES,
+    CollectionPair,
+    CollectionShape,
+    ConsistentMapsResult,
+)
 from broker.contracts.dissimilarities import (
     MOST_SHAPES,
     NEIGHBOURS,
@@ -15,6 +22,7 @@ from broker.contracts.jobs import (
     UNUSABLE,
     AttributesValidationPayload,
     BatchPayload,
+    ConsistentMapsPayload,
     DeliveryPayload,
     DissimilaritiesPayload,
     JobKind,
@@ -106,6 +114,8 @@ __all__ = [
     "MESH_FORMATS",
     "METRICS",
     "MOST_EXAMPLES",
+    "MOST_MAPPED_SHAPES",
+    "MOST_MAPPED_VERTICES",
     "MOST_REGISTERED",
     "MOST_SHAPES",
     "MOST_SPECIMENS",
@@ -127,7 +137,11 @@ __all__ = [
     "BatchPayload",
     "BatchResult",
     "Choice",
+    "CollectionPair",
+    "CollectionShape",
     "Confidence",
+    "ConsistentMapsPayload",
+    "ConsistentMapsResult",
     "Correspondence",
     "Delivery",
     "DeliveryPayload",

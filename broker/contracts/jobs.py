@@ -36,6 +36,7 @@ class JobKind(StrEnum):
     PROTOTYPE_VALIDATION = "prototype_validation"
     TRANSFER = "transfer"
     REGISTRATION = "registration"
+    CONSISTENT_MAPS = "consistent_maps"
     ATTRIBUTES_VALIDATION = "attributes_validation"
     PICTURE = "picture"
     WEBHOOK = "webhook"
@@ -50,6 +51,7 @@ class JobKind(StrEnum):
             JobKind.PROTOTYPE,
             JobKind.TRANSFER,
             JobKind.REGISTRATION,
+            JobKind.CONSISTENT_MAPS,
         )
 
     @property
@@ -257,6 +259,19 @@ class RegistrationPayload(_Payload):
         return self.parameters.needs_spectrum
 
 
+class ConsistentMapsPayload(_Payload):
+    """Map all shapes of a collection to one another, consistently."""
+
+    kind: Literal[JobKind.CONSISTENT_MAPS] = JobKind.CONSISTENT_MAPS
+    shapes: tuple[str, ...]
+    parameters: MatchParameters = Field(description="Parameters of the pairwise matches.")
+
+    @property
+    def needs_spectrum(self) -> bool:
+        """Whether the spectra of the shapes are used."""
+        return self.parameters.needs_spectrum
+
+
 class TransferPayload(_Payload):
     """Carry attributes or landmarks along a match."""
 
@@ -331,6 +346,7 @@ Payload: TypeAlias = Annotated[
     | AttributesValidationPayload
     | TransferPayload
     | RegistrationPayload
+    | ConsistentMapsPayload
     | TimeSlicePayload
     | PicturePayload
     | DeliveryPayload,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from broker.contracts.jobs import (
     AttributesValidationPayload,
     BatchPayload,
+    ConsistentMapsPayload,
     DissimilaritiesPayload,
     MatchPayload,
     Payload,
@@ -61,7 +62,7 @@ def subject_of(payload: Payload) -> Subject:
             return Subject(source, None, tuple(dict.fromkeys(targets)), source)
         case BatchPayload(source=source, targets=targets):
             return Subject(source, None, tuple(dict.fromkeys((source, *targets))))
-        case DissimilaritiesPayload():
+        case DissimilaritiesPayload() | ConsistentMapsPayload():
             return Subject(shapes=payload.shapes)
         case PrototypePayload():
             return Subject(shapes=payload.shapes, name=payload.name)

@@ -3,6 +3,7 @@
 from typing import TypeAlias
 
 from broker.contracts import (
+    ConsistentMapsPayload,
     MatchPayload,
     PrototypePayload,
     RegistrationPayload,
@@ -13,7 +14,9 @@ from broker.contracts import (
 )
 from broker.store import Shapes
 
-SpectralPayload: TypeAlias = MatchPayload | PrototypePayload | RegistrationPayload
+SpectralPayload: TypeAlias = (
+    MatchPayload | PrototypePayload | RegistrationPayload | ConsistentMapsPayload
+)
 """Payload of a job that uses spectra of its shapes."""
 
 

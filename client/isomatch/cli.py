@@ -12,6 +12,7 @@ from isomatch._cli import (
     EXIT_CODES,
     FORMATS,
     LANDMARKS_EXAMPLES,
+    MAPS_EXAMPLES,
     MATCH_EXAMPLES,
     REGISTER_EXAMPLES,
     SURFACES,
@@ -35,6 +36,7 @@ from isomatch._cli import (
     jobs,
     landmarks,
     leave,
+    maps,
     named_upload,
     names_prototype,
     parameter_options,
@@ -184,6 +186,7 @@ def compare(
 app.command(epilog=TRANSFER_EXAMPLES)(transfer)
 app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
 app.command(epilog=REGISTER_EXAMPLES)(register)
+app.command(epilog=MAPS_EXAMPLES)(maps)
 
 
 @app.command()

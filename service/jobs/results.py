@@ -6,6 +6,7 @@ from fastapi import APIRouter, Response
 
 from broker.contracts import (
     BatchResult,
+    ConsistentMapsResult,
     DissimilarityResult,
     MatchResult,
     PrototypeResult,
@@ -41,7 +42,8 @@ BYTES: Final = "application/octet-stream"
     | DissimilarityResult
     | PrototypeResult
     | TransferResult
-    | RegistrationResult,
+    | RegistrationResult
+    | ConsistentMapsResult,
     responses=ERRORS,
     operation_id="get_result",
 )
@@ -49,7 +51,7 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
     """Return the result of a job.
 
     It is a match, the matches of a batch, the dissimilarities of a collection, a prototype, what a
-    transfer carried, or a template registered to specimens.
+    transfer carried, a template registered to specimens, or consistent maps of a collection.
     """
     return json_answer(packed_result(service, job_id), accept_encoding)
 
@@ -73,7 +75,10 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
     target's file; `joint_names` of the columns of skinning `weights`; of landmarks `vertices` and
     `weights`. For a registration: `shapes` (M,) of the specimens registered, `faces` (F, 3),
     `positions` (M, W, 3) of the template on each, row i of vertex i of the template's file, `mean`
-    (W, 3), `components` (C, W, 3), `variances` (C,), `explained` (C,) and `scores` (M, C).
+    (W, 3), `components` (C, W, 3), `variances` (C,), `explained` (C,) and `scores` (M, C). For
+    consistent maps: `shapes` (N,), and `map_I_J` (V,) for the places I, J of each mapped pair, both
+    ways: row v is the vertex of the file of shape J that vertex v of the file of shape I goes to,
+    -1 for vertices that are not matched.
     """
     record = job_with_result(service, job_id)
     if not record.kind.has_arrays:

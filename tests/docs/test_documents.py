@@ -44,7 +44,7 @@ SAYS = {
 LEAVES = {
     "README.md": ("match.png", "matrix.png"),
     "client/README.md": ("match.png", "match.json", "matrix.png"),
-    "docs/collections.md": ("results/b.ply", "results/c.ply"),
+    "docs/collections.md": ("results/b.ply", "results/c.ply", "maps.npz"),
     "docs/prototypes.md": ("match.png", "human.npz"),
     "docs/transfer.md": ("parts_of_b.csv", "both.glb", "both.png"),
     "docs/templates.md": ("out/specimen1.ply", "out/mean.ply", "out/components.png"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from broker.contracts import (
+    ConsistentMapsPayload,
     MatchParameters,
     MatchPayload,
     MatchResult,
@@ -169,7 +170,7 @@ def match_prototype(
 def load_shape(
     field: str,
     shape: str,
-    payload: MatchPayload | RegistrationPayload,
+    payload: MatchPayload | RegistrationPayload | ConsistentMapsPayload,
     context: JobContext,
     control: Control,
 ) -> MatchInput:

@@ -19,6 +19,7 @@ from broker.upkeep import evict_deleted
 from broker.webhooks import WebhookSettings
 from solver.errors import Cancelled
 from worker.jobs.archives import validate_prototype
+from worker.jobs.consistent_maps import map_consistently
 from worker.jobs.context import JobContext
 from worker.jobs.delivery import deliver
 from worker.jobs.drawing import draw
@@ -44,6 +45,7 @@ FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
     JobKind.ATTRIBUTES_VALIDATION: validate_attributes,
     JobKind.TRANSFER: carry,
     JobKind.REGISTRATION: register,
+    JobKind.CONSISTENT_MAPS: map_consistently,
     JobKind.PICTURE: draw,
     JobKind.WEBHOOK: deliver,
 }

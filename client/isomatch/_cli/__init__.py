@@ -4,6 +4,7 @@ from isomatch._cli.batch_run import SURFACES, MatchFolder, run_batch
 from isomatch._cli.examples import (
     COMPARE_EXAMPLES,
     LANDMARKS_EXAMPLES,
+    MAPS_EXAMPLES,
     MATCH_EXAMPLES,
     REGISTER_EXAMPLES,
     TRANSFER_EXAMPLES,
@@ -12,6 +13,7 @@ from isomatch._cli.exit_codes import EXIT_CODES, connected, leave
 from isomatch._cli.job_commands import jobs
 from isomatch._cli.job_runs import echo_models, run
 from isomatch._cli.landmark_command import landmarks
+from isomatch._cli.maps_command import maps
 from isomatch._cli.options import (
     FORMATS,
     AsJson,
@@ -41,6 +43,7 @@ __all__ = [
     "EXIT_CODES",
     "FORMATS",
     "LANDMARKS_EXAMPLES",
+    "MAPS_EXAMPLES",
     "MATCH_EXAMPLES",
     "REGISTER_EXAMPLES",
     "SURFACES",
@@ -64,6 +67,7 @@ __all__ = [
     "jobs",
     "landmarks",
     "leave",
+    "maps",
     "named_upload",
     "names_prototype",
     "prototypes",

@@ -96,3 +96,11 @@ REGISTER_EXAMPLES: Final = _epilog(
         "isomatch register template.off scan*.ply -o out --scale",
     ),
 )
+
+MAPS_EXAMPLES: Final = _epilog(
+    ("all maps as arrays map_0_1, map_1_0, map_0_2, ...", "isomatch maps scan*.ply -o maps.npz"),
+    (
+        "pairs that do not fit",
+        "isomatch maps scan*.ply --json | jq '.pairs[] | select(.fits | not)'",
+    ),
+)

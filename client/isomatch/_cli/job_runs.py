@@ -11,10 +11,18 @@ from typing import cast
 import typer
 
 from isomatch._cli import render
+from isomatch._cli.maps_rendering import print_maps
 from isomatch._cli.prototype_rendering import print_learned
 from isomatch._clients import Job
 from isomatch._operations.results import ENDINGS, View
-from isomatch._results import Batch, Dissimilarities, LearnedPrototype, Match, Transfer
+from isomatch._results import (
+    Batch,
+    ConsistentMaps,
+    Dissimilarities,
+    LearnedPrototype,
+    Match,
+    Transfer,
+)
 
 
 @contextmanager
@@ -141,6 +149,8 @@ def finish(
         render.print_dissimilarities(result, names, render.standard_output())
     elif isinstance(result, Transfer):
         render.print_transfer(result, render.standard_output())
+    elif isinstance(result, ConsistentMaps):
+        print_maps(result, render.standard_output())
     elif isinstance(result, LearnedPrototype):
         print_learned(result, render.standard_output())
 

@@ -37,6 +37,7 @@ from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
     Batch,
+    ConsistentMaps,
     Direction,
     Dissimilarities,
     Geometry,
@@ -229,6 +230,18 @@ class AsyncClient:
         start = registrations.start_registration(
             template, shapes, scale, largest_component, webhook, idempotency_key
         )
+        return AsyncJob(self._transport, await self._transport.run(start))
+
+    @documented_as(Client.consistent_maps)
+    async def consistent_maps(
+        self,
+        shapes: Iterable[Shape | str],
+        *,
+        largest_component: bool = False,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+    ) -> AsyncJob[ConsistentMaps]:
+        start = jobs.start_consistent_maps(shapes, largest_component, webhook, idempotency_key)
         return AsyncJob(self._transport, await self._transport.run(start))
 
     @documented_as(Client.dissimilarities)

@@ -35,6 +35,7 @@ from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
 from isomatch._results import (
     Batch,
+    ConsistentMaps,
     Direction,
     Dissimilarities,
     Geometry,
@@ -499,6 +500,47 @@ class Client:
         start = registrations.start_registration(
             template, shapes, scale, largest_component, webhook, idempotency_key
         )
+        return Job(self._transport, self._transport.run(start))
+
+    def consistent_maps(
+        self,
+        shapes: Iterable[Shape | str],
+        *,
+        largest_component: bool = False,
+        webhook: Webhook | None = None,
+        idempotency_key: str | None = None,
+    ) -> Job[ConsistentMaps]:
+        """Start to map all shapes of a collection to one another, consistently.
+
+        Parameters
+        ----------
+        shapes
+            2 to 16 different shapes, or their ids; maps improve one another from three on.
+        largest_component
+            Take the largest component of a shape that has several. Such a shape is not mapped
+            otherwise.
+        webhook, idempotency_key
+            As for :meth:`match`.
+
+        Returns
+        -------
+        job
+            ``job.result()`` waits for the :class:`~isomatch.ConsistentMaps`.
+
+        Raises
+        ------
+        UnknownShape
+            A shape does not exist; the message names it.
+        InvalidRequest
+            The shapes cannot be mapped; the message says why.
+
+        Examples
+        --------
+        >>> found = client.consistent_maps(shapes).result(progress=True)
+        >>> found.map(0, 2)  # vertices of the third shape, a row for each vertex of the first
+        >>> [shape.name for shape in found.shapes if not shape.fits]
+        """
+        start = jobs.start_consistent_maps(shapes, largest_component, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
 
     def dissimilarities(

@@ -84,6 +84,18 @@ def start_dissimilarities(
     return (yield from start_job("/v1/dissimilarities", body, parameters, webhook, key))
 
 
+def start_consistent_maps(
+    shapes: Iterable[Shape | str],
+    largest_component: bool,
+    webhook: Webhook | None,
+    key: str | None,
+) -> Operation[JobRecord]:
+    """Queue the consistent maps of a collection."""
+    body: dict[str, Json] = {"shapes": [id_of(shape) for shape in shapes]}
+    parameters = {"largest_component": largest_component}
+    return (yield from start_job("/v1/consistent-maps", body, parameters, webhook, key))
+
+
 def start_job(
     path: str,
     body: Mapping[str, Json],

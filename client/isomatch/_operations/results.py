@@ -14,7 +14,9 @@ from isomatch._operations.prototypes import get_prototype_points
 from isomatch._operations.request_parts import path_to
 from isomatch._operations.shapes import get_geometry
 from isomatch._results import (
+    ArrayResult,
     Batch,
+    ConsistentMaps,
     Dissimilarities,
     Drawable,
     LearnedPrototype,
@@ -50,6 +52,7 @@ _RESULTS: Final[Mapping[str, type[Result]]] = {
     "prototype": LearnedPrototype,
     "transfer": Transfer,
     "registration": Registration,
+    "consistent_maps": ConsistentMaps,
 }
 
 
@@ -70,7 +73,7 @@ def get_result(record: JobRecord) -> Operation[Result]:
         found = _RESULTS.get(record.kind, Match).from_json(response.content)
     except ValidationError as error:
         raise unexpected(response, error) from error
-    if isinstance(found, Registration):
+    if isinstance(found, ArrayResult):
         arrays = yield from send(Call("GET", path_to("jobs", record.id, "result.npz")))
         found._archive = arrays.content
     return found

@@ -1,7 +1,9 @@
 """Results of jobs as arrays, and what their figures are drawn from."""
 
+from isomatch._results.array_result import ArrayResult
 from isomatch._results.array_transfer import KINDS, Direction, TransferKind
 from isomatch._results.batch import Batch, BatchMatch, BatchProgress, MatchSummary
+from isomatch._results.consistent_maps import CollectionPair, CollectionShape, ConsistentMaps
 from isomatch._results.dissimilarities import Dissimilarities, PartialDissimilarities
 from isomatch._results.geometry import Geometry
 from isomatch._results.match import Match
@@ -13,9 +15,13 @@ from isomatch._results.transfer import Transfer
 
 __all__ = [
     "KINDS",
+    "ArrayResult",
     "Batch",
     "BatchMatch",
     "BatchProgress",
+    "CollectionPair",
+    "CollectionShape",
+    "ConsistentMaps",
     "Direction",
     "Dissimilarities",
     "Drawable",

@@ -1,18 +1,17 @@
 """Templates registered to specimens, and the statistics of the specimens' shapes."""
 
-import io
 import os
 from collections.abc import Sequence
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import FiniteFloat, PrivateAttr
+from pydantic import FiniteFloat
 
 from isomatch._models import Answer, Confidence
-from isomatch._results.result_document import Drawable, Result
+from isomatch._results.array_result import ArrayResult
+from isomatch._results.result_document import Drawable
 from isomatch._upload import binary_ply
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ class PrincipalComponent(Answer):
     explained: FiniteFloat
 
 
-class Registration(Result):
+class Registration(ArrayResult):
     """A template registered to specimens, and the statistics of their shapes.
 
     Row i of the arrays is vertex i of the template's file. They are those of the M registered
@@ -107,27 +106,11 @@ class Registration(Result):
     warnings: tuple[str, ...]
     timings: dict[str, FiniteFloat]
 
-    _archive: bytes | None = PrivateAttr(default=None)
-
     def __repr__(self) -> str:
         done = sum(one.registered for one in self.specimens)
         return f"<Registration of {done} of {len(self.specimens)} specimens>"
 
     __str__ = __repr__
-
-    @cached_property
-    def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """Arrays of the result by name, as :meth:`isomatch.Job.save_arrays` writes them.
-
-        Raises
-        ------
-        ValueError
-            The result was read from a file, which has no arrays.
-        """
-        if self._archive is None:
-            raise ValueError("a result read from a file has no arrays; request it from the service")
-        with np.load(io.BytesIO(self._archive), allow_pickle=False) as arrays:
-            return dict(arrays)
 
     @property
     def faces(self) -> npt.NDArray[np.int64]:

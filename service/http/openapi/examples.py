@@ -38,6 +38,7 @@ LINKS: Final[dict[tuple[str, str], dict[str, dict[str, str]]]] = {
     ("create_match", "202"): _OF_A_JOB,
     ("create_transfer", "202"): _OF_AN_UNDRAWN_JOB | {"get_arrays": {"job_id": _ID}},
     ("create_registration", "202"): _OF_A_JOB | {"get_arrays": {"job_id": _ID}},
+    ("create_consistent_maps", "202"): _OF_AN_UNDRAWN_JOB | {"get_arrays": {"job_id": _ID}},
     ("create_batch", "202"): _OF_AN_UNDRAWN_JOB | {"get_batch": {"job_id": _ID}},
     ("create_prototype", "202"): _OF_AN_UNDRAWN_JOB,
     ("create_dissimilarities", "202"): _OF_A_JOB

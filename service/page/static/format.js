@@ -16,6 +16,7 @@ const KINDS = {
   prototype: "Prototype",
   transfer: "Transfer",
   registration: "Registration",
+  consistent_maps: "Consistent maps",
   validation: "Upload",
 };
 

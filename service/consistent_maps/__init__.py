@@ -1,0 +1,7 @@
+"""Consistent maps between all shapes of a collection."""
+
+from service.consistent_maps import endpoints
+
+ROUTERS = (endpoints.router,)
+
+__all__ = ["ROUTERS"]

@@ -1,0 +1,36 @@
+"""Requests for consistent maps of a collection."""
+
+from pydantic import ConfigDict, Field
+
+from broker.contracts import MOST_MAPPED_SHAPES
+from service.jobs import JobRequest
+from service.names import NamedId
+
+_SHAPES = (
+    "9b74c9897bac770ffc029102a200c5de",
+    "37b51d194a7513e45b56f6524f2d51f2",
+    "8c7dd922ad47494fc02c388e12c00eac",
+)
+
+
+class ConsistentMapsRequest(JobRequest):
+    """A collection of shapes that are mapped to one another."""
+
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        json_schema_extra={"examples": [{"shapes": [*_SHAPES]}]},
+    )
+
+    # A JSON array arrives as a list, which is not strictly a tuple.
+    shapes: tuple[NamedId, ...] = Field(
+        min_length=2,
+        max_length=MOST_MAPPED_SHAPES,
+        strict=False,
+        description="Ids of the shapes, each once. Cycle errors, and so improvements, need three.",
+    )
+    largest_component: bool = Field(
+        default=False,
+        description="Take the largest component of a shape that has several. Such a shape is not"
+        " mapped otherwise.",
+    )

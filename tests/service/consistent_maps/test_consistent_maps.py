@@ -1,0 +1,131 @@
+"""Consistent maps through the whole chain: shapes in, maps between all of them out."""
+
+import io
+from collections.abc import Callable
+from itertools import combinations
+
+import httpx2
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray
+from solver.mesh import triangle_mesh
+from tests.service.conftest import Json, problem
+from tests.service.matches.test_refinement import file_of
+from tests.service.registrations.test_registrations import (
+    PLACES,
+    TEMPLATE,
+    ended,
+    in_two_parts,
+)
+from tests.solver import shapes
+
+Upload = Callable[..., Json]
+
+PATH = "/v1/consistent-maps"
+
+
+@pytest.fixture(scope="module")
+def given(upload: Upload) -> tuple[list[str], list[FloatArray]]:
+    """Ids and vertices of a shape in two parts, and of moved copies of one shape."""
+    ids = [upload(in_two_parts(), "parts.ply")["id"]]
+    vertices = [np.empty((0, 3))]
+    for seed, places in enumerate(PLACES):
+        other, _ = shapes.permuted(triangle_mesh(places, TEMPLATE.faces), seed=seed + 60)
+        ids.append(upload(file_of(other), f"copy{seed}.ply")["id"])
+        vertices.append(other.vertices)
+    return ids, vertices
+
+
+@pytest.fixture(scope="module")
+def job(http: httpx2.Client, given: tuple[list[str], list[FloatArray]]) -> Json:
+    found = ended(http, http.post(PATH, json={"shapes": given[0]}))
+    assert found["state"] == "succeeded", found
+    return found
+
+
+@pytest.fixture(scope="module")
+def result(http: httpx2.Client, job: Json) -> Json:
+    found: Json = http.get(job["links"]["result"]).json()
+    return found
+
+
+def test_all_pairs_are_reported_and_a_shape_that_cannot_be_mapped_is_named(
+    result: Json, given: tuple[list[str], list[FloatArray]]
+) -> None:
+    ids, _ = given
+    pairs = list(combinations(range(len(ids)), 2))
+    assert [(one["source"], one["target"]) for one in result["pairs"]] == [
+        (ids[i], ids[j]) for i, j in pairs
+    ]
+    assert [one["name"] for one in result["shapes"]] == [
+        "parts.ply", "copy0.ply", "copy1.ply", "copy2.ply"
+    ]  # fmt: skip
+    assert [one["fits"] for one in result["shapes"]] == [False, True, True, True]
+    assert "2 components" in result["shapes"][0]["reason"]
+    assert result["shapes"][0]["cycle_error"] is None
+    for (i, _), one in zip(pairs, result["pairs"], strict=True):
+        assert one["mapped"] == one["fits"] == (i > 0)
+        if i > 0:
+            assert one["confidence"]["probability"] > 0.9
+            assert one["cycle_error"] <= one["cycle_error_before"] < 0.05
+        else:
+            assert "cannot be matched" in one["reason"]
+            assert one["confidence"] is None
+
+
+def test_arrays_are_the_true_maps_of_the_pairs(
+    http: httpx2.Client, job: Json, result: Json, given: tuple[list[str], list[FloatArray]]
+) -> None:
+    ids, vertices = given
+    with np.load(io.BytesIO(http.get(job["links"]["arrays"]).content)) as arrays:
+        found = dict(arrays)
+    assert found.pop("shapes").tolist() == ids
+    mapped = [
+        pair
+        for pair, one in zip(combinations(range(4), 2), result["pairs"], strict=True)
+        if one["mapped"]
+    ]
+    assert set(found) == {f"map_{i}_{j}" for one in mapped for i, j in (one, one[::-1])}
+    for i, j in mapped:
+        # Distances to the centre are the same on all copies, but for their size.
+        here, there = (
+            np.linalg.norm(one - one.mean(axis=0), axis=1)
+            / np.sqrt(np.mean((one - one.mean(axis=0)) ** 2))
+            for one in (vertices[i], vertices[j])
+        )
+        np.testing.assert_allclose(here, there[found[f"map_{i}_{j}"]], atol=0.15)
+        np.testing.assert_allclose(there, here[found[f"map_{j}_{i}"]], atol=0.15)
+
+
+def test_there_are_no_pictures_or_other_files(http: httpx2.Client, job: Json) -> None:
+    assert job["links"]["picture"] is None
+    assert job["links"]["exports"] == []
+    problem(http.get(f"/v1/jobs/{job['id']}/result.png"), 409, "job-without-result")
+
+
+def test_unknown_and_repeated_shapes_are_refused(
+    http: httpx2.Client, given: tuple[list[str], list[FloatArray]]
+) -> None:
+    ids, _ = given
+    wrong = problem(http.post(PATH, json={"shapes": [ids[1], ids[1]]}), 422, "invalid-request")
+    assert wrong["errors"][0]["field"] == "body.shapes.1"
+    problem(http.post(PATH, json={"shapes": [ids[1], "0" * 32]}), 404, "shape-not-found")
+    problem(http.post(PATH, json={"shapes": ids[:1]}), 422, "invalid-request")
+
+
+def test_a_collection_without_any_map_fails_with_the_reason(
+    http: httpx2.Client, given: tuple[list[str], list[FloatArray]]
+) -> None:
+    ids, _ = given
+    found = ended(http, http.post(PATH, json={"shapes": ids[:2]}))
+    assert found["state"] == "failed"
+    assert "2 components" in str(found["error"])
+
+
+def test_cancelled_consistent_maps_end(
+    http: httpx2.Client, given: tuple[list[str], list[FloatArray]]
+) -> None:
+    queued = http.post(PATH, json={"shapes": given[0], "largest_component": True})
+    http.delete(f"/v1/jobs/{queued.json()['id']}")
+    assert ended(http, queued)["state"] == "cancelled"

@@ -1,0 +1,129 @@
+"""Maps between all shapes of a collection, matched in pairs and improved by one another."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Final
+
+from broker.contracts import ConsistentMapsPayload
+from solver import matching
+from solver.control import Control
+from solver.errors import MeshError, OptionError
+from solver.matching import MatchOptions
+from solver.shape import Shape
+from worker.jobs.consistent_map_results import Collection, Pair, PairwiseMap, consistent_maps_of
+from worker.jobs.context import JobContext
+from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to
+from worker.jobs.matches import load_shape
+from worker.jobs.options import options_of
+from worker.jobs.progress import TOTAL
+
+_LOADED: Final = 0.1
+_MATCHED: Final = 0.9
+"""Shares of the progress until all spectra are known, and until all pairs are matched."""
+
+_TIME_OF_PAIRS: Final = 0.7
+_TIME_OF_ALL: Final = 0.9
+"""Shares of the job's time after which no pair is begun, and no map is improved any more."""
+
+
+def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> bytes:
+    """Match all pairs, improve their maps by one another, store the arrays, return the document.
+
+    A shape or a pair that cannot be matched is reported with the reason, and does not end the job.
+
+    Raises
+    ------
+    UnusableShape
+        No pair can be matched.
+    Cancelled
+        Through the reporter.
+    """
+    start, store = time.perf_counter(), context.store
+    names = [None if one is None else one.name for one in store.shapes.records(payload.shapes)]
+    seconds = context.queue.settings.job_timeout
+    limit = context.reporter.control(_LOADED, _MATCHED).within(_TIME_OF_PAIRS * seconds)
+    last = context.reporter.control(_MATCHED).within(_TIME_OF_ALL * seconds)
+    shapes = _shapes(payload, context)
+    loaded = time.perf_counter()
+    collection = Collection(shapes, _matched(payload, shapes, limit))
+    if not collection.maps:
+        raise UnusableShape("shapes.0", _first_reason(collection))
+    matched = time.perf_counter()
+    last.report("consistency", 0.0)
+    result, arrays = consistent_maps_of(payload, names, collection, last)
+    store.results.set_arrays(context.record.id, arrays)
+    ended = time.perf_counter()
+    timings = {
+        "spectra": loaded - start,
+        "pairs": matched - loaded,
+        "consistency": ended - matched,
+        TOTAL: ended - start,
+    }
+    return result.model_copy(update={"timings": timings}).model_dump_json().encode()
+
+
+def _shapes(payload: ConsistentMapsPayload, context: JobContext) -> list[Shape | str]:
+    count = len(payload.shapes)
+    found: list[Shape | str] = []
+    for place, shape in enumerate(payload.shapes):
+        share = _LOADED / count
+        control = context.reporter.control(place * share, (place + 1) * share)
+        control.report(f"spectrum {place + 1} of {count}", 0.0)
+        field = f"shapes.{place}"
+        try:
+            loaded = load_shape(field, shape, payload, context, control)
+            with attributed_to(field):
+                found.append(loaded.shape(payload.parameters))
+        except UnusableShape as error:
+            found.append(error.field.message)
+        except ShapeGone as error:
+            found.append(str(error))
+    return found
+
+
+def _matched(
+    payload: ConsistentMapsPayload, shapes: Sequence[Shape | str], control: Control
+) -> dict[Pair, PairwiseMap | str]:
+    """Match all pairs of usable shapes until the deadline."""
+    pairs = list(combinations(range(len(shapes)), 2))
+    options = options_of(MatchOptions, payload.parameters)
+    found: dict[Pair, PairwiseMap | str] = {}
+    for place, (i, j) in enumerate(pairs):
+        source, target = shapes[i], shapes[j]
+        if isinstance(source, str) or isinstance(target, str):
+            found[i, j] = "one of its shapes cannot be matched"
+        elif control.expired:
+            found[i, j] = "the job's time was up before it was matched; give fewer shapes"
+        else:
+            part = _part(control, place, len(pairs))
+            part.report("", 0.0)
+            found[i, j] = _map_of(source, target, options, part)
+    return found
+
+
+def _part(control: Control, place: int, count: int) -> Control:
+    """Return the control of one pair, whose stages are all reported as that pair."""
+
+    def report(_: str, fraction: float) -> None:
+        control.on_progress(f"pair {place + 1} of {count}", (place + fraction) / count)
+
+    return replace(control, on_progress=report, timings={})
+
+
+def _map_of(
+    source: Shape, target: Shape, options: MatchOptions, control: Control
+) -> PairwiseMap | str:
+    try:
+        found = matching.match(source, target, options, control)
+    except (MeshError, OptionError) as error:
+        return str(error)
+    if found.dense is None or found.confidence is None:
+        return "its surfaces could not be registered"
+    return PairwiseMap(found.dense, found.confidence)
+
+
+def _first_reason(collection: Collection) -> str:
+    reasons = (*collection.shapes, *collection.pairs.values())
+    return next(one for one in reasons if isinstance(one, str))
