@@ -104,8 +104,8 @@ def draw_pictures(variables: dict[str, Any]) -> None:
     own = np.zeros((len(given), 3))
     own[here.vertex_ids] = here.colors / 255.0
     both("texture", [own, texture], (nothing, nothing))
-    picture = Path("dissimilarities.png").read_bytes()
-    (DOCS / "gallery-dissimilarities.png").write_bytes(picture)
+    for drawn in ("dissimilarities", "mean"):
+        (DOCS / f"gallery-{drawn}.png").write_bytes(Path(f"{drawn}.png").read_bytes())
 
 
 def draw(path: Path, panels: Sequence[Panel]) -> None:

@@ -105,6 +105,10 @@ class Task:
         """Return the task with the source reflected."""
         return replace(self, samples=(self.samples[0].reflected(), self.samples[1]))
 
+    def swapped(self) -> "Task":
+        """Return the task with source and target exchanged."""
+        return Task(self.target, self.source, self.samples[::-1], self.landmarks[::-1])
+
     def sampled(self, stage: Stage) -> tuple[Samples, Samples]:
         """Samples of a stage."""
         source, target = self.samples

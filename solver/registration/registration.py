@@ -164,8 +164,6 @@ def register(
     ------
     Cancelled
         Through `control`.
-    MeshError
-        The source's Laplacian cannot be factored.
 
     References
     ----------

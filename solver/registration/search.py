@@ -1,19 +1,13 @@
 """Search for the candidate that fits best: from coarse to fine, and further while in doubt."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from solver.arrays import FloatArray
 from solver.control import Control
 from solver.registration.alignment import Pairs
-from solver.registration.candidates import (
-    Points,
-    first_pairs,
-    pairs_from_points,
-    varied_pairs,
-)
+from solver.registration.candidates import Points, first_pairs, varied_pairs
 from solver.registration.choice import (
     COARSE,
     FINE,
@@ -24,19 +18,13 @@ from solver.registration.choice import (
     again,
     choose,
     ranked,
-    register_candidate,
 )
 from solver.registration.confidence import CLOSE, SURE, Confidence, confidence_of
 from solver.registration.crossing import cross
-from solver.registration.extremities import matched_extremities
 from solver.registration.surface import Samples
-from solver.registration.surface_map import SurfaceMap
 
 _KEPT = 16
 """Best candidates of the coarse stages that go through the fine ones."""
-
-_AGAIN = replace(FINE[-1], sizes=(50, 60, *FINE[-1].sizes))
-"""Stage in which refined candidates are aligned."""
 
 _ROUNDS = 2
 """How often, when in doubt, the best candidates are varied and crossed; a third changes nothing."""
@@ -44,18 +32,11 @@ _ROUNDS = 2
 _VARIED = 3
 """Best candidates whose signs are varied."""
 
-_REFINED = 5, 3
-"""Best candidates that are refined when in doubt, and once more. Of 28 generated pairs in doubt, 16
-are wrong without, 13 after the first and 11 after the second."""
-
-_MOST_VERTICES = 20_000
-"""Vertices of both surfaces above which candidates are not refined, which takes 0.1 ms for each."""
-
 
 def search(
     task: Task, hypotheses: Sequence[Points], control: Control
 ) -> tuple[list[Candidate], Confidence]:
-    """Register candidates coarsely, the best finely; in doubt, add, cross and refine candidates.
+    """Register candidates coarsely, the best finely; when in doubt, vary and cross the best ones.
 
     Parameters
     ----------
@@ -74,8 +55,6 @@ def search(
     ------
     Cancelled
         Through `control`.
-    MeshError
-        The source's Laplacian cannot be factored.
     """
 
     def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
@@ -89,16 +68,10 @@ def search(
             break
         varied = choose(task, _variations(found[:_VARIED]), COARSE, control)
         if number == 0:
-            varied += choose(task, _from_extremities(task), COARSE, control)
+            varied += _from_the_target(task, hypotheses, control)
         coarse = cross(task, ranked([*coarse, *varied], positions), control)
         further = ranked([*found, *_finely(task, coarse, control)], positions)
         found = unless_it_is_close(found[0], further, positions)
-    for count in _REFINED:
-        if _confidence(found, control).probability >= SURE:
-            break
-        best = found[:count] if _is_small(task) else []
-        refined = [refine_candidate(task, one, control) for one in control.in_time(best)]
-        found = ranked([*found, *refined], positions)
     return found, _confidence(found, control)
 
 
@@ -126,51 +99,26 @@ def unless_it_is_close(
     return [same, *(one for one in found if one is not same)] if close else list(found)
 
 
-def refine_candidate(task: Task, candidate: Candidate, control: Control) -> Candidate:
-    """Register a candidate again, from its images refined beyond the eigenfunctions.
-
-    Local rotations put right what is off by less than a limb: a right candidate fits much better
-    then, a wrong one little.
-
-    Parameters
-    ----------
-    task
-        The surfaces.
-    candidate
-        Of the last stage.
-    control
-        May cancel; past its deadline, less is refined.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    MeshError
-        The source's Laplacian cannot be factored.
-    """
-    rough = SurfaceMap.of(task.source, task.target, candidate.alignment, task.is_reflected)
-    refined, _ = rough.refined(control)
-    samples = task.sampled(_AGAIN)
-    return register_candidate(task, samples, refined.pairs(*samples), _AGAIN)
-
-
 def _variations(candidates: Sequence[Candidate]) -> Start:
     alignments = [one.alignment for one in candidates]
     return lambda samples: varied_pairs(samples, alignments)
 
 
-def _from_extremities(task: Task) -> Start:
-    surfaces = task.source, task.target
+def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control) -> list[Candidate]:
+    """Candidates found by bending the target onto the source: others than the other way round."""
+    turned = task.swapped()
 
-    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        matched = matched_extremities(*samples)
-        return (pairs_from_points(surfaces, samples, points) for points in matched)
+    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        swapped = [(there, here) for here, there in hypotheses]
+        return first_pairs((turned.source, turned.target), samples, swapped)
 
-    return pairs
+    found = choose(turned, first, COARSE, control)
 
+    def back(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        pairs = again(found, COARSE[-1].weights)(samples[::-1])
+        return (Pairs(one.back, one.images) for one in pairs)
 
-def _is_small(task: Task) -> bool:
-    return task.source.mesh.n_vertices + task.target.mesh.n_vertices <= _MOST_VERTICES
+    return choose(task, back, COARSE[-1:], control)
 
 
 def _finely(task: Task, coarse: Sequence[Candidate], control: Control) -> list[Candidate]:

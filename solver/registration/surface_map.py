@@ -8,12 +8,12 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray, RealArray
 from solver.control import Control
-from solver.functional_maps import FunctionalMap, mutual_nearest_points, nearest_points
+from solver.functional_maps import FunctionalMap, nearest_points
 from solver.mesh import vertex_normals
-from solver.registration.alignment import LOCAL, Alignment, Pairs, Weights
+from solver.registration.alignment import LOCAL, Alignment, Weights
 from solver.registration.descent import descend, project
 from solver.registration.rigidity import RigidDisplacement
-from solver.registration.surface import MIRROR, Samples, SmoothSurface
+from solver.registration.surface import MIRROR, SmoothSurface
 
 _LENGTH = 0.02
 """ℓ of :class:`.RigidDisplacement`. With 0.03, errors are up to 5 % more; with 0.015, some maps are
@@ -97,11 +97,6 @@ class SurfaceMap:
             (V,) nearest target vertices.
         """
         return _on_triangles(self._embedded, self._target_embedded, self.target, images)
-
-    def pairs(self, source: Samples, target: Samples) -> Pairs:
-        """Nearest neighbours of samples of both surfaces, in the same embedding."""
-        here, there = self._embedded[source.vertices], self._target_embedded[target.vertices]
-        return Pairs(*mutual_nearest_points(here, there))
 
     def inverse(self) -> tuple[IntArray, IntArray, FloatArray]:
         """Nearest points of the displaced source to all target vertices, in the same embedding.

@@ -14,7 +14,16 @@ PAIRS: list[tuple[type, type]] = [
     (isomatch.LandmarkJob, isomatch.AsyncLandmarkJob),
 ]
 LATER = [(r"\bAsync(Client|Job|LandmarkJob)\b", r"\1"), (r"\bAsync(Iterator|Generator)\b", r"\1")]
-BLOCKING = {"base_url", "__init__", "__repr__", "shapes", "prototypes", "jobs", "events"}
+BLOCKING = {
+    "base_url",
+    "__init__",
+    "__repr__",
+    "shapes",
+    "prototypes",
+    "jobs",
+    "events",
+    "ended_matches",
+}
 """What an async client does without being awaited."""
 
 
