@@ -110,7 +110,7 @@ def test_unknown_and_repeated_shapes_are_refused(
     ids, _ = given
     wrong = problem(http.post(PATH, json={"shapes": [ids[1], ids[1]]}), 422, "invalid-request")
     assert wrong["errors"][0]["field"] == "body.shapes.1"
-    problem(http.post(PATH, json={"shapes": [ids[1], "0" * 32]}), 404, "shape-not-found")
+    problem(http.post(PATH, json={"shapes": [ids[1], "0" * 32]}), 422, "unknown-shape")
     problem(http.post(PATH, json={"shapes": ids[:1]}), 422, "invalid-request")
 
 
