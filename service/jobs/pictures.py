@@ -120,9 +120,8 @@ async def get_picture(
     mean shape, and it moved along its first three components. Clients that accept
     only `application/octet-stream` get the same file with that type.
     """
-    plain = accept.partition(";")[0].strip() == BYTES
     payload = PicturePayload(job=job_id, alternative=alternative, view=view)
-    media_type, headers = BYTES if plain else _PICTURE, {"Vary": "Accept"}
+    media_type, headers = BYTES if _only_bytes(accept) else _PICTURE, {"Vary": "Accept"}
     return await _presented(sender, payload, media_type, headers)
 
 
@@ -152,7 +151,7 @@ async def get_export(
 @router.get(
     "/{job_id}/registered.{format}",
     response_class=Response,
-    responses={200: binary_file("The file", *_SURFACE_TYPES.values()), **ERRORS, **_NEEDED},
+    responses={200: binary_file("The file", *_SURFACE_TYPES.values(), BYTES), **ERRORS, **_NEEDED},
     operation_id="get_registered_template",
 )
 async def get_registered_template(
@@ -160,16 +159,24 @@ async def get_registered_template(
     format: Annotated[SurfaceFormat, Path(description="Format of the file.")],  # noqa: A002
     sender: Annotated[Sender, Depends()],
     specimen: Specimen = 0,
+    accept: Annotated[str, Header(include_in_schema=False)] = "",
 ) -> Response:
     """Return a registered template: the source's vertices and triangles on the target's surface.
 
     Of a match, it is the source on the target, if it is `dense`; of a registration, the template on
     one of the specimens, in the coordinates of that specimen. Vertex i is vertex i of the source's
-    or the template's file.
+    or the template's file. Clients that accept only `application/octet-stream` get the same file
+    with that type.
     """
-    headers = {"Content-Disposition": f'attachment; filename="{job_id}-{specimen}.{format}"'}
+    name = f"{job_id}-{specimen}.{format}"
+    headers = {"Content-Disposition": f'attachment; filename="{name}"', "Vary": "Accept"}
+    media_type = BYTES if _only_bytes(accept) else _SURFACE_TYPES[format]
     payload = PicturePayload(job=job_id, format=format, specimen=specimen)
-    return await _presented(sender, payload, _SURFACE_TYPES[format], headers)
+    return await _presented(sender, payload, media_type, headers)
+
+
+def _only_bytes(accept: str) -> bool:
+    return accept.partition(";")[0].strip() == BYTES
 
 
 async def _presented(

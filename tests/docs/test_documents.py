@@ -62,7 +62,7 @@ WRITES = {
         "walking-dressed.ply",
         "dissimilarities.csv",
         "dissimilarities.png",
-        "human.npz",
+        "person.npz",
     )
 }
 """Files that its snippets leave."""
