@@ -103,6 +103,7 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         app.openapi_schema = app.openapi_schema or document(app)
         return app.openapi_schema
 
+    # FastAPI's own way to change the document, which is a method to mypy.
     app.openapi = openapi  # type: ignore[method-assign]
     return app
 

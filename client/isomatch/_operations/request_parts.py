@@ -21,5 +21,6 @@ def path_to(*parts: str) -> str:
 
 def json_value(value: object) -> Json:
     """Return the value of a parameter as JSON; scalars of numpy become numbers of Python."""
+    # Callers give JSON or scalars of numpy, which `object` does not say.
     sent: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
     return sent
