@@ -7,6 +7,7 @@ from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
 from solver.registration.descent import descend, nearest_in_triangle, project
 from solver.registration.registration import DenseCorrespondence, Registration, register
+from solver.registration.rotations import nearest_rotations
 from solver.registration.surface import EIGENPAIRS
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "Registration",
     "descend",
     "nearest_in_triangle",
+    "nearest_rotations",
     "project",
     "register",
 ]

@@ -15,6 +15,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points
+from solver.registration.rotations import nearest_rotations
 from solver.registration.surface import Samples
 
 _RIDGE = 0.01
@@ -196,8 +197,6 @@ def fit_alignment(source: Samples, target: Samples, pairs: Pairs, size: int) -> 
 def rotation_onto(here: FloatArray, there: FloatArray, weights: FloatArray) -> FloatArray:
     """Rotation of corresponding points onto one another: Procrustes without reflection.
 
-    Kabsch, "A solution for the best rotation to relate two sets of vectors", Acta Cryst. A32, 1976.
-
     Parameters
     ----------
     here, there
@@ -210,7 +209,5 @@ def rotation_onto(here: FloatArray, there: FloatArray, weights: FloatArray) -> F
     (3, 3) R of determinant 1: centred points x go to x R.
     """
     centred, centred_there = (one - (weights * one).sum(axis=0) for one in (here, there))
-    left, _, right = np.linalg.svd((weights * centred).T @ centred_there)
-    left[:, 2] *= np.sign(np.linalg.det(left @ right))
-    turn: FloatArray = left @ right
+    turn: FloatArray = nearest_rotations(((weights * centred).T @ centred_there)[None])[0]
     return turn

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh
+from solver.registration.rotations import nearest_rotations
 from solver.shape.laplacian import definite_factor, laplacian
 
 
@@ -76,10 +77,7 @@ class RigidDisplacement:
         moments -= rest[:, :, None] * (self._weights @ positions)[:, None, :]
         moments -= self._weighted_rest[:, :, None] * positions[:, None, :]
         moments += (self._weights @ outer.reshape(-1, 9)).reshape(-1, 3, 3)
-        left, _, right = np.linalg.svd(self._diffused(moments.reshape(-1, 9)))
-        left[:, :, 2] *= np.sign(np.linalg.det(left @ right))[:, None]
-        turns: FloatArray = left @ right
-        return turns
+        return nearest_rotations(self._diffused(moments.reshape(-1, 9)))
 
     def _diffused(self, values: FloatArray) -> FloatArray:
         """(V, 3, 3) sums of (V, 9) values over the neighbourhoods."""

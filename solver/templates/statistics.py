@@ -6,6 +6,7 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.errors import OptionError
+from solver.registration import nearest_rotations
 
 _TOLERANCE = 1e-10
 """Change of the mean, relative to its centroid size, at which the alignment has converged."""
@@ -151,7 +152,5 @@ def shape_statistics(positions: FloatArray, scale: bool = False) -> ShapeStatist
 
 def _rotated(points: FloatArray, onto: FloatArray) -> FloatArray:
     """Centred points, rotated onto others."""
-    left, _, right = np.linalg.svd(points.T @ onto)
-    left[:, 2] *= np.sign(np.linalg.det(left @ right))
-    rotated: FloatArray = points @ (left @ right)
+    rotated: FloatArray = points @ nearest_rotations((points.T @ onto)[None])[0]
     return rotated
