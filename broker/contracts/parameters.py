@@ -139,7 +139,8 @@ class MatchParameters(solver.MatchOptions):
     def registered(self) -> bool:
         """Whether the surfaces are registered: to choose, to map all vertices, or to refine."""
         oriented = self.orientation and self.objective != "linf"
-        return oriented or self.dense or self.refine is not None
+        partial = self.partial in ("source", "target")
+        return oriented or self.dense or self.refine is not None or partial
 
     @property
     def spectrum_size(self) -> int:

@@ -124,6 +124,21 @@ class GromovHausdorff(_Part):
     seconds: float = Field(description="Time it took.")
 
 
+class Overlap(_Part):
+    """What two shapes have in common, one of which was matched as a part of the other."""
+
+    part: Literal["source", "target"] = Field(description="Which of the shapes is the part.")
+    scale: float = Field(
+        gt=0, description="Factor from lengths of the source to lengths of the target."
+    )
+    source: float = Field(
+        ge=0, le=1, description="Share of the source's area that has a partner on the target."
+    )
+    target: float = Field(
+        ge=0, le=1, description="Share of the target's area that has a partner on the source."
+    )
+
+
 class Confidence(_Part):
     """How probably the answer is right, and reasons for doubt."""
 
@@ -323,8 +338,15 @@ class MatchResult(_Part):
         description='With the objective "linf", the Gromov-Hausdorff distance of as many samples of'
         ' either shape; null with another objective, and with `proof` "candidates".',
     )
+    overlap: Overlap | None = Field(
+        default=None,
+        description="What the shapes have in common, where one was matched as a part of the other,"
+        " see `partial`; null where both were matched as wholes. `dense` then has only vertices"
+        " that have a partner.",
+    )
     unmatched: tuple[int, ...] = Field(
-        description="Source vertices (or points) that are cheaper to leave unmatched."
+        description="Source vertices (or points) that are cheaper to leave unmatched, or have no"
+        " partner on a part."
     )
     refinement: Refinement | None = Field(
         default=None,

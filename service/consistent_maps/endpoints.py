@@ -54,6 +54,9 @@ def _payload(asked: ConsistentMapsRequest, service: Service) -> ConsistentMapsPa
         refuse([FieldProblem(field="body.shapes", message=message)], _REFUSED)
     # The proof over all samples takes time, and concerns the sparse match alone.
     parameters = MatchParameters(
-        dense=True, proof="candidates", largest_component=asked.largest_component
+        dense=True,
+        partial="none",
+        proof="candidates",
+        largest_component=asked.largest_component,
     )
     return ConsistentMapsPayload(shapes=asked.shapes, parameters=parameters)

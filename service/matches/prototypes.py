@@ -58,6 +58,7 @@ def in_force(asked: SourceRequest, prototype: PrototypeRecord) -> MatchParameter
     own["points"] = min(asked.points, prototype.points)
     if asked.coarse_points == MatchParameters().coarse_points:
         own["coarse_points"] = _COARSE_POINTS
+    own["partial"] = "none"
     own["orientation"] = asked.orientation and prototype.surfaces > 0
     return asked.parameters().model_copy(update=own)
 
@@ -79,6 +80,9 @@ def _unsupported(
         for name in ("refine", "dense", "landmarks", "third_order")
         if getattr(asked, name)
     ]
+    if asked.partial in ("source", "target"):
+        message = 'parts are not supported with a prototype; leave it out, or set it to "none"'
+        wrong.append(FieldProblem(field="body.partial", message=message))
     if asked.objective != "l2":
         message = 'only "l2" is supported with a prototype; leave it out, or set it to "l2"'
         wrong.append(FieldProblem(field="body.objective", message=message))

@@ -46,7 +46,10 @@ def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayloa
     template = use_shapes(service, named)["body.template"]
     # The proof over all samples takes time, and concerns the sparse match alone.
     parameters = MatchParameters(
-        dense=True, proof="candidates", largest_component=asked.largest_component
+        dense=True,
+        partial="none",
+        proof="candidates",
+        largest_component=asked.largest_component,
     )
     wrong = several_components(parameters, {"body.template": template})
     if template.vertices * len(asked.shapes) > MOST_REGISTERED:

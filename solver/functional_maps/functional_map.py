@@ -20,15 +20,15 @@ class FunctionalMap:
     Parameters
     ----------
     matrix
-        (k, k) C: coefficients a of a function in the first k eigenfunctions of X become C a in
-        those of Y.
+        (k, l) C: coefficients a of a function in the first l eigenfunctions of X become C a in the
+        first k of Y; k = l, but where Y is a part of X.
     """
 
     matrix: FloatArray
 
     @property
     def size(self) -> int:
-        """Number k of eigenfunctions on either side."""
+        """Number k of eigenfunctions of Y."""
         return len(self.matrix)
 
     def images(self, source: FloatArray) -> FloatArray:
@@ -39,13 +39,13 @@ class FunctionalMap:
         Parameters
         ----------
         source
-            (S, K) values of K ≥ k eigenfunctions of X at points of X.
+            (S, K) values of K ≥ l eigenfunctions of X at points of X.
 
         Returns
         -------
         (S, k) float64
         """
-        images: FloatArray = source[:, : self.size] @ self.matrix.T
+        images: FloatArray = source[:, : self.matrix.shape[1]] @ self.matrix.T
         return images
 
 

@@ -28,6 +28,7 @@ from solver.matching.result import (
     GromovHausdorff,
     LevelReport,
     Match,
+    Overlap,
     SampleProof,
 )
 from solver.matching.sampling import level_sizes
@@ -52,6 +53,7 @@ __all__ = [
     "LevelReport",
     "Match",
     "MatchOptions",
+    "Overlap",
     "SampleProof",
     "SampledStructure",
     "SolvedLevel",

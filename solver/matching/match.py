@@ -3,19 +3,21 @@
 from dataclasses import replace
 
 from solver.control import Control
+from solver.errors import OptionError
 from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF
 from solver.matching.certification import certify, prove_over_samples, replaces
 from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.gromov_hausdorff import UNPROVEN_DISTANCE, gromov_hausdorff
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
-from solver.matching.options import GMDS, MatchOptions
+from solver.matching.options import GMDS, SOURCE, TARGET, MatchOptions
 from solver.matching.orientation import Orientation, orient
+from solver.matching.part import find_part, match_part
 from solver.matching.refinement import refine_hypotheses
 from solver.matching.report import report_match
 from solver.matching.result import Match
 from solver.matching.sampling import common_size, sample
-from solver.registration import DenseCorrespondence
+from solver.registration import SURE, DenseCorrespondence
 from solver.shape import Shape
 
 
@@ -61,25 +63,65 @@ def match(
     >>> found.best.source, found.best.target  # (32,) the user's own vertex numbers
     >>> found.certified, found.gap  # of the finest level's problem
     """
-    options = (options or MatchOptions()).settled(common_size(source, target))
+    options = options or MatchOptions()
+    common_size(source, target)
     control = (control or Control()).timed().within(options.time_limit)
     with control.stage("total"):
-        levels, few_points = sample(source, target, options, control)
-        hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
-        hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
-        hypotheses = drop_duplicates(hypotheses)
-        oriented = orient(source, target, hypotheses, levels, options, control)
-        best, *others = oriented.hypotheses
-        if options.objective != LINF:  # else enumeration has bounded the only level
-            best = certify(best, oriented.levels, control)
-        proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
-        if proof is not None and replaces(proof, best, oriented.levels[-1], options):
-            best = best.with_finest(proof)
-        distance = gromov_hausdorff(source, target, levels[0], options, control)
-        dense, refinement = _extend(oriented, best, options, control)
+        if options.partial in (SOURCE, TARGET):
+            found = _match_given_part(source, target, options, control)
+        else:
+            found = _match_whole(source, target, options, control)
+            if options.may_be_partial:
+                found = _match_detected_part(source, target, found, options, control)
     warnings = (
         *(f"source: {warning}" for warning in source.mesh.warnings),
         *(f"target: {warning}" for warning in target.mesh.warnings),
+        *found.warnings,
+    )
+    return replace(found, warnings=warnings)
+
+
+def _match_given_part(
+    source: Shape, target: Shape, options: MatchOptions, control: Control
+) -> Match:
+    known = find_part(source, target, options.partial == SOURCE, options, control)
+    if known is None:
+        raise OptionError("partial", "a shape has too few vertices to be registered as a part")
+    return match_part(known, options, control)
+
+
+def _match_detected_part(
+    source: Shape, target: Shape, found: Match, options: MatchOptions, control: Control
+) -> Match:
+    """Match as a part what surely is no whole, if it fits better so."""
+    doubt = found.confidence
+    if doubt is None or doubt.probability >= SURE or control.expired:
+        return found
+    lengths = [one.mesh.boundary_length / one.mesh.area**0.5 for one in (source, target)]
+    if not max(lengths) > 0.0:
+        return found
+    known = find_part(source, target, lengths[0] > lengths[1], options, control)
+    if known is None or known.surfaces.confidence.probability <= doubt.probability:
+        return found
+    return match_part(known, options, control)
+
+
+def _match_whole(source: Shape, target: Shape, options: MatchOptions, control: Control) -> Match:
+    options = options.settled(common_size(source, target))
+    levels, few_points = sample(source, target, options, control)
+    hypotheses, unproven = enumerate_hypotheses(levels[0], options, control)
+    hypotheses = refine_hypotheses(hypotheses, levels[1:], options.rho, control)
+    hypotheses = drop_duplicates(hypotheses)
+    oriented = orient(source, target, hypotheses, levels, options, control)
+    best, *others = oriented.hypotheses
+    if options.objective != LINF:  # else enumeration has bounded the only level
+        best = certify(best, oriented.levels, control)
+    proof = prove_over_samples([best, *others], oriented.levels[-1], options, control)
+    if proof is not None and replaces(proof, best, oriented.levels[-1], options):
+        best = best.with_finest(proof)
+    distance = gromov_hausdorff(source, target, levels[0], options, control)
+    dense, refinement = _extend(oriented, best, options, control)
+    warnings = (
         *few_points,
         *unproven,
         *(() if distance is None or distance.certified else (UNPROVEN_DISTANCE,)),
@@ -88,13 +130,12 @@ def match(
     vertex_ids = source.mesh.vertex_ids, target.mesh.vertex_ids
     found = report_match([best, *others], oriented.levels, vertex_ids, warnings, control, proof)
     registration = oriented.registration
-    confidence = None if registration is None else registration.confidence
     return replace(
         found,
         gromov_hausdorff_distance=distance,
         dense=dense,
         refinement=refinement,
-        confidence=confidence,
+        confidence=None if registration is None else registration.confidence,
     )
 
 

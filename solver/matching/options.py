@@ -24,6 +24,12 @@ CANDIDATES = "candidates"
 SAMPLES = "samples"
 """Scope of a certificate: all target samples of its level."""
 
+DETECTED = "detected"
+SOURCE = "source"
+TARGET = "target"
+WHOLE = "none"
+"""Which shape is a part of the other."""
+
 MIN_POINTS = 3
 MAX_POINTS = 256
 MAX_COARSE_POINTS = 10
@@ -165,6 +171,18 @@ class MatchOptions(ParameterSet):
         " after repair. With a prototype the surfaces of its examples decide; without them, and"
         ' with objective "linf", whose answer stays that of least distortion, it has no effect.',
     )
+    partial: str = parameter(
+        DETECTED,
+        "Whether one shape is a part of the other, with holes or cut off, of unknown scale:"
+        ' "source", "target", or "none". With "detected", the one with more boundary is taken for a'
+        " part where the whole surfaces do not surely fit and the part fits better. Points that"
+        " the part lacks stay unmatched, vertices that it lacks are left out of `dense`; `overlap`"
+        " of the result tells how much it covers. Points are matched at one level, by geodesic"
+        " distance, and `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is"
+        " that of the files, else it is found. Not with landmarks and `refine`.",
+        one_of=(DETECTED, SOURCE, TARGET, WHOLE),
+        topic="Shapes",
+    )
     dense: bool = parameter(
         False, "Extend the match to all vertices. The extension is `dense` of the result."
     )
@@ -218,6 +236,12 @@ class MatchOptions(ParameterSet):
             self._check_linf()
         self._check_landmarks()
 
+    @property
+    def may_be_partial(self) -> bool:
+        """Whether it is looked whether one shape is a part of the other."""
+        plain = not self.landmarks and self.refine is None and self.objective != LINF
+        return self.partial == DETECTED and plain and self.registered
+
     def _check_linf(self) -> None:
         if self.points > MAX_MINIMAX_POINTS:
             raise OptionError("points", f"objective {LINF} takes at most {MAX_MINIMAX_POINTS}")
@@ -227,6 +251,8 @@ class MatchOptions(ParameterSet):
             raise OptionError("landmarks", f"objective {LINF} takes none")
         if self.third_order > 0.0:
             raise OptionError("third_order", f"objective {LINF} has no third-order term")
+        if self.partial in (SOURCE, TARGET):
+            raise OptionError("partial", f"objective {LINF} matches every point")
 
     def _check_landmarks(self) -> None:
         count = len(self.landmarks)
@@ -280,7 +306,7 @@ class MatchOptions(ParameterSet):
     def registered(self) -> bool:
         """Whether the surfaces are registered."""
         oriented = self.orientation and self.objective != LINF
-        return oriented or self.dense or self.refine == GMDS
+        return oriented or self.dense or self.refine == GMDS or self.partial in (SOURCE, TARGET)
 
     @property
     def needs_spectrum(self) -> bool:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching.hierarchy import (
     RefinedCorrespondence,
     best_candidates,
@@ -62,7 +62,7 @@ def add_target_samples(source: Shape, target: Shape, level: Level, images: IntAr
 
 
 def match_near_images(
-    target: Shape, level: Level, images: IntArray
+    target: Shape, level: Level, images: IntArray, mapped: BoolArray | None = None
 ) -> RefinedCorrespondence | None:
     """Match points near their images under a map.
 
@@ -74,6 +74,8 @@ def match_near_images(
         Of :func:`add_target_samples`.
     images
         (N,) vertices of the target.
+    mapped
+        (N,) points that have a partner, by default all; the others stay unmatched.
 
     Returns
     -------
@@ -84,6 +86,8 @@ def match_near_images(
     distances = _distances_from_images(target, level, images)
     allowed = level.allowed()
     near = allowed & (distances <= _REACH * target.size)
+    if mapped is not None:
+        near &= mapped[:, None]
     near[: level.landmarks] = allowed[: level.landmarks]
     problem = level.problem(best_candidates(distances, near, candidates_per_point(len(images))))
     x, y = problem.candidates.T

@@ -181,6 +181,26 @@ class GromovHausdorff:
         return self.gap <= CERTIFIED_GAP
 
 
+@dataclass(frozen=True)
+class Overlap:
+    """What two shapes have in common, one of which is a part of the other.
+
+    Parameters
+    ----------
+    part
+        ``"source"`` or ``"target"``: which is the part.
+    scale
+        Factor from lengths of the source to those of the target, in the units of the files.
+    source, target
+        Shares of the areas of both that have a partner on the other.
+    """
+
+    part: str
+    scale: float
+    source: float
+    target: float
+
+
 @dataclass(frozen=True, eq=False)
 class Match:
     """A minimum-distortion correspondence with its certificate.
@@ -215,6 +235,8 @@ class Match:
         objective "linf", of a prototype, and of too many samples.
     gromov_hausdorff_distance
         Of the samples of both shapes. ``None`` if not asked for, or with another objective.
+    overlap
+        What the shapes have in common, where one was matched as a part of the other.
     """
 
     best: Correspondence
@@ -228,6 +250,7 @@ class Match:
     confidence: Confidence | None = None
     proof: SampleProof | None = None
     gromov_hausdorff_distance: GromovHausdorff | None = None
+    overlap: Overlap | None = None
 
     @property
     def lower_bound(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
 from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
@@ -91,6 +91,19 @@ class TriangleMesh:
     def closed(self) -> bool:
         """Whether the surface has no boundary: every edge belongs to two faces or more."""
         return not len(self._edges.boundary)
+
+    @cached_property
+    def on_boundary(self) -> BoolArray:
+        """(V,) whether a vertex lies on the boundary: on an edge of a single face."""
+        found = np.zeros(self.n_vertices, dtype=np.bool_)
+        found[self._edges.boundary.ravel()] = True
+        return found
+
+    @cached_property
+    def boundary_length(self) -> float:
+        """Length of all boundary edges, in the user's unit; 0 if closed."""
+        starts, ends = self.vertices[self._edges.boundary.T]
+        return float(np.linalg.norm(ends - starts, axis=1).sum())
 
     @cached_property
     def components(self) -> int:

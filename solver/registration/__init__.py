@@ -4,7 +4,7 @@
 """
 
 from solver.registration.candidates import Points
-from solver.registration.confidence import Confidence
+from solver.registration.confidence import SURE, Confidence
 from solver.registration.descent import descend, nearest_in_triangle, project
 from solver.registration.registration import DenseCorrespondence, Registration, register
 from solver.registration.rotations import nearest_rotations
@@ -12,6 +12,7 @@ from solver.registration.surface import EIGENPAIRS
 
 __all__ = [
     "EIGENPAIRS",
+    "SURE",
     "Confidence",
     "DenseCorrespondence",
     "Points",

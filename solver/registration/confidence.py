@@ -70,8 +70,31 @@ def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
         Whether all candidates were tried.
     """
     measures = {**fit.measures, "score": fit.score, "margin": min(max(margin, 0.0), 1.0)}
-    logit = _INTERCEPT + sum(weight * measures[name] for name, weight in _WEIGHTS.items())
-    probability = float(1.0 / (1.0 + np.exp(-logit)))
+    probability = probability_of(measures, _WEIGHTS, _INTERCEPT)
+    reasons = reasons_for_doubt(probability, margin, complete)
+    return Confidence(probability, reasons, MappingProxyType(measures))
+
+
+def probability_of(
+    measures: Mapping[str, float], weights: Mapping[str, float], intercept: float
+) -> float:
+    """Return the probability that a logistic regression gives."""
+    logit = intercept + sum(weight * measures[name] for name, weight in weights.items())
+    return float(1.0 / (1.0 + np.exp(-logit)))
+
+
+def reasons_for_doubt(probability: float, margin: float, complete: bool) -> tuple[str, ...]:
+    """Return reasons in words; none when sure.
+
+    Parameters
+    ----------
+    probability
+        That the answer is right.
+    margin
+        How much greater the score of the best other candidate is.
+    complete
+        Whether all candidates were tried.
+    """
     reasons = []
     if probability < SURE:
         rival = margin < CLOSE
@@ -81,4 +104,4 @@ def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
             reasons.append(MISFIT)
     if not complete:
         reasons.append(UNFINISHED)
-    return Confidence(probability, tuple(reasons), MappingProxyType(measures))
+    return tuple(reasons)

@@ -135,21 +135,23 @@ def measure_fit(
     """
     ours, theirs = (one.astype(np.float32) for one in alignment.embed(source, target, weights))
     pairs = Pairs(*mutual_nearest_points(ours, theirs))
+    sheared, stretched = strain(source, alignment)
     normals = source.surface(alignment.coefficients)[1], target.smoothed(alignment.size)[1]
     densities = np.stack(
         [
             _both_ways(pairs, ours, theirs, _distances),
             _both_ways(pairs, *normals, lambda here, there: 1.0 - (here * there).sum(axis=1)),
-            *_strain(source, alignment),
+            sheared,
+            np.abs(stretched),
             *_changes_of_curvature(source, target, pairs),
         ]
     )
-    apart, turned, sheared, stretched, *bent = np.maximum(densities.mean(axis=1), 0.0).tolist()
+    apart, turned, shear, stretch, *bent = np.maximum(densities.mean(axis=1), 0.0).tolist()
     fit = Fit(
         apart,
         float(np.sqrt(2.0 * turned)),
-        float(np.sqrt(2.0 * sheared)),
-        stretched,
+        float(np.sqrt(2.0 * shear)),
+        stretch,
         tuple(bent),
         _distortion(source, target, pairs.images),
     )
@@ -174,11 +176,22 @@ def _distances(points: RealArray, others: RealArray) -> RealArray:
     return distances
 
 
-def _strain(source: Samples, alignment: Alignment) -> tuple[FloatArray, FloatArray]:
-    """(S,) logarithms of the conformal distortion and of the change of area, up or down.
+def strain(
+    source: Samples, alignment: Alignment, scale: float = 1.0
+) -> tuple[FloatArray, FloatArray]:
+    """(S,) logarithms of the conformal distortion and of the change of area.
 
     With the first fundamental forms g of the smoothed source and G of the displaced one,
     tr(g⁻¹ G) / (2 √(det G / det g)) is at least 1, and 1 where angles are preserved.
+
+    Parameters
+    ----------
+    source
+        S samples.
+    alignment
+        Of the source.
+    scale
+        √area of the source before it is displaced.
     """
     rest = _first_form(source.derivatives(source.coefficients[: alignment.size]))
     bent = _first_form(source.derivatives(alignment.coefficients))
@@ -187,7 +200,7 @@ def _strain(source: Samples, alignment: Alignment) -> tuple[FloatArray, FloatArr
     trace = (c * p - 2.0 * b * q + a * r) / before
     ratio = np.sqrt(after / before)
     sheared = np.minimum(np.log(np.maximum(0.5 * trace / ratio, 1.0)), _MOST_STRAIN)
-    stretched = np.minimum(np.abs(np.log(ratio)), _MOST_STRAIN)
+    stretched: FloatArray = np.clip(np.log(ratio / scale**2), -_MOST_STRAIN, _MOST_STRAIN)
     return sheared, stretched
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, LOCAL, Pairs, align
@@ -40,7 +40,8 @@ class DenseCorrespondence:
     Parameters
     ----------
     source
-        (K,) the user's numbers of all vertices of the source's surface, ascending.
+        (K,) the user's numbers of all vertices of the source's surface, ascending, but of those
+        without a partner on a part.
     target
         (K,) the user's number of the vertex nearest to each one's image; several may have the same.
     faces
@@ -124,10 +125,14 @@ class Registration:
         aligned = align(source, target, pairs, control.in_time(_SIZES, least=1), LOCAL)
         if aligned.size < chosen.size:
             aligned = chosen
-        refined, images = SurfaceMap.of(ours, theirs, aligned, self.reflected).refined(control)
+        known = SurfaceMap.of(ours, theirs, aligned, self.reflected)
+        refined, images = known.refined(known.at_rest(), control)
         source_mesh, target_mesh = self.source.mesh, self.target.mesh
-        forward = _numbered(source_mesh, target_mesh, images, *refined.on_triangles(images))
-        return replace(forward, inverse=_numbered(target_mesh, source_mesh, *refined.inverse()))
+        forward = in_numbers_of_files(
+            source_mesh, target_mesh, images, *refined.on_triangles(images)
+        )
+        back = in_numbers_of_files(target_mesh, source_mesh, *refined.inverse())
+        return replace(forward, inverse=back)
 
 
 def register(
@@ -188,15 +193,28 @@ def register(
     return replace(mirrored, confidence=mirrored.confidence.of_reflection())
 
 
-def _numbered(
+def in_numbers_of_files(
     source: TriangleMesh,
     target: TriangleMesh,
     images: IntArray,
     faces: IntArray,
     barycentric: FloatArray,
+    mapped: BoolArray | None = None,
 ) -> DenseCorrespondence:
-    """Return a map of all vertices in the user's numbers, those of merged vertices included."""
+    """Return a map of vertices in the user's numbers, those of merged vertices included.
+
+    Parameters
+    ----------
+    source, target
+        The meshes.
+    images, faces, barycentric
+        (V,), (V,) and (V, 3) nearest vertices, triangles and coordinates of all source vertices.
+    mapped
+        (V,) source vertices that have an image, by default all.
+    """
     ids, vertices = source.numbering
+    if mapped is not None:
+        ids, vertices = ids[mapped[vertices]], vertices[mapped[vertices]]
     number = target.vertex_ids
     return DenseCorrespondence(
         ids,

@@ -12,7 +12,7 @@ of the places p that are longer than ℓ are followed, shorter ones are not.
 import numpy as np
 import scipy.sparse as sp
 
-from solver.arrays import FloatArray
+from solver.arrays import BoolArray, FloatArray
 from solver.mesh import TriangleMesh
 from solver.registration.rotations import nearest_rotations
 from solver.shape.laplacian import definite_factor, laplacian
@@ -29,6 +29,8 @@ class RigidDisplacement:
         ℓ.
     width
         h; 0 for neighbourhoods of single rings.
+    drawn
+        (V,) vertices that are drawn to places, by default all; the others follow them.
 
     Raises
     ------
@@ -36,14 +38,17 @@ class RigidDisplacement:
         The Laplacian cannot be factored.
     """
 
-    def __init__(self, mesh: TriangleMesh, length: float, width: float) -> None:
+    def __init__(
+        self, mesh: TriangleMesh, length: float, width: float, drawn: BoolArray | None = None
+    ) -> None:
         stiffness, mass = laplacian(mesh)
         self._mass = mass[:, None]
         self._diffusion = definite_factor(sp.csc_array(sp.diags_array(mass) + width**2 * stiffness))
-        self._rest = mesh.vertices
+        self._rest, self._edges = mesh.vertices, mesh.edges
         self._degree = stiffness.diagonal()
         self._weights = sp.csr_array(sp.diags_array(self._degree) - stiffness)
-        self._pull = (mass / length**2)[:, None]
+        pull = mass / length**2
+        self._pull = (pull if drawn is None else np.where(drawn, pull, 0.0))[:, None]
         self._factor = definite_factor(sp.csc_array(stiffness + sp.diags_array(self._pull[:, 0])))
         self._weighted_rest = self._weights @ self._rest
 
@@ -68,6 +73,21 @@ class RigidDisplacement:
         edges = _product(own, turns) + _product(self._rest, sums)
         edges -= self._weights @ _product(self._rest, turns)
         return np.asarray(self._factor.solve(0.5 * edges + self._pull * places))
+
+    def strain(self, positions: FloatArray) -> float:
+        """Mean change of edges that are rotated with their ends, over their lengths.
+
+        Parameters
+        ----------
+        positions
+            (V, 3) displaced.
+        """
+        i, j = self._edges.T
+        turns = self._rotations(positions)
+        edges, displaced = self._rest[i] - self._rest[j], positions[i] - positions[j]
+        changes = np.linalg.norm(displaced - _product(edges, 0.5 * (turns[i] + turns[j])), axis=1)
+        lengths = np.linalg.norm(edges, axis=1)
+        return float((changes / np.maximum(lengths, 1e-300)).mean())
 
     def _rotations(self, positions: FloatArray) -> FloatArray:
         """(V, 3, 3) rotations R_k: edges x_i − x_j round vertex k go to (x_i − x_j) R_k."""

@@ -204,7 +204,7 @@ class SmoothSurface:
             np.ascontiguousarray(tangents),
             np.empty((len(vertices), 0)),
         )
-        return replace(samples, curvatures=_mean_curvatures(samples))
+        return replace(samples, curvatures=mean_curvatures(samples))
 
 
 _SURFACES: "WeakKeyDictionary[Shape, SmoothSurface]" = WeakKeyDictionary()
@@ -265,14 +265,16 @@ def _gradients(mesh: TriangleMesh, vertices: IntArray) -> sp.csr_array:
     return sp.csr_array(sp.diags_array(weights) @ operator)
 
 
-def _mean_curvatures(samples: Samples) -> FloatArray:
+def mean_curvatures(samples: Samples, area: float = 1.0) -> FloatArray:
     """(S, m) mean curvatures times √t, of the surface after diffusion for times t.
+
+    Times are those of a surface of unit area, times `area`.
 
     ΔX = 2 H n for the positions X of a surface, here with the sign of Δ in section 3.3: H is
     positive where the surface is convex.
     """
     found = []
-    for time in _CURVATURE_TIMES:
+    for time in (area * one for one in _CURVATURE_TIMES):
         coefficients = np.exp(-time * samples.eigenvalues)[:, None] * samples.coefficients
         laplacian = samples.eigenfunctions @ (samples.eigenvalues[:, None] * coefficients)
         _, normals = samples.surface(coefficients)

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray, RealArray
+from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.mesh import vertex_normals
@@ -114,11 +114,33 @@ class SurfaceMap:
         vertices = _nearest_vertices(here, there, self.source, start)
         return vertices, *_on_triangles(here, there, self.source, vertices)
 
-    def refined(self, control: Control) -> tuple["SurfaceMap", IntArray]:
+    def at_rest(self, scale: float = 1.0, drawn: BoolArray | None = None) -> RigidDisplacement:
+        """Return the source at rest, prepared for displacements.
+
+        Parameters
+        ----------
+        scale
+            √area of the source at rest.
+        drawn
+            (V,) source vertices that are drawn to their images, by default all.
+
+        Raises
+        ------
+        MeshError
+            The source's Laplacian cannot be factored.
+        """
+        rest = self.source.mesh
+        sides = scale * (MIRROR if self.reflected else np.ones(3))
+        rest = replace(rest, vertices=rest.vertices * sides)
+        return RigidDisplacement(rest, scale * _LENGTH, scale * _WIDTH, drawn)
+
+    def refined(self, rigid: RigidDisplacement, control: Control) -> tuple["SurfaceMap", IntArray]:
         """Displace the source as rigidly as possible towards its images, and find them again.
 
         Parameters
         ----------
+        rigid
+            The source of :meth:`at_rest`.
         control
             May cancel; past its deadline, fewer rounds are made.
 
@@ -130,13 +152,7 @@ class SurfaceMap:
         ------
         Cancelled
             Through `control`.
-        MeshError
-            The source's Laplacian cannot be factored.
         """
-        rest = self.source.mesh
-        if self.reflected:
-            rest = replace(rest, vertices=rest.vertices * MIRROR)
-        rigid = RigidDisplacement(rest, _LENGTH, _WIDTH)
         current, ahead, images = self, self, self.images()
         for _ in control.in_time(range(_ROUNDS)):
             positions = rigid.step(ahead.positions, ahead._places(images))

@@ -9,7 +9,7 @@ from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, MatchSummary, is_prototype
 from solver.arrays import FloatArray
 from solver.gmds import GmdsRefinement
-from solver.matching import Correspondence, GromovHausdorff, Match, SampleProof
+from solver.matching import Correspondence, GromovHausdorff, Match, Overlap, SampleProof
 from solver.mesh import TriangleMesh
 from solver.registration import Confidence, DenseCorrespondence
 
@@ -46,6 +46,7 @@ def document_of(
         ),
         proof=None if found.proof is None else _proof(found.proof),
         gromov_hausdorff_distance=_gromov_hausdorff(found.gromov_hausdorff_distance),
+        overlap=None if found.overlap is None else _overlap(found.overlap),
         unmatched=tuple(best.unmatched.tolist()),
         dense=None if found.dense is None else _dense(found.dense),
         refinement=refinement,
@@ -134,6 +135,10 @@ def result_from_blob(packed: bytes) -> MatchResult:
 def confidence_of(found: Confidence) -> contracts.Confidence:
     """Return the confidence of a match as the contract has it."""
     return contracts.Confidence.model_validate(found, from_attributes=True)
+
+
+def _overlap(found: Overlap) -> contracts.Overlap:
+    return contracts.Overlap.model_validate(found, from_attributes=True)
 
 
 def _proof(found: SampleProof) -> contracts.SampleProof:

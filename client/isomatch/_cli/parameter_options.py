@@ -35,6 +35,16 @@ MATCH: Final = (
         "Shapes",
     ),
     ParameterOption(
+        "partial",
+        "string",
+        (
+            "Whether one shape is a part of the other, with holes or cut off, of unknown"
+            ' scale: "source", "target", or "none": detected (default), source, target,'
+            " none."
+        ),
+        "Shapes",
+    ),
+    ParameterOption(
         "normalise",
         "boolean",
         ("Scale all shapes to unit area first, so that shapes of any size compare (the default)."),

@@ -82,6 +82,7 @@ def match_summary(match: Match) -> Table:
         "alternatives": str(len(match.alternatives)),
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
+        **({} if match.overlap is None else {"overlap": str(match.overlap)}),
         "unmatched": str(len(match.unmatched)),
         **({} if match.misfit is None else {"misfit": f"{match.misfit:.3g}, 1 is typical"}),
         "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",

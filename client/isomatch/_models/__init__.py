@@ -13,6 +13,7 @@ from isomatch._models.correspondences import (
     GromovHausdorff,
     InverseCorrespondence,
     Level,
+    Overlap,
     SampleProof,
 )
 from isomatch._models.job import JobRecord, JobState, JobWebhook, Progress
@@ -45,6 +46,7 @@ __all__ = [
     "JobWebhook",
     "Level",
     "MatchParameters",
+    "Overlap",
     "Page",
     "Progress",
     "PrototypeParameters",

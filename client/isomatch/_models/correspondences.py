@@ -188,6 +188,29 @@ class GromovHausdorff(Answer):
     seconds: FiniteFloat
 
 
+class Overlap(Answer):
+    """What two shapes have in common, one of which was matched as a part of the other.
+
+    Attributes
+    ----------
+    part
+        ``"source"`` or ``"target"``: which is the part.
+    scale
+        Factor from lengths of the source to lengths of the target.
+    source, target
+        Shares of their areas that have a partner on the other.
+    """
+
+    part: str
+    scale: FiniteFloat
+    source: FiniteFloat
+    target: FiniteFloat
+
+    def __str__(self) -> str:
+        whole, share = ("target", self.target) if self.part == "source" else ("source", self.source)
+        return f"the {self.part} is a part of the {whole}, {share:.0%} of its area"
+
+
 class InverseCorrespondence(Answer):
     """The map of all vertices of the target to the source.
 

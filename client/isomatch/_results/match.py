@@ -17,6 +17,7 @@ from isomatch._models import (
     GromovHausdorff,
     Level,
     MatchParameters,
+    Overlap,
     Refinement,
     SampleProof,
 )
@@ -73,8 +74,11 @@ class Match(Result, Correspondences):
     gromov_hausdorff_distance
         Gromov-Hausdorff distance of the samples, with its bound; None but with objective
         ``"linf"``.
+    overlap
+        What the shapes have in common, where one was matched as a part of the other (`partial`);
+        `dense` then has only vertices that have a partner. None where both are whole.
     unmatched
-        Source vertices (or points) left unmatched at their occlusion cost.
+        Source vertices (or points) left unmatched at their occlusion cost, or without a partner.
     refinement
         Matched points between the target's vertices; None without ``refine="gmds"``, or if fewer
         than three points were matched.
@@ -105,6 +109,7 @@ class Match(Result, Correspondences):
     levels: tuple[Level, ...]
     proof: SampleProof | None = None
     gromov_hausdorff_distance: GromovHausdorff | None = None
+    overlap: Overlap | None = None
     unmatched: tuple[int, ...]
     refinement: Refinement | None = None
     dense: DenseCorrespondence | None = None

@@ -121,6 +121,10 @@ const overAllSamples = ({ energy, gap, certified }) =>
 const ofTheSamples = ({ value, lower_bound, certified }) =>
   h("span", {}, figure(value), certified ? ", proven" : [", at least ", figure(lower_bound)]);
 
+const partOf = ({ part, source, target }) => part === "source"
+  ? `the source is a part of the target, ${percent(target)} of its area`
+  : `the target is a part of the source, ${percent(source)} of its area`;
+
 // The bounds hold for the problem that the chosen match solves.
 const OTHER = "only for the chosen match";
 
@@ -130,6 +134,7 @@ function figures(result, { which, energy, distortion }) {
     ["Energy", figure(energy), "energy"],
     ["Lower bound", best ? figure(result.lower_bound) : OTHER, "lower_bound"],
     ["Gap", best ? h("data", { value: result.gap, title: String(result.gap) }, percent(result.gap)) : OTHER, "gap"],
+    ...(result.overlap ? [["Overlap", partOf(result.overlap), "overlap"]] : []),
     ...(result.proof ? [["Least energy over all samples", overAllSamples(result.proof), "proof"]] : []),
     ["Distortion of distances", figure(distortion.second_order), "second_order"],
     ["Distortion of descriptors", figure(distortion.first_order), "first_order"],

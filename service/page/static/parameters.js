@@ -45,6 +45,18 @@ export const MATCH = {
     "topic": "Shapes",
     "about": "Cost of leaving a source point unmatched."
 },
+  partial: {
+    "type": "string",
+    "default": "detected",
+    "values": [
+        "detected",
+        "source",
+        "target",
+        "none"
+    ],
+    "topic": "Shapes",
+    "about": "Whether one shape is a part of the other, with holes or cut off, of unknown scale: \"source\", \"target\", or \"none\"."
+},
   normalise: {
     "type": "boolean",
     "default": true,

@@ -1,0 +1,168 @@
+"""Matches of a part with the whole that it is a part of: section 3, with occlusion.
+
+The surfaces are registered first: that tells the scale of the part, and what has a partner. The
+points are then matched near their images, at one level, by geodesic distance, which cuts change
+less than what depends on the whole surface. Points without a partner stay unmatched, and so does
+one whose matching would cost more than its occlusion.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.control import Control
+from solver.errors import OptionError
+from solver.matching.certification import certify, prove_over_samples
+from solver.matching.hypothesis import Hypothesis
+from solver.matching.level import Level
+from solver.matching.options import GMDS, SOURCE, TARGET, MatchOptions
+from solver.matching.placement import add_target_samples, match_near_images
+from solver.matching.refinement import solved_level
+from solver.matching.report import report_match
+from solver.matching.result import Match, Overlap
+from solver.matching.structures import build_level
+from solver.registration.partial import PartMap, register_part
+from solver.shape import Shape
+from solver.shape.choices import Geodesic
+
+_OCCLUSION_COST = 0.25
+"""Cost of a point without partner: that of distances to all others that are wrong by half of their
+root mean square."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownPart:
+    """A part registered to the whole.
+
+    Parameters
+    ----------
+    surfaces
+        The registration.
+    is_source
+        Whether the part is the source of the match.
+    """
+
+    surfaces: PartMap
+    is_source: bool
+
+
+def find_part(
+    source: Shape, target: Shape, is_source: bool, options: MatchOptions, control: Control
+) -> KnownPart | None:
+    """Register a part to the whole.
+
+    Parameters
+    ----------
+    source, target
+        The shapes X and Y.
+    is_source
+        Whether X is the part.
+    options
+        Of the match.
+    control
+        Reports progress and cancels.
+
+    Returns
+    -------
+    KnownPart
+        ``None`` if a shape has too few vertices to be registered.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    OptionError
+        An option has no meaning for parts.
+    """
+    if options.landmarks:
+        raise OptionError("landmarks", "a part is matched without landmarks; leave them out")
+    if options.refine == GMDS:
+        raise OptionError("refine", "a part is not refined; take `dense`, whose images lie between")
+    whole, part = (target, source) if is_source else (source, target)
+    with control.stage("registration", 0.3):
+        given = None if whole.normalise else whole.size / part.size
+        found = register_part(whole, part, control, given)
+    return None if found is None else KnownPart(found, is_source)
+
+
+def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Match:
+    """Match a registered part.
+
+    Parameters
+    ----------
+    known
+        The registration.
+    options
+        Of the match. Of the structures only the metric between points is kept: geodesic distance.
+    control
+        Reports progress and cancels.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    found = known.surfaces
+    whole, part = _at_one_scale(found)
+    source, target = (part, whole) if known.is_source else (whole, part)
+    options = _of_parts(options).settled(1.0)
+    with control.stage("structures", 0.6):
+        count = min(options.points, source.n_vertices, target.n_vertices)
+        targets = min(count * options.oversampling, target.n_vertices)
+        level = build_level(source, target, 0, (count, targets), options)
+    best, level = _placed(source, target, known, level, control)
+    best = certify(best, [level], control)
+    proof = prove_over_samples([best], level, options, control)
+    ids = source.mesh.vertex_ids, target.mesh.vertex_ids
+    report = report_match([best], [level], ids, (), control, proof)
+    return replace(
+        report,
+        dense=found.dense(known.is_source) if options.dense else None,
+        confidence=found.confidence,
+        overlap=_overlap(known),
+    )
+
+
+def _of_parts(options: MatchOptions) -> MatchOptions:
+    cost = options.occlusion_cost
+    return replace(
+        options,
+        metric=(Geodesic(),),
+        first_order_weight=0.0,
+        third_order=0.0,
+        occlusion_cost=_OCCLUSION_COST if cost is None else cost,
+    )
+
+
+def _at_one_scale(found: PartMap) -> tuple[Shape, Shape]:
+    """The whole at unit area, and the part at its scale there."""
+    lengths = 1.0 / found.whole.mesh.area**0.5, 1.0 / (found.scale * found.part.mesh.area**0.5)
+    whole, part = (
+        Shape(shape.mesh.scaled(length), normalise=False, geodesic_method=shape.geodesic_method)
+        for shape, length in zip((found.whole, found.part), lengths, strict=True)
+    )
+    return whole, part
+
+
+def _placed(
+    source: Shape, target: Shape, known: KnownPart, level: Level, control: Control
+) -> tuple[Hypothesis, Level]:
+    """Match the points near their images."""
+    found, points = known.surfaces, level.source.vertices
+    images = (found.to_whole if known.is_source else found.to_part)[0][points]
+    mapped = np.ones(len(points), np.bool_) if known.is_source else found.covered[points]
+    with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
+        wider = add_target_samples(source, target, level, images)
+        placed = match_near_images(target, wider, images, mapped)
+    assert placed is not None  # as points may stay unmatched
+    return Hypothesis((solved_level(placed, 1, clock.timings["refinement"]),)), wider
+
+
+def _overlap(known: KnownPart) -> Overlap:
+    found = known.surfaces
+    whole, part = found.whole, found.part
+    # The part is as large on the whole, in the unit of its file, as lengths of it times this.
+    scale = (whole.mesh.area / part.mesh.area) ** 0.5 / found.scale
+    if known.is_source:
+        return Overlap(SOURCE, scale, 1.0, found.share)
+    return Overlap(TARGET, 1.0 / scale, found.share, 1.0)

@@ -1,0 +1,29 @@
+"""Confidence in the registration of a part."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+from solver.registration.confidence import Confidence, probability_of, reasons_for_doubt
+from solver.registration.partial.fit import RefinedPartFit
+
+_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -3.0, "margin": 4.0})
+_INTERCEPT = -15.0
+"""Logistic regression on generated pairs."""
+
+
+def part_confidence(fits: Sequence[RefinedPartFit], complete: bool = True) -> Confidence:
+    """Confidence in the first of some registrations that differ.
+
+    Parameters
+    ----------
+    fits
+        The best first.
+    complete
+        Whether all candidates were tried.
+    """
+    best, *others = fits
+    margin = min((one.score for one in others), default=float("inf")) - best.score
+    measures = {**best.measures, "score": best.score, "margin": min(max(margin, 0.0), 1.0)}
+    probability = probability_of(measures, _WEIGHTS, _INTERCEPT)
+    reasons = reasons_for_doubt(probability, margin, complete)
+    return Confidence(probability, reasons, MappingProxyType(measures))

@@ -1,0 +1,142 @@
+"""Matches of a part and a whole."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solver.arrays import IntArray
+from solver.errors import OptionError
+from solver.matching import Match, MatchOptions, match
+from solver.mesh import triangle_mesh
+from solver.shape import Shape
+from synthetic import human
+
+OPTIONS = MatchOptions(points=16, dense=True)
+
+
+@pytest.fixture(scope="module")
+def whole() -> Shape:
+    body = human("standing", resolution=1500, seed=1)
+    return Shape(triangle_mesh(body.vertices, body.faces))
+
+
+@pytest.fixture(scope="module")
+def half() -> tuple[Shape, IntArray]:
+    """The walking body without an arm and a leg, in other units; and its vertices of the whole."""
+    body = human("walking", resolution=1500, seed=1)
+    mesh = triangle_mesh(5.0 * body.vertices, body.faces)
+    side = mesh.vertices[:, 0] / np.ptp(mesh.vertices[:, 0])
+    faces = mesh.faces[(side[mesh.faces] > np.median(side) - 0.1).all(axis=1)]
+    vertices = np.unique(faces)
+    part = triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+    assert part.components == 1
+    return Shape(part), vertices
+
+
+@pytest.fixture(scope="module")
+def of_part(whole: Shape, half: tuple[Shape, IntArray]) -> Match:
+    return match(half[0], whole, replace(OPTIONS, partial="source"))
+
+
+@pytest.fixture(scope="module")
+def of_whole(whole: Shape, half: tuple[Shape, IntArray]) -> Match:
+    return match(whole, half[0], replace(OPTIONS, partial="target"))
+
+
+def errors(whole: Shape, answer: IntArray, truth: IntArray) -> float:
+    distances = whole.metric("geodesic").distances(truth)
+    return float(distances[np.arange(len(truth)), answer].mean())
+
+
+def test_points_of_the_part_go_where_they_were(
+    whole: Shape, half: tuple[Shape, IntArray], of_part: Match
+) -> None:
+    best, (_, vertices) = of_part.best, half
+    assert len(best.source) + len(best.unmatched) == 16
+    assert len(best.source) >= 12
+    assert errors(whole, best.target, vertices[best.source]) < 0.06
+
+
+def test_points_that_the_part_lacks_stay_unmatched(
+    whole: Shape, half: tuple[Shape, IntArray], of_whole: Match
+) -> None:
+    best, (_, vertices) = of_whole.best, half
+    lacking = ~np.isin(np.arange(whole.n_vertices), vertices)
+    assert lacking[best.unmatched].mean() > 0.6
+    assert lacking[best.source].mean() < 0.2
+    assert errors(whole, vertices[best.target], best.source) < 0.06
+
+
+def test_the_answer_is_certified(of_part: Match, of_whole: Match) -> None:
+    for found in (of_part, of_whole):
+        assert found.certified
+        assert found.lower_bound <= found.best.energy
+        assert found.proof is not None
+        assert found.proof.lower_bound <= found.proof.energy <= found.best.energy * (1 + 1e-9)
+
+
+def test_the_overlap_is_told(
+    whole: Shape, half: tuple[Shape, IntArray], of_part: Match, of_whole: Match
+) -> None:
+    there, back = of_part.overlap, of_whole.overlap
+    assert there is not None
+    assert back is not None
+    assert (there.part, back.part) == ("source", "target")
+    assert (there.source, back.target) == (1.0, 1.0)
+    share = whole.spectrum().mass[half[1]].sum()
+    assert there.target == pytest.approx(share, abs=0.1)
+    assert there.target == pytest.approx(back.source)
+    assert there.scale == pytest.approx(0.2, rel=0.1)
+    assert there.scale * back.scale == pytest.approx(1.0)
+
+
+def test_vertices_without_a_partner_are_not_mapped(of_whole: Match, of_part: Match) -> None:
+    assert of_whole.dense is not None
+    assert of_part.dense is not None
+    assert len(of_whole.dense.source) < 1500
+    assert of_part.dense.inverse is not None
+    np.testing.assert_array_equal(of_whole.dense.source, of_part.dense.inverse.source)
+
+
+def test_a_part_is_detected(whole: Shape, half: tuple[Shape, IntArray]) -> None:
+    found = match(half[0], whole, OPTIONS)
+    assert found.overlap is not None
+    assert found.overlap.part == "source"
+
+
+def test_whole_surfaces_are_no_parts(whole: Shape) -> None:
+    body = human("walking", resolution=1500, seed=2)
+    found = match(whole, Shape(triangle_mesh(body.vertices, body.faces)), OPTIONS)
+    assert found.overlap is None
+
+
+def test_nothing_is_looked_for_that_is_not_wanted(
+    whole: Shape, half: tuple[Shape, IntArray]
+) -> None:
+    found = match(half[0], whole, replace(OPTIONS, partial="none", points=8))
+    assert found.overlap is None
+    assert found.dense is not None
+    assert found.dense.inverse is not None
+    assert len(found.dense.inverse.source) == whole.n_vertices
+
+
+@pytest.mark.parametrize(
+    ("field", "options"),
+    [
+        ("landmarks", MatchOptions(partial="source", landmarks=((0, 0),))),
+        ("refine", MatchOptions(partial="target", refine="gmds")),
+    ],
+)
+def test_options_without_meaning_for_parts_are_refused(
+    whole: Shape, field: str, options: MatchOptions
+) -> None:
+    with pytest.raises(OptionError) as caught:
+        match(whole, whole, options)
+    assert caught.value.field == field
+
+
+def test_the_minimax_objective_has_no_parts() -> None:
+    with pytest.raises(OptionError) as caught:
+        MatchOptions(partial="source", objective="linf", points=8)
+    assert caught.value.field == "partial"

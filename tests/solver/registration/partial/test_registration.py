@@ -1,0 +1,115 @@
+"""Parts cut out of known surfaces, moved and scaled."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.control import Control
+from solver.errors import Cancelled
+from solver.mesh import TriangleMesh, triangle_mesh
+from solver.registration.partial import PartMap, register_part
+from solver.shape import Shape
+from synthetic import human
+
+SCALE = 3.0
+
+
+def cut(mesh: TriangleMesh, kept: BoolArray, scale: float = SCALE) -> tuple[TriangleMesh, IntArray]:
+    """The triangles all of whose corners are kept, turned, moved and scaled; and their vertices."""
+    faces = mesh.faces[kept[mesh.faces].all(axis=1)]
+    vertices = np.unique(faces)
+    turn = Rotation.from_rotvec([1.0, -2.0, 0.4]).as_matrix()
+    moved = scale * (mesh.vertices[vertices] @ turn + [3.0, -1.0, 2.0])
+    return triangle_mesh(moved, np.searchsorted(vertices, faces)), vertices
+
+
+@pytest.fixture(scope="module")
+def whole() -> Shape:
+    body = human("walking", resolution=1500)
+    return Shape(triangle_mesh(body.vertices, body.faces))
+
+
+@pytest.fixture(scope="module")
+def without_a_leg(whole: Shape) -> tuple[Shape, IntArray]:
+    """What is above the knee of one leg, and all of the other one."""
+    positions = whole.mesh.vertices
+    height, side = positions[:, 1] - positions[:, 1].min(), positions[:, 0]
+    leg = (height < 0.4 * np.ptp(positions[:, 1])) & (side > np.median(side))
+    part, vertices = cut(whole.mesh, ~leg)
+    return Shape(part), vertices
+
+
+@pytest.fixture(scope="module")
+def found(whole: Shape, without_a_leg: tuple[Shape, IntArray]) -> PartMap:
+    found = register_part(whole, without_a_leg[0], Control())
+    assert found is not None
+    return found
+
+
+def places(shape: Shape, faces: IntArray, barycentric: FloatArray) -> FloatArray:
+    found: FloatArray = np.einsum(
+        "vc,vcd->vd", barycentric, shape.mesh.vertices[shape.mesh.faces[faces]]
+    )
+    return found
+
+
+def test_the_scale_of_a_part_is_found(
+    whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
+) -> None:
+    part, _ = without_a_leg
+    expected = SCALE * np.sqrt(whole.mesh.area / part.mesh.area)
+    assert found.scale == pytest.approx(expected, rel=0.02)
+
+
+def test_every_vertex_of_a_part_goes_back_where_it_was(
+    whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
+) -> None:
+    _, vertices = without_a_leg
+    errors = np.linalg.norm(
+        places(whole, *found.to_whole[1:]) - whole.mesh.vertices[vertices], axis=1
+    )
+    assert errors.mean() < 0.01 * np.sqrt(whole.mesh.area)
+
+
+def test_vertices_that_the_part_lacks_have_no_partner(
+    whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
+) -> None:
+    _, vertices = without_a_leg
+    there = np.isin(np.arange(whole.n_vertices), vertices)
+    mass = whole.spectrum().mass
+    assert mass[found.covered != there].sum() < 0.05
+    assert found.share == pytest.approx(mass[there].sum(), abs=0.05)
+
+
+def test_maps_name_the_vertices_of_the_files(whole: Shape, found: PartMap) -> None:
+    """Of the whole, those that have a partner."""
+    forward = found.dense(part_is_source=True)
+    assert forward.inverse is not None
+    np.testing.assert_array_equal(forward.source, np.arange(found.part.n_vertices))
+    np.testing.assert_array_equal(forward.inverse.source, np.flatnonzero(found.covered))
+    back = found.dense(part_is_source=False)
+    np.testing.assert_array_equal(back.source, forward.inverse.source)
+    np.testing.assert_array_equal(back.barycentric, forward.inverse.barycentric)
+
+
+def test_a_given_scale_is_kept(whole: Shape, without_a_leg: tuple[Shape, IntArray]) -> None:
+    part, _ = without_a_leg
+    found = register_part(whole, part, Control(), scale=1.1)
+    assert found is not None
+    assert found.scale == 1.1
+
+
+def test_units_of_length_do_not_matter(
+    whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
+) -> None:
+    same = (Shape(one.mesh, normalise=False) for one in (whole, without_a_leg[0]))
+    again = register_part(*same, Control())
+    assert again is not None
+    assert again.scale == pytest.approx(found.scale, rel=1e-6)
+    np.testing.assert_array_equal(again.covered, found.covered)
+
+
+def test_a_registration_is_cancelled(whole: Shape, without_a_leg: tuple[Shape, IntArray]) -> None:
+    with pytest.raises(Cancelled):
+        register_part(whole, without_a_leg[0], Control(is_cancelled=lambda: True))
