@@ -6,6 +6,7 @@ import { percent } from "./format.js";
 import { openNpz } from "./npz.js";
 import { canDraw } from "./plotly.js";
 import { Scene, extent } from "./scene.js";
+import { shareDrawn } from "./shape.js";
 import { simplified } from "./vertex_clustering.js";
 import { rotated, sourceView } from "./view.js";
 
@@ -21,11 +22,11 @@ const MOST_FETCHED = 1_000_000;
  */
 export async function componentView(place, result, job, signal) {
   const count = result.specimens.filter((one) => one.registered).length;
+  fill(place, h("p", { class: "faint" }, "Loading the mean shape."));
   if (!canDraw() || result.vertices * count > MOST_FETCHED) {
     await showPicture(place, job, signal);
     return null;
   }
-  fill(place, h("p", { class: "faint" }, "Loading the mean shape."));
   const shape = await fetched(job, signal);
   if (signal.aborted) return null;
   return drawn(place, shape, result, signal);
@@ -51,7 +52,7 @@ async function fetched(job, signal) {
     components.data.subarray(whole.length * c, whole.length * (c + 1)).map((value) => (deviation * value) / size))));
   const specimens = Array.from({ length: scores.shape[0] }, (_, m) => deviations.map((deviation, c) =>
     (deviation > 0 ? scores.data[m * deviations.length + c] / deviation : 0)));
-  return { mean: rotated(rows, mesh.positions), faces: mesh.faces, steps, specimens };
+  return { mean: rotated(rows, mesh.positions), faces: mesh.faces, share: mesh.share, steps, specimens };
 }
 
 const moved = ({ mean, steps }, scores) => steps.reduce((sum, step, c) =>
@@ -84,7 +85,8 @@ async function drawn(place, shape, result, signal) {
     take(next, next.every((one) => one === 0) ? "Mean shape" : "Mean shape, moved along its components");
   }));
   const mean = () => take(none, "Mean shape");
-  fill(place, h("div", { class: "pair" }, h("figure", {}, node, caption),
+  fill(place, h("div", { class: "pair" }, h("figure", {}, node, caption,
+    h("p", { class: "faint" }, shareDrawn(shape.share, result.faces))),
     sliders.length === 0 ? null : h("div", {}, h("h3", {}, "Principal components"), sliders.map((one) => one.node),
       button("Mean shape", mean))));
   await mean();
