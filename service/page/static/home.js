@@ -42,8 +42,8 @@ export async function homeView(place, ids, signal) {
   fill(place,
     h("p", { class: "lead" },
       "Drop two meshes to match them: find the correspondence of minimum distortion, and a bound on how"
-      + " far it is from the optimum. Drop more to compare all pairs, to map them to one another, or to match or"
-      + " register one to all others."),
+      + " far it is from the optimum. Drop more to compare all pairs, to map all to one another, or to match one, or"
+      + " register it as a template, with all others."),
     uploads.node,
     h("p", { class: "actions" }, "Examples: ", exampleButtons(uploads.take)),
     selected, lists);

@@ -26,7 +26,7 @@ export function mapScenes(job, signal) {
     fill(place, h("p", { class: "faint" }, "Loading the map."));
     try {
       // All maps of a job are in one file, which is fetched once.
-      arrays ??= request(job.links.arrays, { signal }).then(async (answer) => openNpz(await answer.arrayBuffer()));
+      arrays ??= fetched(job, signal);
       const records = [recordOf("shapes", source, own.signal), recordOf("shapes", target, own.signal)];
       const [here, there, array] = await Promise.all([...records, arrays]);
       const { data } = await array(`map_${i}_${j}`);
@@ -35,10 +35,14 @@ export function mapScenes(job, signal) {
       const drawn = await matchScenes(place, result, here, there, new Selection(), own.signal);
       await drawn?.show({ correspondences: result.correspondences, refined: null, dense: result.dense });
     } catch (error) {
-      if (!own.signal.aborted) throw error;
+      if (own.signal.aborted) return;
+      arrays = null;
+      throw error;
     }
   };
 }
+
+const fetched = async (job, signal) => openNpz(await (await request(job.links.arrays, { signal })).arrayBuffer());
 
 // A map as the result of a match: its dense map, and pairs of vertices that are spread over the source.
 async function resultOf(images, { id }, signal) {

@@ -110,6 +110,18 @@ def test_the_map_of_a_pair_is_drawn(
     drawn(mapped, 2, 0, arrays, members)
 
 
+def test_results_stay_when_a_shape_is_deleted(
+    mapped: Page, api: Api, members: list[FloatArray], arrays: dict[str, FloatArray]
+) -> None:
+    gone = result_of(mapped, api)["shapes"][2]["shape"]
+    assert httpx2.delete(f"{api.url}/v1/shapes/{gone}", timeout=60.0).status_code == 204
+    pairs = mapped.get_by_role("table").last.get_by_role("button")
+    pairs.nth(5).press("Enter")
+    expect(mapped.locator(".detail")).to_contain_text("A shape is no longer kept")
+    pairs.nth(3).press("Enter")
+    drawn(mapped, 0, 1, arrays, members)
+
+
 def middle_of(page: Page, row: int, column: int) -> Position:
     box = page.locator(".heat .nsewdrag").bounding_box()
     assert box is not None
