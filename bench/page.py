@@ -15,7 +15,7 @@ from demo.figures import generate, write_off
 from demo.stack import running_stack
 
 VERTICES = 4000
-SIZE = 1100, 1010
+SIZE = 1100, 1040
 PATIENCE = 120_000
 """Milliseconds."""
 

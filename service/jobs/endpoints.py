@@ -28,7 +28,15 @@ LONGEST_WAIT: Final = 60.0
 CANCEL_WAIT: Final = 2.0
 """Seconds an answer waits for a cancelled job to stop; most stop at once."""
 
-ListedKind: TypeAlias = Literal["match", "batch", "dissimilarities", "prototype", "transfer"]
+ListedKind: TypeAlias = Literal[
+    "match",
+    "batch",
+    "dissimilarities",
+    "prototype",
+    "transfer",
+    "registration",
+    "consistent_maps",
+]
 """Kinds of jobs that are listed: those that users request."""
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])

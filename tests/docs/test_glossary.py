@@ -19,4 +19,5 @@ def test_every_term_names_a_module_that_exists() -> None:
 
 def test_every_room_of_the_solver_has_a_term() -> None:
     rooms = {path.name for path in (ROOT / "solver").iterdir() if (path / "__init__.py").exists()}
-    assert rooms == {place.split("/")[1] for places in PLACES.values() for place in places}
+    named = {place for places in PLACES.values() for place in places}
+    assert rooms == {place.split("/")[1] for place in named if place.startswith("solver/")}

@@ -79,10 +79,12 @@ def running_api(settings: Settings) -> Iterator[Api]:
         time.sleep(0.01)
     port = server.servers[0].sockets[0].getsockname()[1]
     store = Store.open(settings, retry_seconds=1)
-    yield Api(f"http://127.0.0.1:{port}", store)
-    store.close()
-    server.should_exit = True
-    thread.join()
+    try:
+        yield Api(f"http://127.0.0.1:{port}", store)
+    finally:
+        store.close()
+        server.should_exit = True
+        thread.join()
 
 
 @pytest.fixture(scope="session")
@@ -103,15 +105,17 @@ def served_api(settings: Settings) -> Iterator[Api]:
     """Run an API with workers, which are there when it begins."""
     assert settings.redis_url is not None
     pool = WorkerPool(WORKERS, settings.redis_url)
-    pool.start()
     with running_api(settings) as running:
         queue = JobQueue(running.store, settings)
         deadline = time.monotonic() + 540
-        while queue.workers() < WORKERS:
-            assert time.monotonic() < deadline
-            time.sleep(0.05)
-        yield running
-        pool.stop()
+        try:
+            pool.start()
+            while queue.workers() < WORKERS:
+                assert time.monotonic() < deadline
+                time.sleep(0.05)
+            yield running
+        finally:
+            pool.stop()
 
 
 @pytest.fixture(scope="session")

@@ -24,3 +24,10 @@ def member(seed: int, subdivisions: int = 2) -> tuple[FloatArray, IntArray]:
 def family(count: int, subdivisions: int = 2, first: int = 0) -> list[bytes]:
     """OFF files of several shapes of the class."""
     return [off(*member(seed, subdivisions)) for seed in range(first, first + count)]
+
+
+def in_two_parts(seed: int) -> bytes:
+    """OFF file of a shape of the class and a smaller copy beside it."""
+    vertices, faces = member(seed)
+    both = np.concatenate([vertices, 0.3 * vertices + 10.0])
+    return off(both, np.concatenate([faces, faces + len(vertices)]))

@@ -7,6 +7,7 @@ from itertools import combinations
 from typing import Final
 
 from broker.contracts import ConsistentMapsPayload
+from broker.store import Store
 from solver import matching
 from solver.control import Control
 from solver.errors import MeshError, OptionError
@@ -35,8 +36,10 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
 
     Raises
     ------
+    ShapeGone
+        No pair can be matched, as shapes were deleted.
     UnusableShape
-        No pair can be matched.
+        No pair can be matched for another reason.
     Cancelled
         Through the reporter.
     """
@@ -49,7 +52,7 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
     loaded = time.perf_counter()
     collection = Collection(shapes, _matched(payload, shapes, limit))
     if not collection.maps:
-        raise UnusableShape("shapes.0", _first_reason(collection))
+        raise _failure(payload, collection, store)
     matched = time.perf_counter()
     last.report("consistency", 0.0)
     result, arrays = consistent_maps_of(payload, names, collection, last)
@@ -124,6 +127,17 @@ def _map_of(
     return PairwiseMap(found.dense, found.confidence)
 
 
-def _first_reason(collection: Collection) -> str:
-    reasons = (*collection.shapes, *collection.pairs.values())
-    return next(one for one in reasons if isinstance(one, str))
+def _failure(
+    payload: ConsistentMapsPayload, collection: Collection, store: Store
+) -> ShapeGone | UnusableShape:
+    """Return why no pair could be matched: a shape that is gone, or the first reason."""
+    unusable = [(place, one) for place, one in enumerate(collection.shapes) if isinstance(one, str)]
+    kept = store.shapes.records([payload.shapes[place] for place, _ in unusable])
+    for (place, _), record in zip(unusable, kept, strict=True):
+        if record is None:
+            return ShapeGone(payload.shapes[place])
+    if unusable:
+        place, reason = unusable[0]
+        return UnusableShape(f"shapes.{place}", reason)
+    (reason, *_) = (one for one in collection.pairs.values() if isinstance(one, str))
+    return UnusableShape("shapes.0", reason)

@@ -50,7 +50,8 @@ def list_jobs(
     kind: Annotated[
         str | None,
         typer.Option(
-            help="Only jobs of this kind: match, batch, dissimilarities, prototype or transfer."
+            help="Only jobs of this kind: match, batch, dissimilarities, prototype, transfer,"
+            " registration or consistent_maps."
         ),
     ] = None,
     of: Annotated[

@@ -13,6 +13,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.maps_rendering import print_maps
 from isomatch._cli.prototype_rendering import print_learned
+from isomatch._cli.registration_rendering import print_registration
 from isomatch._clients import Job
 from isomatch._operations.results import ENDINGS, View
 from isomatch._results import (
@@ -21,6 +22,7 @@ from isomatch._results import (
     Dissimilarities,
     LearnedPrototype,
     Match,
+    Registration,
     Transfer,
 )
 
@@ -149,6 +151,8 @@ def finish(
         render.print_dissimilarities(result, names, render.standard_output())
     elif isinstance(result, Transfer):
         render.print_transfer(result, render.standard_output())
+    elif isinstance(result, Registration):
+        print_registration(result, render.standard_output())
     elif isinstance(result, ConsistentMaps):
         print_maps(result, render.standard_output())
     elif isinstance(result, LearnedPrototype):

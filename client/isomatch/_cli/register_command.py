@@ -57,7 +57,7 @@ def register(
         if as_json:
             typer.echo(found.to_json())
         else:
-            print_registration(found, names, render.standard_output())
+            print_registration(found, render.standard_output(), names)
         if not all(one.registered for one in found.specimens):
             raise typer.Exit(REFUSED)
 

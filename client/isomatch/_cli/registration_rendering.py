@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Column, Table
+from rich.text import Text
 
 from isomatch._cli.render import print_warnings
 from isomatch._results import Registration
@@ -13,33 +14,36 @@ _SHOWN = 10
 """Components that are printed."""
 
 
-def print_registration(found: Registration, names: Sequence[str], console: Console) -> None:
+def print_registration(
+    found: Registration, console: Console, names: Sequence[str] | None = None
+) -> None:
     """Print how well the template was registered to each specimen, and the components.
 
     Parameters
     ----------
     found
         The result.
-    names
-        Names of the specimens.
     console
         Where it is printed.
+    names
+        Names of the specimens, if not those they are stored under.
     """
     table = Table(
         Column("specimen"),
+        Column("id", no_wrap=True),
         Column("distance", justify="right"),
         Column("flipped", justify="right"),
         Column("confidence"),
         box=SIMPLE_HEAD,
         pad_edge=False,
     )
-    for name, one in zip(names, found.specimens, strict=True):
+    stored = [one.name or "-" for one in found.specimens]
+    for name, one in zip(stored if names is None else names, found.specimens, strict=True):
+        measures = ["-", "-", f"not registered: {one.reason}"]
         if one.registered:
-            distance = f"{one.max_distance:.4f}"
             reflected = " (reflected)" if one.reflected else ""
-            table.add_row(name, distance, str(one.flipped), f"{one.confidence}{reflected}")
-        else:
-            table.add_row(name, "-", "-", f"not registered: {one.reason}")
+            measures = [f"{one.max_distance:.4f}", str(one.flipped), f"{one.confidence}{reflected}"]
+        table.add_row(*map(Text, (name, one.shape, *measures)))
     console.print(table)
     shares = [f"{100.0 * one.explained:.1f} %" for one in found.components[:_SHOWN]]
     if shares:

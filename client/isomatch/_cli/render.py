@@ -298,7 +298,10 @@ def _subject(record: JobRecord, short: bool = False) -> str:
         return (name or "")[:10] if short else name or ""
 
     if record.source is not None:
-        return f"{shown(record.source)} -> {shown(record.target)}"
+        others = record.shape_count - (record.source in record.shapes)
+        several = "1 shape" if others == 1 else f"{others} shapes"
+        target = several if record.target is None else shown(record.target)
+        return f"{shown(record.source)} -> {target}"
     few = record.shape_count == len(record.shapes) <= (2 if short else 20)
     shapes = ", ".join(map(shown, record.shapes)) if few else f"{record.shape_count} shapes"
     return ": ".join(part for part in (record.name, shown(record.prototype), shapes) if part)

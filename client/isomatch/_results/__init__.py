@@ -11,6 +11,7 @@ from isomatch._results.prototype_points import PrototypePoints
 from isomatch._results.prototypes import Example, LearnedPrototype, Prototype
 from isomatch._results.registration import PrincipalComponent, Registration, Specimen
 from isomatch._results.result_document import Drawable, DrawableSource, Result, is_prototype
+from isomatch._results.summary import change
 from isomatch._results.transfer import Transfer
 
 __all__ = [
@@ -40,5 +41,6 @@ __all__ = [
     "Specimen",
     "Transfer",
     "TransferKind",
+    "change",
     "is_prototype",
 ]

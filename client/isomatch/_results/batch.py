@@ -8,6 +8,7 @@ from pydantic import FiniteFloat
 from isomatch._models import Answer, Confidence, Distortion, JobState, MatchParameters
 from isomatch._problem import Problem
 from isomatch._results.result_document import Drawable, Result
+from isomatch._results.summary import called, screen
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -98,7 +99,10 @@ class Batch(Result):
     def __repr__(self) -> str:
         return f"<Batch of {len(self.matches)} matches, {self.succeeded} succeeded>"
 
-    __str__ = __repr__
+    def __str__(self) -> str:
+        source = called(self.source_name, self.source)
+        heading = f"{source} matched with {self.succeeded} of {len(self.matches)} targets"
+        return screen(heading, [_line(match) for match in self.matches])
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         raise ValueError("a batch has no picture; draw its matches, as in client.job(id).plot()")
@@ -125,3 +129,14 @@ class BatchProgress(Answer):
     source_name: str | None
     ended: int
     matches: tuple[BatchMatch, ...]
+
+
+def _line(match: BatchMatch) -> str:
+    said = f"{called(match.target_name, match.target)}: {match.state}"
+    if match.error is not None:
+        return f"{said}: {match.error.summary}"
+    if match.summary is None:
+        return said
+    order = f"second-order distortion {match.summary.distortion.second_order:.3g}"
+    sure = "" if match.summary.confidence is None else f", {match.summary.confidence}"
+    return f"{said}, {order}{sure}"

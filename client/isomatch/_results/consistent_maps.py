@@ -1,6 +1,6 @@
 """Maps between all shapes of a collection that agree with one another."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +10,7 @@ from pydantic import FiniteFloat
 from isomatch._models import Answer, Confidence
 from isomatch._results.array_result import ArrayResult
 from isomatch._results.result_document import Drawable
+from isomatch._results.summary import called, change, screen
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -107,7 +108,17 @@ class ConsistentMaps(ArrayResult):
         done = sum(pair.mapped for pair in self.pairs)
         return f"<ConsistentMaps of {done} of {len(self.pairs)} pairs>"
 
-    __str__ = __repr__
+    def __str__(self) -> str:
+        done = sum(pair.mapped for pair in self.pairs)
+        heading = f"{done} of {len(self.pairs)} pairs of {len(self.shapes)} shapes mapped"
+        if self.cycle_error_before is not None and self.cycle_error is not None:
+            heading += f"; mean cycle error {change(self.cycle_error_before, self.cycle_error)}"
+        names = {one.shape: called(one.name, one.shape) for one in self.shapes}
+        shapes = [f"{names[one.shape]}: does not fit: {one.reason}"
+                  for one in self.shapes if not one.fits]  # fmt: skip
+        # What does not fit, and what was improved, is looked for first.
+        ranked = sorted(self.pairs, key=lambda pair: (pair.fits, not pair.through))
+        return screen(heading, [*shapes, *(_line(pair, names) for pair in ranked)])
 
     def map(self, source: int, target: int) -> npt.NDArray[np.int64]:
         """Return the map from one shape to another.
@@ -144,3 +155,14 @@ class ConsistentMaps(ArrayResult):
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         raise ValueError("consistent maps have no figure; use the arrays of map(source, target)")
+
+
+def _line(pair: CollectionPair, names: Mapping[str, str]) -> str:
+    said = [f"{names[pair.source]} - {names[pair.target]}: {pair.confidence or 'no map'}"]
+    if pair.cycle_error_before is not None and pair.cycle_error is not None:
+        said.append(f"cycle error {change(pair.cycle_error_before, pair.cycle_error)}")
+    if pair.through:
+        said.append(f"through {', '.join(names[shape] for shape in pair.through)}")
+    if not pair.fits:
+        said.append(f"does not fit: {pair.reason}")
+    return "; ".join(said)

@@ -12,12 +12,16 @@ from pydantic import FiniteFloat
 from isomatch._models import Answer, Confidence
 from isomatch._results.array_result import ArrayResult
 from isomatch._results.result_document import Drawable
+from isomatch._results.summary import called, screen
 from isomatch._upload import binary_ply
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
 
 Floats = npt.NDArray[np.float64]
+
+_SHOWN = 5
+"""Components that are printed."""
 
 
 class Specimen(Answer):
@@ -110,7 +114,14 @@ class Registration(ArrayResult):
         done = sum(one.registered for one in self.specimens)
         return f"<Registration of {done} of {len(self.specimens)} specimens>"
 
-    __str__ = __repr__
+    def __str__(self) -> str:
+        done = sum(one.registered for one in self.specimens)
+        template = called(self.template_name, self.template)
+        heading = f"{template} registered to {done} of {len(self.specimens)} specimens"
+        shares = ", ".join(f"{100.0 * one.explained:.0f} %" for one in self.components[:_SHOWN])
+        if shares:
+            heading += f"; variance of the components: {shares}"
+        return screen(heading, [_line(one) for one in self.specimens])
 
     @property
     def faces(self) -> npt.NDArray[np.int64]:
@@ -176,3 +187,12 @@ class Registration(ArrayResult):
 
     def _figure(self, drawn: Sequence[Drawable], alternative: int | None) -> "Figure":
         raise ValueError("a registration has no figure; job.picture() has one of the components")
+
+
+def _line(one: Specimen) -> str:
+    name = called(one.name, one.shape)
+    if not one.registered:
+        return f"{name}: not registered: {one.reason}"
+    reflected = ", reflected" if one.reflected else ""
+    distance = f"distance at most {one.max_distance:.2g}"
+    return f"{name}: {distance}, {one.flipped} flipped triangles{reflected}, {one.confidence}"

@@ -4,7 +4,7 @@ import { get } from "./api.js";
 import { h, fill, table, warningList } from "./dom.js";
 import { download } from "./download.js";
 import { certifiedBadge, count, figure, percent } from "./format.js";
-import { drawHeatMap } from "./heat_map.js";
+import { dissimilarityPicture, drawHeatMap } from "./heat_map.js";
 import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
@@ -28,7 +28,7 @@ export function partialView(place, path, signal) {
       if (signal.aborted || place.dataset.done) return;
       fill(place, h("p", { class: "faint" }, said), known.pairs_done ? map : null);
       if (!known.pairs_done) return;
-      await drawHeatMap(map, known.matrix, names, known.labels, () => {}, signal);
+      await drawHeatMap(map, dissimilarityPicture(known.matrix, names, known.labels), () => {}, signal);
     } catch {
       // The next change or the result is drawn instead.
     } finally {
@@ -60,7 +60,7 @@ export async function collectionView(place, result, job, signal) {
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
       download(job.links.arrays, "Arrays (NPZ)", `${job.id}.npz`)),
     neighbourTable(result, names, choose));
-  await drawHeatMap(map, result.matrix, names, result.labels, choose, signal);
+  await drawHeatMap(map, dissimilarityPicture(result.matrix, names, result.labels), choose, signal);
 }
 
 function scores(result) {

@@ -62,6 +62,22 @@ export function nearestVertex(positions, [x, y, z]) {
   return best;
 }
 
+/** Farthest point sampling among the allowed vertices, in space; the first is the farthest from the origin. */
+export function farthestVertices(positions, allowed, count) {
+  const distances = allowed.map((v) => Math.hypot(...pointAt(positions, v)));
+  const found = [];
+  while (found.length < Math.min(count, allowed.length)) {
+    const next = allowed[distances.reduce((best, value, at) => (value > distances[best] ? at : best), 0)];
+    const point = pointAt(positions, next);
+    allowed.forEach((v, at) => {
+      const distance = Math.hypot(...pointAt(positions, v).map((value, k) => value - point[k]));
+      distances[at] = found.length === 0 ? distance : Math.min(distances[at], distance);
+    });
+    found.push(next);
+  }
+  return found;
+}
+
 /** (3 V) area-weighted normals of the vertices, not of unit length. */
 export function normals(positions, faces) {
   const sums = new Float64Array(positions.length);

@@ -1,4 +1,4 @@
-// A matrix of dissimilarities as a heat map: dark cells are similar shapes, blocks are classes.
+// Matrices of a collection as heat maps, such as its dissimilarities: dark cells are similar shapes, blocks are classes.
 
 import { plain } from "./dom.js";
 import { colorOf, plotly } from "./plotly.js";
@@ -6,29 +6,40 @@ import { digits } from "./format.js";
 
 /** The colour scale, as in the service's pictures (worker/pictures/heat_map.py). */
 const COLORSCALE = "Viridis";
-/** Dissimilarities above this quantile have the last colour. */
+/** Values above this quantile have the last colour. */
 const UPPER_QUANTILE = 0.98;
 /** Shapes up to which rows and columns are named. */
 const MOST_NAMES = 40;
-/** Characters of a shortened name. */
+/** Characters of a shortened name, and of one beside a narrow drawing. */
 const LONGEST = 18;
+const NARROW_LONGEST = 10;
+/** Pixels below which a drawing is narrow. */
+const NARROW = 500;
 const drawn = new WeakSet();
 
-/** @param {function(number, number)} choose called with the row and column of a cell that is clicked */
-export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
+/**
+ * Draw a matrix.
+ * @param {Object} picture `names` of rows and columns, `labels` or null; `matrix` of numbers, null for no
+ *   cell, and `most`, the number that has the last colour; `title` of the colours; `text`, of row and column
+ * @param {function(number, number)} choose called with the row and column of a cell that is clicked
+ */
+export async function drawHeatMap(node, { names, labels = null, matrix, most, title, text }, choose, signal) {
   const Plotly = await plotly();
   if (signal.aborted) return;
   const order = ordered(labels, names.length);
-  const short = order.map((i) => plain(shortened(names[i])));
+  const narrow = node.clientWidth < NARROW;
+  const short = shortened(names, narrow ? NARROW_LONGEST : LONGEST);
   // Names may repeat, so the axes are numeric and only their ticks are named.
   const ticks = names.length <= MOST_NAMES
-    ? { tickvals: order.map((_, at) => at), ticktext: short } : { showticklabels: false };
+    ? { tickvals: order.map((_, at) => at), ticktext: order.map((i) => plain(short[i])) } : { showticklabels: false };
   const data = {
     type: "heatmap", colorscale: COLORSCALE, xgap: 1, ygap: 1, hoverinfo: "text",
-    // The square root tells small dissimilarities apart, which decide the nearest neighbours.
-    z: order.map((i) => order.map((j) => root(matrix[i][j]))), zmin: 0, zmax: greatest(matrix),
-    text: order.map((i) => order.map((j) => cellText(names[i], names[j], matrix[i][j]))),
-    colorbar: { title: { text: "√ dissimilarity", side: "right" }, thickness: 12, exponentformat: "e" },
+    z: order.map((i) => order.map((j) => matrix[i][j])), zmin: 0, zmax: most,
+    text: order.map((i) => order.map((j) => [names[i], names[j], text(i, j)].map(plain).join("<br>"))),
+    colorbar: {
+      thickness: 12, exponentformat: "e",
+      ...(narrow ? { title: { text: title, side: "top" }, orientation: "h", y: 1, yanchor: "bottom" } : { title: { text: title, side: "right" } }),
+    },
   };
   const axis = { ...ticks, automargin: true, showgrid: false, zeroline: false, fixedrange: true };
   const layout = {
@@ -43,18 +54,32 @@ export async function drawHeatMap(node, matrix, names, labels, choose, signal) {
   signal.addEventListener("abort", () => Plotly.purge(node));
 }
 
-function greatest(matrix) {
-  const pairs = matrix.flatMap((row, i) => row.slice(i + 1).filter((value) => value !== null));
-  const sorted = Float64Array.from(pairs).sort();
-  return root(sorted[Math.floor(UPPER_QUANTILE * (sorted.length - 1))] ?? 0) || 1;
+/** Dissimilarities as a picture for `drawHeatMap`. */
+export function dissimilarityPicture(matrix, names, labels) {
+  // The square root tells small dissimilarities apart, which decide the nearest neighbours.
+  const roots = matrix.map((row) => row.map((value) => (value === null ? null : Math.sqrt(Math.max(0, value)))));
+  const text = (i, j) => (matrix[i][j] === null ? "not compared yet" : digits(matrix[i][j]));
+  return { names, labels, matrix: roots, most: greatest(roots), title: "√ dissimilarity", text };
 }
 
-const root = (value) => (value === null ? null : Math.sqrt(Math.max(0, value)));
+/** The number that has the last colour: a high quantile of all pairs, 1 if there are none. */
+export function greatest(matrix) {
+  const pairs = matrix.flatMap((row, i) => row.slice(i + 1).filter((value) => value !== null));
+  const sorted = Float64Array.from(pairs).sort();
+  return sorted[Math.floor(UPPER_QUANTILE * (sorted.length - 1))] || 1;
+}
 
-const shortened = (name) => (name.length <= LONGEST ? name : `${name.slice(0, LONGEST - 1)}…`);
-
-const cellText = (row, column, value) =>
-  `${plain(row)}<br>${plain(column)}<br>${value === null ? "not compared yet" : digits(value)}`;
+/** Names in a few letters; long ones often have the same first words, which do not tell shapes apart. */
+export function shortened(names, longest = LONGEST) {
+  const first = names[0];
+  const same = [...first].findIndex((letter, at) => names.some((name) => name[at] !== letter));
+  const words = first.slice(0, same < 0 ? 0 : same).replace(/[^\s_-]*$/, "").length;
+  return names.map((name) => {
+    if (name.length <= longest) return name;
+    const rest = words > 0 ? `…${name.slice(words)}` : name;
+    return rest.length <= longest ? rest : `${rest.slice(0, longest - 1)}…`;
+  });
+}
 
 function ordered(labels, count) {
   const order = Array.from({ length: count }, (_, i) => i);

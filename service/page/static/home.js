@@ -1,4 +1,4 @@
-// The start page: upload and choose shapes, then match them, compare them or learn a prototype.
+// The start page: upload and choose shapes, and what is done with them.
 
 import { get } from "./api.js";
 import { h, fill, button } from "./dom.js";
@@ -12,6 +12,7 @@ import { count } from "./format.js";
 /** @param {Array<string>} ids ids in the address, of shapes that are chosen already */
 export async function homeView(place, ids, signal) {
   const chosen = [];
+  const last = { task: null };
   let forms = new AbortController();
   signal.addEventListener("abort", () => forms.abort());
   const selected = h("section", { "aria-labelledby": "chosen-title", class: "card", hidden: true });
@@ -30,7 +31,7 @@ export async function homeView(place, ids, signal) {
     history.replaceState(null, "", hash);
     forms.abort();
     forms = new AbortController();
-    showChosen(selected, chosen, show, forms.signal);
+    showChosen(selected, chosen, last, show, forms.signal);
   };
   const listShapes = async () => fill(shapes, await shapeList(choose, signal));
   const uploads = dropZone(async (shape) => {
@@ -41,7 +42,8 @@ export async function homeView(place, ids, signal) {
   fill(place,
     h("p", { class: "lead" },
       "Drop two meshes to match them: find the correspondence of minimum distortion, and a bound on how"
-      + " far it is from the optimum. Drop more to compare all pairs."),
+      + " far it is from the optimum. Drop more to compare all pairs, to map all to one another, or to match one, or"
+      + " register it as a template, with all others."),
     uploads.node,
     h("p", { class: "actions" }, "Examples: ", exampleButtons(uploads.take)),
     selected, lists);
@@ -63,7 +65,7 @@ export async function homeView(place, ids, signal) {
     })]);
 }
 
-function showChosen(node, chosen, changed, signal) {
+function showChosen(node, chosen, last, changed, signal) {
   node.hidden = chosen.length === 0;
   if (chosen.length === 0) return;
   const swap = () => {
@@ -74,11 +76,17 @@ function showChosen(node, chosen, changed, signal) {
     h("h2", { id: "chosen-title" }, "Chosen shapes"),
     h("ol", { class: "chips" }, chosen.map((shape, at) => chip(shape, at, chosen, changed))),
     chosen.length === 2 && !isPrototype(chosen[0]) ? button("Swap source and target", swap) : null,
-    chosen.length > 1 ? jobForm(chosen, signal) : h("p", { class: "faint" }, "Choose another shape."));
+    chosen.length > 1 ? jobForm(chosen, last, signal) : h("p", { class: "faint" }, "Choose another shape."));
 }
 
 function chip(shape, at, chosen, changed) {
-  const role = chosen.length > 2 ? null : h("span", { class: "faint" }, ["source ", "target "][at]);
+  const roles = chosen.length > 2 ? ["first "] : ["source ", "target "];
+  const role = at < roles.length ? h("span", { class: "faint" }, roles[at]) : null;
+  const first = chosen.length <= 2 || at === 0 || isPrototype(chosen[0]) ? null : button("Put first", () => {
+    chosen.unshift(...chosen.splice(at, 1));
+    changed();
+    document.querySelector(".chips a").focus();
+  }, { "aria-label": `Put ${shape.name} first`, class: "small" });
   const drop = button("Remove", () => {
     chosen.splice(at, 1);
     changed();
@@ -87,5 +95,5 @@ function chip(shape, at, chosen, changed) {
     isPrototype(shape) ? h("a", { href: `#/prototypes/${shape.id}` }, `${shape.name}, version ${shape.version}`)
       : h("a", { href: `#/shapes/${shape.id}` }, shape.name),
     h("span", { class: "faint" }, isPrototype(shape) ? " prototype " : ` ${count(shape.vertices)} vertices `),
-    drop);
+    first, " ", drop);
 }

@@ -3,6 +3,7 @@
 import { get, remove } from "./api.js";
 import { batchProgress, batchView } from "./batch.js";
 import { collectionView, partialView } from "./collection.js";
+import { consistentMapsView } from "./consistent_maps.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
 import { matchView } from "./match.js";
@@ -10,9 +11,13 @@ import { download, exportsOf } from "./download.js";
 import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
+import { registrationView } from "./registration.js";
 import { kindName, percent, stateName, time } from "./format.js";
 
-const RESULTS = { match: matchView, batch: batchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView };
+const RESULTS = {
+  match: matchView, batch: batchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView,
+  registration: registrationView, consistent_maps: consistentMapsView,
+};
 const PARTIAL = { batch: batchProgress, dissimilarities: partialView };
 
 export async function jobView(place, [id], signal) {

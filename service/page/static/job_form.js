@@ -4,16 +4,16 @@ import { get, post } from "./api.js";
 import { h, fill } from "./dom.js";
 import { showErrors } from "./fields.js";
 import { fieldName, problemBox } from "./problem.js";
-import { TASKS, fieldsOf } from "./tasks.js";
+import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 
 export const isPrototype = (chosen) => Boolean(chosen?.examples);
 
-/** A form for a match, a comparison or a prototype of the chosen shapes. */
-export function jobForm(shapes, signal) {
+/**
+ * A form for one of the tasks that the chosen shapes allow.
+ * @param {Object} last `task`, the name of the task that was chosen last; kept up to date
+ */
+export function jobForm(shapes, last, signal) {
   const learned = isPrototype(shapes[0]);
-  if (learned && shapes.length > 2) {
-    return h("p", { class: "faint" }, "A prototype is matched with one shape: remove the others.");
-  }
   const parts = h("div", { class: "fields" });
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" });
@@ -23,6 +23,7 @@ export function jobForm(shapes, signal) {
   let task;
   const take = async (name) => {
     const taken = TASKS[name];
+    last.task = name;
     task = taken;
     submit.textContent = task.title;
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
@@ -47,16 +48,17 @@ export function jobForm(shapes, signal) {
       submit.disabled = false;
     }
   });
-  const names = learned ? ["recognise"] : shapes.length === 2 ? ["match", "compare", "learn"] : ["compare", "learn"];
-  fill(form, names.length > 1 ? choiceOf(names, take) : null, parts, said, h("p", {}, submit));
-  take(names[0]);
+  const names = tasksFor(shapes.length, learned);
+  const first = names.includes(last.task) ? last.task : names[0];
+  fill(form, names.length > 1 ? choiceOf(names, first, take) : null, parts, said, h("p", {}, submit));
+  take(first);
   return form;
 }
 
-function choiceOf(names, take) {
-  const option = (name, at) => h("label", {},
+function choiceOf(names, first, take) {
+  const option = (name) => h("label", {},
     h("input", {
-      type: "radio", name: "task", value: name, checked: at === 0, "data-form": true,
+      type: "radio", name: "task", value: name, checked: name === first, "data-form": true,
       onchange: () => take(name),
     }), " ", TASKS[name].about);
   return h("fieldset", {}, h("legend", {}, "Task"), names.map(option));

@@ -73,8 +73,8 @@ const pictureOf = (job, which) => (which === 0
 const name = ({ id, name: called }, learned = false) =>
   (id ? h("a", { href: `#/${learned ? "prototypes" : "shapes"}/${id}` }, called) : called);
 
-// A shape may have been deleted since; the result is still shown.
-async function recordOf(kind, id, signal) {
+/** Record of a shape or prototype, which may have been deleted since; the result is still shown. */
+export async function recordOf(kind, id, signal) {
   const record = await orNull(get(`/v1/${kind}/${encodeURIComponent(id)}`, signal));
   return record ?? { id: null, name: "a shape that is no longer kept", faces: 0 };
 }

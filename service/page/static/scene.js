@@ -26,7 +26,7 @@ const NOTHING = { points: [], colors: [], names: [], numbered: false, ring: null
  * The drawing of a shape.
  *
  * `mesh` has `positions` and `faces`; nothing is drawn before the first `show`. With `picked`,
- * clicks on vertices are reported.
+ * clicks on vertices are reported. `reach` is how far from the origin the shape may be moved.
  */
 export class Scene {
   #node;
@@ -38,10 +38,10 @@ export class Scene {
   #size;
   #brightness;
 
-  constructor(node, { positions, faces }, signal, { picked = false } = {}) {
+  constructor(node, { positions, faces }, signal, { picked = false, reach = 0 } = {}) {
     this.#node = node;
     this.#signal = signal;
-    this.#size = positions.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
+    this.#size = Math.max(reach, extent(positions));
     this.#brightness = brightness(positions, faces);
     this.#mesh = { positions, faces };
     this.#surface = {
@@ -72,6 +72,15 @@ export class Scene {
     const first = this.#node.data === undefined;
     await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring)], this.#layout(), CONFIG);
     if (first) this.#signal.addEventListener("abort", () => this.#plotly.purge(this.#node));
+  }
+
+  /** Draw the shape, without points, with its vertices elsewhere; it stays within the drawing. */
+  async reshape(positions) {
+    this.#size = Math.max(this.#size, extent(positions));
+    this.#mesh = { ...this.#mesh, positions };
+    this.#brightness = brightness(positions, this.#mesh.faces);
+    this.#surface = { ...this.#surface, ...columns(positions, ["x", "y", "z"]) };
+    await this.show(null);
   }
 
   /** Draw a ring round one of the points, or round none. */
@@ -165,6 +174,9 @@ export class Scene {
     await this.#plotly.relayout(this.#node, { "scene.camera": camera });
   }
 }
+
+/** Greatest coordinate of any vertex. */
+export const extent = (positions) => positions.reduce((most, value) => Math.max(most, Math.abs(value)), 0);
 
 function columns(values, names) {
   return Object.fromEntries(names.map((name, k) =>

@@ -9,44 +9,56 @@ const LARGE = 50000;
 const SIMPLIFIED = 20000;
 const FEW_POINTS = 16;
 
+const idsOf = (shapes) => shapes.map((shape) => shape.id);
+const pair = ([source, target]) => ({ source: source.id, target: target.id });
+const batch = ([source, ...targets]) => ({ source: source.id, targets: idsOf(targets) });
+
+const matchFields = ({ metrics, descriptors }, shapes) => [
+  numberField("points", MATCH.points),
+  structureField("metric", MATCH.metric, metrics, shapes),
+  structureField("descriptor", MATCH.descriptor, descriptors, shapes),
+  h("div", { class: "checks" },
+    switchField("orientation", MATCH.orientation, "Tell left from right and front from back (a dense map does so too)"),
+    switchField("dense", MATCH.dense, "Extend the match to all vertices (dense map)"),
+    checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", MATCH.refine.default === "gmds"),
+    common(shapes)),
+];
+
+const prototypeFields = (_, [prototype, ...targets]) => [
+  numberField("points", {
+    ...MATCH.points, default: prototype.points, max: prototype.points,
+    about: "Points of the prototype that are matched.",
+  }),
+  h("div", { class: "checks" }, common(targets)),
+];
+
 const matching = {
   path: "/v1/matches",
   title: "Match",
   about: "Match: corresponding points of two shapes",
   parameters: MATCH,
-  named: ([source, target]) => ({ source: source.id, target: target.id }),
-  fields: ({ metrics, descriptors }, shapes, signal) => [
-    numberField("points", MATCH.points),
-    structureField("metric", MATCH.metric, metrics, shapes),
-    structureField("descriptor", MATCH.descriptor, descriptors, shapes),
-    h("div", { class: "checks" },
-      switchField("orientation", MATCH.orientation, "Tell left from right and front from back (a dense map does so too)"),
-      switchField("dense", MATCH.dense, "Extend the match to all vertices (dense map)"),
-      checkbox("refine", "gmds", "Find matched points between vertices as well (GMDS)", MATCH.refine.default === "gmds"),
-      common(shapes)),
-    landmarkField(shapes, signal),
-  ],
+  named: pair,
+  fields: (structures, shapes, signal) => [...matchFields(structures, shapes), landmarkField(shapes, signal)],
 };
 
-const recognising = {
-  path: "/v1/matches",
-  title: "Match",
-  named: ([source, target]) => ({ source: source.id, target: target.id }),
-  fields: (_, [prototype, target]) => [
-    numberField("points", {
-      ...MATCH.points, default: prototype.points, max: prototype.points,
-      about: "Points of the prototype that are matched.",
-    }),
-    h("div", { class: "checks" }, common([target])),
-  ],
+const matchingAll = {
+  path: "/v1/batches",
+  title: "Match all",
+  about: "Batch: match the first with each of the others",
+  parameters: MATCH,
+  named: batch,
+  fields: matchFields,
 };
+
+const recognising = { path: "/v1/matches", title: "Match", named: pair, fields: prototypeFields };
+const recognisingAll = { path: "/v1/batches", title: "Match all", named: batch, fields: prototypeFields };
 
 const comparing = {
   path: "/v1/dissimilarities",
   title: "Compare",
   about: "Compare: dissimilarities of all pairs",
   parameters: COMPARE,
-  named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
+  named: (shapes) => ({ shapes: idsOf(shapes) }),
   fields: ({ metrics }, shapes) => [
     numberField("points", COMPARE.points),
     structureField("metric", COMPARE.metric, metrics, shapes),
@@ -54,12 +66,29 @@ const comparing = {
   ],
 };
 
+const registering = {
+  path: "/v1/registrations",
+  title: "Register",
+  about: "Register the first, as a template, to each of the others",
+  named: ([template, ...specimens]) => ({ template: template.id, shapes: idsOf(specimens) }),
+  fields: (_, shapes) => [h("div", { class: "checks" },
+    checkbox("scale", true, "Scale the specimens to a common size before their mean is taken", false), components(shapes))],
+};
+
+const mapping = {
+  path: "/v1/consistent-maps",
+  title: "Map",
+  about: "Consistent maps between all, improved by one another",
+  named: (shapes) => ({ shapes: idsOf(shapes) }),
+  fields: (_, shapes) => [h("div", { class: "checks" }, components(shapes))],
+};
+
 const learning = {
   path: "/v1/prototypes",
   title: "Learn",
   about: "Learn a prototype of a class from examples",
   parameters: LEARN,
-  named: (shapes) => ({ shapes: shapes.map((shape) => shape.id) }),
+  named: (shapes) => ({ shapes: idsOf(shapes) }),
   fields: (_, shapes) => [
     textField("name", "Name", beginning(shapes), "A name that exists gets a next version."),
     numberField("points", { ...LEARN.points, default: FEW_POINTS }),
@@ -79,7 +108,16 @@ export function fieldsOf({ fields, parameters }, ...given) {
 }
 
 /** The tasks: address, fields and words of each. */
-export const TASKS = { match: matching, compare: comparing, recognise: recognising, learn: learning };
+export const TASKS = {
+  match: matching, batch: matchingAll, recognise: recognising, recogniseAll: recognisingAll,
+  compare: comparing, map: mapping, register: registering, learn: learning,
+};
+
+/** Names of the tasks for so many shapes, of which the first may be a prototype. */
+export function tasksFor(count, learned) {
+  if (learned) return [count === 2 ? "recognise" : "recogniseAll"];
+  return count === 2 ? ["match", "compare", "learn", "register"] : ["compare", "learn", "batch", "map", "register"];
+}
 
 const alike = ([first, ...others]) =>
   others.every((shape) => shape.vertices === first.vertices && shape.faces === first.faces);
@@ -94,14 +132,16 @@ const sizeOf = (shapes) => Math.max(...shapes.map((shape) => shape.vertices));
 
 function common(shapes) {
   const largest = sizeOf(shapes);
-  const several = shapes.some((shape) => shape.components > 1);
   return [
     largest <= SIMPLIFIED ? null : checkbox("simplify", SIMPLIFIED,
       "Simplify to 20,000 vertices first: faster, and the points are still vertices of the files",
       largest > LARGE),
-    several ? checkbox("largest_component", true, "Take the largest part of shapes that have several", true) : null,
+    components(shapes),
   ];
 }
+
+const components = (shapes) => (shapes.some((shape) => shape.components > 1)
+  ? checkbox("largest_component", true, "Take the largest part of shapes that have several", true) : null);
 
 // Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
 function classes(shapes) {

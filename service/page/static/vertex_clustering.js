@@ -7,11 +7,12 @@ const ROUNDS = 4;
 
 /**
  * Simplify a mesh of more than `most` triangles.
- * @returns {Object} `positions`, `faces`, `colors`, and `share`, the fraction of triangles that is left
+ * @returns {Object} `positions`, `faces`, `colors`; `share`, the fraction of triangles that is left; and
+ *   `reduced`, which takes (3 V) values of the vertices to those of the vertices that are left
  */
 export function simplified({ positions, faces, colors }, most = MOST) {
   const count = faces.length / 3;
-  if (count <= most) return { positions, faces, colors, share: 1 };
+  if (count <= most) return { positions, faces, colors, share: 1, reduced: (values) => values };
   // A surface in a grid of n³ cells meets about n² of them.
   let cells = Math.sqrt(most / 2);
   let coarse = clustered(positions, faces, colors, cells);
@@ -27,8 +28,10 @@ export function simplified({ positions, faces, colors }, most = MOST) {
 function clustered(positions, faces, colors, cells) {
   const owner = owners(positions, cells);
   const size = owner.count;
+  const reduced = (values) => means(values, owner, size, Float32Array);
   return {
-    positions: means(positions, owner, size, Float32Array),
+    positions: reduced(positions),
+    reduced,
     faces: Uint32Array.from(survivors(faces, owner.of)),
     colors: colors === null ? null : means(colors, owner, size, Uint8Array),
   };

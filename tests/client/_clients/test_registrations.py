@@ -47,6 +47,9 @@ def test_registered_templates_are_arrays_and_files(
     job.save_registered(tmp_path / "b.glb", 0)
     glb: Any = trimesh.load(tmp_path / "b.glb", force="mesh", process=False)
     np.testing.assert_allclose(glb.vertices, found.positions[0], atol=1e-5)
+    said = str(found).splitlines()
+    assert said[0].startswith(f"a.off ({template.id[:8]}) registered to 2 of 2 specimens")
+    assert said[1].startswith(f"  b.obj ({other.id[:8]}): distance at most ")
     with pytest.raises(ValueError, match="none of ply, obj, glb"):
         job.save_registered(tmp_path / "b.stl")
     with pytest.raises(ValueError, match="would be called 'same'"):
@@ -69,3 +72,18 @@ def test_the_command_writes_a_file_for_each_specimen(
     done = run("register", blobs[0], blobs[1], "-o", out, "--json", url=url)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["specimens"][0]["flipped"] == 0
+
+
+def test_the_result_is_printed_again_with_names_beside_ids(
+    client: isomatch.Client, url: str, blobs: tuple[Path, Path]
+) -> None:
+    template, other = map(client.upload, blobs)
+    job = client.register(template, [other])
+    done = run("jobs", "result", job.id, url=url)
+    assert done.returncode == 0, done.stderr
+    (line,) = [line for line in done.stdout.splitlines() if "b.obj" in line]
+    assert line.split()[:2] == ["b.obj", other.id]
+    listed = run("jobs", "list", "--kind", "registration", url=url).stdout
+    assert job.id in listed
+    shown = " ".join(run("jobs", "show", job.id, url=url).stdout.split())
+    assert f"of {template.id} -> 1 shape state" in shown

@@ -10,6 +10,7 @@ import pytest
 
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
+from tests.service.batches.test_batches import SLOW, awaited, batch
 from tests.service.conftest import Json, problem
 from tests.service.matches.test_refinement import file_of
 from tests.service.registrations.test_registrations import (
@@ -19,6 +20,7 @@ from tests.service.registrations.test_registrations import (
     in_two_parts,
 )
 from tests.solver import shapes
+from tests.worker.figures import blob_file
 
 Upload = Callable[..., Json]
 
@@ -129,3 +131,31 @@ def test_cancelled_consistent_maps_end(
     queued = http.post(PATH, json={"shapes": given[0], "largest_component": True})
     http.delete(f"/v1/jobs/{queued.json()['id']}")
     assert ended(http, queued)["state"] == "cancelled"
+
+
+def test_shapes_deleted_before_a_job_runs_are_named_and_other_jobs_go_on(
+    http: httpx2.Client, given: tuple[list[str], list[FloatArray]], upload: Upload
+) -> None:
+    ids, _ = given
+    gone = [upload(blob_file(2, seed=seed))["id"] for seed in (70, 71)]
+    lasting = [upload(blob_file(4, seed=seed))["id"] for seed in (72, 73, 74)]
+    # Both workers are busy, so that the collections are not begun when their shapes are deleted.
+    busy = batch(http, {"source": lasting[0], "targets": lasting[1:], **SLOW})
+    awaited(http, busy, lambda now: [one.state for one in now.matches] == ["running"] * 2)
+    asked = [[*gone, ids[1]], [gone[0], *ids[1:3]], ids[1:3]]
+    failing, partial, other = [http.post(PATH, json={"shapes": shapes}) for shapes in asked]
+    for shape in gone:
+        assert http.delete(f"/v1/shapes/{shape}").status_code == 204
+    http.delete(busy["links"]["self"])
+    failed = ended(http, failing)
+    assert failed["state"] == "failed"
+    assert failed["error"]["type"].endswith("shape-deleted")
+    assert gone[0] in failed["error"]["detail"]
+    problem(http.get(failed["links"]["result"]), 409, "job-without-result")
+    partly = ended(http, partial)
+    assert partly["state"] == "succeeded", partly
+    found = http.get(partly["links"]["result"]).json()
+    assert [one["fits"] for one in found["shapes"]] == [False, True, True]
+    assert "was deleted" in found["shapes"][0]["reason"]
+    assert [one["mapped"] for one in found["pairs"]] == [False, False, True]
+    assert ended(http, other)["state"] == "succeeded"

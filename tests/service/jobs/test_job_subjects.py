@@ -1,7 +1,7 @@
 """Shapes and prototypes of jobs, in the jobs and as filters of the listing."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, get_args
 
 import httpx2
 import pytest
@@ -15,6 +15,7 @@ from broker.contracts import (
     subject_of,
 )
 from broker.store import keys, listings
+from service.jobs.endpoints import ListedKind
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 
@@ -105,6 +106,10 @@ def test_collections_are_told_in_short(http: httpx2.Client, api: Api) -> None:
     assert job["shape_count"] == 30
     # It is found by those that are not named, too.
     assert ids(http, shape=shapes[-1]) == [job["id"]]
+
+
+def test_listings_are_filtered_by_every_kind_that_users_request() -> None:
+    assert set(get_args(ListedKind)) == {kind.value for kind in JobKind if kind.has_result}
 
 
 def test_listings_are_filtered(http: httpx2.Client, api: Api) -> None:

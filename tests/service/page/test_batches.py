@@ -5,16 +5,39 @@ from collections.abc import Callable
 import httpx2
 from playwright.sync_api import Page, expect
 
-from tests.service.conftest import Json
-from tests.service.page.conftest import PATIENCE
+from tests.service.conftest import Api, Json
+from tests.service.page.conftest import PATIENCE, result_of
 from tests.worker.figures import blob_file
+
+
+def blobs(upload: Callable[..., Json]) -> list[str]:
+    return [upload(blob_file(seed=seed))["id"] for seed in range(3)]
+
+
+def test_the_first_of_several_shapes_is_matched_with_the_others(
+    page: Page, api: Api, upload: Callable[..., Json]
+) -> None:
+    ids = blobs(upload)
+    page.goto(f"/#/with/{'/'.join(ids)}")
+    page.get_by_label("Batch: match the first").check()
+    points = page.get_by_label("Points", exact=True)
+    points.fill("2")
+    page.get_by_role("button", name="Match all").click()
+    expect(page.locator("#error-points")).to_contain_text("greater than or equal to 3")
+    points.fill("8")
+    page.get_by_role("button", name="Match all").click()
+    page.wait_for_url("**/#/jobs/*")
+    expect(page.get_by_role("table")).to_contain_text("2 of 2 matches", timeout=PATIENCE)
+    result = result_of(page, api)
+    assert result["source"] == ids[0]
+    assert [one["target"] for one in result["matches"]] == ids[1:]
+    assert result["parameters"]["points"] == 8
 
 
 def test_its_matches_are_listed(
     page: Page, http: httpx2.Client, upload: Callable[..., Json]
 ) -> None:
-    source = upload(blob_file())["id"]
-    targets = [upload(blob_file(seed=seed))["id"] for seed in (1, 2)]
+    source, *targets = blobs(upload)
     body = {"source": source, "targets": targets, "target_names": ["<b>one</b>", None]}
     job = http.post("/v1/batches", json={**body, "points": 8, "eigenpairs": 40}).json()
     page.goto(f"/#/jobs/{job['id']}")

@@ -2,9 +2,12 @@
 
 import base64
 import gzip
+import io
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from isomatch._landmarks.surface_points import nearest_points
 from isomatch._results import Geometry
@@ -55,6 +58,53 @@ def test_geometries_are_read(page: Page, colored: bool) -> None:
         np.testing.assert_array_equal(read["colors"], np.rint(255 * mesh.colors).ravel())
 
 
+@pytest.mark.parametrize("save", [np.savez, np.savez_compressed])
+def test_arrays_are_read(page: Page, save: Callable[..., None]) -> None:
+    rng = np.random.default_rng(4)
+    given: dict[str, npt.NDArray[Any]] = {
+        "positions": rng.standard_normal((3, 4, 2)),
+        "single": rng.standard_normal((5, 2)).astype(np.float32),
+        "images": np.array([7, -1, 2**31 - 1]),
+        "columns": np.asfortranarray(rng.integers(-9, 9, (4, 3, 2), dtype=np.int32)),
+        "none": np.zeros((0, 4, 3)),
+        "text": np.array(["a", "b"]),
+    }
+    stream = io.BytesIO()
+    save(stream, **given)
+    body = """
+        const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
+        const array = m.openNpz(bytes.buffer);
+        const read = async (name) => {
+          const { shape, data } = await array(name);
+          return [shape, [...data]];
+        };
+        const names = ["positions", "single", "images", "columns", "none"];
+        const refused = await read("text").then(() => "", (error) => error.message);
+        return [await Promise.all(names.map(read)), await array("missing"), refused];
+    """
+    found, missing, refused = call(page, "npz", body, base64.b64encode(stream.getvalue()).decode())
+    for (shape, data), expected in zip(found, list(given.values())[:5], strict=True):
+        assert tuple(shape) == expected.shape
+        assert data == expected.ravel().tolist()
+    assert missing is None
+    assert "<U1" in refused
+    other = "try { m.openNpz(new ArrayBuffer(100)) } catch (error) { return error.message }"
+    assert "not an NPZ file" in call(page, "npz", other, None)
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["a.off", "b.off"], ["a.off", "b.off"]),
+        (["same words, left 01.off", "same words, left 02.off"], ["…01.off", "…02.off"]),
+        (["x" * 30, "a"], ["x" * 17 + "…", "a"]),
+        (["x" * 30, "x" * 30], ["x" * 17 + "…"] * 2),
+    ],
+)
+def test_long_names_are_told_apart(page: Page, names: list[str], expected: list[str]) -> None:
+    assert call(page, "heat_map", "return m.shortened(given)", names) == expected
+
+
 def test_large_meshes_are_simplified(page: Page) -> None:
     # A sphere of 200,000 vertices on circles of latitude.
     body = """
@@ -79,6 +129,7 @@ def test_large_meshes_are_simplified(page: Page) -> None:
           share: coarse.share, count: coarse.faces.length / 3, vertices: radii.length,
           highest: coarse.faces.reduce((a, b) => Math.max(a, b)),
           colors: [...new Set(coarse.colors)],
+          reduced: coarse.reduced(whole.positions).every((x, at) => x === coarse.positions[at]),
           same: m.simplified(small).positions === whole.positions };
     """
     coarse = call(page, "vertex_clustering", body, None)
@@ -87,6 +138,7 @@ def test_large_meshes_are_simplified(page: Page) -> None:
     assert coarse["highest"] < coarse["vertices"]
     assert 0.98 < coarse["least"] <= coarse["greatest"] < 1.0001
     assert coarse["colors"] == [7]
+    assert coarse["reduced"]
     assert coarse["same"]
     assert coarse["seconds"] < PATIENCE / 1000
 

@@ -102,9 +102,14 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     page.locator("[data-drawn]").wait_for()
     assert result_of(page, api)["source"] == made
 
+    # With several shapes it is a batch.
+    page.goto(f"/#/with/{made}/{shapes[2]}/{shapes[3]}")
+    page.get_by_role("button", name="Match all").click()
+    expect(page.get_by_role("table")).to_contain_text("2 of 2 matches")
+
     page.goto(f"/#/prototypes/{made}")
     expect(page.get_by_text("Jobs of this prototype")).to_be_visible()
-    expect(page.locator(".list a")).to_contain_text("Match: prototype, version")
+    expect(page.locator(".list a").last).to_contain_text("Match: prototype, version")
     page.get_by_role("button", name="Delete").click()
     expect(page.get_by_text("Recent jobs")).to_be_visible()
     assert httpx2.get(f"{api.url}/v1/prototypes/{made}", timeout=60.0).status_code == 404

@@ -1,0 +1,123 @@
+"""Results of several shapes as text: one screen, with names beside ids."""
+
+from itertools import combinations
+from typing import Any
+
+from isomatch import Batch, ConsistentMaps, Registration
+
+IDS = [f"{place:02x}" * 16 for place in range(16)]
+SURE = {"probability": 0.97, "reasons": []}
+LONG = "x" * 200
+
+
+def specimen(place: int, **changes: Any) -> dict[str, Any]:
+    return {
+        "shape": IDS[place], "name": f"s{place}.ply", "registered": True, "reason": None,
+        "confidence": SURE, "mean_distance": 0.001, "max_distance": 0.0123, "flipped": 4,
+        "reflected": False, "scores": [], **changes,
+    }  # fmt: skip
+
+
+def pair(i: int, j: int, **changes: Any) -> dict[str, Any]:
+    return {
+        "source": IDS[i], "source_name": None, "target": IDS[j], "target_name": None,
+        "mapped": True, "confidence_before": SURE, "confidence": SURE, "cycle_error_before": 0.25,
+        "cycle_error": 0.25, "through": [], "fits": True, "reason": None, **changes,
+    }  # fmt: skip
+
+
+def shape(place: int, **changes: Any) -> dict[str, Any]:
+    return {
+        "shape": IDS[place], "name": f"s{place}.ply", "cycle_error_before": 0.25,
+        "cycle_error": 0.25, "fits": True, "reason": None, **changes,
+    }  # fmt: skip
+
+
+def test_a_registration_names_its_specimens() -> None:
+    specimens = [specimen(1), specimen(2, registered=False, reason="it is flat", name=None)]
+    result = Registration.model_validate(
+        {
+            "template": IDS[0],
+            "template_name": LONG,
+            "vertices": 7,
+            "scale": False,
+            "specimens": specimens,
+            "warnings": [],
+            "timings": {},
+            "components": [{"variance": 2.0, "explained": 0.75}],
+        }
+    )
+    heading, first, second = str(result).splitlines()
+    assert heading.startswith("xxx")
+    assert heading.endswith(
+        "x… (00000000) registered to 1 of 2 specimens; variance of the components: 75 %"
+    )
+    assert first == (
+        "  s1.ply (01010101): distance at most 0.012, 4 flipped triangles, confidence 97 %"
+    )
+    assert second == "  02020202: not registered: it is flat"
+    assert repr(result) == "<Registration of 1 of 2 specimens>"
+
+
+def test_maps_of_a_large_collection_fit_a_screen_and_begin_with_what_does_not_fit() -> None:
+    changes: dict[tuple[int, int], dict[str, Any]] = {
+        (3, 9): {"through": [IDS[5]], "cycle_error": 0.125},
+        (4, 8): {"fits": False, "reason": "it is probably wrong"},
+        (14, 15): {"mapped": False, "confidence": None, "cycle_error": None, "fits": False,
+                   "reason": "no time"},
+    }  # fmt: skip
+    result = ConsistentMaps.model_validate(
+        {
+            "shapes": [*(shape(place) for place in range(15)), shape(15, fits=False, reason="odd")],
+            "pairs": [pair(i, j, **changes.get((i, j), {})) for i, j in combinations(range(16), 2)],
+            "cycle_error_before": 0.25,
+            "cycle_error": 0.125,
+            "warnings": [],
+            "timings": {},
+        }
+    )
+    heading, *lines = str(result).splitlines()
+    assert heading == "119 of 120 pairs of 16 shapes mapped; mean cycle error 0.250 -> 0.125"
+    assert len(lines) == 21
+    assert lines[0] == "  s15.ply (0f0f0f0f): does not fit: odd"
+    assert lines[1].endswith(
+        ": confidence 97 %; cycle error 0.250; does not fit: it is probably wrong"
+    )
+    assert lines[2].endswith(
+        "s14.ply (0e0e0e0e) - s15.ply (0f0f0f0f): no map; does not fit: no time"
+    )
+    assert lines[3].endswith("cycle error 0.250 -> 0.125; through s5.ply (05050505)")
+    assert lines[-1] == "  and 101 more"
+
+
+def test_a_batch_names_its_targets() -> None:
+    match = {"target": IDS[1], "target_name": "b.off", "job": "1", "fraction": 1.0, "error": None}
+    distortion = {"first_order": None, "second_order": 0.5, "linf": 1.0}
+    summary = {
+        "confidence": SURE, "distortion": distortion, "energy": 1.0, "certified": True,
+        "dense": False,
+    }  # fmt: skip
+    error = {"type": "/problems/shape-deleted", "title": "Shape deleted", "status": 410,
+             "detail": "it was deleted"}  # fmt: skip
+    result = Batch.model_validate(
+        {
+            "source": IDS[0],
+            "source_name": "a.off",
+            "parameters": {},
+            "matches": [
+                {**match, "state": "succeeded", "summary": summary},
+                {**match, "state": "failed", "summary": None, "error": error},
+                {**match, "state": "cancelled", "summary": None},
+            ],
+            "succeeded": 1,
+            "warnings": [],
+            "timings": {},
+        }
+    )
+    heading, done, failed, cancelled = str(result).splitlines()
+    assert heading == "a.off (00000000) matched with 1 of 3 targets"
+    target = "  b.off (01010101)"
+    assert done == f"{target}: succeeded, second-order distortion 0.5, confidence 97 %"
+    assert failed.startswith(f"{target}: failed: ")
+    assert "it was deleted" in failed
+    assert cancelled == f"{target}: cancelled"
