@@ -103,8 +103,8 @@ def test_a_given_scale_is_kept(whole: Shape, without_a_leg: tuple[Shape, IntArra
 def test_units_of_length_do_not_matter(
     whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
 ) -> None:
-    same = (Shape(one.mesh, normalise=False) for one in (whole, without_a_leg[0]))
-    again = register_part(*same, Control())
+    same, part = (Shape(one.mesh, normalise=False) for one in (whole, without_a_leg[0]))
+    again = register_part(same, part, Control())
     assert again is not None
     assert again.scale == pytest.approx(found.scale, rel=1e-6)
     np.testing.assert_array_equal(again.covered, found.covered)

@@ -1,0 +1,118 @@
+"""Parts of surfaces: discs of many sizes cut out of a body, until a share of its area is gone."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from bench.collection import KnownShape
+from bench.humans import USUAL, random_pose, random_proportions
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh import TriangleMesh, triangle_mesh
+from solver.shape import Shape
+from synthetic import human_figure
+from synthetic.shapes import correspondence, posed
+
+VERTICES = 2000, 4000
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How much is cut out.
+
+    Parameters
+    ----------
+    shares
+        Range of the share of the area that is gone.
+    radii
+        Range of the radii of discs, over √area.
+    """
+
+    shares: tuple[float, float]
+    radii: tuple[float, float]
+
+
+CUTS = {
+    "few large holes": Cut((0.2, 0.4), (0.15, 0.45)),
+    "many small holes": Cut((0.35, 0.5), (0.06, 0.16)),
+}
+
+_TOO_MUCH = 0.1
+"""Share of the area by which the range may be exceeded; discs that take more are not cut."""
+
+
+def generated_part(seed: int) -> tuple[str, KnownShape, KnownShape]:
+    """Return the kind of cut, a part of one person, and another person in another pose."""
+    rng = np.random.default_rng(seed)
+    kind = list(CUTS)[seed % len(CUTS)]
+    ours, theirs = (
+        posed(
+            human_figure(random_proportions(USUAL, rng)),
+            random_pose(rng),
+            int(rng.integers(*VERTICES)),
+            int(rng.integers(1000)),
+        )
+        for _ in range(2)
+    )
+    mesh = triangle_mesh(ours.vertices, ours.faces)
+    vertices, part = cut(mesh, CUTS[kind], rng)
+    scale = float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
+    shape = Shape(part.scaled(scale))
+    truth = correspondence(ours, theirs)[vertices]
+    there = Shape(triangle_mesh(theirs.vertices, theirs.faces))
+    return (
+        kind,
+        KnownShape(f"part{seed}", "part", shape, np.arange(len(vertices)), None),
+        KnownShape(f"whole{seed}", "part", there, truth, None),
+    )
+
+
+def cut(mesh: TriangleMesh, how: Cut, rng: np.random.Generator) -> tuple[IntArray, TriangleMesh]:
+    """Cut geodesic discs out of a mesh; the largest component remains.
+
+    Parameters
+    ----------
+    mesh
+        A connected mesh.
+    how
+        What is cut.
+    rng
+        Chooses the discs.
+
+    Returns
+    -------
+    vertices : (n,) vertices of the mesh that remain.
+    part : the mesh of these.
+    """
+    metric = Shape(mesh).metric("geodesic")
+    areas = _areas(mesh)
+    gone = float(rng.uniform(*how.shares))
+    kept = np.ones(mesh.n_faces, dtype=np.bool_)
+    while areas[kept].sum() > 1.0 - gone:
+        distances = metric.distances(np.array([rng.integers(mesh.n_vertices)]))[0]
+        inside = distances[mesh.faces] < rng.uniform(*how.radii)
+        further = _largest(mesh, kept & ~inside.all(axis=1))
+        if areas[further].sum() > 1.0 - gone - _TOO_MUCH:
+            kept = further
+    faces = mesh.faces[kept]
+    vertices = np.unique(faces)
+    return vertices, triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+
+
+def _areas(mesh: TriangleMesh) -> FloatArray:
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    doubled: FloatArray = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    shares: FloatArray = doubled / doubled.sum()
+    return shares
+
+
+def _largest(mesh: TriangleMesh, kept: BoolArray) -> BoolArray:
+    """(F,) faces of the largest component of those kept."""
+    faces = mesh.faces[kept]
+    ends = np.concatenate([faces[:, :2], faces[:, 1:]])
+    graph = coo_array((np.ones(len(ends)), ends.T), shape=(mesh.n_vertices,) * 2)
+    component = connected_components(graph, directed=False)[1]
+    largest = np.bincount(component[faces[:, 0]]).argmax()
+    found: BoolArray = kept & (component[mesh.faces[:, 0]] == largest)
+    return found
