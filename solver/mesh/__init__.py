@@ -1,6 +1,6 @@
 """Triangle meshes: reading, repair, colours and textures, normals, simplification."""
 
-from solver.mesh.file_contents import textured_surface, vertex_rows
+from solver.mesh.file_contents import textured_surface
 from solver.mesh.normals import face_normals, vertex_normals
 from solver.mesh.simplification import simplified
 from solver.mesh.triangle_mesh import (
@@ -23,5 +23,4 @@ __all__ = [
     "triangle_areas",
     "triangle_mesh",
     "vertex_normals",
-    "vertex_rows",
 ]

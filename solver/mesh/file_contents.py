@@ -1,4 +1,4 @@
-"""What a mesh file has besides the repaired surface: its textures, and its number of vertices."""
+"""What a mesh file has besides the repaired surface: its textures."""
 
 from solver.mesh.formats import READERS
 from solver.mesh.textures import Paint
@@ -27,24 +27,3 @@ def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] 
     if soup.paint is None or not soup.paint.textures:
         return None
     return TriangleMesh.of(soup), soup.paint
-
-
-def vertex_rows(data: bytes, file_type: str) -> int | None:
-    """Return the number of vertices of a mesh file, those included that no face uses.
-
-    Parameters
-    ----------
-    data, file_type
-        As for :func:`read_mesh`.
-
-    Returns
-    -------
-    ``None`` for formats that number vertices otherwise than one after the other.
-
-    Raises
-    ------
-    MeshError
-        As :func:`read_mesh`.
-    """
-    kind = file_type.lower().lstrip(".")
-    return len(READERS[kind](data).vertices) if kind in ("off", "obj", "ply") else None

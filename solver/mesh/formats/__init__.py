@@ -19,7 +19,7 @@ from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, placed_nodes
 from solver.mesh.formats.obj import read_obj
 from solver.mesh.formats.off import read_off
-from solver.mesh.formats.ply import ply_vertex_columns, read_ply
+from solver.mesh.formats.ply import ply_columns, read_ply
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
 from solver.mesh.formats.stl import read_stl
 from solver.mesh.repair import TriangleSoup
@@ -46,7 +46,7 @@ __all__ = [
     "TriangleSoup",
     "binary_columns",
     "placed_nodes",
-    "ply_vertex_columns",
+    "ply_columns",
     "read_glb_with",
     "read_obj",
 ]

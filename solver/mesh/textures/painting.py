@@ -142,15 +142,20 @@ def _corner_means(
     texture: Texture, coordinates: FloatArray, parts: int, level: int, light: FloatArray
 ) -> FloatArray:
     """(n, 3, 3) mean colour of the third of each triangle that belongs to each corner."""
-    points, of_corner = _pattern(parts)
+    points, of_corner = barycentric_pattern(parts)
     places = np.einsum("pc,ncd->npd", points, coordinates)
     found = texture.sample(places.reshape(-1, 2), level).reshape(len(coordinates), len(points), 3)
     means: FloatArray = np.einsum("pc,npk->nck", of_corner, tinted(found, light))
     return means
 
 
-def _pattern(parts: int) -> tuple[FloatArray, FloatArray]:
-    """Centres of the parts² equal triangles that a triangle is cut into, and their corners.
+def barycentric_pattern(parts: int) -> tuple[FloatArray, FloatArray]:
+    """Centres of the equal triangles that a triangle is cut into, and their corners.
+
+    Parameters
+    ----------
+    parts
+        Number of parts into which an edge is cut.
 
     Returns
     -------
