@@ -4,7 +4,6 @@ The image has a square for every two triangles of the surface, so that no textur
 that surface are needed, and seams of the first texture leave no trace.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from solver.mesh import TriangleMesh
 from solver.mesh.textures import Paint, tinted
 from solver.registration import DenseCorrespondence
 from solver.transfer.landmarks import Landmarks, surface_images
+from solver.transfer.overlap import in_chunks
 
 _LARGEST = 2048
 """Greatest width of a baked image, in texels."""
@@ -24,9 +24,6 @@ _CELL = 5, 64
 
 _FINER = 1.5
 """Width of a baked image over that of the textures: squares leave some of it unused."""
-
-_CHUNK = 1 << 17
-"""Texels carried at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +97,7 @@ def baked_texture(
     width = _power_of_two(side * cell)
     pixels = np.zeros((width, width, 3), dtype=np.uint8)
     places, weights = _pattern(cell)
-    for faces in _chunks(np.flatnonzero(known), len(places)):
+    for faces in in_chunks(np.flatnonzero(known), len(places)):
         corners = target.vertex_ids[target.faces[faces]]
         points = Landmarks(
             np.repeat(corners, len(places), axis=0), np.tile(weights, (len(faces), 1))
@@ -140,9 +137,3 @@ def _in_image(faces: IntArray, places: IntArray, cell: int, side: int) -> IntArr
     turned = np.where(half[:, None, None] == 1, cell - 1 - places, places)
     found: IntArray = origin + turned
     return found
-
-
-def _chunks(faces: IntArray, texels: int) -> Iterator[IntArray]:
-    step = max(_CHUNK // texels, 1)
-    for start in range(0, len(faces), step):
-        yield faces[start : start + step]

@@ -1,6 +1,6 @@
-"""Files of attributes: NPZ and CSV, and PLY, OBJ and GLB with the surface; read and written.
+"""Files of attributes: NPZ and CSV, and PLY, OBJ and GLB with the surface; lists of labels as text.
 
-Row i is vertex i of the shape's file in all of them.
+Row i is vertex i, or face i, of the shape's file in all of them.
 """
 
 from collections.abc import Callable, Mapping
@@ -11,6 +11,7 @@ from solver.transfer.attributes import Attribute
 from solver.transfer.files.csv_table import read_csv, write_csv
 from solver.transfer.files.glb import read_glb_attributes
 from solver.transfer.files.glb_writing import write_glb, write_textured_glb
+from solver.transfer.files.label_list import read_label_list
 from solver.transfer.files.limits import checked
 from solver.transfer.files.npz import read_npz, write_npz
 from solver.transfer.files.obj import read_obj_attributes, write_obj
@@ -24,6 +25,8 @@ _READERS: Mapping[str, Callable[[bytes], list[Attribute]]] = MappingProxyType(
         "ply": read_ply_attributes,
         "obj": read_obj_attributes,
         "glb": read_glb_attributes,
+        "seg": read_label_list,
+        "txt": read_label_list,
     }
 )
 
@@ -44,7 +47,7 @@ def read_attributes(data: bytes, file_type: str) -> tuple[Attribute, ...]:
     Raises
     ------
     TransferError
-        The format is unknown, or the file is not a sound one of it with attributes of vertices.
+        The format is unknown, or the file is not a sound one of it with attributes.
     """
     if file_type not in _READERS:
         raise TransferError(f"{file_type[:20]!r} files have no attributes that are read")

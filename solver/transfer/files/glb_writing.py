@@ -17,6 +17,7 @@ from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import color_bytes
 from solver.transfer.files.glb import numbered_joints
 from solver.transfer.files.surface import WrittenSurface
+from solver.transfer.overlap import FACES
 from solver.transfer.skinning import normalised_weights, strongest_weights
 from solver.transfer.texture import BakedTexture
 
@@ -92,7 +93,8 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     Colours are COLOR_0, as bytes. Skinning weights are JOINTS_0 and WEIGHTS_0, the four greatest of
     each vertex, and a skin whose joints lie in the middle of what they move. All others are
     ``_NAME``, in single precision; those of text are numbers, and `extras` of the primitive has
-    the texts. Vertices without a value have zeros.
+    the texts. Vertices without a value have zeros. With attributes of faces, which glTF has not,
+    each triangle has vertices of its own.
 
     Raises
     ------
@@ -101,6 +103,8 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     """
     file = _File()
     for surface in surfaces:
+        if any(one.on == FACES for one in surface.attributes):
+            surface = surface.with_corners_apart()
         position = surface.vertices.astype("<f4")
         bounds = {"min": position.min(axis=0).tolist(), "max": position.max(axis=0).tolist()}
         primitive: dict[str, Any] = {
