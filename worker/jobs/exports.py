@@ -94,7 +94,7 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     attributes = read_attributes(arrays, "npz")
     # The archive has no names of columns but those of joints.
     known = {one.name: one.columns for one in result.attributes}
-    named = tuple(Attribute(one.name, one.values, known[one.name]) for one in attributes)
+    named = tuple(Attribute(one.name, one.values, known[one.name], result.on) for one in attributes)
     if file_type == "csv":
         return write_csv(named)
     mesh = stored_mesh(result.target, store.shapes)
