@@ -17,9 +17,10 @@ _PREFIX: Final = "a-"
 
 LANDMARKS: Final = "landmarks"
 TEXTURE: Final = "texture"
+UV: Final = "uv"
 
 TransferKind: TypeAlias = Literal[
-    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture", "uv"
 ]
 Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
 AttributeElement: TypeAlias = Literal["vertices", "faces"]
@@ -117,12 +118,14 @@ class TransferResult(BaseModel):
     target_name: str | None = Field(description="Its name.")
     what: TransferKind = Field(description="Kind of what was carried.")
     direction: Direction = Field(description="Direction in the match.")
-    on: AttributeElement = Field(
-        default="vertices", description="What of the file of `target` the rows are of."
+    on: Literal["vertices", "faces", "corners"] = Field(
+        default="vertices",
+        description="What of the file of `target` the rows are of; of texture coordinates, the"
+        " corners of the triangles of its surface, three after three.",
     )
     rows: int = Field(
         description="Number of rows of the attributes: row i is vertex i, or face i, of the file of"
-        " `target`."
+        " `target`, or a corner."
     )
     attributes: tuple[AttributeSummary, ...] = Field(
         description="What was carried; the values are in the files of the job."

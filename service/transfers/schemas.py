@@ -7,6 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 from broker.contracts import (
     LANDMARKS,
     TEXTURE,
+    UV,
     AttributeElement,
     AttributesRecord,
     Direction,
@@ -68,8 +69,9 @@ class TransferRequest(JobRequest):
     what: TransferKind = Field(
         description="Kind of what is carried: scalars, vectors and colours by barycentric means"
         " (components of vectors one by one: directions are not rotated), labels by majority,"
-        " skinning weights by means of sum 1; landmarks, which are points; or the texture in the"
-        " shape's own file, as colours of vertices, and in GLB files as an image."
+        " skinning weights by means of sum 1; landmarks, which are points; the texture in the"
+        " shape's own file, as colours of vertices, and in GLB files as an image; or, as uv, its"
+        " texture coordinates, whose images are in GLB files."
     )
     direction: Direction = Field(
         default="source_to_target",
@@ -116,7 +118,7 @@ class TransferRequest(JobRequest):
         if not landmarks and self.points:
             wrong["points"] = 'only "landmarks" have points; leave them out, or change `what`'
         for name in ("attributes", "names", "on"):
-            if self.what in (LANDMARKS, TEXTURE) and getattr(self, name):
+            if self.what in (LANDMARKS, TEXTURE, UV) and getattr(self, name):
                 wrong[name] = f"not supported with {self.what!r}; leave it out, or change `what`"
         if self.influences is not None and self.what != "skinning":
             wrong["influences"] = "only skinning weights have influences; leave it out"

@@ -1,6 +1,6 @@
 """Triangle meshes: reading, repair, colours and textures, normals, simplification."""
 
-from solver.mesh.file_contents import textured_surface
+from solver.mesh.file_contents import mapped_surface, textured_surface
 from solver.mesh.normals import face_normals, vertex_normals
 from solver.mesh.simplification import simplified
 from solver.mesh.triangle_mesh import (
@@ -17,6 +17,7 @@ __all__ = [
     "TriangleMesh",
     "face_normals",
     "largest_component",
+    "mapped_surface",
     "read_mesh",
     "simplified",
     "textured_surface",

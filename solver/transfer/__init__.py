@@ -18,13 +18,15 @@ from solver.transfer.attributes import (
     selected,
 )
 from solver.transfer.landmarks import Landmarks, landmark_images
-from solver.transfer.overlap import FACES, VERTICES, Overlap, overlap_of
+from solver.transfer.overlap import CORNERS, FACES, VERTICES, Overlap, overlap_of
 from solver.transfer.pull_back import PullBack
-from solver.transfer.texture import BakedTexture, baked_texture, texture_colors
+from solver.transfer.texture import baked_texture, texture_colors
+from solver.transfer.texture_coordinates import carried_paint
 
 __all__ = [
     "COLORS",
     "COLORS_NAME",
+    "CORNERS",
     "FACES",
     "KINDS",
     "LABELS",
@@ -34,12 +36,12 @@ __all__ = [
     "VERTICES",
     "WEIGHTS_NAME",
     "Attribute",
-    "BakedTexture",
     "Landmarks",
     "Overlap",
     "PullBack",
     "baked_texture",
     "carried",
+    "carried_paint",
     "landmark_images",
     "overlap_of",
     "selected",

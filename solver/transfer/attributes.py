@@ -42,7 +42,8 @@ class Attribute:
     columns
         Names of the n columns, such as those of joints; empty if they have none.
     on
-        `VERTICES` or `FACES`; None if the file does not say, so that the number of rows decides.
+        `VERTICES`, `FACES` or `CORNERS`; None if the file does not say, so that the number of rows
+        decides.
     """
 
     name: str

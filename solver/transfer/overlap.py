@@ -23,6 +23,7 @@ from solver.transfer.pull_back import Values
 
 VERTICES: Final = "vertices"
 FACES: Final = "faces"
+CORNERS: Final = "corners"
 
 _PER_TRIANGLE: Final = 4
 """Samples for each triangle of X, at least, if both surfaces have the same area."""
@@ -127,7 +128,7 @@ def overlap_of(
     """
     numbers = _numbers(target, onto), _numbers(source, of)
     shape = _count(target, onto), _count(source, of)
-    known = np.flatnonzero(np.isin(target.vertex_ids, dense.source)[target.faces].all(axis=1))
+    known = mapped_faces(target, dense)
     finer = np.sqrt(_PER_TRIANGLE * source.n_faces / max(len(known), 1))
     points, shares = barycentric_pattern(int(np.clip(np.ceil(finer), *_PARTS)))
     if onto == FACES:
@@ -182,6 +183,12 @@ def _count(mesh: TriangleMesh, what: str) -> int:
     if mesh.file_rows is not None:
         return mesh.file_rows[what == FACES]
     return int(_numbers(mesh, what).max()) + 1
+
+
+def mapped_faces(target: TriangleMesh, dense: DenseCorrespondence) -> IntArray:
+    """(n,) triangles of Y whose corners are all mapped."""
+    mapped = np.isin(target.vertex_ids, dense.source)
+    return np.flatnonzero(mapped[target.faces].all(axis=1))
 
 
 def in_chunks(faces: IntArray, samples: int) -> Iterator[IntArray]:

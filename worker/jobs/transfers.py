@@ -9,6 +9,7 @@ import numpy as np
 from broker.contracts import (
     LANDMARKS,
     TEXTURE,
+    UV,
     AttributeElement,
     AttributesRecord,
     AttributeSummary,
@@ -19,16 +20,16 @@ from broker.contracts import (
     TransferPayload,
     TransferResult,
 )
-from broker.store import Shapes, Store
+from broker.store import Store
 from solver import registration, transfer
 from solver.arrays import FloatArray
 from solver.control import Control
 from solver.errors import OptionError, TransferError
-from solver.mesh import TriangleMesh, textured_surface
-from solver.mesh.textures import Paint
+from solver.mesh import TriangleMesh
 from solver.transfer import (
     COLORS,
     COLORS_NAME,
+    CORNERS,
     FACES,
     VERTICES,
     Attribute,
@@ -42,6 +43,7 @@ from worker.jobs.context import JobContext
 from worker.jobs.failures import AttributesGone, ResultGone, ShapeGone, UploadGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
+from worker.jobs.textures import carried_paint, corner_attributes, texture_of
 
 CHANNELS: Final = ("red", "green", "blue")
 """Columns of colours."""
@@ -112,7 +114,7 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
             target_name=None if target_record is None else target_record.name,
             what=payload.what,
             direction=payload.direction,
-            on="faces" if carried and carried[0].on == FACES else "vertices",
+            on=_on(carried, payload),
             rows=len(carried[0].values) if carried else 0,
             attributes=tuple(map(summary_of, carried)),
             points=points,
@@ -142,6 +144,10 @@ def _outcome(
     if payload.what == TEXTURE:
         control.report("sampling the texture", 0.5)
         return (_texture_colors(payload, back, context.store),), None
+    if payload.what == UV:
+        control.report("mapping the texture coordinates", 0.5)
+        target = stored_mesh(payload.target, shapes)
+        return corner_attributes(target, carried_paint(payload.source, target, back, shapes)), None
     control.report("carrying the values", 0.5)
     source, target = stored_mesh(payload.source, shapes), stored_mesh(payload.target, shapes)
     asked = transfer.selected(_attributes(payload, context), payload.what, payload.names)
@@ -230,23 +236,12 @@ def _attributes(payload: TransferPayload, context: JobContext) -> tuple[Attribut
         raise OptionError("attributes", message) from error
 
 
-def texture_of(shape: str, shapes: Shapes) -> tuple[TriangleMesh, Paint]:
-    """Return the surface of a shape as its file has it, and its textures.
-
-    Raises
-    ------
-    ShapeGone
-        The shape was deleted.
-    OptionError
-        It has no texture.
-    """
-    record, data = shapes.get(shape), shapes.upload(shape)
-    if record is None or data is None:
-        raise ShapeGone(shape)
-    found = textured_surface(data, record.file_type)
-    if found is None:
-        raise OptionError("what", "the shape has no texture; `colors` carries those of vertices")
-    return found
+def _on(
+    carried: Sequence[Attribute], payload: TransferPayload
+) -> Literal["vertices", "faces", "corners"]:
+    if payload.what == UV:
+        return "corners"
+    return "faces" if carried and carried[0].on == FACES else "vertices"
 
 
 def _texture_colors(
@@ -290,12 +285,17 @@ def _images(
 
 
 def _missing(carried: Sequence[Attribute]) -> tuple[str, ...]:
+    """How many rows have no value, if some have none."""
     if not carried:
         return ()
-    values = carried[0].values
-    first = values if values.ndim == 1 else values[:, 0]
+    last = carried[-1]
+    first = last.values if last.values.ndim == 1 else last.values[:, 0]
     if first.dtype.kind == "f":
         count = int(np.isnan(first).sum())
     else:
         count = int((first == ("" if first.dtype.kind == "U" else -1)).sum())
-    return (f"{count} vertices of the file are not part of the surface",) if count else ()
+    if last.on == CORNERS:
+        missing = f"{count} corners of triangles have no texture coordinates"
+    else:
+        missing = f"{count} {last.on or VERTICES} of the file are not part of the surface"
+    return (missing,) if count else ()

@@ -369,8 +369,9 @@ class Client:
             default those in the file of that shape itself, whose colours include its texture.
         what
             ``"scalars"``, ``"vectors"``, ``"colors"``, ``"labels"``, ``"skinning"`` or
-            ``"landmarks"``, see :meth:`isomatch.Match.transfer`; or ``"texture"``, that of the
-            shape's own file, as colours of vertices, and in a GLB file as an image.
+            ``"landmarks"``, see :meth:`isomatch.Match.transfer`; ``"texture"``, that of the shape's
+            own file, as colours of vertices, and in a GLB file as an image; or ``"uv"``, its
+            texture coordinates, in GLB with its images, and in OBJ.
         direction
             ``"source_to_target"`` or ``"target_to_source"``.
         on

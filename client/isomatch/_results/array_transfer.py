@@ -8,7 +8,7 @@ import numpy.typing as npt
 from isomatch._models import DenseCorrespondence, VertexMap
 
 TransferKind: TypeAlias = Literal[
-    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture", "uv"
 ]
 """Kind of what is carried."""
 
@@ -18,8 +18,11 @@ Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
 Element: TypeAlias = Literal["vertices", "faces"]
 """What of a shape takes values."""
 
-KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture")
-"""All kinds; a texture is in a file, and carried by the service."""
+ARRAY_KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks")
+"""Kinds of arrays of vertices."""
+
+KINDS: Final = (*ARRAY_KINDS, "texture", "uv")
+"""All kinds; texture and texture coordinates are in a file, and carried by the service."""
 
 
 def transferred(
@@ -50,8 +53,8 @@ def transferred(
     along = dense.target_to_source if forwards else dense.source_to_target
     if kind == "labels":
         return _by_vertex(along, _whole(along.majority(values)))
-    if kind not in KINDS[:-1]:
-        raise ValueError(f"kind is one of {', '.join(KINDS[:-1])}, not {kind!r}")
+    if kind not in ARRAY_KINDS:
+        raise ValueError(f"kind is one of {', '.join(ARRAY_KINDS)}, not {kind!r}")
     given = np.asarray(values)
     numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():

@@ -32,9 +32,10 @@ class Transfer(Result):
     direction
         Direction in the match.
     on
-        ``"vertices"`` or ``"faces"``: what of the file of `target` the rows are of.
+        ``"vertices"`` or ``"faces"``: what of the file of `target` the rows are of; for ``"uv"``
+        ``"corners"``, of the triangles of its surface, three after three.
     rows
-        Number of rows; row i is vertex i, or face i, of the file of `target`.
+        Number of rows; row i is vertex i, or face i, of the file of `target`, or a corner.
     attributes
         What was carried.
     points

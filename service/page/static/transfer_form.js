@@ -13,6 +13,7 @@ const KINDS = [
   ["colors", "colours"],
   ["skinning", "skinning weights"],
   ["texture", "the texture of the shape's own file"],
+  ["uv", "its texture coordinates (UV)"],
 ];
 const ELEMENTS = [
   ["", "what the values are of"],

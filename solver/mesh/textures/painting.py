@@ -44,7 +44,7 @@ class Paint:
     texture_of_face
         (F,) index into `textures`, -1 for none.
     textures
-        The textures.
+        The textures; empty if only texture coordinates are known, which faces of texture 0 have.
     light
         (F, 3) factors of linear light on textures, in 0..1; ``None`` for 1. Samples are tinted,
         not images: materials may share one.

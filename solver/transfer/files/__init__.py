@@ -10,13 +10,14 @@ from solver.errors import TransferError
 from solver.transfer.attributes import Attribute
 from solver.transfer.files.csv_table import read_csv, write_csv
 from solver.transfer.files.glb import read_glb_attributes
-from solver.transfer.files.glb_writing import write_glb, write_textured_glb
+from solver.transfer.files.glb_writing import write_glb
 from solver.transfer.files.label_list import read_label_list
 from solver.transfer.files.limits import checked
 from solver.transfer.files.npz import read_npz, write_npz
 from solver.transfer.files.obj import read_obj_attributes, write_obj
 from solver.transfer.files.ply import read_ply_attributes, write_ply
 from solver.transfer.files.surface import WrittenSurface
+from solver.transfer.files.textured import write_textured_glb, write_textured_obj
 
 _READERS: Mapping[str, Callable[[bytes], list[Attribute]]] = MappingProxyType(
     {
@@ -86,4 +87,5 @@ __all__ = [
     "write_npz",
     "write_surface",
     "write_textured_glb",
+    "write_textured_obj",
 ]

@@ -17,7 +17,7 @@ from solver.errors import TransferError
 from solver.transfer.attributes import Attribute
 from solver.transfer.files.columns import Column, from_columns, to_columns
 from solver.transfer.files.limits import check_size
-from solver.transfer.overlap import FACES, VERTICES
+from solver.transfer.overlap import CORNERS, FACES, VERTICES
 
 _NUMBERED: Final = {"vertex": VERTICES, "face": FACES}
 """Names of the column of numbers, and what is numbered."""
@@ -64,16 +64,16 @@ def read_csv(data: bytes) -> list[Attribute]:
 
 
 def write_csv(attributes: Sequence[Attribute]) -> bytes:
-    """Return attributes, all of vertices or all of faces, as a table that :func:`read_csv` reads.
+    """Return attributes as a table, which :func:`read_csv` reads if rows are of vertices or faces.
 
-    Colours are bytes.
+    All are of vertices, all of faces, or all of corners. Colours are bytes.
     """
     columns = to_columns(attributes)
     count = len(attributes[0].values)
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, lineterminator="\n")
-    number = "face" if attributes[0].on == FACES else "vertex"
-    writer.writerow([number, *columns])
+    numbered = {FACES: "face", CORNERS: "corner"}
+    writer.writerow([numbered.get(attributes[0].on or "", "vertex"), *columns])
     writer.writerows(zip(range(count), *(one.tolist() for one in columns.values()), strict=True))
     return stream.getvalue().encode()
 

@@ -28,7 +28,13 @@ from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
 from tests.solver.mesh import mesh_files
-from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb
+from tests.solver.mesh.textures.textured_files import (
+    image_file,
+    ramp,
+    textured_glb,
+    textured_obj,
+    zipped_obj,
+)
 
 Upload = Callable[..., Json]
 
@@ -183,10 +189,53 @@ def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Uploa
     assert failed["error"]["errors"][0]["field"] == "body.what"
 
 
+def test_texture_coordinates_with_and_without_the_image(
+    http: httpx2.Client, upload: Upload
+) -> None:
+    low = MESH.vertices[:, :2].min(axis=0)
+    shares = 0.1 + 0.8 * (MESH.vertices[:, :2] - low) / np.ptp(MESH.vertices[:, :2], axis=0)
+    upwards = shares * [1.0, -1.0] + [0.0, 1.0]
+    target = upload(file_of(OTHER), "other.ply")["id"]
+    files = {
+        "textured.glb": textured_glb(MESH.vertices, MESH.faces, shares, image_file(ramp())),
+        "textured.zip": zipped_obj(MESH.vertices, MESH.faces, upwards, image_file(ramp())),
+        "bare.obj": textured_obj(MESH.vertices, MESH.faces, upwards),
+    }
+    for name, data in files.items():
+        match = matched(http, (upload(data, name)["id"], target), points=10, dense=True)["id"]
+        job = carried(http, match, what="uv")
+        result = http.get(job["links"]["result"]).json()
+        assert (result["on"], result["rows"]) == ("corners", 3 * OTHER.n_faces)
+        arrays = arrays_of(http, job)
+        np.testing.assert_array_equal(arrays["vertex"].reshape(-1, 3), OTHER.faces)
+        expected = np.empty_like(upwards)
+        expected[TRUTH] = upwards
+        np.testing.assert_allclose(arrays["uv"], expected[OTHER.faces.ravel()], atol=5e-3)
+        table, ply, obj, glb = (http.get(link) for link in job["links"]["exports"])
+        assert table.text.startswith("corner,vertex,uv.u,uv.v,texture\n0,")
+        assert problem(ply, 422, "invalid-option")["errors"][0]["field"] == "path.format"
+        seen: Any = trimesh.load(io.BytesIO(obj.content), file_type="obj", force="mesh")
+        assert len(seen.faces) == OTHER.n_faces
+        assert seen.visual.uv.shape == (len(seen.vertices), 2)
+        shown: Any = trimesh.load(io.BytesIO(glb.content), file_type="glb", force="mesh")
+        assert len(shown.faces) == OTHER.n_faces
+        if name != "bare.obj":
+            assert shown.visual.material.baseColorTexture.size == (256, 256)
+            found = read_mesh(glb.content, "glb")
+            assert found.colors is not None
+            same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
+            apart = found.colors[:, :2] - (256 * shares[same] - 0.5) / 255.0
+            assert np.abs(apart).mean() < 0.02
+    failed = carried(http, match, what="uv", direction="target_to_source")
+    assert failed["error"]["errors"][0]["field"] == "body.what"
+
+
 @pytest.mark.parametrize(
     ("asked", "field"),
     [
         ({"what": "landmarks"}, "body.points"),
+        ({"what": "uv", "names": ["a"]}, "body.names"),
+        ({"what": "uv", "on": "faces"}, "body.on"),
         ({"what": "texture", "names": ["a"]}, "body.names"),
         ({"what": "labels", "points": [1]}, "body.points"),
         ({"what": "landmarks", "points": [1], "names": ["a"]}, "body.names"),
@@ -466,4 +515,4 @@ def test_contract_and_solver_agree_on_kinds_and_formats() -> None:
     assert CONTRACT_FORMATS == ATTRIBUTE_FORMATS
     schema = MatchResult.model_json_schema()
     assert "inverse" in schema["$defs"]["DenseCorrespondence"]["properties"]
-    assert {*KINDS, "landmarks", "texture"} == set(get_args(TransferKind))
+    assert {*KINDS, "landmarks", "texture", "uv"} == set(get_args(TransferKind))
