@@ -40,7 +40,7 @@ class Match(Result, Correspondences):
         Ids of the shapes, or of the prototype and the shape.
     source_name, target_name
         Their names; None in results of earlier versions.
-    source_vertices, target_vertices
+    source_file_vertices, target_file_vertices
         Numbers of vertices of their files; None for a prototype and in results of earlier versions.
     source_kind
         ``"shape"`` or ``"prototype"``. For a prototype, source indices are point numbers from 0.
@@ -97,8 +97,8 @@ class Match(Result, Correspondences):
     target: str
     source_name: str | None = None
     target_name: str | None = None
-    source_vertices: int | None = None
-    target_vertices: int | None = None
+    source_file_vertices: int | None = None
+    target_file_vertices: int | None = None
     parameters: MatchParameters
     gromov_hausdorff: FiniteFloat
     lower_bound: FiniteFloat
@@ -175,7 +175,7 @@ class Match(Result, Correspondences):
         if self.dense is None:
             raise ValueError("the match has no map of all vertices; match with dense=True")
         forwards = direction == "source_to_target"
-        rows = self.source_vertices if forwards else self.target_vertices
+        rows = self.source_file_vertices if forwards else self.target_file_vertices
         return transferred(self.dense, values, kind, direction, influences, rows)
 
     def drawn_ids(self) -> tuple[str, ...]:
