@@ -282,12 +282,12 @@ class MatchResult(_Part):
     target_name: str | None = Field(
         default=None, description="Name of the target; null in results of earlier versions."
     )
-    source_vertices: int | None = Field(
+    source_file_vertices: int | None = Field(
         default=None,
         description="Number of vertices of the source's file; null for a prototype, and in results"
         " of earlier versions.",
     )
-    target_vertices: int | None = Field(
+    target_file_vertices: int | None = Field(
         default=None,
         description="Number of vertices of the target's file; null in results of earlier versions.",
     )

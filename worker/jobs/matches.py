@@ -113,8 +113,8 @@ def _subjects(payload: MatchPayload, store: Store) -> dict[str, str | int | None
     return {
         "source_name": payload.source_name or (None if source is None else source.name),
         "target_name": payload.target_name or (None if target is None else target.name),
-        "source_vertices": source.file_vertices if isinstance(source, ShapeRecord) else None,
-        "target_vertices": None if target is None else target.file_vertices,
+        "source_file_vertices": source.file_vertices if isinstance(source, ShapeRecord) else None,
+        "target_file_vertices": None if target is None else target.file_vertices,
     }
 
 

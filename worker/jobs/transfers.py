@@ -154,12 +154,18 @@ def _outcome(
     chosen = with_rows_known(asked, source, payload)
     onto = payload.on or _shared([one.on for one in chosen])
     kind, influences = payload.what, payload.influences
+    ways: dict[str, Along] = {}
     carried = []
     for one in chosen:
-        way: Along = PullBack.along(back)
-        if FACES in (onto, one.on):
-            way = transfer.overlap_of(target, back, source, onto, one.on or VERTICES)
-        carried.append(transfer.carried(one, kind, way, influences, onto))
+        of = one.on or VERTICES
+        if of not in ways:
+            pointwise = FACES not in (onto, of)
+            ways[of] = (
+                PullBack.along(back)
+                if pointwise
+                else transfer.overlap_of(target, back, source, onto, of)
+            )
+        carried.append(transfer.carried(one, kind, ways[of], influences, onto))
     return tuple(carried), None
 
 
