@@ -173,9 +173,7 @@ def _numbers(mesh: TriangleMesh, what: str) -> IntArray:
     """(F, 3) the user's number of the vertex at each corner, or of the face, three times."""
     if what == VERTICES:
         return mesh.vertex_ids[mesh.faces]
-    if mesh.face_ids is None:
-        raise TransferError("the faces of the shape's file are not known; upload it again")
-    return np.repeat(mesh.face_ids[:, None], 3, axis=1)
+    return np.repeat(file_faces(mesh)[:, None], 3, axis=1)
 
 
 def _count(mesh: TriangleMesh, what: str) -> int:
@@ -183,6 +181,21 @@ def _count(mesh: TriangleMesh, what: str) -> int:
     if mesh.file_rows is not None:
         return mesh.file_rows[what == FACES]
     return int(_numbers(mesh, what).max()) + 1
+
+
+def file_faces(mesh: TriangleMesh) -> IntArray:
+    """Return the number of the file's face of each triangle, (F,).
+
+    Raises
+    ------
+    TransferError
+        They are not known.
+    """
+    if mesh.face_ids is None:
+        raise TransferError(
+            "the faces of the shape's file are not known: delete the shape, and upload it again"
+        )
+    return mesh.face_ids
 
 
 def mapped_faces(target: TriangleMesh, dense: DenseCorrespondence) -> IntArray:

@@ -9,7 +9,6 @@ triangle is stretched over parts of the image that do not belong together.
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
@@ -107,12 +106,10 @@ def _on_one_side(sides: IntArray, ends: _Places, source: TriangleMesh, paint: Pa
 
 def _beside(cut: TriangleMesh, vertices: IntArray, corners: IntArray) -> BoolArray:
     """(n,) whether vertices are, or are joined by an edge to, one of three corners each."""
-    first, neighbours = cut.neighbours
-    size = (cut.n_vertices, cut.n_vertices)
-    joined = sp.csr_array((np.ones(len(neighbours)), neighbours, first), shape=size)
-    found: BoolArray = (corners == vertices[:, None]).any(axis=1)
-    for corner in corners.T:
-        found |= joined[vertices, corner] > 0.0
+    base = np.array([cut.n_vertices, 1])
+    pairs = np.sort(np.stack(np.broadcast_arrays(vertices[:, None], corners), axis=2), axis=2)
+    joined = np.isin(pairs @ base, cut.edges @ base) | (corners == vertices[:, None])
+    found: BoolArray = joined.any(axis=1)
     return found
 
 

@@ -39,18 +39,20 @@ def with_rows_known(
         possible = (VERTICES, FACES) if one.on is None else (one.on,)
         fitting = [on for on in possible if len(one.values) in fit[on]]
         if not fitting:
-            has = f"{vertices} vertices" + ("" if faces is None else f" and {faces} faces")
-            raise OptionError("attributes", _misfit(one, has, mesh.n_faces, payload.source))
+            has = f"{vertices} vertices and {'unknown' if faces is None else faces} faces"
+            raise OptionError("attributes", _misfit(one, has, mesh, payload.source))
         if fitting[0] == FACES and payload.what == SKINNING:
             raise OptionError("attributes", "skinning weights are of vertices, not of faces")
         found.append(replace(one, on=fitting[0]))
     return tuple(found)
 
 
-def _misfit(one: Attribute, has: str, triangles: int, shape: str) -> str:
+def _misfit(one: Attribute, has: str, mesh: TriangleMesh, shape: str) -> str:
     """What is wrong with a number of rows, and what to do about it."""
     of, count = f" of {one.on}" if one.on else "", len(one.values)
     advice = "give a row for every vertex, or for every face, in the order of that file"
-    if count == 3 * triangles:
-        advice = "values of corners are not carried"
+    if mesh.file_rows is None:
+        advice = "for values of faces, delete the shape, and upload it again"
+    elif count == 3 * mesh.n_faces:
+        advice = 'values of corners are not carried; "uv" carries texture coordinates'
     return f"there are {count} rows{of}, and the file of shape {shape} has {has}; {advice}"

@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import TransferError
 from solver.mesh import TriangleMesh
 from solver.transfer.attributes import Attribute
-from solver.transfer.overlap import FACES
+from solver.transfer.overlap import FACES, file_faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,9 +73,7 @@ class WrittenSurface:
 
 
 def _of_triangles(attribute: Attribute, mesh: TriangleMesh) -> Attribute:
-    if mesh.face_ids is None:
-        raise TransferError("the faces of the shape's file are not known; upload it again")
-    return replace(attribute, values=attribute.values[mesh.face_ids])
+    return replace(attribute, values=attribute.values[file_faces(mesh)])
 
 
 def _extended(attribute: Attribute, count: int) -> Attribute:

@@ -32,6 +32,13 @@ def back_to_mesh(target: TriangleMesh) -> DenseCorrespondence:
     return inverse
 
 
+def of_rows(dense: DenseCorrespondence, rows: slice) -> DenseCorrespondence:
+    """A map of some vertices."""
+    return DenseCorrespondence(
+        dense.source[rows], dense.target[rows], dense.faces[rows], dense.barycentric[rows]
+    )
+
+
 def plane(places: FloatArray) -> FloatArray:
     """Texture coordinates without seams: a projection along z."""
     low, size = MESH.vertices.min(axis=0)[:2], np.ptp(MESH.vertices, axis=0)[:2]
@@ -164,6 +171,17 @@ def test_faces_without_texture_or_map_have_none() -> None:
     high = OTHER.vertices[OTHER.faces][..., 2].mean(axis=1) > 0.1
     assert (found.texture_of_face[mapped & low] == -1).all()
     assert (found.texture_of_face[mapped & high] == 0).all()
+
+
+def test_of_an_empty_map_nothing_is_textured() -> None:
+    back = back_to_mesh(OTHER)
+    none = of_rows(back, slice(2))
+    found = carried_paint(OTHER, none, MESH, paint_of(plane(MESH.vertices[MESH.faces])))
+    assert (found.texture_of_face == -1).all()
+    data = write_textured_obj(WrittenSurface.of(OTHER, [], "b"), found)
+    assert b"vt" not in data
+    assert mapped_surface(data, "obj") is None
+    assert read_mesh(write_textured_glb("b", OTHER, found), "glb").n_faces == OTHER.n_faces
 
 
 @TARGETS
