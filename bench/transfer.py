@@ -2,8 +2,9 @@
 
 Per pair of shapes of a class with known truth: the share of the target's area whose carried segment
 is the true one, in both directions; and what a smooth function loses there and back, relative to
-its standard deviation. Segments are the geodesic Voronoi cells of points spread over the source,
-the farthest first: ends of limbs, and what is between them.
+its standard deviation. The same for segments of faces: the share of the target's area, and what
+there and back leaves. Segments are the geodesic Voronoi cells of points spread over the source, the
+farthest first: ends of limbs, and what is between them.
 """
 
 import argparse
@@ -12,13 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MatchOptions, match
+from solver.mesh import TriangleMesh, triangle_areas
 from solver.registration import DenseCorrespondence
 from solver.shape.sampling import farthest_point_sampling
-from solver.transfer import PullBack
+from solver.transfer import FACES, PullBack, overlap_of
 
 SEGMENTS = 8
 """Segments of a shape: head, hands and feet of a body, and what is between them."""
@@ -39,20 +42,30 @@ class Carried:
         Root mean square error of a smooth function there and back, over its standard deviation.
     uncovered
         Share of the target's vertices that no source vertex is mapped to.
+    faces
+        Share of the area whose segment is the true one, where segments are of faces.
+    faces_back
+        Share of the source's area that has its segment again, there and back.
     """
 
     forwards: float
     backwards: float
     loss: float
     uncovered: float
+    faces: float
+    faces_back: float
 
 
 def segments_of(known: KnownShape, count: int = SEGMENTS) -> IntArray:
     """(V,) cell of each vertex: the nearest of `count` farthest points along the surface."""
-    metric = known.shape.metric("geodesic")
-    points = farthest_point_sampling(metric, count).indices
-    nearest: IntArray = metric.distances(points).argmin(axis=0)
+    nearest: IntArray = _distances(known, count).argmin(axis=0)
     return nearest
+
+
+def _distances(known: KnownShape, count: int) -> FloatArray:
+    """(count, V) geodesic distances of vertices from farthest points."""
+    metric = known.shape.metric("geodesic")
+    return metric.distances(farthest_point_sampling(metric, count).indices)
 
 
 def area_share(
@@ -87,6 +100,7 @@ def judged(
         _agreement(target, source, back, segments),
         _loss(source, there, back),
         1.0 - len(np.unique(dense.target)) / len(dense.inverse.source),
+        *_of_faces(source, target, dense, segments),
     )
 
 
@@ -95,6 +109,48 @@ def _agreement(source: KnownShape, target: KnownShape, along: PullBack, segments
     by_file = _by_file(source, labels, -1)
     carried = along.spread(along.majority(by_file), -1)[target.shape.mesh.vertex_ids]
     return area_share(source, target, labels, carried)
+
+
+def _of_faces(
+    source: KnownShape, target: KnownShape, dense: DenseCorrespondence, segments: int
+) -> tuple[float, float]:
+    """Shares of the target's area with the true segment, and of the source's with its own again."""
+    assert dense.inverse is not None
+    here, there = source.shape.mesh, target.shape.mesh
+    distances = _distances(source, segments)
+    labels = distances[:, here.faces].sum(axis=2).argmin(axis=0)
+    true = distances[:, _true_vertices(source, target)[there.faces]].sum(axis=2).argmin(axis=0)
+    forth = overlap_of(there, dense.inverse, here, FACES, FACES)
+    carried = forth.spread(forth.majority(_rows_of_faces(here, labels)), -1)
+    back = overlap_of(here, dense, there, FACES, FACES)
+    again = back.spread(back.majority(carried), -1)
+    return (
+        _share(there, carried[there.face_ids] == true),
+        _share(here, again[here.face_ids] == labels),
+    )
+
+
+def _true_vertices(source: KnownShape, target: KnownShape) -> IntArray:
+    """(W,) the source's vertex at each of the target's, or at the nearest of known truth."""
+    assert source.truth is not None
+    assert target.truth is not None
+    known = (source.truth >= 0) & (target.truth >= 0)
+    vertices = target.shape.mesh.vertices
+    nearest = KDTree(vertices[target.truth[known]]).query(vertices)[1]
+    found: IntArray = source.truth[known][nearest]
+    return found
+
+
+def _rows_of_faces(mesh: TriangleMesh, labels: IntArray) -> IntArray:
+    assert mesh.face_ids is not None
+    assert mesh.file_rows is not None
+    rows = np.full(mesh.file_rows[1], -1)
+    rows[mesh.face_ids] = labels
+    return rows
+
+
+def _share(mesh: TriangleMesh, right: BoolArray) -> float:
+    return float(triangle_areas(mesh.vertices, mesh.faces)[right].sum() / mesh.area)
 
 
 def _loss(source: KnownShape, there: PullBack, back: PullBack) -> float:
@@ -125,7 +181,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
-    heads = "forwards", "backwards", "loss", "uncovered"
+    heads = "forwards", "backwards", "loss", "uncovered", "faces", "faces_back"
     print(f"{'pair':40}" + "".join(f"{head:>11}" for head in heads))
     rows = []
     for source, target in pairs[:: arguments.every]:
@@ -143,6 +199,9 @@ def main() -> None:
         "least_segment_area": float(table[:, :2].min()),
         "loss_there_and_back": float(table[:, 2].mean()),
         "uncovered_by_source": float(table[:, 3].mean()),
+        "face_segment_area": float(table[:, 4].mean()),
+        "least_face_segment_area": float(table[:, 4].min()),
+        "face_segment_area_there_and_back": float(table[:, 5].mean()),
     }
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
     if arguments.json:

@@ -16,7 +16,12 @@ from broker.contracts.parameters import (
 from broker.contracts.problems import Problem
 from broker.contracts.prototypes import ARCHIVE_TYPE, is_prototype
 from broker.contracts.spectra import SpectrumKey
-from broker.contracts.transfers import Direction, SurfacePoint, TransferKind
+from broker.contracts.transfers import (
+    AttributeElement,
+    Direction,
+    SurfacePoint,
+    TransferKind,
+)
 from broker.contracts.webhooks import Delivery, Webhook
 
 View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]
@@ -284,6 +289,7 @@ class TransferPayload(_Payload):
     )
     what: TransferKind
     direction: Direction
+    on: AttributeElement | None = None
     names: tuple[str, ...] = ()
     influences: int | None = None
     points: tuple[SurfacePoint, ...] = ()

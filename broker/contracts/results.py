@@ -297,6 +297,15 @@ class MatchResult(_Part):
     target_name: str | None = Field(
         default=None, description="Name of the target; null in results of earlier versions."
     )
+    source_file_vertices: int | None = Field(
+        default=None,
+        description="Number of vertices of the source's file; null for a prototype, and in results"
+        " of earlier versions.",
+    )
+    target_file_vertices: int | None = Field(
+        default=None,
+        description="Number of vertices of the target's file; null in results of earlier versions.",
+    )
     parameters: MatchParameters = Field(description="The parameters in force.")
     correspondences: tuple[Correspondence, ...] = Field(description="The matched pairs.")
     distortion: Distortion

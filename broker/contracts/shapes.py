@@ -36,6 +36,8 @@ class ShapeRecord(BaseModel):
                     "bytes": 402118,
                     "vertices": 5000,
                     "faces": 9996,
+                    "file_vertices": 5000,
+                    "file_faces": 9996,
                     "area": 13402.7,
                     "components": 1,
                     "closed": True,
@@ -53,6 +55,16 @@ class ShapeRecord(BaseModel):
     bytes: int = Field(description="Size of the uploaded file.")
     vertices: int = Field(description="Number of vertices, after repair.")
     faces: int = Field(description="Number of triangles, after repair.")
+    file_vertices: int | None = Field(
+        default=None,
+        description="Number of vertices of the file, before repair: rows of attributes of"
+        " vertices. Null for shapes of earlier versions.",
+    )
+    file_faces: int | None = Field(
+        default=None,
+        description="Number of faces of the file, polygons included: rows of attributes of faces."
+        " Null for shapes of earlier versions.",
+    )
     area: float = Field(description="Surface area, in the square of the file's unit of length.")
     components: int = Field(description="Number of connected components.")
     closed: bool = Field(description="Whether the surface has no boundary.")

@@ -9,19 +9,21 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat
 
 from broker.contracts.vertices import Vertex
 
-ATTRIBUTE_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb")
-"""The formats of attribute files, which are those the solver reads and writes."""
+ATTRIBUTE_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb", "seg", "txt")
+"""The formats of attribute files, which are those the solver reads."""
 
 _PREFIX: Final = "a-"
 """Beginning of the ids of attribute files, which distinguishes them from those of shapes."""
 
 LANDMARKS: Final = "landmarks"
 TEXTURE: Final = "texture"
+UV: Final = "uv"
 
 TransferKind: TypeAlias = Literal[
-    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture", "uv"
 ]
 Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
+AttributeElement: TypeAlias = Literal["vertices", "faces"]
 
 
 def attributes_id(data: bytes) -> str:
@@ -36,20 +38,28 @@ def attribute_format_of(filename: str) -> str | None:
 
 
 class AttributeSummary(BaseModel):
-    """An attribute of the vertices of a file."""
+    """An attribute of the vertices or of the faces of a file."""
 
     model_config = ConfigDict(frozen=True)
 
     name: str = Field(description="Its name.")
     type: Literal["number", "integer", "text"] = Field(description="Type of its values.")
     columns: tuple[str, ...] = Field(
-        description="Names of its columns, such as those of joints; empty for one value of each"
-        " vertex."
+        description="Names of its columns, such as those of joints; empty for one value in each"
+        " row."
+    )
+    on: AttributeElement | None = Field(
+        default=None,
+        description="What its rows are of, if the file says so; null if their number decides.",
+    )
+    rows: int | None = Field(
+        default=None,
+        description="Number of its rows; null in documents of earlier versions.",
     )
 
 
 class AttributesRecord(BaseModel):
-    """An uploaded file of attributes of the vertices of a shape."""
+    """An uploaded file of attributes of the vertices or of the faces of a shape."""
 
     model_config = ConfigDict(
         frozen=True,
@@ -61,7 +71,9 @@ class AttributesRecord(BaseModel):
                     "file_type": "csv",
                     "bytes": 41873,
                     "rows": 5000,
-                    "attributes": [{"name": "part", "type": "text", "columns": []}],
+                    "attributes": [
+                        {"name": "part", "type": "text", "columns": [], "on": None, "rows": 5000}
+                    ],
                     "created": "2026-03-01T12:00:00Z",
                 }
             ]
@@ -72,7 +84,9 @@ class AttributesRecord(BaseModel):
     name: str = Field(description="The name given at upload, or the name of the file.")
     file_type: str = Field(description="Format.")
     bytes: int = Field(description="Size of the file.")
-    rows: int = Field(description="Number of rows: row i is vertex i of the shape's file.")
+    rows: int = Field(
+        description="Number of rows: row i is vertex i, or face i, of the shape's file."
+    )
     attributes: tuple[AttributeSummary, ...] = Field(description="What it has.")
     created: datetime = Field(description="When it was uploaded.")
 
@@ -104,8 +118,14 @@ class TransferResult(BaseModel):
     target_name: str | None = Field(description="Its name.")
     what: TransferKind = Field(description="Kind of what was carried.")
     direction: Direction = Field(description="Direction in the match.")
+    on: Literal["vertices", "faces", "corners"] = Field(
+        default="vertices",
+        description="What of the file of `target` the rows are of; of texture coordinates, the"
+        " corners of the triangles of its surface, three after three.",
+    )
     rows: int = Field(
-        description="Number of rows of the attributes: row i is vertex i of the file of `target`."
+        description="Number of rows of the attributes: row i is vertex i, or face i, of the file of"
+        " `target`, or a corner."
     )
     attributes: tuple[AttributeSummary, ...] = Field(
         description="What was carried; the values are in the files of the job."

@@ -1,4 +1,4 @@
-"""``/v1/attributes``: files of attributes of the vertices of shapes."""
+"""``/v1/attributes``: files of attributes of the vertices and faces of shapes."""
 
 from typing import Annotated, Final
 
@@ -52,13 +52,13 @@ async def upload_attributes(
     file: Annotated[
         UploadFile,
         File(
-            description="Attributes of the vertices of a shape, row i of vertex i of its file; the"
-            f" name ends in one of {', '.join(ATTRIBUTE_FORMATS)}."
+            description="Attributes of the vertices or faces of a shape, row i of vertex or face i"
+            f" of its file; the name ends in one of {', '.join(ATTRIBUTE_FORMATS)}."
         ),
     ],
     name: UploadName = None,
 ) -> Response:
-    """Upload attributes of the vertices of a shape: scalars, vectors, colours, labels, weights.
+    """Upload attributes of the vertices or faces of a shape: scalars, colours, labels, weights.
 
     The file is read before the answer is given; one that cannot be used is refused with the reason
     and leaves nothing behind. The same bytes are the same file.

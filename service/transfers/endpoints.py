@@ -5,10 +5,12 @@ from typing import Final
 from fastapi import APIRouter, Response
 
 from broker.contracts import (
+    AttributesRecord,
     FieldProblem,
     JobRecord,
     MatchPayload,
     RequestOrigin,
+    ShapeRecord,
     TransferPayload,
 )
 from broker.queue import new_job
@@ -42,10 +44,11 @@ router = APIRouter(prefix="/v1/transfers", tags=["transfers"])
 def create_transfer(
     asked: TransferRequest, service: ServiceOf, order: JobOrder, response: Response
 ) -> Job:
-    """Carry attributes of the vertices of one shape of a match to the other, or landmarks.
+    """Carry attributes of the vertices or faces of one shape of a match to the other, or landmarks.
 
     The match is one with `dense`. Every vertex takes the value at the point of the other shape that
-    it corresponds to, so none is left without. The values are `result.npz` of the job, and
+    it corresponds to, so none is left without; faces take what most of their area corresponds to,
+    or its mean. The values are `result.npz` of the job, and
     `result.csv`, `.ply`, `.obj` and `.glb`.
     """
 
@@ -75,7 +78,7 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
     source, target = ends if asked.direction == "source_to_target" else ends[::-1]
     shapes = use_shapes(service, {"body.match": source, "body.match.target": target})
     if asked.attributes is not None:
-        _check_rows(use_attributes(service, asked.attributes).rows, shapes["body.match"].vertices)
+        _check_rows(use_attributes(service, asked.attributes), shapes["body.match"])
     return TransferPayload(
         match=asked.match,
         source=source,
@@ -83,13 +86,24 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
         attributes=asked.attributes,
         what=asked.what,
         direction=asked.direction,
+        on=asked.on,
         names=asked.names,
         influences=asked.influences,
         points=asked.points,
     )
 
 
-def _check_rows(rows: int, vertices: int) -> None:
-    if rows < vertices:
-        message = f"it has {rows} rows, and the shape has {vertices} vertices; give one for each"
-        refuse([FieldProblem(field="body.attributes", message=message)], _REFUSED)
+def _check_rows(attributes: AttributesRecord, shape: ShapeRecord) -> None:
+    """Refuse a file none of whose attributes has a row for every vertex, or every face."""
+    if shape.file_vertices is None:
+        return
+    given = {attributes.rows, *(one.rows or 0 for one in attributes.attributes)}
+    if any(shape.vertices <= rows <= shape.file_vertices for rows in given):
+        return
+    if shape.file_faces in given:
+        return
+    message = (
+        f"it has {attributes.rows} rows, and the shape's file has {shape.file_vertices} vertices"
+        f" and {shape.file_faces} faces; give one for each"
+    )
+    refuse([FieldProblem(field="body.attributes", message=message)], _REFUSED)

@@ -7,6 +7,8 @@ from pydantic import AfterValidator, BeforeValidator, ConfigDict, Field
 from broker.contracts import (
     LANDMARKS,
     TEXTURE,
+    UV,
+    AttributeElement,
     AttributesRecord,
     Direction,
     SurfacePoint,
@@ -20,7 +22,7 @@ _FILE = "a-1f0c2f0e3b9d4c0c8e6f1a2b3c4d5e6f"
 
 
 class Attributes(AttributesRecord):
-    """An uploaded file of attributes of the vertices of a shape."""
+    """An uploaded file of attributes of the vertices or of the faces of a shape."""
 
 
 def _point_at_vertex(given: Any) -> Any:
@@ -46,6 +48,7 @@ class TransferRequest(JobRequest):
             "examples": [
                 {"match": _MATCH, "attributes": _FILE, "what": "labels"},
                 {"match": _MATCH, "what": "colors", "direction": "target_to_source"},
+                {"match": _MATCH, "attributes": _FILE, "what": "labels", "on": "faces"},
                 {
                     "match": _MATCH,
                     "attributes": _FILE,
@@ -66,8 +69,9 @@ class TransferRequest(JobRequest):
     what: TransferKind = Field(
         description="Kind of what is carried: scalars, vectors and colours by barycentric means"
         " (components of vectors one by one: directions are not rotated), labels by majority,"
-        " skinning weights by means of sum 1; landmarks, which are points; or the texture in the"
-        " shape's own file, as colours of vertices, and in GLB files as an image."
+        " skinning weights by means of sum 1; landmarks, which are points; the texture in the"
+        " shape's own file, as colours of vertices, and in GLB files as an image; or, as uv, its"
+        " texture coordinates, whose images are in GLB files."
     )
     direction: Direction = Field(
         default="source_to_target",
@@ -77,6 +81,12 @@ class TransferRequest(JobRequest):
         default=None,
         description="Id of a file of attributes of the shape that values are carried from; null for"
         " the attributes in the file of that shape itself, whose colours include its texture.",
+    )
+    on: AttributeElement | None = Field(
+        default=None,
+        description="Whether vertices or faces of the other shape take the values; null for what"
+        " the values are of. A face takes the label of most of its area, or the mean over it, and"
+        " so does the area round a vertex where values are of faces.",
     )
     names: tuple[AttributeName, ...] = Field(
         default=(),
@@ -107,9 +117,11 @@ class TransferRequest(JobRequest):
             wrong["points"] = '`what` is "landmarks"; give the landmarks'
         if not landmarks and self.points:
             wrong["points"] = 'only "landmarks" have points; leave them out, or change `what`'
-        for name in ("attributes", "names"):
-            if self.what in (LANDMARKS, TEXTURE) and getattr(self, name):
+        for name in ("attributes", "names", "on"):
+            if self.what in (LANDMARKS, TEXTURE, UV) and getattr(self, name):
                 wrong[name] = f"not supported with {self.what!r}; leave it out, or change `what`"
         if self.influences is not None and self.what != "skinning":
             wrong["influences"] = "only skinning weights have influences; leave it out"
+        if self.on == "faces" and self.what == "skinning":
+            wrong["on"] = "skinning weights are of vertices; leave it out"
         return wrong

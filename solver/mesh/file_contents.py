@@ -1,6 +1,6 @@
-"""What a mesh file has besides the repaired surface: its textures, and its number of vertices."""
+"""What a mesh file has besides the repaired surface: its textures."""
 
-from solver.mesh.formats import READERS
+from solver.mesh.formats import READERS, read_obj_coordinates
 from solver.mesh.textures import Paint
 from solver.mesh.triangle_mesh import TriangleMesh
 
@@ -29,8 +29,8 @@ def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] 
     return TriangleMesh.of(soup), soup.paint
 
 
-def vertex_rows(data: bytes, file_type: str) -> int | None:
-    """Return the number of vertices of a mesh file, those included that no face uses.
+def mapped_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
+    """Read the surface of a mesh file as it is, and its texture coordinates.
 
     Parameters
     ----------
@@ -39,12 +39,16 @@ def vertex_rows(data: bytes, file_type: str) -> int | None:
 
     Returns
     -------
-    ``None`` for formats that number vertices otherwise than one after the other.
+    As :func:`textured_surface`; an OBJ file without its images has texture coordinates too.
 
     Raises
     ------
     MeshError
         As :func:`read_mesh`.
     """
-    kind = file_type.lower().lstrip(".")
-    return len(READERS[kind](data).vertices) if kind in ("off", "obj", "ply") else None
+    if file_type.lower().lstrip(".") != "obj":
+        return textured_surface(data, file_type)
+    soup = read_obj_coordinates(data)
+    if soup.paint is None or (soup.paint.texture_of_face < 0).all():
+        return None
+    return TriangleMesh.of(soup), soup.paint

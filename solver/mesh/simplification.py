@@ -58,15 +58,18 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
     boundary, fixed = _boundary_and_fixed(mesh.faces, mesh.n_vertices)
     quadrics = _quadrics(unit.vertices, mesh.faces)
     collapse_edges(unit.vertices, faces, quadrics, boundary, fixed, into, vertices)
-    left = faces[faces[:, 0] >= 0]
-    kept = replace(mesh.soup().with_vertices_merged(into), faces=left).compacted()
+    staying = faces[:, 0] >= 0
+    left = faces[staying]
+    merged = mesh.soup().with_vertices_merged(into).of_faces(staying)
+    kept = replace(merged, faces=left).compacted()
     area = float(triangle_areas(unit.vertices, left).sum())
-    return TriangleMesh.of(
+    fewer = TriangleMesh.of(
         kept.noting(
             f"simplified from {mesh.n_vertices} to {len(kept.vertices)} vertices; the area became"
             f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'}"
         )
     )
+    return replace(fewer, file_rows=mesh.file_rows)
 
 
 def _boundary_and_fixed(faces: IntArray, n_vertices: int) -> tuple[BoolArray, BoolArray]:

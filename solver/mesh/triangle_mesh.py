@@ -40,6 +40,11 @@ class TriangleMesh:
     merged
         (A, 2) int64, the user's numbers: of a vertex that was merged into another, and of that
         other.
+    face_ids
+        (F,) int64, the user's number of the face that each triangle is part of: its index in the
+        file, from 0, where a polygon is one face; ``None`` if it is not known.
+    file_rows
+        Numbers of vertices and of faces of the file; ``None`` if they are not known.
     """
 
     vertices: FloatArray
@@ -48,6 +53,8 @@ class TriangleMesh:
     colors: FloatArray | None = None
     warnings: tuple[str, ...] = ()
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    face_ids: IntArray | None = None
+    file_rows: tuple[int, int] | None = None
 
     @staticmethod
     def of(soup: TriangleSoup) -> "TriangleMesh":
@@ -59,12 +66,19 @@ class TriangleMesh:
             None if soup.colors is None else np.ascontiguousarray(soup.colors, dtype=np.float64),
             soup.notes,
             soup.merged,
+            soup.face_ids,
         )
 
     def soup(self) -> TriangleSoup:
         """Return the mesh as a soup that can be changed."""
         return TriangleSoup(
-            self.vertices, self.faces, self.colors, self.vertex_ids, self.warnings, self.merged
+            self.vertices,
+            self.faces,
+            self.colors,
+            self.vertex_ids,
+            self.face_ids,
+            self.warnings,
+            self.merged,
         )
 
     @property
@@ -267,7 +281,8 @@ def triangle_mesh(
     if colors is not None and np.shape(colors) != points.shape:
         raise MeshError("colors must be a (V, 3) array with a row for every vertex")
     triangles = corners.astype(np.int64).reshape(-1, 3)
-    return _checked(TriangleSoup(points, triangles, colors, np.arange(len(points), dtype=np.int64)))
+    vertex_ids, face_ids = (np.arange(len(one), dtype=np.int64) for one in (points, triangles))
+    return _checked(TriangleSoup(points, triangles, colors, vertex_ids, face_ids))
 
 
 def largest_component(mesh: TriangleMesh) -> TriangleMesh:
@@ -294,8 +309,8 @@ def largest_component(mesh: TriangleMesh) -> TriangleMesh:
         f"only the largest of {mesh.components} components was kept: "
         f"{100.0 * share:.3g} % of the area"
     )
-    kept = replace(mesh.soup(), faces=mesh.faces[label == largest])
-    return TriangleMesh.of(kept.compacted().noting(note))
+    kept = mesh.soup().of_faces(label == largest).compacted()
+    return replace(TriangleMesh.of(kept.noting(note)), file_rows=mesh.file_rows)
 
 
 def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -324,4 +339,6 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError("the mesh has no faces; a point cloud cannot be matched")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    return TriangleMesh.of(repaired(replace(soup, paint=None)))
+    faces = len(soup.faces) if soup.face_ids is None else int(soup.face_ids.max()) + 1
+    rows = len(soup.vertices) + len(soup.merged), faces
+    return replace(TriangleMesh.of(repaired(replace(soup, paint=None))), file_rows=rows)

@@ -1,7 +1,7 @@
 """Transfer of values along a dense map: scalars, vectors, colours, labels, weights, landmarks.
 
-:func:`carried` carries an attribute of one shape's vertices to the other; :func:`landmark_images`
-maps points.
+:func:`carried` carries an attribute of one shape's vertices or faces to the other;
+:func:`landmark_images` maps points.
 """
 
 from solver.transfer.attributes import (
@@ -18,25 +18,32 @@ from solver.transfer.attributes import (
     selected,
 )
 from solver.transfer.landmarks import Landmarks, landmark_images
+from solver.transfer.overlap import CORNERS, FACES, VERTICES, Overlap, overlap_of
 from solver.transfer.pull_back import PullBack
-from solver.transfer.texture import BakedTexture, baked_texture, texture_colors
+from solver.transfer.texture import baked_texture, texture_colors
+from solver.transfer.texture_coordinates import carried_paint
 
 __all__ = [
     "COLORS",
     "COLORS_NAME",
+    "CORNERS",
+    "FACES",
     "KINDS",
     "LABELS",
     "SCALARS",
     "SKINNING",
     "VECTORS",
+    "VERTICES",
     "WEIGHTS_NAME",
     "Attribute",
-    "BakedTexture",
     "Landmarks",
+    "Overlap",
     "PullBack",
     "baked_texture",
     "carried",
+    "carried_paint",
     "landmark_images",
+    "overlap_of",
     "selected",
     "texture_colors",
 ]

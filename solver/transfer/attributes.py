@@ -1,14 +1,15 @@
-"""Attributes: values of a shape's vertices, by name, and how each kind of them is carried."""
+"""Attributes: named values of vertices or faces, and how each kind of them is carried."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from solver.arrays import FloatArray
 from solver.errors import OptionError, TransferError
-from solver.transfer.pull_back import PullBack
+from solver.transfer.overlap import FACES, VERTICES
 from solver.transfer.skinning import normalised_weights, strongest_weights
 
 SCALARS: Final = "scalars"
@@ -24,25 +25,31 @@ COLORS_NAME: Final = "colors"
 WEIGHTS_NAME: Final = "weights"
 """Name of the attribute of skinning weights in all formats."""
 
+_ROW: Final = {None: "vertex", VERTICES: "vertex", FACES: "face"}
+
 
 @dataclass(frozen=True, eq=False)
 class Attribute:
-    """Values of the vertices of a file.
+    """Values of the vertices or the faces of a file.
 
     Parameters
     ----------
     name
         Its name.
     values
-        (V,) or (V, n), row i of vertex i of the file: float64, int64, or text of one column.
-        Colours are in 0..1.
+        (V,) or (V, n), row i of vertex or face i of the file: float64, int64, or text of one
+        column. Colours are in 0..1.
     columns
         Names of the n columns, such as those of joints; empty if they have none.
+    on
+        `VERTICES`, `FACES` or `CORNERS`; None if the file does not say, so that the number of rows
+        decides.
     """
 
     name: str
     values: npt.NDArray[Any]
     columns: tuple[str, ...] = ()
+    on: str | None = None
 
     @property
     def width(self) -> int:
@@ -53,6 +60,19 @@ class Attribute:
     def is_text(self) -> bool:
         """Whether the values are text."""
         return self.values.dtype.kind == "U"
+
+
+class Along(Protocol):
+    """A map along which values are carried: a :class:`.PullBack` or an :class:`.Overlap`."""
+
+    def means(self, values: FloatArray) -> FloatArray:
+        """Return weighted means of values."""
+
+    def majority(self, labels: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return the labels of greatest weight."""
+
+    def spread(self, values: npt.NDArray[Any], missing: Any) -> npt.NDArray[Any]:
+        """Return values by the user's numbers, with others where there is none."""
 
 
 def selected(
@@ -90,7 +110,11 @@ def selected(
 
 
 def carried(
-    attribute: Attribute, kind: str, along: PullBack, influences: int | None = None
+    attribute: Attribute,
+    kind: str,
+    along: Along,
+    influences: int | None = None,
+    onto: str = VERTICES,
 ) -> Attribute:
     """Carry an attribute of X to Y.
 
@@ -99,16 +123,18 @@ def carried(
     attribute
         Of X, as :func:`selected` returns it for `kind`.
     kind
-        One of `KINDS`. Labels are those of greatest weight, all others barycentric means.
+        One of `KINDS`. Labels are those of greatest weight, all others weighted means.
     along
-        The map from the vertices of Y to points of X.
+        The map from the vertices or faces of Y to those of X.
     influences
         Of skinning weights, how many of each vertex are kept; None for all.
+    onto
+        Whether `along` starts from `VERTICES` or from `FACES` of Y.
 
     Returns
     -------
-    The attribute of the same name of Y. Vertices of the file that no face uses have nan, -1 or an
-    empty text.
+    The attribute of the same name of Y. Vertices of the file that no face uses, and faces that were
+    dropped, have nan, -1 or an empty text.
 
     Raises
     ------
@@ -119,17 +145,19 @@ def carried(
     if kind == LABELS:
         missing = "" if attribute.is_text else -1
         found = along.spread(along.majority(values), missing)
-        return Attribute(attribute.name, found, attribute.columns)
+        return Attribute(attribute.name, found, attribute.columns, onto)
     numbers = values.astype(np.float64)
     if not np.isfinite(numbers).all():
         row = int(np.argwhere(~np.isfinite(numbers))[0, 0])
-        raise TransferError(f"{attribute.name!r} of vertex {row} is not a finite number")
+        raise TransferError(
+            f"{attribute.name!r} of {_ROW[attribute.on]} {row} is not a finite number"
+        )
     if kind == SKINNING:
         means = along.means(normalised_weights(numbers))
         means = normalised_weights(strongest_weights(means, influences))
     else:
         means = along.means(numbers)
-    return Attribute(attribute.name, along.spread(means, np.nan), attribute.columns)
+    return Attribute(attribute.name, along.spread(means, np.nan), attribute.columns, onto)
 
 
 def _is_of(attribute: Attribute, kind: str, named: bool) -> bool:
@@ -148,20 +176,23 @@ def _skin(attributes: Sequence[Attribute], names: Sequence[str]) -> Attribute:
     skin = next((one for one in attributes if one.name == WEIGHTS_NAME and one.width), None)
     if skin is None:
         joints = [
-            one for one in attributes if one.values.ndim == 1 and one.values.dtype.kind in "if"
+            one
+            for one in attributes
+            if one.values.ndim == 1 and one.values.dtype.kind in "if" and one.on != FACES
         ]
         if not joints:
             there = _there([one.name for one in attributes])
             raise OptionError("what", f"the file has no skinning weights; {there}")
         table = np.stack([one.values.astype(np.float64) for one in joints], axis=1)
-        skin = Attribute(WEIGHTS_NAME, table, tuple(one.name for one in joints))
+        skin = Attribute(WEIGHTS_NAME, table, tuple(one.name for one in joints), joints[0].on)
     columns = skin.columns or tuple(f"joint{place}" for place in range(skin.width))
     absent = [name for name in names if name not in columns]
     if absent:
         message = f"there is no joint called {absent[0]!r}; {_there(columns)}"
         raise OptionError("names", message)
     places = [columns.index(name) for name in names] if names else list(range(len(columns)))
-    return Attribute(skin.name, skin.values[:, places], tuple(columns[place] for place in places))
+    chosen = tuple(columns[place] for place in places)
+    return Attribute(skin.name, skin.values[:, places], chosen, skin.on)
 
 
 def _there(names: Sequence[str] | dict[str, Attribute]) -> str:

@@ -4,17 +4,14 @@ The image has a square for every two triangles of the surface, so that no textur
 that surface are needed, and seams of the first texture leave no trace.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 import numpy as np
-import numpy.typing as npt
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
-from solver.mesh.textures import Paint, tinted
+from solver.mesh.textures import Paint, Texture, Wrap, tinted
 from solver.registration import DenseCorrespondence
 from solver.transfer.landmarks import Landmarks, surface_images
+from solver.transfer.overlap import in_chunks, mapped_faces
 
 _LARGEST = 2048
 """Greatest width of a baked image, in texels."""
@@ -24,25 +21,6 @@ _CELL = 5, 64
 
 _FINER = 1.5
 """Width of a baked image over that of the textures: squares leave some of it unused."""
-
-_CHUNK = 1 << 17
-"""Texels carried at a time."""
-
-
-@dataclass(frozen=True, eq=False)
-class BakedTexture:
-    """An image, and the texture coordinates of each triangle in it.
-
-    Parameters
-    ----------
-    pixels
-        (height, width, 3) uint8, display values.
-    coordinates
-        (F, 3, 2) u, v of the corners, v downwards.
-    """
-
-    pixels: npt.NDArray[np.uint8]
-    coordinates: FloatArray
 
 
 def texture_colors(
@@ -83,7 +61,7 @@ def texture_colors(
 
 def baked_texture(
     target: TriangleMesh, dense: DenseCorrespondence, source: TriangleMesh, paint: Paint
-) -> BakedTexture:
+) -> Paint:
     """Bake the texture of X into an image for the triangles of Y.
 
     Parameters
@@ -91,16 +69,20 @@ def baked_texture(
     target
         The surface Y.
     dense, source, paint
-        As for :func:`texture_colors`. Triangles with a corner that is not mapped are black.
+        As for :func:`texture_colors`.
+
+    Returns
+    -------
+    One texture, and texture coordinates of the faces of Y. Triangles with a corner that is not
+    mapped are black.
     """
-    known = np.isin(target.vertex_ids, dense.source)[target.faces].all(axis=1)
     side = int(np.ceil(np.sqrt((target.n_faces + 1) // 2)))
     texels = np.sqrt(sum(float(np.prod(one.size)) for one in paint.textures))
     cell = int(np.clip(_power_of_two(min(_FINER * texels, _LARGEST)) // side, *_CELL))
     width = _power_of_two(side * cell)
     pixels = np.zeros((width, width, 3), dtype=np.uint8)
     places, weights = _pattern(cell)
-    for faces in _chunks(np.flatnonzero(known), len(places)):
+    for faces in in_chunks(mapped_faces(target, dense), len(places)):
         corners = target.vertex_ids[target.faces[faces]]
         points = Landmarks(
             np.repeat(corners, len(places), axis=0), np.tile(weights, (len(faces), 1))
@@ -111,7 +93,12 @@ def baked_texture(
     every = np.arange(target.n_faces)
     corners = np.array([(0, 0), (cell - 3, 0), (0, cell - 3)], dtype=np.int64)
     centres = _in_image(every, corners, cell, side) + 0.5
-    return BakedTexture(pixels, centres / width)
+    return Paint(
+        centres / width,
+        np.zeros((target.n_faces, 3)),
+        np.zeros(target.n_faces, dtype=np.int64),
+        (Texture(pixels, (Wrap.CLAMP, Wrap.CLAMP)),),
+    )
 
 
 def _power_of_two(size: float) -> int:
@@ -140,9 +127,3 @@ def _in_image(faces: IntArray, places: IntArray, cell: int, side: int) -> IntArr
     turned = np.where(half[:, None, None] == 1, cell - 1 - places, places)
     found: IntArray = origin + turned
     return found
-
-
-def _chunks(faces: IntArray, texels: int) -> Iterator[IntArray]:
-    step = max(_CHUNK // texels, 1)
-    for start in range(0, len(faces), step):
-        yield faces[start : start + step]

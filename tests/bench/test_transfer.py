@@ -25,6 +25,7 @@ def test_the_identity_loses_nothing() -> None:
     found = judged(KNOWN, KNOWN, identity())
     assert (found.forwards, found.backwards, found.uncovered) == (1.0, 1.0, 0.0)
     assert found.loss < 1e-12
+    assert (found.faces, found.faces_back) == (1.0, 1.0)
 
 
 def test_segments_are_cells_of_the_surface() -> None:

@@ -46,10 +46,17 @@ def write_class(folder: Path) -> None:
 
 
 def write_parts(folder: Path) -> None:
-    """``parts.csv``, a label for each vertex of ``a.off``."""
-    heights = blob_meshes()[0].vertices[:, 2]
+    """Labels of ``a.off``: ``parts.csv`` of vertices, ``parts.seg`` of faces; ``dressed.glb``."""
+    mesh = blob_meshes()[0]
+    heights = np.asarray(mesh.vertices)[:, 2]
     labels = ["top" if height > 0.3 else "bottom" for height in heights]
     folder.joinpath("parts.csv").write_text("\n".join(["part", *labels, ""]))
+    upper = heights[mesh.faces].mean(axis=1) > 0.3
+    folder.joinpath("parts.seg").write_text("\n".join(map(str, upper.astype(int).tolist())))
+    vertices, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces)
+    coordinates = 0.5 + 0.2 * vertices[:, :2]
+    dressed = textured_glb(vertices, faces, coordinates, image_file(ramp()))
+    folder.joinpath("dressed.glb").write_bytes(dressed)
 
 
 def write_specimens(folder: Path) -> None:

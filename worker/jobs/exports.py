@@ -8,6 +8,7 @@ import numpy as np
 
 from broker.contracts import (
     TEXTURE,
+    UV,
     DissimilarityResult,
     MatchResult,
     TransferResult,
@@ -22,11 +23,13 @@ from solver.transfer.files import (
     write_glb,
     write_surface,
     write_textured_glb,
+    write_textured_obj,
 )
 from worker.jobs.failures import ResultGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
-from worker.jobs.transfers import colors_of_file, solver_map, texture_of
+from worker.jobs.textures import carried_paint, texture_of
+from worker.jobs.transfers import colors_of_file, solver_map
 from worker.pictures import colors_by_place
 
 _APART = 1.2
@@ -86,15 +89,17 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
             raise OptionError("format", "landmarks are written to CSV and NPZ")
         header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
         return _table([header, *((*one.vertices, *one.weights) for one in result.points)])
-    if result.what == TEXTURE and file_type == "glb":
-        return _textured(result, store)
+    if result.what == UV and file_type == "ply":
+        raise OptionError("format", "PLY has no texture coordinates here; choose GLB or OBJ")
+    if (result.what, file_type) in ((TEXTURE, "glb"), (UV, "glb"), (UV, "obj")):
+        return _textured(result, file_type, store)
     arrays = store.results.arrays(job_id)
     if arrays is None:
         raise ResultGone("the result has expired")
     attributes = read_attributes(arrays, "npz")
     # The archive has no names of columns but those of joints.
     known = {one.name: one.columns for one in result.attributes}
-    named = tuple(Attribute(one.name, one.values, known[one.name]) for one in attributes)
+    named = tuple(Attribute(one.name, one.values, known[one.name], result.on) for one in attributes)
     if file_type == "csv":
         return write_csv(named)
     mesh = stored_mesh(result.target, store.shapes)
@@ -102,17 +107,22 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     return write_surface(surface, file_type)
 
 
-def _textured(result: TransferResult, store: Store) -> bytes:
-    """Return the surface with the texture baked into an image, for which the match is needed."""
+def _textured(result: TransferResult, file_type: str, store: Store) -> bytes:
+    """Return the surface with an image or texture coordinates, for which the match is needed."""
     packed = store.results.document(result.match)
     dense = None if packed is None else result_from_blob(packed).dense
     if dense is None or dense.inverse is None:
         raise ResultGone("the result of the match has expired; match again")
     forwards = result.direction == "source_to_target"
     back = solver_map(dense, dense.inverse, forwards=not forwards)
-    mesh = stored_mesh(result.target, store.shapes)
-    texture = baked_texture(mesh, back, *texture_of(result.source, store.shapes))
-    return write_textured_glb(result.target_name or "target", mesh, texture)
+    mesh, name = stored_mesh(result.target, store.shapes), result.target_name or "target"
+    if result.what == TEXTURE:
+        paint = baked_texture(mesh, back, *texture_of(result.source, store.shapes))
+        return write_textured_glb(name, mesh, paint)
+    paint = carried_paint(result.source, mesh, back, store.shapes)
+    if file_type == "glb":
+        return write_textured_glb(name, mesh, paint, mipmaps=True)
+    return write_textured_obj(WrittenSurface.of(mesh, [], name), paint)
 
 
 def _beside(source: WrittenSurface, target: WrittenSurface) -> WrittenSurface:

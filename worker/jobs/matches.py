@@ -10,6 +10,7 @@ from broker.contracts import (
     MatchPayload,
     MatchResult,
     RegistrationPayload,
+    ShapeRecord,
     is_prototype,
     spectrum_key,
 )
@@ -101,17 +102,19 @@ def match(payload: MatchPayload, context: JobContext) -> bytes:
     timings = dict(result.timings)
     timings["spectra"] = timings.get("spectra", 0.0) + loaded - start
     timings["total"] = time.perf_counter() - start
-    named = {"timings": timings, **_names(payload, context.store)}
+    named = {"timings": timings, **_subjects(payload, context.store)}
     return result.model_copy(update=named).model_dump_json().encode()
 
 
-def _names(payload: MatchPayload, store: Store) -> dict[str, str | None]:
-    """Names of source and target: those of the request, or those they are stored under."""
+def _subjects(payload: MatchPayload, store: Store) -> dict[str, str | int | None]:
+    """Names of source and target, of the request or as stored, and numbers of their vertices."""
     kept = store.prototypes if is_prototype(payload.source) else store.shapes
     source, target = kept.get(payload.source), store.shapes.get(payload.target)
     return {
         "source_name": payload.source_name or (None if source is None else source.name),
         "target_name": payload.target_name or (None if target is None else target.name),
+        "source_file_vertices": source.file_vertices if isinstance(source, ShapeRecord) else None,
+        "target_file_vertices": None if target is None else target.file_vertices,
     }
 
 

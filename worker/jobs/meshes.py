@@ -1,6 +1,8 @@
 """Stored meshes: as bytes, from the store, simplified and cached."""
 
 import io
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,6 +28,8 @@ def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
         colors=np.empty((0, 3)) if mesh.colors is None else mesh.colors,
         warnings=np.array(mesh.warnings, dtype=np.str_),
         merged=_compact(mesh.merged),
+        face_ids=np.empty(0) if mesh.face_ids is None else _compact(mesh.face_ids),
+        file_rows=np.array(mesh.file_rows or (), dtype=np.int64),
     )
     return stream.getvalue()
 
@@ -45,6 +49,7 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
                 if "merged" in arrays
                 else np.zeros((0, 2), dtype=np.int64)
             ),
+            **_numbering(arrays),
         )
 
 
@@ -82,6 +87,14 @@ def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> Triangle
     mesh = simplified(largest_component(whole) if key.largest_component else whole, key.simplify)
     spectra.put(key.mesh_name, mesh_to_bytes(mesh))
     return mesh
+
+
+def _numbering(arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
+    """Numbers of the file's faces; shapes that were stored before faces were numbered have none."""
+    if "file_rows" not in arrays or not len(arrays["file_rows"]):
+        return {}
+    vertices, faces = arrays["file_rows"].tolist()
+    return {"face_ids": arrays["face_ids"].astype(np.int64), "file_rows": (vertices, faces)}
 
 
 def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:

@@ -1,7 +1,7 @@
 """Transfers along a match: of attribute files, of the shape's own attributes, and of landmarks."""
 
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Final, Literal
 
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from broker.contracts import (
     LANDMARKS,
     TEXTURE,
+    UV,
+    AttributeElement,
     AttributesRecord,
     AttributeSummary,
     AttributesValidationPayload,
@@ -18,22 +20,35 @@ from broker.contracts import (
     TransferPayload,
     TransferResult,
 )
-from broker.store import Shapes, Store
+from broker.store import Store
 from solver import registration, transfer
 from solver.arrays import FloatArray
 from solver.control import Control
 from solver.errors import OptionError, TransferError
-from solver.mesh import TriangleMesh, textured_surface, vertex_rows
-from solver.mesh.textures import Paint
-from solver.transfer import COLORS, COLORS_NAME, Attribute, Landmarks, PullBack
+from solver.mesh import TriangleMesh
+from solver.transfer import (
+    COLORS,
+    COLORS_NAME,
+    CORNERS,
+    FACES,
+    VERTICES,
+    Attribute,
+    Landmarks,
+    PullBack,
+)
+from solver.transfer.attributes import Along
 from solver.transfer.files import read_attributes, write_npz
+from worker.jobs.attribute_rows import with_rows_known
 from worker.jobs.context import JobContext
 from worker.jobs.failures import AttributesGone, ResultGone, ShapeGone, UploadGone
 from worker.jobs.match_results import result_from_blob
 from worker.jobs.meshes import stored_mesh
+from worker.jobs.textures import carried_paint, corner_attributes, texture_of
 
 CHANNELS: Final = ("red", "green", "blue")
 """Columns of colours."""
+
+_ON: Final[dict[str, AttributeElement]] = {VERTICES: "vertices", FACES: "faces"}
 
 
 def validate_attributes(payload: AttributesValidationPayload, context: JobContext) -> None:
@@ -99,6 +114,7 @@ def carry(payload: TransferPayload, context: JobContext) -> bytes:
             target_name=None if target_record is None else target_record.name,
             what=payload.what,
             direction=payload.direction,
+            on=_on(carried, payload),
             rows=len(carried[0].values) if carried else 0,
             attributes=tuple(map(summary_of, carried)),
             points=points,
@@ -128,12 +144,34 @@ def _outcome(
     if payload.what == TEXTURE:
         control.report("sampling the texture", 0.5)
         return (_texture_colors(payload, back, context.store),), None
+    if payload.what == UV:
+        control.report("mapping the texture coordinates", 0.5)
+        target = stored_mesh(payload.target, shapes)
+        return corner_attributes(target, carried_paint(payload.source, target, back, shapes)), None
     control.report("carrying the values", 0.5)
-    pull_back, given = PullBack.along(back), _attributes(payload, context)
-    _check_rows(given, pull_back, payload, shapes)
-    chosen = transfer.selected(given, payload.what, payload.names)
+    source, target = stored_mesh(payload.source, shapes), stored_mesh(payload.target, shapes)
+    asked = transfer.selected(_attributes(payload, context), payload.what, payload.names)
+    chosen = with_rows_known(asked, source, payload)
+    onto = payload.on or _shared([one.on for one in chosen])
     kind, influences = payload.what, payload.influences
-    return tuple(transfer.carried(one, kind, pull_back, influences) for one in chosen), None
+    ways: dict[str, Along] = {}
+    carried = []
+    for one in chosen:
+        of = one.on or VERTICES
+        if of not in ways:
+            pointwise = FACES not in (onto, of)
+            ways[of] = (
+                PullBack.along(back)
+                if pointwise
+                else transfer.overlap_of(target, back, source, onto, of)
+            )
+        carried.append(transfer.carried(one, kind, ways[of], influences, onto))
+    return tuple(carried), None
+
+
+def _shared(on: Sequence[str | None]) -> str:
+    """Faces if all attributes are of faces, else vertices."""
+    return FACES if set(on) == {FACES} else VERTICES
 
 
 def summary_of(attribute: Attribute) -> AttributeSummary:
@@ -143,6 +181,8 @@ def summary_of(attribute: Attribute) -> AttributeSummary:
         name=attribute.name,
         type=kinds.get(attribute.values.dtype.kind, "number"),
         columns=attribute.columns or tuple(map(str, range(attribute.width))),
+        on=_ON.get(attribute.on or ""),
+        rows=len(attribute.values),
     )
 
 
@@ -202,23 +242,12 @@ def _attributes(payload: TransferPayload, context: JobContext) -> tuple[Attribut
         raise OptionError("attributes", message) from error
 
 
-def texture_of(shape: str, shapes: Shapes) -> tuple[TriangleMesh, Paint]:
-    """Return the surface of a shape as its file has it, and its textures.
-
-    Raises
-    ------
-    ShapeGone
-        The shape was deleted.
-    OptionError
-        It has no texture.
-    """
-    record, data = shapes.get(shape), shapes.upload(shape)
-    if record is None or data is None:
-        raise ShapeGone(shape)
-    found = textured_surface(data, record.file_type)
-    if found is None:
-        raise OptionError("what", "the shape has no texture; `colors` carries those of vertices")
-    return found
+def _on(
+    carried: Sequence[Attribute], payload: TransferPayload
+) -> Literal["vertices", "faces", "corners"]:
+    if payload.what == UV:
+        return "corners"
+    return "faces" if carried and carried[0].on == FACES else "vertices"
 
 
 def _texture_colors(
@@ -238,43 +267,6 @@ def _own_colors(mesh: TriangleMesh) -> Attribute:
     if mesh.colors is None:
         raise OptionError("attributes", "the shape has no colours; upload a file of attributes")
     return colors_of_file(mesh, mesh.colors)
-
-
-def _check_rows(
-    given: Iterable[Attribute], along: PullBack, payload: TransferPayload, shapes: Shapes
-) -> None:
-    """Refuse attributes of another number of rows than the shape's file has vertices."""
-    rows = len(next(iter(given)).values)
-    mesh = stored_mesh(payload.source, shapes)
-    ids, _ = mesh.numbering
-    used = max(int(ids[-1]) + 1, along.rows)
-    if rows == used:
-        return
-    shape, data = shapes.get(payload.source), shapes.upload(payload.source)
-    if shape is None or data is None:
-        raise ShapeGone(payload.source)
-    # Vertices at the end of the file that no face uses have rows, too.
-    most = vertex_rows(data, shape.file_type)
-    if used < rows and (most is None or rows == most):
-        return
-    expected = used if most is None else most
-    raise OptionError(
-        "attributes",
-        f"there are {rows} rows, and the file of shape {payload.source} has {expected} vertices;"
-        f" {_advice(rows, mesh.n_faces)}",
-    )
-
-
-def _advice(rows: int, faces: int) -> str:
-    """What to do about a number of rows that is not that of the vertices."""
-    if rows == faces:
-        return "values of faces are not carried, so give every vertex that of one of its faces"
-    if rows == 3 * faces:
-        return (
-            "values of corners, such as texture coordinates, are not carried; `texture` carries the"
-            " image"
-        )
-    return "give a row for every vertex, in the order of that file"
 
 
 def _images(
@@ -299,12 +291,17 @@ def _images(
 
 
 def _missing(carried: Sequence[Attribute]) -> tuple[str, ...]:
+    """How many rows have no value, if some have none."""
     if not carried:
         return ()
-    values = carried[0].values
-    first = values if values.ndim == 1 else values[:, 0]
+    last = carried[-1]
+    first = last.values if last.values.ndim == 1 else last.values[:, 0]
     if first.dtype.kind == "f":
         count = int(np.isnan(first).sum())
     else:
         count = int((first == ("" if first.dtype.kind == "U" else -1)).sum())
-    return (f"{count} vertices of the file are not part of the surface",) if count else ()
+    if last.on == CORNERS:
+        missing = f"{count} corners of triangles have no texture coordinates"
+    else:
+        missing = f"{count} {last.on or VERTICES} of the file are not part of the surface"
+    return (missing,) if count else ()

@@ -28,6 +28,7 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
     control.report("reading the mesh", 0.0)
     mesh = read_mesh(data, payload.file_type)
     control.report("measuring the mesh", 0.5)
+    vertices, faces = mesh.file_rows or (None, None)
     record = ShapeRecord(
         id=payload.shape,
         name=payload.name,
@@ -35,6 +36,8 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
         bytes=len(data),
         vertices=mesh.n_vertices,
         faces=mesh.n_faces,
+        file_vertices=vertices,
+        file_faces=faces,
         area=mesh.area,
         components=mesh.components,
         closed=mesh.closed,

@@ -168,7 +168,7 @@ def print_transfer(transfer: Transfer, console: Console) -> None:
         transfer.what: carried or f"{len(transfer.points or ())} points",
         "from": transfer.source_name or transfer.source,
         "to": transfer.target_name or transfer.target,
-        **({} if transfer.points is not None else {"rows": str(transfer.rows)}),
+        **({} if transfer.points is not None else {transfer.on: str(transfer.rows)}),
     }
     console.print(named_values(rows))
     print_warnings(transfer.warnings, console)

@@ -11,20 +11,29 @@ from isomatch._cli.options import OUTPUT, AsJson, Url, Wait, landmark_points, sh
 from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
-from isomatch._results import KINDS, Direction, TransferKind
+from isomatch._results import KINDS, Direction, Element, TransferKind
 
 Along = Annotated[
     list[str],
     typer.Argument(
         metavar="MATCH|SOURCE TARGET [VALUES]",
         help="The id of a match with --dense, or two meshes that are matched first; then a file of"
-        " attributes (NPZ, CSV, PLY, OBJ, GLB), row i of vertex i, unless the mesh has them.",
+        " attributes (NPZ, CSV, PLY, OBJ, GLB, or one label a line: SEG, TXT), row i of vertex or"
+        " face i, unless the mesh has them.",
     ),
 ]
 What = Annotated[str, typer.Option("--what", help=f"Kind of the values: {', '.join(KINDS)}.")]
 Back = Annotated[
     bool,
     typer.Option("--back", help="Carry values of the target to the source, not of the source."),
+]
+On = Annotated[
+    Element | None,
+    typer.Option(
+        "--on",
+        help="Whether vertices or faces of the other shape take the values; by default what the"
+        " values are of.",
+    ),
 ]
 Names = Annotated[
     list[str] | None,
@@ -58,6 +67,7 @@ def transfer(
     along: Along,
     what: What,
     back: Back = False,
+    on: On = None,
     name: Names = None,
     influences: Influences = None,
     point: Points = None,
@@ -66,7 +76,7 @@ def transfer(
     wait: Wait = True,
     url: Url = DEFAULT_URL,
 ) -> None:
-    """Carry values of one shape's vertices to the other shape of a match, along its dense map."""
+    """Carry values of the vertices or faces of one shape of a match to the other, along its map."""
     if what not in KINDS:
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
     direction: Direction = "target_to_source" if back else "source_to_target"
@@ -79,6 +89,7 @@ def transfer(
                 values,
                 what=cast(TransferKind, what),
                 direction=direction,
+                on=on,
                 names=name or (),
                 influences=influences,
                 points=points,

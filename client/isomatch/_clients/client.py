@@ -38,6 +38,7 @@ from isomatch._results import (
     ConsistentMaps,
     Direction,
     Dissimilarities,
+    Element,
     Geometry,
     LearnedPrototype,
     Match,
@@ -300,17 +301,18 @@ class Client:
         file_type: str | None = None,
         timeout: float | None = 600.0,
     ) -> Attributes:
-        """Upload attributes of the vertices of a shape. The same file again has the same id.
+        """Upload attributes of the vertices or faces of a shape. The same file has the same id.
 
         Parameters
         ----------
         values
-            A path, the bytes of a file, or an open binary file: NPZ, CSV, PLY, OBJ or GLB. Row i is
-            vertex i of the shape's file.
+            A path, the bytes of a file, or an open binary file: NPZ, CSV, PLY, OBJ or GLB, or text
+            of one label a line (.seg, .txt); or arrays by name. Row i is vertex i, or face i, of
+            the shape's file.
         name
             Name of the file; by default its own.
         file_type
-            Format (npz, csv, ply, obj, glb); by default the extension of the file.
+            Format (npz, csv, ply, obj, glb, seg, txt); by default the extension of the file.
         timeout
             Seconds the service may take to read the uploaded file; None for no limit.
 
@@ -346,6 +348,7 @@ class Client:
         *,
         what: TransferKind,
         direction: Direction = "source_to_target",
+        on: Element | None = None,
         names: Iterable[str] = (),
         influences: int | None = None,
         points: Iterable[Landmark] = (),
@@ -354,22 +357,26 @@ class Client:
     ) -> Job[Transfer]:
         """Start to carry a file of attributes, or landmarks, along a match with ``dense=True``.
 
-        Arrays are carried without the service: :meth:`isomatch.Match.transfer`.
+        Arrays of vertices are carried without the service, too: :meth:`isomatch.Match.transfer`.
 
         Parameters
         ----------
         match
             The job of the match, or its id.
         values
-            Attributes of the vertices of the shape that they are carried from: a file, which is
-            uploaded as by :meth:`upload_attributes`, or an uploaded one. By default those in the
-            file of that shape itself, whose colours include its texture.
+            Attributes of the vertices or faces of the shape that they are carried from: a file or
+            arrays by name, uploaded as by :meth:`upload_attributes`, or an uploaded file. By
+            default those in the file of that shape itself, whose colours include its texture.
         what
             ``"scalars"``, ``"vectors"``, ``"colors"``, ``"labels"``, ``"skinning"`` or
-            ``"landmarks"``, see :meth:`isomatch.Match.transfer`; or ``"texture"``, that of the
-            shape's own file, as colours of vertices, and in a GLB file as an image.
+            ``"landmarks"``, see :meth:`isomatch.Match.transfer`; ``"texture"``, that of the shape's
+            own file, as colours of vertices, and in a GLB file as an image; or ``"uv"``, its
+            texture coordinates, in GLB with its images, and in OBJ.
         direction
             ``"source_to_target"`` or ``"target_to_source"``.
+        on
+            ``"vertices"`` or ``"faces"``: what of the other shape takes the values; None for what
+            they are of.
         names
             Attributes to carry, or joints of skinning weights; all by default.
         influences
@@ -397,6 +404,7 @@ class Client:
             values,
             what,
             direction,
+            on,
             names,
             influences,
             points,

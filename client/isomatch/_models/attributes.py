@@ -1,4 +1,4 @@
-"""Attributes of the vertices of shapes, and points between vertices."""
+"""Attributes of the vertices and faces of shapes, and points between vertices."""
 
 from datetime import datetime
 from typing import Annotated
@@ -9,7 +9,7 @@ from isomatch._models.answer import Answer
 
 
 class AttributeSummary(Answer):
-    """An attribute of the vertices of a file.
+    """An attribute of the vertices or of the faces of a file.
 
     Attributes
     ----------
@@ -18,16 +18,23 @@ class AttributeSummary(Answer):
     type
         Type of its values: ``"number"``, ``"integer"`` or ``"text"``.
     columns
-        Names of its columns, such as those of joints; empty for one value of each vertex.
+        Names of its columns, such as those of joints; empty for one value in each row.
+    on
+        ``"vertices"`` or ``"faces"``, if the file says what its rows are of; None if their number
+        decides.
+    rows
+        Number of its rows; None in documents of earlier versions.
     """
 
     name: str
     type: str
     columns: tuple[str, ...]
+    on: str | None = None
+    rows: int | None = None
 
 
 class Attributes(Answer):
-    """An uploaded file of attributes of the vertices of a shape.
+    """An uploaded file of attributes of the vertices or of the faces of a shape.
 
     Attributes
     ----------
@@ -40,7 +47,7 @@ class Attributes(Answer):
     bytes
         Size of the uploaded file.
     rows
-        Number of rows; row i is vertex i of the shape's file.
+        Number of rows; row i is vertex i, or face i, of the shape's file.
     attributes
         What it has.
     created

@@ -22,6 +22,9 @@ class Shape(Answer):
         Size of the uploaded file.
     vertices, faces
         Numbers of vertices and faces, after repair.
+    file_vertices, file_faces
+        Numbers of vertices and of faces of the file, before repair, where a polygon is one face:
+        rows of attributes. None for shapes of earlier versions.
     area
         Surface area, in the square of the file's unit of length.
     components
@@ -42,6 +45,8 @@ class Shape(Answer):
     bytes: int
     vertices: int
     faces: int
+    file_vertices: int | None = None
+    file_faces: int | None = None
     area: FiniteFloat
     components: int
     closed: bool

@@ -5,17 +5,21 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import BinaryIO, Final, TypeAlias
 
+import numpy.typing as npt
+
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import Attributes, JobRecord, SurfacePoint
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import path_to
 from isomatch._operations.shapes import read_upload
-from isomatch._results import Direction, TransferKind
+from isomatch._results import Direction, Element, TransferKind
 from isomatch._upload import attribute_file
 from isomatch._webhooks import Webhook
 
-AttributesSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
-"""A path, the bytes of a file, or an open binary file."""
+AttributesSource: TypeAlias = (
+    str | os.PathLike[str] | bytes | BinaryIO | Mapping[str, npt.ArrayLike]
+)
+"""A path, the bytes of a file, an open binary file, or arrays by name."""
 
 Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
 """A vertex, or a point with `vertices` and `weights`."""
@@ -54,6 +58,7 @@ def start_transfer(
     values: Attributes | AttributesSource | None,
     what: TransferKind,
     direction: Direction,
+    on: Element | None,
     names: Iterable[str],
     influences: int | None,
     points: Iterable[Landmark],
@@ -68,6 +73,8 @@ def start_transfer(
         body["attributes"] = values
     elif values is not None:
         body["attributes"] = (yield from upload_attributes(values, None, None, UPLOAD_TIMEOUT)).id
+    if on is not None:
+        body["on"] = on
     if named := list(names):
         body["names"] = named
     if influences is not None:

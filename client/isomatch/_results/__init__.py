@@ -1,7 +1,7 @@
 """Results of jobs as arrays, and what their figures are drawn from."""
 
 from isomatch._results.array_result import ArrayResult
-from isomatch._results.array_transfer import KINDS, Direction, TransferKind
+from isomatch._results.array_transfer import KINDS, Direction, Element, TransferKind
 from isomatch._results.batch import Batch, BatchMatch, BatchProgress, MatchSummary
 from isomatch._results.consistent_maps import CollectionPair, CollectionShape, ConsistentMaps
 from isomatch._results.dissimilarities import Dissimilarities, PartialDissimilarities
@@ -27,6 +27,7 @@ __all__ = [
     "Dissimilarities",
     "Drawable",
     "DrawableSource",
+    "Element",
     "Example",
     "Geometry",
     "LearnedPrototype",

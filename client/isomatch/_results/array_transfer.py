@@ -8,15 +8,21 @@ import numpy.typing as npt
 from isomatch._models import DenseCorrespondence, VertexMap
 
 TransferKind: TypeAlias = Literal[
-    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture"
+    "scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture", "uv"
 ]
 """Kind of what is carried."""
 
 Direction: TypeAlias = Literal["source_to_target", "target_to_source"]
 """From which shape to which values are carried."""
 
-KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks", "texture")
-"""All kinds; a texture is in a file, and carried by the service."""
+Element: TypeAlias = Literal["vertices", "faces"]
+"""What of a shape takes values."""
+
+ARRAY_KINDS: Final = ("scalars", "vectors", "colors", "labels", "skinning", "landmarks")
+"""Kinds of arrays of vertices."""
+
+KINDS: Final = (*ARRAY_KINDS, "texture", "uv")
+"""All kinds; texture and texture coordinates are in a file, and carried by the service."""
 
 
 def transferred(
@@ -25,8 +31,12 @@ def transferred(
     kind: TransferKind,
     direction: Direction,
     influences: int | None,
+    rows: int | None,
 ) -> npt.NDArray[Any]:
-    """Carry values from one shape of a match to the other; see :meth:`isomatch.Match.transfer`."""
+    """Carry values from one shape of a match to the other; see :meth:`isomatch.Match.transfer`.
+
+    `rows` is the number of vertices of the file that values are of, None if it is not known.
+    """
     if direction not in ("source_to_target", "target_to_source"):
         raise ValueError(
             f"direction is 'source_to_target' or 'target_to_source', not {direction!r}"
@@ -34,12 +44,17 @@ def transferred(
     forwards = direction == "source_to_target"
     if kind == "landmarks":
         return _images(dense.source_to_target if forwards else dense.target_to_source, values)
+    if rows is not None and np.ndim(values) and len(np.asarray(values)) > rows:
+        raise ValueError(
+            f"there are {len(np.asarray(values))} rows of values, and the file has {rows} vertices;"
+            " values of faces are carried by Client.transfer"
+        )
     # Each vertex takes the value at its image, so the map goes the other way.
     along = dense.target_to_source if forwards else dense.source_to_target
     if kind == "labels":
         return _by_vertex(along, _whole(along.majority(values)))
-    if kind not in KINDS[:-1]:
-        raise ValueError(f"kind is one of {', '.join(KINDS[:-1])}, not {kind!r}")
+    if kind not in ARRAY_KINDS:
+        raise ValueError(f"kind is one of {', '.join(ARRAY_KINDS)}, not {kind!r}")
     given = np.asarray(values)
     numbers = given.astype(np.float64)
     if not np.isfinite(numbers).all():

@@ -41,6 +41,8 @@ class Match(Result, Correspondences):
         Ids of the shapes, or of the prototype and the shape.
     source_name, target_name
         Their names; None in results of earlier versions.
+    source_file_vertices, target_file_vertices
+        Numbers of vertices of their files; None for a prototype and in results of earlier versions.
     source_kind
         ``"shape"`` or ``"prototype"``. For a prototype, source indices are point numbers from 0.
     parameters
@@ -99,6 +101,8 @@ class Match(Result, Correspondences):
     target: str
     source_name: str | None = None
     target_name: str | None = None
+    source_file_vertices: int | None = None
+    target_file_vertices: int | None = None
     parameters: MatchParameters
     gromov_hausdorff: FiniteFloat
     lower_bound: FiniteFloat
@@ -141,7 +145,7 @@ class Match(Result, Correspondences):
     ) -> npt.NDArray[Any]:
         """Carry values of one shape's vertices to those of the other, along the dense map.
 
-        Nothing is sent: :meth:`isomatch.Client.transfer` carries files.
+        Nothing is sent: :meth:`isomatch.Client.transfer` carries files, and values of faces.
 
         Parameters
         ----------
@@ -167,7 +171,7 @@ class Match(Result, Correspondences):
         Raises
         ------
         ValueError
-            The match is not dense, rows are missing, or numbers are not finite.
+            The match is not dense, rows are missing or too many, or numbers are not finite.
 
         Examples
         --------
@@ -175,7 +179,9 @@ class Match(Result, Correspondences):
         """
         if self.dense is None:
             raise ValueError("the match has no map of all vertices; match with dense=True")
-        return transferred(self.dense, values, kind, direction, influences)
+        forwards = direction == "source_to_target"
+        rows = self.source_file_vertices if forwards else self.target_file_vertices
+        return transferred(self.dense, values, kind, direction, influences, rows)
 
     def drawn_ids(self) -> tuple[str, ...]:
         """Return the ids of source and target."""

@@ -31,8 +31,11 @@ class Transfer(Result):
         Kind of what was carried.
     direction
         Direction in the match.
+    on
+        ``"vertices"`` or ``"faces"``: what of the file of `target` the rows are of; for ``"uv"``
+        ``"corners"``, of the triangles of its surface, three after three.
     rows
-        Number of rows; row i is vertex i of the file of `target`.
+        Number of rows; row i is vertex i, or face i, of the file of `target`, or a corner.
     attributes
         What was carried.
     points
@@ -51,6 +54,7 @@ class Transfer(Result):
     target_name: str | None
     what: str
     direction: str
+    on: str = "vertices"
     rows: int
     attributes: tuple[AttributeSummary, ...]
     points: tuple[SurfacePoint, ...] | None
@@ -61,7 +65,7 @@ class Transfer(Result):
         if self.points is not None:
             return f"<Transfer of {len(self.points)} landmarks>"
         names = ", ".join(one.name for one in self.attributes)
-        return f"<Transfer of {self.what} ({names}) to {self.rows} vertices>"
+        return f"<Transfer of {self.what} ({names}) to {self.rows} {self.on}>"
 
     __str__ = __repr__
 

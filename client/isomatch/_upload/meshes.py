@@ -1,7 +1,9 @@
 """Conversion of paths, files, arrays and mesh objects to the file that is uploaded."""
 
+import io
 import os
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,17 +96,36 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
 
 @contextmanager
 def attribute_file(
-    source: str | os.PathLike[str] | bytes | BinaryIO, file_type: str | None = None
+    source: str | os.PathLike[str] | bytes | BinaryIO | Mapping[str, npt.ArrayLike],
+    file_type: str | None = None,
 ) -> Iterator[MeshFile]:
-    """Context that provides a file of attributes; parameters and errors as :func:`mesh_file`."""
+    """Context that provides a file of attributes, or arrays by name as one.
+
+    Parameters and errors are those of :func:`mesh_file`.
+    """
+    if isinstance(source, Mapping):
+        yield MeshFile("values.npz", _archive(source))
+        return
     if not isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) and not hasattr(
         source, "read"
     ):
         raise TypeError(
-            f"attributes are a path, bytes or an open binary file, not {type(source).__name__}"
+            "attributes are a path, bytes, an open binary file, or arrays by name, not "
+            + type(source).__name__
         )
     with mesh_file(source, file_type) as file:
         yield file
+
+
+def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
+    """Return arrays as the bytes of an ``.npz``; one of objects is refused."""
+    stream = io.BytesIO()
+    # A name may be that of a parameter of savez.
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, values in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                np.lib.format.write_array(member, np.asarray(values), allow_pickle=False)
+    return stream.getvalue()
 
 
 def name_of(file: object) -> str:

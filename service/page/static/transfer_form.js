@@ -5,7 +5,7 @@ import { fill, h } from "./dom.js";
 import { choiceField, fileField, showErrors } from "./fields.js";
 import { fieldName, problemBox } from "./problem.js";
 
-const ENDINGS = ".npz,.csv,.ply,.obj,.glb";
+const ENDINGS = ".npz,.csv,.ply,.obj,.glb,.seg,.txt";
 const KINDS = [
   ["labels", "labels, such as a segmentation"],
   ["scalars", "scalars"],
@@ -13,12 +13,18 @@ const KINDS = [
   ["colors", "colours"],
   ["skinning", "skinning weights"],
   ["texture", "the texture of the shape's own file"],
+  ["uv", "its texture coordinates (UV)"],
+];
+const ELEMENTS = [
+  ["", "what the values are of"],
+  ["vertices", "vertices"],
+  ["faces", "faces"],
 ];
 
 /** A form for a transfer between the shapes of a match; the page of its job has the result. */
 export function transferForm(match, source, target) {
   const file = fileField("attributes", "File of values", ENDINGS,
-    "NPZ, CSV, PLY, OBJ or GLB; row i of vertex i. Without one, values in the shape's own file are carried.");
+    "NPZ, CSV, PLY, OBJ, GLB, or one label a line (SEG, TXT); row i of vertex i, or of face i. Without one, values in the shape's own file are carried.");
   const said = h("div", { "aria-live": "polite" });
   const submit = h("button", { type: "submit", class: "primary" }, "Transfer");
   const form = h("form", { novalidate: true, "aria-label": "Transfer" },
@@ -27,7 +33,8 @@ export function transferForm(match, source, target) {
       choiceField("direction", "Direction", [
         ["source_to_target", `from ${source.name} to ${target.name}`],
         ["target_to_source", `from ${target.name} to ${source.name}`],
-      ], 0, "The values are those of the first of the two.")),
+      ], 0, "The values are those of the first of the two."),
+      choiceField("on", "Onto", ELEMENTS, 0, "A face takes the label of most of its area, or the mean over it.")),
     said, h("p", {}, submit));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -35,11 +42,11 @@ export function transferForm(match, source, target) {
     showErrors(form, [], fieldName);
     fill(said);
     try {
-      const { what, direction } = Object.fromEntries(new FormData(form));
+      const { what, direction, on } = Object.fromEntries(new FormData(form));
       const [values] = file.querySelector("input").files;
       const attributes = values === undefined ? null
         : (await upload("/v1/attributes", values, () => fill(said, h("p", { class: "faint" }, `Uploading ${values.name}.`)))).id;
-      const job = await post("/v1/transfers", { match: match.id, attributes, what, direction });
+      const job = await post("/v1/transfers", { match: match.id, attributes, what, direction, on: on || null });
       location.hash = `#/jobs/${job.id}`;
     } catch (error) {
       showErrors(form, error.errors ?? [], fieldName);
@@ -48,5 +55,5 @@ export function transferForm(match, source, target) {
       submit.disabled = false;
     }
   });
-  return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices from one shape to the other"), form);
+  return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices or faces from one shape to the other"), form);
 }

@@ -17,9 +17,9 @@ from solver.mesh.formats.archive import read_zip
 from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, placed_nodes
-from solver.mesh.formats.obj import read_obj
+from solver.mesh.formats.obj import read_obj, read_obj_coordinates
 from solver.mesh.formats.off import read_off
-from solver.mesh.formats.ply import ply_vertex_columns, read_ply
+from solver.mesh.formats.ply import ply_columns, read_ply
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
 from solver.mesh.formats.stl import read_stl
 from solver.mesh.repair import TriangleSoup
@@ -46,7 +46,8 @@ __all__ = [
     "TriangleSoup",
     "binary_columns",
     "placed_nodes",
-    "ply_vertex_columns",
+    "ply_columns",
     "read_glb_with",
     "read_obj",
+    "read_obj_coordinates",
 ]

@@ -61,7 +61,12 @@ def polygon_contents(
             f"{counted(cut.crossed, 'face')} whose outline crosses itself: the triangles overlap"
         )
     return TriangleSoup(
-        vertices, cut.triangles, colors, np.arange(len(vertices), dtype=np.int64), tuple(notes)
+        vertices,
+        cut.triangles,
+        colors,
+        np.arange(len(vertices), dtype=np.int64),
+        np.repeat(np.arange(len(sizes), dtype=np.int64), sizes - 2),
+        tuple(notes),
     )
 
 

@@ -239,12 +239,14 @@ def _joined(parts: Sequence[_Part]) -> TriangleSoup:
         colors = np.concatenate(
             [np.ones_like(p.vertices) if p.colors is None else p.colors for p in parts]
         )
+    faces = np.concatenate([p.faces + start for p, start in zip(parts, offsets, strict=False)])
     merged = merge_coincident(
         TriangleSoup(
             np.concatenate([part.vertices for part in parts]),
-            np.concatenate([p.faces + start for p, start in zip(parts, offsets, strict=False)]),
+            faces,
             colors,
             np.arange(offsets[-1], dtype=np.int64),
+            np.arange(len(faces), dtype=np.int64),
             notes,
         ),
         _SEAMS,

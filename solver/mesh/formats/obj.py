@@ -66,6 +66,37 @@ def read_obj(data: bytes, companions: Companions | None = None) -> TriangleSoup:
         The bytes are not a complete OBJ file, or a file that it refers to is missing among its
         companions or cannot be read.
     """
+    contents, lines, sizes, corners = _contents(data)
+    if companions is None:
+        return _noting_missing_materials(contents, lines)
+    return _Painter(lines, companions, sizes, corners).painted(contents)
+
+
+def read_obj_coordinates(data: bytes) -> TriangleSoup:
+    """Read a Wavefront OBJ file with its texture coordinates, and without materials.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    TriangleSoup
+        As of :func:`read_obj`; `paint` has coordinates and no textures.
+
+    Raises
+    ------
+    MeshError
+        The bytes are not a complete OBJ file.
+    """
+    contents, lines, sizes, corners = _contents(data)
+    none = Companions((), "", lambda name: b"")
+    return _Painter(lines, none, sizes, corners).mapped(contents)
+
+
+def _contents(data: bytes) -> tuple[TriangleSoup, _Lines, IntArray, IntArray]:
+    """The surface, the lines, and the polygons: their numbers of corners, and all corners."""
     text = decode(data)
     lines = _sorted_lines(text)
     if not lines.positions:
@@ -76,9 +107,7 @@ def read_obj(data: bytes, companions: Companions | None = None) -> TriangleSoup:
     before = np.array([v for v, _ in lines.known], dtype=np.int64)
     corners = _indices([word for face in words for word in face], np.repeat(before, sizes))
     contents = polygon_contents(vertices, sizes, corners, colors, last_line_note(text))
-    if companions is None:
-        return _noting_missing_materials(contents, lines)
-    return _Painter(lines, companions, sizes, corners).painted(contents)
+    return contents, lines, sizes, corners
 
 
 def _sorted_lines(text: str) -> _Lines:
@@ -177,6 +206,24 @@ class _Painter:
         colors = painted_colors(contents.vertices, contents.faces, paint)
         return replace(contents, colors=colors, paint=paint)
 
+    def mapped(self, contents: TriangleSoup) -> TriangleSoup:
+        """Return the triangles with texture coordinates alone."""
+        cut = self._cut(contents)
+        of_corner, known = self._coordinates()
+        coordinates = of_corner[cut]
+        if not np.isfinite(coordinates).all():
+            raise MeshError("a texture coordinate is not a finite number")
+        coordinates[:, :, 1] = 1.0 - coordinates[:, :, 1]
+        number = np.where(known[cut].all(axis=1), 0, -1)
+        paint = Paint(coordinates, np.ones((len(cut), 3)), number, ())
+        return replace(contents, paint=paint)
+
+    def _cut(self, contents: TriangleSoup) -> IntArray:
+        """(F, 3) corners of the polygons, as numbered one after the other, of all triangles."""
+        # The same triangles as those of the faces: they depend on positions alone.
+        places = contents.vertices[self.corners]
+        return triangulated(places, self.sizes, np.arange(len(self.corners))).triangles
+
     def _texture(self, material: ObjMaterial, budget: ImageBudget) -> Texture | None:
         """Decode the image of a material, once however it is named."""
         data = material.image_file(self.companions)
@@ -217,9 +264,7 @@ class _Painter:
         materials: list[ObjMaterial],
         textures: dict[tuple[str, bool], Texture | None],
     ) -> Paint:
-        # The same triangles as those of the faces: they depend on positions alone.
-        places = contents.vertices[self.corners]
-        cut = triangulated(places, self.sizes, np.arange(len(self.corners))).triangles
+        cut = self._cut(contents)
         polygon = np.repeat(np.arange(len(self.sizes)), self.sizes)[cut[:, 0]]
         material = np.array(self.lines.material, dtype=np.int64)[polygon]
         of_corner, known = self._coordinates()

@@ -93,8 +93,8 @@ def read_ply(data: bytes) -> TriangleSoup:
     return polygon_contents(vertices, sizes, corners, colors, notes)
 
 
-def ply_vertex_columns(data: bytes) -> tuple[dict[str, Values], FloatArray | None]:
-    """Read the values of the vertices of a PLY file.
+def ply_columns(data: bytes) -> dict[str, tuple[dict[str, Values], FloatArray | None]]:
+    """Read the values of the vertices and of the faces of a PLY file.
 
     Parameters
     ----------
@@ -103,7 +103,8 @@ def ply_vertex_columns(data: bytes) -> tuple[dict[str, Values], FloatArray | Non
 
     Returns
     -------
-    The single numbers by property, int64 or float64, and (V, 3) colours in 0..1, ``None`` without.
+    By element, "vertex" and "face": the single numbers by property, int64 or float64, and (n, 3)
+    colours in 0..1, ``None`` without.
 
     Raises
     ------
@@ -111,13 +112,17 @@ def ply_vertex_columns(data: bytes) -> tuple[dict[str, Values], FloatArray | Non
         The bytes are not a complete PLY file.
     """
     elements, columns, _ = _read(data)
-    vertex, types = columns["vertex"], elements["vertex"].properties
-    numbers = {
-        name: one.astype(np.float64 if types[name].kind.startswith("f") else np.int64)
-        for name, one in vertex.items()
-        if isinstance(one, np.ndarray)
-    }
-    return numbers, _colors(vertex, types)
+    found = {}
+    for element in ("vertex", "face"):
+        rows = columns.get(element, {})
+        types = elements[element].properties if rows else {}
+        numbers = {
+            name: one.astype(np.float64 if types[name].kind.startswith("f") else np.int64)
+            for name, one in rows.items()
+            if isinstance(one, np.ndarray)
+        }
+        found[element] = numbers, _colors(rows, types)
+    return found
 
 
 def _read(data: bytes) -> tuple[dict[str, Element], dict[str, Columns], tuple[str, ...]]:
@@ -203,8 +208,8 @@ def _polygons(columns: Columns) -> tuple[IntArray, IntArray]:
     return sizes, corners.astype(np.int64)
 
 
-def _colors(vertex: Columns, types: dict[str, Property]) -> FloatArray | None:
-    channels = [vertex.get(name) for name in ("red", "green", "blue")]
+def _colors(rows: Columns, types: dict[str, Property]) -> FloatArray | None:
+    channels = [rows.get(name) for name in ("red", "green", "blue")]
     if not all(isinstance(channel, np.ndarray) for channel in channels):
         return None
     values = np.stack([np.asarray(channel, dtype=np.float64) for channel in channels], axis=1)

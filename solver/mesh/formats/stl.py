@@ -46,14 +46,15 @@ def read_stl(data: bytes) -> TriangleSoup:
             )
         corners = _text_corners(data)
     number = np.arange(len(corners), dtype=np.int64)
-    soup = TriangleSoup(corners, number.reshape(-1, 3), None, number)
+    facets = np.arange(len(corners) // 3, dtype=np.int64)
+    soup = TriangleSoup(corners, number.reshape(-1, 3), None, number, facets)
     merged = merge_coincident(soup, "STL stores every triangle by itself")
     ids = np.arange(len(merged.vertices), dtype=np.int64)
     notes = (
         *merged.notes,
         "vertices are numbered in the order of their first appearance in the STL file",
     )
-    return TriangleSoup(merged.vertices, merged.faces, None, ids, notes)
+    return TriangleSoup(merged.vertices, merged.faces, None, ids, merged.face_ids, notes)
 
 
 def _binary_corners(data: bytes) -> FloatArray | None:

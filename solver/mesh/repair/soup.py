@@ -30,6 +30,9 @@ class TriangleSoup:
         (V, 3) in 0..1, or ``None``.
     vertex_ids
         (V,) number of each vertex in the file, from 0.
+    face_ids
+        (F,) number of the file's face that each triangle is, or was cut from, from 0; ``None`` if
+        it is not known.
     notes
         What was changed so far, in sentences for the user.
     merged
@@ -42,6 +45,7 @@ class TriangleSoup:
     faces: IntArray
     colors: FloatArray | None
     vertex_ids: IntArray
+    face_ids: IntArray | None
     notes: tuple[str, ...] = ()
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     paint: Paint | None = None
@@ -55,8 +59,12 @@ class TriangleSoup:
         dropped = int((~keep).sum())
         if not dropped:
             return self
-        kept = replace(self, faces=self.faces[keep])
-        return kept.noting(f"dropped {counted(dropped, 'face')} {what}")
+        return self.of_faces(keep).noting(f"dropped {counted(dropped, 'face')} {what}")
+
+    def of_faces(self, which: BoolArray | IntArray) -> "TriangleSoup":
+        """Return the soup with these faces alone, in this order."""
+        ids = None if self.face_ids is None else self.face_ids[which]
+        return replace(self, faces=self.faces[which], face_ids=ids)
 
     def with_vertices_merged(self, into: IntArray) -> "TriangleSoup":
         """Merge every vertex v into vertex ``into[v]``, which keeps its position.

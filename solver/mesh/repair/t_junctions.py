@@ -47,7 +47,10 @@ def without_t_junctions(soup: TriangleSoup) -> TriangleSoup:
     split[found.face] = True
     sizes, corners = _polygons(soup.faces, found)
     pieces = triangulated(soup.unit_positions, sizes, corners).triangles
-    closed = replace(soup, faces=np.concatenate([soup.faces[~split], pieces]))
+    of_piece = np.repeat(np.flatnonzero(split), sizes - 2)
+    # Each piece belongs to the face that it was cut from.
+    whole = soup.of_faces(np.concatenate([np.flatnonzero(~split), of_piece]))
+    closed = replace(whole, faces=np.concatenate([soup.faces[~split], pieces]))
     return closed.noting(
         f"closed cracks: split {counted(len(sizes), 'face')} at"
         f" {counted(len(found.vertex), 'vertex', 'vertices')} within an edge"

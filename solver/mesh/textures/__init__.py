@@ -2,7 +2,7 @@
 
 from solver.mesh.textures.images import ImageBudget
 from solver.mesh.textures.light import display_values, linear_light, tinted
-from solver.mesh.textures.painting import Paint, painted_colors
+from solver.mesh.textures.painting import Paint, barycentric_pattern, painted_colors
 from solver.mesh.textures.texture import Texture, Wrap
 
 __all__ = [
@@ -10,6 +10,7 @@ __all__ = [
     "Paint",
     "Texture",
     "Wrap",
+    "barycentric_pattern",
     "display_values",
     "linear_light",
     "painted_colors",

@@ -44,7 +44,7 @@ class Paint:
     texture_of_face
         (F,) index into `textures`, -1 for none.
     textures
-        The textures.
+        The textures; empty if only texture coordinates are known, which faces of texture 0 have.
     light
         (F, 3) factors of linear light on textures, in 0..1; ``None`` for 1. Samples are tinted,
         not images: materials may share one.
@@ -142,15 +142,20 @@ def _corner_means(
     texture: Texture, coordinates: FloatArray, parts: int, level: int, light: FloatArray
 ) -> FloatArray:
     """(n, 3, 3) mean colour of the third of each triangle that belongs to each corner."""
-    points, of_corner = _pattern(parts)
+    points, of_corner = barycentric_pattern(parts)
     places = np.einsum("pc,ncd->npd", points, coordinates)
     found = texture.sample(places.reshape(-1, 2), level).reshape(len(coordinates), len(points), 3)
     means: FloatArray = np.einsum("pc,npk->nck", of_corner, tinted(found, light))
     return means
 
 
-def _pattern(parts: int) -> tuple[FloatArray, FloatArray]:
-    """Centres of the parts² equal triangles that a triangle is cut into, and their corners.
+def barycentric_pattern(parts: int) -> tuple[FloatArray, FloatArray]:
+    """Centres of the equal triangles that a triangle is cut into, and their corners.
+
+    Parameters
+    ----------
+    parts
+        Number of parts into which an edge is cut.
 
     Returns
     -------

@@ -1,6 +1,6 @@
-"""Files of attributes: NPZ and CSV, and PLY, OBJ and GLB with the surface; read and written.
+"""Files of attributes: NPZ and CSV, and PLY, OBJ and GLB with the surface; lists of labels as text.
 
-Row i is vertex i of the shape's file in all of them.
+Row i is vertex i, or face i, of the shape's file in all of them.
 """
 
 from collections.abc import Callable, Mapping
@@ -10,12 +10,14 @@ from solver.errors import TransferError
 from solver.transfer.attributes import Attribute
 from solver.transfer.files.csv_table import read_csv, write_csv
 from solver.transfer.files.glb import read_glb_attributes
-from solver.transfer.files.glb_writing import write_glb, write_textured_glb
+from solver.transfer.files.glb_writing import write_glb
+from solver.transfer.files.label_list import read_label_list
 from solver.transfer.files.limits import checked
 from solver.transfer.files.npz import read_npz, write_npz
 from solver.transfer.files.obj import read_obj_attributes, write_obj
 from solver.transfer.files.ply import read_ply_attributes, write_ply
 from solver.transfer.files.surface import WrittenSurface
+from solver.transfer.files.textured import write_textured_glb, write_textured_obj
 
 _READERS: Mapping[str, Callable[[bytes], list[Attribute]]] = MappingProxyType(
     {
@@ -24,6 +26,8 @@ _READERS: Mapping[str, Callable[[bytes], list[Attribute]]] = MappingProxyType(
         "ply": read_ply_attributes,
         "obj": read_obj_attributes,
         "glb": read_glb_attributes,
+        "seg": read_label_list,
+        "txt": read_label_list,
     }
 )
 
@@ -44,7 +48,7 @@ def read_attributes(data: bytes, file_type: str) -> tuple[Attribute, ...]:
     Raises
     ------
     TransferError
-        The format is unknown, or the file is not a sound one of it with attributes of vertices.
+        The format is unknown, or the file is not a sound one of it with attributes.
     """
     if file_type not in _READERS:
         raise TransferError(f"{file_type[:20]!r} files have no attributes that are read")
@@ -83,4 +87,5 @@ __all__ = [
     "write_npz",
     "write_surface",
     "write_textured_glb",
+    "write_textured_obj",
 ]

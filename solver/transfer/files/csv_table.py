@@ -1,13 +1,14 @@
-"""Tables of attributes as text (CSV): a line of names, then a line for each vertex.
+"""Tables of attributes as text (CSV): a line of names, then a line for each vertex or face.
 
-A column ``vertex`` has the vertex number of each line; without it the lines are in the order of the
-file. Columns are grouped as :mod:`.columns` says.
+A column ``vertex`` or ``face`` has the number of each line; without it the lines are in the order
+of the file. Columns are grouped as :mod:`.columns` says.
 """
 
 import csv
 import io
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -16,8 +17,10 @@ from solver.errors import TransferError
 from solver.transfer.attributes import Attribute
 from solver.transfer.files.columns import Column, from_columns, to_columns
 from solver.transfer.files.limits import check_size
+from solver.transfer.overlap import CORNERS, FACES, VERTICES
 
-VERTEX: Final = "vertex"
+_NUMBERED: Final = {"vertex": VERTICES, "face": FACES}
+"""Names of the column of numbers, and what is numbered."""
 _WHOLE = re.compile(r"\s*[+-]?[0-9]{1,18}\s*")
 _NUMBER = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*")
 
@@ -29,7 +32,7 @@ def read_csv(data: bytes) -> list[Attribute]:
     ------
     TransferError
         It is not UTF-8 text, lines differ in length, a column is named twice or has both numbers
-        and text, or `vertex` does not have each number from 0 once.
+        and text, or ``vertex`` or ``face`` does not have each number from 0 once.
     """
     try:
         text = data.decode("utf-8-sig")
@@ -50,22 +53,39 @@ def read_csv(data: bytes) -> list[Attribute]:
             raise TransferError(
                 f"row {number} has {len(row)} values, and there are {len(names)} names"
             )
-    columns = {name: _column(name, cells) for name, *cells in zip(names, *rows[1:], strict=True)}
-    return from_columns(_in_order(columns))
+    columns = {name: column_of(name, cells) for name, *cells in zip(names, *rows[1:], strict=True)}
+    numbered = [name for name in _NUMBERED if name in columns]
+    if len(numbered) > 1:
+        raise TransferError("rows are of vertices or of faces: leave out one of the two columns")
+    if not numbered:
+        return from_columns(columns)
+    found = from_columns(_in_order(columns, numbered[0]))
+    return [replace(one, on=_NUMBERED[numbered[0]]) for one in found]
 
 
 def write_csv(attributes: Sequence[Attribute]) -> bytes:
-    """Return attributes as a table that :func:`read_csv` reads; colours as bytes."""
+    """Return attributes as a table, which :func:`read_csv` reads if rows are of vertices or faces.
+
+    All are of vertices, all of faces, or all of corners. Colours are bytes.
+    """
     columns = to_columns(attributes)
     count = len(attributes[0].values)
     stream = io.StringIO(newline="")
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([VERTEX, *columns])
+    numbered = {FACES: "face", CORNERS: "corner"}
+    writer.writerow([numbered.get(attributes[0].on or "", "vertex"), *columns])
     writer.writerows(zip(range(count), *(one.tolist() for one in columns.values()), strict=True))
     return stream.getvalue().encode()
 
 
-def _column(name: str, cells: Sequence[str]) -> Column:
+def column_of(name: str, cells: Sequence[str]) -> Column:
+    """Return cells as int64, float64 or text.
+
+    Raises
+    ------
+    TransferError
+        There are both numbers and text, or empty cells.
+    """
     whole = [_WHOLE.fullmatch(cell) is not None for cell in cells]
     if all(whole):
         return np.array([int(cell) for cell in cells], dtype=np.int64)
@@ -84,11 +104,9 @@ def _column(name: str, cells: Sequence[str]) -> Column:
     return np.array(cells, dtype=np.str_)
 
 
-def _in_order(columns: dict[str, Column]) -> dict[str, Column]:
-    numbers = columns.pop(VERTEX, None)
-    if numbers is None:
-        return columns
+def _in_order(columns: dict[str, Column], number: str) -> dict[str, Column]:
+    numbers = columns.pop(number)
     order = np.argsort(numbers, kind="stable")
     if not np.array_equal(numbers[order], np.arange(len(numbers))):
-        raise TransferError(f"the column {VERTEX!r} must have each number from 0 once")
+        raise TransferError(f"the column {number!r} must have each number from 0 once")
     return {name: values[order] for name, values in columns.items()}

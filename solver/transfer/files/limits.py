@@ -21,25 +21,26 @@ LONGEST_NAME: Final = 100
 
 
 def checked(attributes: Sequence[Attribute]) -> tuple[Attribute, ...]:
-    """Return the attributes of a file, if there are any, of the same length and not too many.
+    """Return the attributes of a file, if there are any, of the same lengths and not too many.
 
     Raises
     ------
     TransferError
-        There are none, or too many, or their lengths differ.
+        There are none, or too many, or lengths differ among those of vertices or of faces.
     """
     if not attributes:
-        raise TransferError("the file has no attributes of vertices")
-    first = attributes[0]
+        raise TransferError("the file has no attributes of vertices or faces")
     for one in attributes:
+        first = next(other for other in attributes if other.on == one.on)
         if len(one.values) != len(first.values):
             raise TransferError(
                 f"{first.name!r} has {len(first.values)} rows, and {one.name!r} has"
-                f" {len(one.values)}; give a row for every vertex"
+                f" {len(one.values)}; give a row for every vertex, or for every face"
             )
         if any(len(name) > LONGEST_NAME for name in (one.name, *one.columns)):
             raise TransferError(f"a name is longer than {LONGEST_NAME} characters")
-    check_size(sum(max(one.width, 1) for one in attributes), len(first.values))
+    columns = sum(max(one.width, 1) for one in attributes)
+    check_size(columns, max(len(one.values) for one in attributes))
     return tuple(attributes)
 
 

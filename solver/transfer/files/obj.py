@@ -11,6 +11,7 @@ from solver.mesh.formats import read_obj
 from solver.transfer.attributes import COLORS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.surface import WrittenSurface
+from solver.transfer.overlap import FACES
 
 
 def read_obj_attributes(data: bytes) -> list[Attribute]:
@@ -31,7 +32,7 @@ def read_obj_attributes(data: bytes) -> list[Attribute]:
 def write_obj(surface: WrittenSurface) -> bytes:
     """Return a surface as OBJ, its faces in groups ``NAME_LABEL`` if it has labels.
 
-    The label of a face is that of most of its corners, or of the first.
+    The label of a face without one of its own is that of most of its corners, or of the first.
 
     Raises
     ------
@@ -40,7 +41,7 @@ def write_obj(surface: WrittenSurface) -> bytes:
     """
     colors, labels = None, None
     for one in surface.attributes:
-        if one.name == COLORS_NAME and one.width in (3, 4):
+        if one.name == COLORS_NAME and one.width in (3, 4) and one.on != FACES:
             colors = np.nan_to_num(one.values[:, :3], nan=0.0)
         elif labels is None and one.values.dtype.kind in "iU" and not one.width:
             labels = one
@@ -53,7 +54,9 @@ def write_obj(surface: WrittenSurface) -> bytes:
     if labels is None:
         text += [f"f {a} {b} {c}" for a, b, c in numbers.tolist()]
     else:
-        of_faces = face_labels(labels.values, surface.faces)
+        of_faces = labels.values
+        if labels.on != FACES:
+            of_faces = face_labels(labels.values, surface.faces)
         for label in np.unique(of_faces).tolist():
             text.append(f"g {'_'.join(f'{labels.name}_{label}'.split())}")
             text += [f"f {a} {b} {c}" for a, b, c in numbers[of_faces == label].tolist()]

@@ -1,22 +1,27 @@
-"""PLY files with attributes of the vertices."""
+"""PLY files with attributes of the vertices and of the faces."""
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
 
 from solver.errors import MeshError, TransferError
-from solver.mesh.formats import ply_vertex_columns
+from solver.mesh.formats import ply_columns
 from solver.transfer.attributes import COLORS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS, from_columns, to_columns
 from solver.transfer.files.surface import WrittenSurface
+from solver.transfer.overlap import FACES, VERTICES
 
 _GEOMETRY: Final = frozenset(("x", "y", "z", "nx", "ny", "nz", *CHANNELS))
 _TYPES: Final = {"u1": "uchar", "i4": "int", "f8": "double"}
 
 
 def read_ply_attributes(data: bytes) -> list[Attribute]:
-    """Read the properties of the vertices, but for positions and normals.
+    """Read the properties of vertices and faces, but for positions and normals.
+
+    Of a name that both have, those of the vertices are read.
 
     Raises
     ------
@@ -24,12 +29,18 @@ def read_ply_attributes(data: bytes) -> list[Attribute]:
         The bytes are not a complete PLY file.
     """
     try:
-        columns, colors = ply_vertex_columns(data)
+        elements = ply_columns(data)
     except MeshError as error:
         raise TransferError(str(error)) from error
-    kept = {name: values for name, values in columns.items() if name not in _GEOMETRY}
-    found = from_columns(kept)
-    return found if colors is None else [Attribute(COLORS_NAME, colors, CHANNELS[:3]), *found]
+    found: dict[str, Attribute] = {}
+    for on, element in ((VERTICES, "vertex"), (FACES, "face")):
+        columns, colors = elements[element]
+        kept = {name: values for name, values in columns.items() if name not in _GEOMETRY}
+        own = from_columns(kept)
+        if colors is not None:
+            own = [Attribute(COLORS_NAME, colors, CHANNELS[:3]), *own]
+        found = {one.name: replace(one, on=on) for one in own} | found
+    return list(found.values())
 
 
 def write_ply(surface: WrittenSurface) -> bytes:
@@ -39,8 +50,39 @@ def write_ply(surface: WrittenSurface) -> bytes:
     which.
     """
     comments: list[str] = []
+    vertex, face = (
+        _columns([one for one in surface.attributes if (one.on == FACES) == of_faces], comments)
+        for of_faces in (False, True)
+    )
+    position = [(axis, "<f8") for axis in "xyz"]
+    table = np.empty(len(surface.vertices), dtype=[*position, *_fields(vertex)])
+    for axis, values in zip("xyz", surface.vertices.T, strict=True):
+        table[axis] = values
+    corners = [("count", "u1"), ("corners", "<i4", (3,))]
+    faces = np.empty(len(surface.faces), dtype=[*corners, *_fields(face)])
+    faces["count"], faces["corners"] = 3, surface.faces
+    for rows, columns in ((table, vertex), (faces, face)):
+        for name, values in columns.items():
+            rows[name] = values
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        *comments,
+        f"element vertex {len(table)}",
+        *(f"property double {axis}" for axis in "xyz"),
+        *_properties(vertex),
+        f"element face {len(faces)}",
+        "property list uchar int vertex_indices",
+        *_properties(face),
+        "end_header\n",
+    ]
+    return "\n".join(header).encode("ascii", errors="replace") + table.tobytes() + faces.tobytes()
+
+
+def _columns(attributes: Sequence[Attribute], comments: list[str]) -> dict[str, npt.NDArray[Any]]:
+    """Values by the name of their property, and comments added for text."""
     columns: dict[str, npt.NDArray[Any]] = {}
-    for name, values in to_columns(surface.attributes).items():
+    for name, values in to_columns(attributes).items():
         written = "_".join(name.split())
         if values.dtype.kind == "U":
             texts, values = np.unique(values, return_inverse=True)
@@ -49,29 +91,15 @@ def write_ply(surface: WrittenSurface) -> bytes:
                 f"comment label {written} {code} {text}" for code, text in enumerate(shown)
             ]
         columns[written] = _stored(values)
-    position = [(axis, "<f8") for axis in "xyz"]
-    table = np.empty(
-        len(surface.vertices),
-        dtype=[*position, *((name, one.dtype) for name, one in columns.items())],
-    )
-    for axis, values in zip("xyz", surface.vertices.T, strict=True):
-        table[axis] = values
-    for name, values in columns.items():
-        table[name] = values
-    faces = np.empty(len(surface.faces), dtype=[("count", "u1"), ("corners", "<i4", (3,))])
-    faces["count"], faces["corners"] = 3, surface.faces
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        *comments,
-        f"element vertex {len(table)}",
-        *(f"property double {axis}" for axis in "xyz"),
-        *(f"property {_type(one.dtype)} {name}" for name, one in columns.items()),
-        f"element face {len(faces)}",
-        "property list uchar int vertex_indices",
-        "end_header\n",
-    ]
-    return "\n".join(header).encode("ascii", errors="replace") + table.tobytes() + faces.tobytes()
+    return columns
+
+
+def _fields(columns: Mapping[str, npt.NDArray[Any]]) -> list[tuple[str, np.dtype[Any]]]:
+    return [(name, one.dtype) for name, one in columns.items()]
+
+
+def _properties(columns: Mapping[str, npt.NDArray[Any]]) -> list[str]:
+    return [f"property {_type(one.dtype)} {name}" for name, one in columns.items()]
 
 
 def _stored(values: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -8,6 +8,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from solver.transfer.attributes import Attribute
+from solver.transfer.overlap import FACES, file_faces
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +22,7 @@ class WrittenSurface:
     vertices, faces
         (W, 3) positions and (F, 3) triangles.
     attributes
-        Of its vertices, W rows each.
+        Of its vertices, W rows each, or of its faces, F rows each.
     """
 
     name: str
@@ -40,21 +41,44 @@ class WrittenSurface:
         mesh
             The mesh. Vertices of the file that no face uses are put where its first vertex is.
         attributes
-            Rows in the order of the file; those of the last vertices may be missing.
+            Rows in the order of the file; those of the last vertices may be missing. Triangles have
+            the values of the faces that they were cut from.
         name
             Its name.
         """
         ids, own = mesh.numbering
-        count = max([int(ids[-1]) + 1, *(len(one.values) for one in attributes)])
+        of_vertices = [len(one.values) for one in attributes if one.on != FACES]
+        count = max([int(ids[-1]) + 1, *of_vertices])
         vertices = np.repeat(mesh.vertices[:1], count, axis=0)
         vertices[ids] = mesh.vertices[own]
-        filled = tuple(replace(one, values=_extended(one, count)) for one in attributes)
+        filled = tuple(
+            _of_triangles(one, mesh) if one.on == FACES else _extended(one, count)
+            for one in attributes
+        )
         return cls(name, vertices, mesh.vertex_ids[mesh.faces], filled)
 
+    def with_corners_apart(self) -> "WrittenSurface":
+        """Return the surface with vertices of its own for each triangle, which have its values."""
+        corners = self.faces.ravel()
+        attributes = tuple(
+            Attribute(
+                one.name,
+                one.values.repeat(3, axis=0) if one.on == FACES else one.values[corners],
+                one.columns,
+            )
+            for one in self.attributes
+        )
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        return WrittenSurface(self.name, self.vertices[corners], faces, attributes)
 
-def _extended(attribute: Attribute, count: int) -> np.ndarray:
+
+def _of_triangles(attribute: Attribute, mesh: TriangleMesh) -> Attribute:
+    return replace(attribute, values=attribute.values[file_faces(mesh)])
+
+
+def _extended(attribute: Attribute, count: int) -> Attribute:
     values = attribute.values
     missing = {"f": np.nan, "i": -1}.get(values.dtype.kind, "")
     found = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
     found[: len(values)] = values
-    return found
+    return replace(attribute, values=found)

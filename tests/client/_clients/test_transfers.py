@@ -69,6 +69,28 @@ def test_uploaded_attributes_can_be_carried_again(
         client.transfer(job_id, uploaded, what="labels")
 
 
+def test_labels_of_faces(client: isomatch.Client, job_id: str, tmp_path: Path) -> None:
+    """An array by name, onto faces and onto vertices; and a file from the command line."""
+    parts = np.where(FIRST.vertices[FIRST.faces].mean(axis=1)[:, 2] > 0.3, 1, 2)
+    job = client.transfer(job_id, {"part": parts}, what="labels")
+    result = job.result()
+    assert (result.on, result.rows) == ("faces", len(SECOND.faces))
+    assert str(result) == f"<Transfer of labels (part) to {len(SECOND.faces)} faces>"
+    job.save(tmp_path / "parts.npz")
+    with np.load(tmp_path / "parts.npz") as arrays:
+        labels = arrays["part"]
+    found: isomatch.Match = client.job(job_id).result()
+    height = found.transfer(FIRST.vertices, "vectors")[:, 2][SECOND.faces].mean(axis=1)
+    sure = np.abs(height - 0.3) > 0.3
+    np.testing.assert_array_equal(labels[sure], np.where(height > 0.3, 1, 2)[sure])
+    onto = client.transfer(job_id, {"part": parts}, what="labels", on="vertices").result()
+    assert (onto.on, onto.rows) == ("vertices", len(SECOND.vertices))
+    with pytest.raises(ValueError, match=r"values of faces are carried by Client\.transfer"):
+        found.transfer(parts, "labels")
+    with pytest.raises(ValueError, match="Object arrays"):
+        client.transfer(job_id, {"part": np.array([{}, []], dtype=object)}, what="labels")
+
+
 def test_landmarks(client: isomatch.Client, job_id: str) -> None:
     found: isomatch.Match = client.job(job_id).result()
     result = client.transfer(job_id, what="landmarks", points=[17, 203]).result()
@@ -88,7 +110,7 @@ def test_files_that_are_refused(client: isomatch.Client, job_id: str) -> None:
     with pytest.raises(isomatch.UnprocessableAttributes, match="both numbers and text"):
         client.upload_attributes(b"a\n1\nx\n", file_type="csv")
     with pytest.raises(isomatch.UnsupportedFormat):
-        client.upload_attributes(b"1 2 3", file_type="txt")
+        client.upload_attributes(b"1 2 3", file_type="xyz")
     with pytest.raises(isomatch.InvalidRequest, match="has 2 rows"):
         client.transfer(job_id, client.upload_attributes(b"a\n1\n2\n", file_type="csv"),
                         what="scalars")  # fmt: skip
@@ -159,6 +181,14 @@ def test_transfer_command(url: str, blobs: tuple[Path, Path], job_id: str, parts
     again = run("transfer", job_id, parts, "--what", "labels", "-o", surface, url=url)
     assert again.returncode == 0, again.stderr
     assert surface.read_bytes().startswith(b"ply")
+    file = parts.with_name("parts.seg")
+    file.write_text("3\n" * len(FIRST.faces))
+    for on in ([], ["--on", "vertices"]):
+        done = run("transfer", job_id, file, "--what", "labels", *on, "-o", out, url=url)
+        assert done.returncode == 0, done.stderr
+        rows = table(out)
+        assert rows[0] == ["vertex" if on else "face", "label"]
+        assert len(rows) == 1 + len(SECOND.vertices if on else SECOND.faces)
     points = ["--what", "landmarks", "--point", "17", "--point", "4:0.2,9:0.3,7:0.5", "--json"]
     told = json.loads(run("transfer", job_id, *points, url=url).stdout)
     assert len(told["points"]) == 2
@@ -168,6 +198,7 @@ def test_transfer_command(url: str, blobs: tuple[Path, Path], job_id: str, parts
     ("arguments", "message"),
     [
         (["JOB", "PARTS", "--what", "hair"], "one of scalars"),
+        (["JOB", "PARTS", "--what", "labels", "--on", "edges"], "'vertices', 'faces'"),
         (["JOB", "nothing.csv", "--what", "labels"], "nothing.csv"),
         (["JOB", "--what", "landmarks", "--point", "4:0.2,9:0.3"], "a landmark is"),
         (["A", "B", "PARTS", "PARTS", "--what", "labels"], "at most one file"),

@@ -54,6 +54,30 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     assert job_of(page) != job
 
 
+def test_labels_of_faces_are_carried_onto_faces_or_vertices(
+    page: Page, api: Api, match: tuple[str, int], tmp_path: Path
+) -> None:
+    job, count = match
+    faces = len(blob(2)[1])
+    file = tmp_path / "parts.seg"
+    file.write_text("\n".join(map(str, np.arange(faces) // 40)))
+    for onto, number, rows in (
+        ("what the values are of", "face", faces),
+        ("vertices", "vertex", count),
+    ):
+        page.goto(f"/#/jobs/{job}")
+        page.get_by_text("Transfer: carry values").click()
+        page.get_by_label("File of values").set_input_files(str(file))
+        page.get_by_label("Onto").select_option(label=onto)
+        page.get_by_role("button", name="Transfer", exact=True).click()
+        page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
+        with page.expect_download() as saved:
+            page.get_by_role("link", name="CSV").click()
+        lines = Path(saved.value.path()).read_text().splitlines()
+        assert lines[0] == f"{number},label"
+        assert len(lines) == 1 + rows
+
+
 def test_files_and_jobs_that_are_refused(page: Page, match: tuple[str, int]) -> None:
     page.goto(f"/#/jobs/{match[0]}")
     page.get_by_text("Transfer: carry values").click()

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from broker.contracts import ATTRIBUTE_FORMATS as CONTRACT_FORMATS
 from broker.contracts import MatchResult, TransferKind
 from broker.store import keys
-from solver.mesh import read_mesh
+from solver.mesh import read_mesh, triangle_areas
 from solver.transfer import KINDS, Attribute
 from solver.transfer.files import (
     ATTRIBUTE_FORMATS,
@@ -27,7 +27,14 @@ from tests.service.conftest import Api, Json, problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
-from tests.solver.mesh.textures.textured_files import image_file, ramp, textured_glb
+from tests.solver.mesh import mesh_files
+from tests.solver.mesh.textures.textured_files import (
+    image_file,
+    ramp,
+    textured_glb,
+    textured_obj,
+    zipped_obj,
+)
 
 Upload = Callable[..., Json]
 
@@ -89,7 +96,8 @@ def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str
     assert answer.status_code == 201
     uploaded = answer.json()
     assert (uploaded["name"], uploaded["rows"]) == ("segments.csv", COUNT)
-    assert uploaded["attributes"] == [{"name": "part", "type": "text", "columns": []}]
+    described: Json = {"name": "part", "type": "text", "columns": [], "on": None, "rows": COUNT}
+    assert uploaded["attributes"] == [described]
     assert http.get(f"/v1/attributes/{uploaded['id']}").json() == uploaded
     job = carried(http, match, attributes=uploaded["id"], what="labels")
     assert (job["source"], job["target"], job["kind"]) == (*pair, "transfer")
@@ -181,14 +189,60 @@ def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Uploa
     assert failed["error"]["errors"][0]["field"] == "body.what"
 
 
+def test_texture_coordinates_with_and_without_the_image(
+    http: httpx2.Client, upload: Upload
+) -> None:
+    low = MESH.vertices[:, :2].min(axis=0)
+    shares = 0.1 + 0.8 * (MESH.vertices[:, :2] - low) / np.ptp(MESH.vertices[:, :2], axis=0)
+    upwards = shares * [1.0, -1.0] + [0.0, 1.0]
+    target = upload(file_of(OTHER), "other.ply")["id"]
+    files = {
+        "textured.glb": textured_glb(MESH.vertices, MESH.faces, shares, image_file(ramp())),
+        "textured.zip": zipped_obj(MESH.vertices, MESH.faces, upwards, image_file(ramp())),
+        "bare.obj": textured_obj(MESH.vertices, MESH.faces, upwards),
+    }
+    for name, data in files.items():
+        match = matched(http, (upload(data, name)["id"], target), points=10, dense=True)["id"]
+        job = carried(http, match, what="uv")
+        result = http.get(job["links"]["result"]).json()
+        assert (result["on"], result["rows"]) == ("corners", 3 * OTHER.n_faces)
+        arrays = arrays_of(http, job)
+        np.testing.assert_array_equal(arrays["vertex"].reshape(-1, 3), OTHER.faces)
+        expected = np.empty_like(upwards)
+        expected[TRUTH] = upwards
+        np.testing.assert_allclose(arrays["uv"], expected[OTHER.faces.ravel()], atol=5e-3)
+        table, ply, obj, glb = (http.get(link) for link in job["links"]["exports"])
+        assert table.text.startswith("corner,vertex,uv.u,uv.v,texture\n0,")
+        assert problem(ply, 422, "invalid-option")["errors"][0]["field"] == "path.format"
+        seen: Any = trimesh.load(io.BytesIO(obj.content), file_type="obj", force="mesh")
+        assert len(seen.faces) == OTHER.n_faces
+        assert seen.visual.uv.shape == (len(seen.vertices), 2)
+        shown: Any = trimesh.load(io.BytesIO(glb.content), file_type="glb", force="mesh")
+        assert len(shown.faces) == OTHER.n_faces
+        if name != "bare.obj":
+            assert shown.visual.material.baseColorTexture.size == (256, 256)
+            found = read_mesh(glb.content, "glb")
+            assert found.colors is not None
+            same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
+            apart = found.colors[:, :2] - (256 * shares[same] - 0.5) / 255.0
+            assert np.abs(apart).mean() < 0.02
+    failed = carried(http, match, what="uv", direction="target_to_source")
+    assert failed["error"]["errors"][0]["field"] == "body.what"
+
+
 @pytest.mark.parametrize(
     ("asked", "field"),
     [
         ({"what": "landmarks"}, "body.points"),
+        ({"what": "uv", "names": ["a"]}, "body.names"),
+        ({"what": "uv", "on": "faces"}, "body.on"),
         ({"what": "texture", "names": ["a"]}, "body.names"),
         ({"what": "labels", "points": [1]}, "body.points"),
         ({"what": "landmarks", "points": [1], "names": ["a"]}, "body.names"),
         ({"what": "labels", "influences": 2}, "body.influences"),
+        ({"what": "labels", "on": "edges"}, "body.on"),
+        ({"what": "skinning", "on": "faces"}, "body.on"),
+        ({"what": "texture", "on": "faces"}, "body.on"),
         ({"what": "textures"}, "body.what"),
         ({"what": "labels", "direction": "back"}, "body.direction"),
         ({"what": "landmarks", "points": [-1]}, "body.points.0"),
@@ -210,29 +264,147 @@ def test_files_that_do_not_fit(http: httpx2.Client, match: str) -> None:
     asked = {"match": match, "attributes": short, "what": "scalars"}
     answer = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
     assert answer["errors"][0]["field"] == "body.attributes"
-    assert f"the shape has {COUNT} vertices" in answer["errors"][0]["message"]
-    long = send(http, table(a=range(2 * COUNT))).json()["id"]
-    failed = carried(http, match, attributes=long, what="scalars")["error"]
-    assert failed["errors"][0]["field"] == "body.attributes"
-    assert f"has {COUNT} vertices; give a row for every vertex" in failed["detail"]
+    has = f"the shape's file has {COUNT} vertices and {MESH.n_faces} faces"
+    assert has in answer["errors"][0]["message"]
+    long = send(http, table(a=range(3 * COUNT))).json()["id"]
+    asked["attributes"] = long
+    problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+
+
+def test_rows_of_corners_are_refused_with_both_numbers(http: httpx2.Client, match: str) -> None:
+    uploaded = send(http, table(a=np.arange(3 * MESH.n_faces) % 3)).json()["id"]
+    asked = {"match": match, "attributes": uploaded, "what": "labels"}
+    refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+    assert refused["errors"] == [
+        {
+            "field": "body.attributes",
+            "message": f"it has {3 * MESH.n_faces} rows, and the shape's file has {COUNT} vertices"
+            f" and {MESH.n_faces} faces; give one for each",
+        }
+    ]
+
+
+FACE_LABELS = (MESH.vertices[MESH.faces].mean(axis=1)[:, 2] > 0.1).astype(np.int64) + 3
+
+
+def faces_of_other() -> np.ndarray:
+    """(F,) the face of the one shape that each face of the other is."""
+    places = {tuple(sorted(row)): number for number, row in enumerate(TRUTH[MESH.faces].tolist())}
+    return np.array([places[tuple(sorted(row))] for row in OTHER.faces.tolist()])
 
 
 @pytest.mark.parametrize(
-    ("rows", "advice"),
+    ("name", "data"),
     [
-        (MESH.n_faces, "give every vertex that of one of its faces"),
-        (3 * MESH.n_faces, "`texture` carries the image"),
+        ("parts.seg", "\n".join(map(str, FACE_LABELS.tolist())).encode()),
+        ("parts.csv", table(label=FACE_LABELS)),
+        ("parts.npz", archive(label=FACE_LABELS)),
     ],
-    ids=["faces", "corners"],
 )
-def test_values_of_faces_and_corners(
-    http: httpx2.Client, match: str, rows: int, advice: str
+def test_labels_of_faces(http: httpx2.Client, match: str, name: str, data: bytes) -> None:
+    uploaded = send(http, data, name).json()
+    job = carried(http, match, attributes=uploaded["id"], what="labels")
+    result = http.get(job["links"]["result"]).json()
+    assert (result["on"], result["rows"]) == ("faces", OTHER.n_faces)
+    found = arrays_of(http, job)["label"]
+    assert (found == FACE_LABELS[faces_of_other()]).mean() > 0.99
+    rows = list(csv.reader(io.StringIO(http.get(job["links"]["exports"][0]).text)))
+    assert rows[0] == ["face", "label"]
+    assert [int(row[1]) for row in rows[1:]] == found.tolist()
+
+
+def test_labels_of_faces_in_files_of_surfaces_and_back(http: httpx2.Client, match: str) -> None:
+    first = send(http, archive(part=FACE_LABELS), "p.npz").json()["id"]
+    there = carried(http, match, attributes=first, what="labels")
+    ply, obj, glb = (http.get(link).content for link in there["links"]["exports"][1:])
+    seen: Any = trimesh.load(io.BytesIO(ply), file_type="ply", process=False)
+    labels = seen.metadata["_ply_raw"]["face"]["data"]["part"].ravel()
+    np.testing.assert_array_equal(labels, arrays_of(http, there)["part"])
+    assert {line for line in obj.decode().splitlines() if line[0] == "g"} == {
+        "g part_3",
+        "g part_4",
+    }
+    assert len(read_mesh(glb, "glb").faces) == OTHER.n_faces
+    second = send(http, ply, "there.ply").json()["id"]
+    back = carried(http, match, attributes=second, what="labels", direction="target_to_source")
+    assert (arrays_of(http, back)["part"] == FACE_LABELS).mean() > 0.99
+
+
+def test_values_of_faces_onto_vertices_and_the_reverse(http: httpx2.Client, match: str) -> None:
+    height = MESH.vertices[:, 2]
+    of_faces = send(http, archive(z=height[MESH.faces].mean(axis=1)), "f.npz").json()["id"]
+    job = carried(http, match, attributes=of_faces, what="scalars", on="vertices")
+    assert http.get(job["links"]["result"]).json()["on"] == "vertices"
+    shares = np.repeat(triangle_areas(MESH.vertices, MESH.faces), 3)
+    sums = np.bincount(MESH.faces.ravel(), shares * height[MESH.faces].mean(axis=1).repeat(3))
+    cells = sums / np.bincount(MESH.faces.ravel(), shares)
+    np.testing.assert_allclose(arrays_of(http, job)["z"][TRUTH], cells, atol=0.02)
+    of_vertices = send(http, archive(z=height), "v.npz").json()["id"]
+    job = carried(http, match, attributes=of_vertices, what="scalars", on="faces")
+    moved = np.linalg.lstsq(np.c_[OTHER.vertices[TRUTH], np.ones(COUNT)], height, rcond=None)[0]
+    expected = (np.c_[OTHER.vertices, np.ones(COUNT)] @ moved)[OTHER.faces].mean(axis=1)
+    np.testing.assert_allclose(arrays_of(http, job)["z"], expected, atol=0.02)
+
+
+@pytest.mark.parametrize(
+    ("data", "what", "message"),
+    [
+        (archive(a=np.full(MESH.n_faces, np.nan)), "scalars", "of face 0 is not a finite number"),
+        (archive(weights=np.ones((MESH.n_faces, 2))), "skinning", "of vertices, not of faces"),
+        (archive(a=np.full(MESH.n_faces, "arm")), "scalars", "the file has no scalars"),
+        (table(face=range(COUNT), a=range(COUNT)), "labels", f"{COUNT} rows of faces"),
+    ],
+    ids=["nan", "skinning", "text", "too few faces"],
+)
+def test_values_of_faces_that_do_not_fit(
+    http: httpx2.Client, match: str, data: bytes, what: str, message: str
 ) -> None:
-    uploaded = send(http, table(a=np.arange(rows) % 3)).json()["id"]
-    failed = carried(http, match, attributes=uploaded, what="labels")["error"]
-    assert failed["status"] == 422
-    assert failed["errors"][0]["field"] == "body.attributes"
-    assert advice in failed["detail"]
+    name = "a.npz" if data.startswith(b"PK") else "a.csv"
+    uploaded = send(http, data, name).json()["id"]
+    failed = carried(http, match, attributes=uploaded, what=what)
+    assert failed["error"]["status"] == 422
+    assert message in failed["error"]["detail"]
+
+
+def quads(cells: int = 8) -> tuple[np.ndarray, list[list[int]]]:
+    """The blob as a cube of squares, blown up."""
+    steps = np.linspace(-1.0, 1.0, cells + 1)
+    v, u = (one.ravel() for one in np.meshgrid(steps, steps))
+    one = np.ones_like(u)
+    sides = [(v, u, -one), (u, v, one), (-one, v, u), (one, u, v), (u, -one, v), (v, one, u)]
+    soup = np.concatenate([np.stack(axes, axis=1) for axes in sides])
+    places, inverse = np.unique(np.round(soup, 6), axis=0, return_inverse=True)
+    row = cells + 1
+    first = np.add.outer(np.arange(cells) * row, np.arange(cells)).ravel()
+    side = np.stack([first, first + 1, first + row + 1, first + row], axis=1)
+    faces = np.concatenate([side + number * row * row for number in range(6)])
+    directions = places / np.linalg.norm(places, axis=1, keepdims=True)
+    return shapes.with_bumps(directions), inverse.reshape(-1)[faces].tolist()
+
+
+def polygons(vertices: np.ndarray, faces: list[list[int]], parts: list[int]) -> bytes:
+    """PLY as text, with the property ``part`` of the faces."""
+    lines = mesh_files.ply(vertices, faces, "ascii").decode().splitlines()
+    place = lines.index("end_header")
+    first = place + 1 + len(vertices)
+    rows = [f"{row} {part}" for row, part in zip(lines[first:], parts, strict=True)]
+    header = [*lines[:place], "property int part", "end_header"]
+    return "\n".join([*header, *lines[place + 1 : first], *rows, ""]).encode()
+
+
+def test_segmentations_of_polygons(http: httpx2.Client, upload: Upload) -> None:
+    """A face of the file is a row, whatever triangles it was cut into, in the shape's own file."""
+    vertices, faces = quads()
+    parts = [*range(len(faces))]
+    source = upload(polygons(vertices, faces, parts), "box.ply")
+    assert (source["file_vertices"], source["file_faces"]) == (len(vertices), len(faces))
+    assert source["faces"] == 2 * len(faces)
+    target = upload(polygons(vertices + 3.0, faces[::-1], parts), "moved.ply")
+    match = matched(http, (source["id"], target["id"]), points=8, eigenpairs=30, dense=True)["id"]
+    job = carried(http, match, what="labels")
+    found = arrays_of(http, job)["part"]
+    assert found.shape == (len(faces),)
+    assert (found == parts[::-1]).mean() > 0.95
 
 
 @pytest.mark.parametrize(
@@ -311,6 +483,8 @@ def test_files_are_the_same_by_their_bytes_and_can_be_deleted(
         ("a.csv", b"a\n1\nx\n", "both numbers and text"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 9999999999\n", "header does not end"),
         ("a.glb", b"glTF", "not a GLB file"),
+        ("a.seg", b"1\nnan\n", "row 1 is 'nan'"),
+        ("a.txt", b"\xff\xfe\x00", "UTF-8"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no attributes"),
     ],
 )
@@ -322,7 +496,7 @@ def test_hostile_files_are_refused_and_leave_nothing(
 
 
 def test_unknown_formats_are_refused(http: httpx2.Client) -> None:
-    refused = problem(send(http, b"1 2 3", "values.txt"), 415, "unsupported-format")
+    refused = problem(send(http, b"1 2 3", "values.xyz"), 415, "unsupported-format")
     assert ".npz" in refused["detail"]
 
 
@@ -341,4 +515,4 @@ def test_contract_and_solver_agree_on_kinds_and_formats() -> None:
     assert CONTRACT_FORMATS == ATTRIBUTE_FORMATS
     schema = MatchResult.model_json_schema()
     assert "inverse" in schema["$defs"]["DenseCorrespondence"]["properties"]
-    assert {*KINDS, "landmarks", "texture"} == set(get_args(TransferKind))
+    assert {*KINDS, "landmarks", "texture", "uv"} == set(get_args(TransferKind))

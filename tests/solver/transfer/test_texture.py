@@ -8,7 +8,6 @@ import pytest
 from solver.arrays import FloatArray
 from solver.errors import TransferError
 from solver.mesh import TriangleMesh, read_mesh, textured_surface
-from solver.mesh.textures import Texture
 from solver.registration import DenseCorrespondence
 from solver.transfer import Landmarks, baked_texture, texture_colors
 from solver.transfer.files import write_textured_glb
@@ -72,7 +71,7 @@ def test_a_baked_texture_shows_the_same_between_its_own_coordinates(
     weights[:3] = np.eye(3)
     coordinates = np.einsum("nc,ncd->nd", weights, baked.coordinates[faces])
     places = np.einsum("nc,ncd->nd", weights, OTHER.vertices[OTHER.faces[faces]])
-    found = Texture(baked.pixels).sample(coordinates)
+    found = baked.textures[0].sample(coordinates)
     np.testing.assert_allclose(found[:, :2], ramp_at(places), atol=6e-3)
 
 
@@ -84,7 +83,7 @@ def test_triangles_of_a_baked_texture_share_no_texel(back: DenseCorrespondence) 
     baked = baked_texture(some, back, *read)
     random = np.random.default_rng(2)
     weights = random.dirichlet(np.full(3, 0.3), size=300)
-    size = baked.pixels.shape[0]
+    size = baked.textures[0].size[0]
     owners: dict[tuple[int, int], int] = {}
     for face, coordinates in enumerate(baked.coordinates):
         texels = np.floor(weights @ coordinates * size - 0.5).astype(int)

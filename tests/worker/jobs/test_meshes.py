@@ -17,7 +17,10 @@ PAINTED = triangle_mesh(shapes.cube(3).vertices, shapes.cube(3).faces, shapes.cu
 @pytest.mark.parametrize("mesh", [shapes.blob(2), PAINTED, read(seams.loose_faces(shapes.blob(3)))])
 def test_stored_meshes_are_read_back(mesh: TriangleMesh) -> None:
     again = mesh_from_bytes(mesh_to_bytes(mesh))
-    for field in ("vertices", "faces", "vertex_ids", "merged"):
+    assert again.file_rows == mesh.file_rows
+    assert (again.face_ids is None) is (mesh.face_ids is None)
+    fields = ("vertices", "faces", "vertex_ids", "merged")
+    for field in fields if mesh.face_ids is None else (*fields, "face_ids"):
         np.testing.assert_array_equal(getattr(again, field), getattr(mesh, field))
         assert getattr(again, field).dtype == getattr(mesh, field).dtype
     assert (again.colors is None) is (mesh.colors is None)

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from solver.errors import TransferError
 from solver.mesh import read_mesh, triangle_mesh
-from solver.transfer import Attribute
+from solver.transfer import FACES, VERTICES, Attribute
 from solver.transfer.files import WrittenSurface, read_attributes
 from tests.solver import shapes
+from tests.solver.mesh import mesh_files
 from tests.solver.transfer.files.written import write_attributes
 
 MESH = shapes.blob(1)
@@ -169,3 +170,100 @@ def test_missing_values_can_be_written(tmp_path: Any) -> None:
 def test_a_column_of_vertex_numbers_orders_the_rows(text: str) -> None:
     (found,) = read_attributes(text.encode(), "csv")
     assert found.values.tolist() == [5, 6, 7]
+
+
+# --- values of faces ------------------------------------------------------------------------------
+
+
+def of_faces(seed: int) -> dict[str, Attribute]:
+    random, count = np.random.default_rng(seed), MESH.n_faces
+    return {
+        "heat": Attribute("heat", random.standard_normal(count), on=FACES),
+        "segment": Attribute("segment", random.integers(0, 9, size=count), on=FACES),
+        "flow": Attribute("flow", random.standard_normal((count, 3)), ("x", "y", "z"), FACES),
+        "colors": Attribute("colors", random.integers(0, 256, size=(count, 3)) / 255.0, on=FACES),
+    }
+
+
+def surface_with(*attributes: Attribute) -> WrittenSurface:
+    mesh = triangle_mesh(MESH.vertices, MESH.faces)
+    return WrittenSurface.of(mesh, attributes)
+
+
+@given(SEEDS)
+def test_tables_and_ply_say_that_values_are_of_faces(seed: int) -> None:
+    """PLY holds those of vertices beside them."""
+    faces, height = of_faces(seed), table(seed)["height"]
+    surface = surface_with(*faces.values(), height)
+    for file_type, given_table in (("csv", faces), ("ply", faces | {"height": height})):
+        data = write_attributes(list(given_table.values()), file_type, surface)
+        found = {one.name: one for one in read_attributes(data, file_type)}
+        assert found.keys() == given_table.keys()
+        for name, one in given_table.items():
+            close(found[name], one, 1e-15)
+            assert found[name].on == (one.on or VERTICES)
+
+
+def test_of_a_name_that_both_have_ply_gives_the_values_of_vertices() -> None:
+    part = table(0)["part"]
+    other = Attribute("part", np.zeros(MESH.n_faces, dtype=np.int64), on=FACES)
+    (found,) = read_attributes(write_attributes([], "ply", surface_with(part, other)), "ply")
+    assert found.on == VERTICES
+    np.testing.assert_array_equal(found.values, part.values)
+
+
+def test_obj_has_groups_of_labels_of_faces() -> None:
+    segment = of_faces(3)["segment"]
+    text = write_attributes([segment], "obj", surface_with(segment)).decode()
+    found: dict[str, list[tuple[int, ...]]] = {}
+    for line in text.splitlines():
+        words = line.split()
+        if words[0] == "g":
+            group = found.setdefault(words[1], [])
+        elif words[0] == "f":
+            group.append(tuple(int(word) - 1 for word in words[1:]))
+    for label in range(9):
+        expected = MESH.faces[segment.values == label].tolist()
+        assert found[f"segment_{label}"] == [tuple(face) for face in expected]
+    with pytest.raises(TransferError, match="OBJ cannot hold 'colors'"):
+        write_attributes([], "obj", surface_with(of_faces(0)["colors"]))
+
+
+def test_glb_has_vertices_of_its_own_for_each_triangle() -> None:
+    faces, height = of_faces(4), table(4)["height"]
+    data = write_attributes([], "glb", surface_with(faces["segment"], faces["colors"], height))
+    seen: Any = trimesh.load(io.BytesIO(data), file_type="glb", process=False, force="mesh")
+    np.testing.assert_allclose(seen.vertices[seen.faces], MESH.vertices[MESH.faces], atol=1e-6)
+    labels = seen.vertex_attributes["_segment"].reshape(-1, 3)
+    np.testing.assert_array_equal(labels, np.repeat(faces["segment"].values[:, None], 3, axis=1))
+    octets = np.rint(255.0 * faces["colors"].values).repeat(3, axis=0)
+    np.testing.assert_array_equal(seen.visual.vertex_colors[:, :3], octets)
+    heights = seen.vertex_attributes["_height"].reshape(-1, 3)
+    np.testing.assert_allclose(heights, height.values[MESH.faces], atol=1e-6)
+
+
+def test_triangles_have_the_values_of_the_polygons_that_they_were_cut_from() -> None:
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]])
+    mesh = read_mesh(mesh_files.ply(corners, [[0, 1, 2, 3], [1, 4, 5, 2]]), "ply")
+    surface = WrittenSurface.of(mesh, [Attribute("part", np.array([7, 8]), on=FACES)])
+    assert surface.attributes[0].values.tolist() == [7, 7, 8, 8]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("3\n1\n2\n", [3, 1, 2]),
+        ("1.000000000000000000e+00\r\n-2.0e+00\r\n", [1, -2]),
+        ("0.5\n1\n", [0.5, 1.0]),
+        ("head\n left arm \nhead", ["head", "left arm", "head"]),
+    ],
+)
+def test_lists_of_labels(text: str, expected: list[Any]) -> None:
+    for file_type in ("seg", "txt"):
+        (found,) = read_attributes(text.encode(), file_type)
+        assert (found.name, found.on, found.values.tolist()) == ("label", None, expected)
+
+
+def test_a_column_of_face_numbers_orders_the_rows() -> None:
+    (found,) = read_attributes(b"face,a\n2,7\n0,5\n1,6\n", "csv")
+    assert (found.on, found.values.tolist()) == (FACES, [5, 6, 7])

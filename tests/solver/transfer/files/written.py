@@ -11,4 +11,6 @@ def write_attributes(
 ) -> bytes:
     if file_type == "npz":
         return write_npz(attributes)
+    if file_type in ("seg", "txt"):
+        return "\n".join(map(str, attributes[0].values.tolist())).encode()
     return write_csv(attributes) if file_type == "csv" else write_surface(surface, file_type)
