@@ -74,6 +74,10 @@ CorrespondenceSource = Annotated[
 ]
 
 
+_PARTS = "source", "target"
+"""Values of `partial` that say which shape is the part."""
+
+
 class MatchParameters(solver.MatchOptions):
     """Parameters of a match; all have defaults that suit most shapes.
 
@@ -103,6 +107,15 @@ class MatchParameters(solver.MatchOptions):
             raise ValueError('"linf" has no third-order term; leave it out, or `objective`')
         return value
 
+    @field_validator("partial")
+    @classmethod
+    def _check_partial(cls, value: str, info: ValidationInfo) -> str:
+        if value in _PARTS and info.data.get("objective") == "linf":
+            raise ValueError('"linf" matches every point; leave it out, or `objective`')
+        if value in _PARTS and info.data.get("refine") is not None:
+            raise ValueError("parts are not refined; leave it out, or `refine`")
+        return value
+
     @field_validator("landmarks")
     @classmethod
     def _check_landmarks(
@@ -113,6 +126,8 @@ class MatchParameters(solver.MatchOptions):
             raise ValueError(f"{len(value)} landmarks are more than `points`, which is {points}")
         if value and info.data.get("objective") == "linf":
             raise ValueError('"linf" takes no landmarks; leave them out, or `objective`')
+        if value and info.data.get("partial") in _PARTS:
+            raise ValueError("parts are matched without landmarks; leave them out, or `partial`")
         if any(len(set(side)) < len(value) for side in zip(*value, strict=True)):
             raise ValueError("a vertex is in two pairs; leave one of them out")
         return value
@@ -139,8 +154,8 @@ class MatchParameters(solver.MatchOptions):
     def registered(self) -> bool:
         """Whether the surfaces are registered: to choose, to map all vertices, or to refine."""
         oriented = self.orientation and self.objective != "linf"
-        partial = self.partial in ("source", "target")
-        return oriented or self.dense or self.refine is not None or partial
+        plain = self.refine is None and self.partial not in _PARTS
+        return oriented or self.dense or not plain
 
     @property
     def spectrum_size(self) -> int:

@@ -1,0 +1,62 @@
+"""A part, through the whole chain: in the numbers of the users' own files."""
+
+import httpx2
+import numpy as np
+import pytest
+
+from solver.mesh import TriangleMesh, triangle_mesh
+from synthetic import human
+from tests.service.conftest import problem
+from tests.service.jobs.test_jobs import matched
+from tests.service.matches.test_dense import Upload
+from tests.service.matches.test_refinement import file_of
+
+
+def whole_and_part() -> tuple[TriangleMesh, TriangleMesh]:
+    """A body, and the same without what is above its shoulders, twice as large."""
+    body = human("walking", resolution=800)
+    height = body.vertices[:, 1] / np.ptp(body.vertices[:, 1])
+    faces = body.faces[(height[body.faces] < height.max() - 0.2).all(axis=1)]
+    vertices = np.unique(faces)
+    part = triangle_mesh(2.0 * body.vertices[vertices], np.searchsorted(vertices, faces))
+    return triangle_mesh(body.vertices, body.faces), part
+
+
+@pytest.fixture(scope="module")
+def files() -> tuple[bytes, bytes]:
+    whole, part = whole_and_part()
+    return file_of(whole), file_of(part)
+
+
+def test_vertices_without_a_partner_are_left_out(
+    http: httpx2.Client, upload: Upload, files: tuple[bytes, bytes]
+) -> None:
+    whole, part = (upload(one, "m.ply")["id"] for one in files)
+    job = matched(http, (whole, part), points=12, dense=True, partial="target")
+    result = http.get(job["links"]["result"]).json()
+    overlap = result["overlap"]
+    assert overlap["part"] == "target"
+    assert overlap["scale"] == pytest.approx(2.0, rel=0.1)
+    assert 0.5 < overlap["source"] < 1.0 == overlap["target"]
+    found = result["dense"]
+    assert len(found["source"]) < 800
+    assert len(result["correspondences"]) + len(result["unmatched"]) == 12
+    assert set(result["unmatched"]).isdisjoint(one["source"] for one in result["correspondences"])
+    for link in (".png", ".glb", ".csv", ".npz"):
+        assert http.get(job["links"]["result"] + link).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("field", "options"),
+    [
+        ("partial", {"objective": "linf", "points": 8}),
+        ("partial", {"refine": "gmds"}),
+        ("landmarks", {"landmarks": [[0, 0]]}),
+    ],
+)
+def test_options_without_meaning_for_parts_are_refused(
+    http: httpx2.Client, field: str, options: dict[str, object]
+) -> None:
+    asked = {"source": "0" * 64, "target": "1" * 64, "partial": "source", **options}
+    answer = http.post("/v1/matches", json=asked)
+    assert f"body.{field}" in str(problem(answer, 422, "invalid-request"))
