@@ -48,7 +48,7 @@ def labelled_points(
     control
         Cancels.
     """
-    count = min(_POINTS, part.n_vertices)
+    count = min(_POINTS, part.n_vertices, whole.n_vertices)
     ours = part.sampling("geodesic", count)
     theirs = whole.sampling("geodesic", min(_WHOLE_POINTS, whole.n_vertices))
     distances: FloatArray = ours.distances / (part.size * scale)
