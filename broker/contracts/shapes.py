@@ -54,8 +54,11 @@ class ShapeRecord(BaseModel):
     vertices: int = Field(description="Number of vertices, after repair.")
     faces: int = Field(description="Number of triangles, after repair.")
     area: float = Field(description="Surface area, in the square of the file's unit of length.")
-    components: int = Field(description="Number of connected components.")
+    components: int = Field(
+        description="Number of connected components, those left out as debris aside. Several"
+        " are linked where they are nearest, and matched as one surface."
+    )
     closed: bool = Field(description="Whether the surface has no boundary.")
     has_colors: bool = Field(description="Whether the vertices have colours.")
-    warnings: tuple[str, ...] = Field(description="What was repaired.")
+    warnings: tuple[str, ...] = Field(description="What was repaired, left out or linked.")
     created: datetime = Field(description="When it was uploaded.")

@@ -5,12 +5,12 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
-from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
+from solver.mesh.links import component_links
+from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of, repaired
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -100,14 +100,23 @@ class TriangleMesh:
     @cached_property
     def component_of_vertex(self) -> IntArray:
         """(V,) component of each vertex, numbered from 0."""
-        i, j = self.edges.T
-        adjacency = sp.coo_array((np.ones(len(i)), (i, j)), shape=(self.n_vertices,) * 2)
-        return connected_components(adjacency, directed=False)[1].astype(np.int64)
+        return components_of(self.edges, self.n_vertices)
+
+    @cached_property
+    def links(self) -> IntArray:
+        """(L, 2) vertices linked over the gaps between components: edges without faces.
+
+        Empty if there is one component. See :func:`.component_links`.
+        """
+        if self.components == 1:
+            return np.zeros((0, 2), dtype=np.int64)
+        lengths = np.linalg.norm(np.diff(self.vertices[self.edges], axis=1)[:, 0], axis=1)
+        return component_links(self.vertices, self.component_of_vertex, float(lengths.mean()))
 
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
-        """Neighbours of vertex v are ``second[first[v]:first[v + 1]]``."""
-        i, j = self.edges.T
+        """Neighbours of vertex v, over edges and links: ``second[first[v]:first[v + 1]]``."""
+        i, j = np.concatenate([self.edges, self.links]).T
         ends = sp.csr_array(
             (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
             shape=(self.n_vertices,) * 2,
@@ -273,15 +282,15 @@ def largest_component(mesh: TriangleMesh) -> TriangleMesh:
     """
     if mesh.components == 1:
         return mesh
-    label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = np.bincount(label, weights=triangle_areas(mesh.vertices, mesh.faces))
+    label, areas = mesh.component_of_vertex[mesh.faces[:, 0]], _component_areas(mesh)
     largest = int(np.argmax(areas))
     share = areas[largest] / areas.sum()
     note = (
         f"only the largest of {mesh.components} components was kept: "
         f"{100.0 * share:.3g} % of the area"
     )
-    kept = replace(mesh.soup(), faces=mesh.faces[label == largest])
+    notes = tuple(known for known in mesh.warnings if known != _note_of_links(mesh))
+    kept = replace(mesh.soup(), faces=mesh.faces[label == largest], notes=notes)
     return TriangleMesh.of(kept.compacted().noting(note))
 
 
@@ -311,4 +320,23 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError("the mesh has no faces; a point cloud cannot be matched")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    return TriangleMesh.of(repaired(replace(soup, paint=None)))
+    mesh = TriangleMesh.of(repaired(replace(soup, paint=None)))
+    if mesh.components == 1:
+        return mesh
+    return replace(mesh, warnings=(*mesh.warnings, _note_of_links(mesh)))
+
+
+def _component_areas(mesh: TriangleMesh) -> FloatArray:
+    """(C,) area of each component."""
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    areas = np.bincount(label, weights=triangle_areas(mesh.vertices, mesh.faces))
+    return areas.astype(np.float64)
+
+
+def _note_of_links(mesh: TriangleMesh) -> str:
+    areas = _component_areas(mesh)
+    return (
+        f"{mesh.components} components are linked where they are nearest, and matched as one"
+        f" surface; `largest_component` takes the largest alone,"
+        f" {100.0 * areas.max() / areas.sum():.3g} % of the area"
+    )

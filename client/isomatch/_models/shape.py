@@ -25,13 +25,14 @@ class Shape(Answer):
     area
         Surface area, in the square of the file's unit of length.
     components
-        Number of connected components.
+        Number of connected components, those left out as debris aside. Several are linked where
+        they are nearest, and matched as one surface.
     closed
         Whether the surface has no boundary.
     has_colors
         Whether the vertices have colours.
     warnings
-        Repairs that were made.
+        What was repaired, left out or linked.
     created
         Time of the upload.
     """

@@ -99,7 +99,8 @@ function common(shapes) {
     largest <= SIMPLIFIED ? null : checkbox("simplify", SIMPLIFIED,
       "Simplify to 20,000 vertices first: faster, and the points are still vertices of the files",
       largest > LARGE),
-    several ? checkbox("largest_component", true, "Take the largest part of shapes that have several", true) : null,
+    several ? checkbox("largest_component", true,
+      "Take only the largest component of shapes that have several", false) : null,
   ];
 }
 
