@@ -4,6 +4,9 @@ from solver.mesh.formats import READERS
 from solver.mesh.textures import Paint
 from solver.mesh.triangle_mesh import TriangleMesh
 
+_NUMBERED = ("off", "obj", "ply", "xyz", "txt", "csv")
+"""Formats that number vertices one after the other."""
+
 
 def textured_surface(data: bytes, file_type: str) -> tuple[TriangleMesh, Paint] | None:
     """Read the surface of a mesh file as it is, and its textures.
@@ -47,4 +50,4 @@ def vertex_rows(data: bytes, file_type: str) -> int | None:
         As :func:`read_mesh`.
     """
     kind = file_type.lower().lstrip(".")
-    return len(READERS[kind](data).vertices) if kind in ("off", "obj", "ply") else None
+    return len(READERS[kind](data).vertices) if kind in _NUMBERED else None

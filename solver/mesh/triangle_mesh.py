@@ -10,6 +10,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
 from solver.mesh.links import component_links
+from solver.mesh.point_cloud import surface_of_points
 from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of, repaired
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
@@ -40,6 +41,8 @@ class TriangleMesh:
     merged
         (A, 2) int64, the user's numbers: of a vertex that was merged into another, and of that
         other.
+    is_cloud
+        Whether the file has points alone, and the faces were made of them.
     """
 
     vertices: FloatArray
@@ -48,6 +51,7 @@ class TriangleMesh:
     colors: FloatArray | None = None
     warnings: tuple[str, ...] = ()
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    is_cloud: bool = False
 
     @staticmethod
     def of(soup: TriangleSoup) -> "TriangleMesh":
@@ -316,14 +320,15 @@ def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 def _checked(soup: TriangleSoup) -> TriangleMesh:
     if not len(soup.vertices):
         raise MeshError("the mesh has no vertices")
+    if soup.is_cloud:
+        soup = surface_of_points(soup)
     if not len(soup.faces):
-        raise MeshError("the mesh has no faces; a point cloud cannot be matched")
+        raise MeshError("the mesh has no faces; upload points alone as PLY or XYZ")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    mesh = TriangleMesh.of(repaired(replace(soup, paint=None)))
-    if mesh.components == 1:
-        return mesh
-    return replace(mesh, warnings=(*mesh.warnings, _note_of_links(mesh)))
+    mesh = TriangleMesh.of(repaired(replace(soup, paint=None, normals=None)))
+    warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, _note_of_links(mesh))
+    return replace(mesh, warnings=warnings, is_cloud=soup.is_cloud)
 
 
 def _component_areas(mesh: TriangleMesh) -> FloatArray:

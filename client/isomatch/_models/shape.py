@@ -1,6 +1,7 @@
 """Uploaded shapes."""
 
 from datetime import datetime
+from typing import Literal
 
 from pydantic import FiniteFloat
 
@@ -17,9 +18,12 @@ class Shape(Answer):
     name
         The name given at upload, or the name of the file.
     file_type
-        Mesh format, such as ``"off"``.
+        Format of the file, such as ``"off"``.
     bytes
         Size of the uploaded file.
+    kind
+        ``"mesh"``, or ``"points"`` for a point cloud, which a surface was made of: its vertices are
+        the points of the file.
     vertices, faces
         Numbers of vertices and faces, after repair.
     area
@@ -40,6 +44,7 @@ class Shape(Answer):
     id: str
     name: str
     file_type: str
+    kind: Literal["mesh", "points"]
     bytes: int
     vertices: int
     faces: int
