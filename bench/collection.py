@@ -52,7 +52,8 @@ def read_collection(folder: Path) -> list[KnownShape]:
     folder
         A ``.vts`` file has one 1-based vertex number a line, of the same point of the class.
     """
-    paths = sorted(path for path in folder.iterdir() if path.suffix[1:].lower() in MESH_FORMATS)
+    formats = set(MESH_FORMATS) - {"txt", "csv"}  # more often tables and notes than points
+    paths = sorted(path for path in folder.iterdir() if path.suffix[1:].lower() in formats)
     shapes = []
     for path in paths:
         mesh = read_mesh(path.read_bytes(), path.suffix[1:].lower())

@@ -46,8 +46,8 @@ Normalise = Annotated[
 LargestComponent = Annotated[
     bool,
     Field(
-        description="Take the largest component of a shape that has several. Such a shape is"
-        " refused otherwise."
+        description="Take the largest component of a shape that has several. Otherwise they are"
+        " linked where they are nearest, and matched as one surface."
     ),
     Topic("Shapes"),
 ]
@@ -259,5 +259,5 @@ class PrototypeParameters(PrototypeStructures, solver.PrototypeOptions):
 
     @property
     def largest_component(self) -> bool:
-        """Whether the largest of several components is meant: examples must have one."""
+        """Whether the largest of several components is meant: examples are taken whole."""
         return False

@@ -3,12 +3,13 @@
 import hashlib
 from datetime import datetime
 from pathlib import PurePath
-from typing import Final
+from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-MESH_FORMATS: Final = ("glb", "gltf", "obj", "off", "ply", "stl", "zip")
-"""The mesh formats that can be uploaded, which are those the solver reads; zip holds another."""
+MESH_FORMATS: Final = ("csv", "glb", "gltf", "obj", "off", "ply", "stl", "txt", "xyz", "zip")
+"""The formats that can be uploaded, which are those the solver reads; csv, txt and xyz are point
+clouds, zip holds another."""
 
 
 def shape_id(data: bytes) -> str:
@@ -33,6 +34,7 @@ class ShapeRecord(BaseModel):
                     "id": "9b74c9897bac770ffc029102a200c5de",
                     "name": "cat0.off",
                     "file_type": "off",
+                    "kind": "mesh",
                     "bytes": 402118,
                     "vertices": 5000,
                     "faces": 9996,
@@ -51,7 +53,12 @@ class ShapeRecord(BaseModel):
 
     id: str = Field(description="Content hash: the same bytes have the same id.")
     name: str = Field(description="The name given at upload, or the name of the file.")
-    file_type: str = Field(description="Mesh format.")
+    file_type: str = Field(description="Format of the file.")
+    kind: Literal["mesh", "points"] = Field(
+        default="mesh",
+        description='"points" for a point cloud, which a surface was made of: its vertices are the'
+        " points of the file, its triangles were computed.",
+    )
     bytes: int = Field(description="Size of the uploaded file.")
     vertices: int = Field(description="Number of vertices, after repair.")
     faces: int = Field(description="Number of triangles, after repair.")
@@ -66,8 +73,11 @@ class ShapeRecord(BaseModel):
         " Null for shapes of earlier versions.",
     )
     area: float = Field(description="Surface area, in the square of the file's unit of length.")
-    components: int = Field(description="Number of connected components.")
+    components: int = Field(
+        description="Number of connected components, those left out as debris aside. Several"
+        " are linked where they are nearest, and matched as one surface."
+    )
     closed: bool = Field(description="Whether the surface has no boundary.")
     has_colors: bool = Field(description="Whether the vertices have colours.")
-    warnings: tuple[str, ...] = Field(description="What was repaired.")
+    warnings: tuple[str, ...] = Field(description="What was repaired, left out or linked.")
     created: datetime = Field(description="When it was uploaded.")

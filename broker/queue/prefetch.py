@@ -28,7 +28,7 @@ def wanted_spectra(payload: SpectralPayload, shapes: Shapes) -> list[SpectrumKey
     payload
         The job.
     shapes
-        The stored shapes; those that are deleted or cannot be used have no spectrum.
+        The stored shapes; those that are deleted have no spectrum.
     """
     if not payload.needs_spectrum:
         return []
@@ -37,5 +37,5 @@ def wanted_spectra(payload: SpectralPayload, shapes: Shapes) -> list[SpectrumKey
     return [
         spectrum_key(parameters, shape.id, shape.vertices, shape.components)
         for shape in shapes.records(wanted)
-        if shape is not None and (shape.components == 1 or parameters.largest_component)
+        if shape is not None
     ]

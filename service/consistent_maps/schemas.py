@@ -31,6 +31,5 @@ class ConsistentMapsRequest(JobRequest):
     )
     largest_component: bool = Field(
         default=False,
-        description="Take the largest component of a shape that has several. Such a shape is not"
-        " mapped otherwise.",
+        description="Take the largest component of a shape that has several, instead of the whole.",
     )

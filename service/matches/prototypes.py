@@ -12,7 +12,7 @@ from broker.contracts import (
 from service.dependencies import Service
 from service.matches.schemas import SourceRequest
 from service.prototypes import use_prototype
-from service.shapes import refuse, several_components, simplified_too_far, use_shapes
+from service.shapes import refuse, simplified_too_far, use_shapes
 
 REFUSED: Final = "These two cannot be matched with these parameters; `errors` says why."
 
@@ -95,7 +95,7 @@ def _plural(name: str) -> str:
 
 
 def _unusable(shapes: Mapping[str, ShapeRecord], parameters: MatchParameters) -> list[FieldProblem]:
-    wrong = several_components(parameters, shapes) + simplified_too_far(parameters, shapes)
+    wrong = simplified_too_far(parameters, shapes)
     colored = [choice.name for choice in parameters.descriptors if choice.about.needs_colors]
     if colored and parameters.first_order_weight > 0.0:
         message = f"it has no vertex colours, which the prototype's {colored[0]!r} needs"

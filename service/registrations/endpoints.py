@@ -15,7 +15,7 @@ from broker.contracts import (
 from service.dependencies import Service, ServiceOf
 from service.jobs import Job, JobOrder, answers, requested_job
 from service.registrations.schemas import RegistrationRequest
-from service.shapes import refuse, repeated_shapes, several_components, shape_fields, use_shapes
+from service.shapes import refuse, repeated_shapes, shape_fields, use_shapes
 
 _REFUSED: Final = "This template cannot be registered to these shapes; `errors` says why."
 
@@ -51,7 +51,7 @@ def _payload(asked: RegistrationRequest, service: Service) -> RegistrationPayloa
         proof="candidates",
         largest_component=asked.largest_component,
     )
-    wrong = several_components(parameters, {"body.template": template})
+    wrong = []
     if template.vertices * len(asked.shapes) > MOST_REGISTERED:
         message = (
             f"it has {template.vertices} vertices, so that at most"

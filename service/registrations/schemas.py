@@ -40,6 +40,5 @@ class RegistrationRequest(JobRequest):
     )
     largest_component: bool = Field(
         default=False,
-        description="Take the largest component of a shape that has several. Such a specimen is not"
-        " registered otherwise.",
+        description="Take the largest component of a shape that has several, instead of the whole.",
     )

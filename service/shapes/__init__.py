@@ -10,7 +10,6 @@ from service.shapes.requirements import (
     few_vertices,
     refuse,
     repeated_shapes,
-    several_components,
     shape_fields,
     simplified_too_far,
 )
@@ -26,7 +25,6 @@ __all__ = [
     "get_geometry",
     "refuse",
     "repeated_shapes",
-    "several_components",
     "shape_fields",
     "simplified_too_far",
     "use_shapes",

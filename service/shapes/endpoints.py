@@ -52,11 +52,14 @@ async def upload_shape(
     sender: SenderOf,
     file: Annotated[
         UploadFile,
-        File(description=f"A mesh; its name ends in one of {', '.join(MESH_FORMATS)}."),
+        File(
+            description="A mesh or a point cloud; its name ends in one of"
+            f" {', '.join(MESH_FORMATS)}."
+        ),
     ],
     name: UploadName = None,
 ) -> Response:
-    """Upload a mesh.
+    """Upload a mesh or a point cloud.
 
     It is validated before the answer is given; a file that cannot be used is refused with the
     reason and leaves nothing behind. The same bytes are the same shape, so an upload can be sent

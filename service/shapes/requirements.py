@@ -54,8 +54,8 @@ def check_shapes(
     Raises
     ------
     InvalidRequest
-        A shape has no vertex colours and a descriptor needs them; or it has several components, or
-        would be simplified to fewer vertices than `points`.
+        A shape has no vertex colours and a descriptor needs them, or would be simplified to fewer
+        vertices than `points`.
     """
     without = [
         field.removeprefix("body.") for field, shape in shapes.items() if not shape.has_colors
@@ -68,9 +68,7 @@ def check_shapes(
             "Choose another descriptor, or upload the shape in a format that has colours,"
             " such as PLY, GLB, or OBJ zipped with its materials.",
         )
-    refuse(
-        (*further, *several_components(asked, shapes), *simplified_too_far(asked, shapes)), detail
-    )
+    refuse((*further, *simplified_too_far(asked, shapes)), detail)
 
 
 def descriptor_problems(
@@ -98,24 +96,6 @@ def few_vertices(shapes: Mapping[str, ShapeRecord], points: int) -> list[FieldPr
         )
         for field, shape in shapes.items()
         if shape.vertices < points
-    ]
-
-
-def several_components(asked: Parameters, shapes: Mapping[str, ShapeRecord]) -> list[FieldProblem]:
-    """Return the problems of shapes with several components, unless only the largest is used."""
-    if asked.largest_component:
-        return []
-    advice = "set `largest_component`, or name another shape"
-    if isinstance(asked, PrototypeParameters):
-        advice = "upload one component of it, or leave it out"
-    return [
-        FieldProblem(
-            field=field,
-            message=f"it has {shape.components} components, with infinite distances between them;"
-            f" {advice}",
-        )
-        for field, shape in shapes.items()
-        if shape.components > 1
     ]
 
 

@@ -1,8 +1,9 @@
 """Edge collapse in order of cost, which keeps the topology.
 
 A vertex u is collapsed into its neighbour v only if no face flips and the topology stays: the only
-common neighbours of u and v are the third corners of the faces at the edge (link condition: Dey,
-Edelsbrunner, Guha and Nekhayev, Publ. Inst. Math. 66, 1999).
+common neighbours of u and v are the third corners of the faces at the edge, and of a face at the
+boundary one of the other two sides is not (link condition: Dey, Edelsbrunner, Guha and Nekhayev,
+Publ. Inst. Math. 66, 1999). A face that hangs at single vertices may be what connects them.
 
 No library does this with vertices that stay: fast-simplification 0.2 and pyfqmr 0.5 move them,
 meshoptimizer 0.2 keeps them but does not say into which one a vertex was collapsed, and none stops
@@ -190,8 +191,11 @@ def _keeps_topology(
     for w in ring:
         if w != v:
             a, b = (w, v) if valence[w] < valence[v] else (v, w)
-            if _faces_with(a, b, faces, first, links) > 0:
+            faces_at_side = _faces_with(a, b, faces, first, links)
+            if faces_at_side > 0:
                 common += 1
+            if shared == 1 and faces_at_side == 1 and _faces_with(u, w, faces, first, links) == 1:
+                return False
     return common == shared
 
 

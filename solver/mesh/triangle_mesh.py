@@ -5,12 +5,13 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.errors import MeshError
 from solver.mesh.formats import READERS
-from solver.mesh.repair import Edges, TriangleSoup, edges_of, repaired
+from solver.mesh.links import component_links
+from solver.mesh.point_cloud import surface_of_points
+from solver.mesh.repair import Edges, TriangleSoup, components_of, edges_of, repaired
 
 MESH_FORMATS: tuple[str, ...] = tuple(READERS)
 """File extensions that :func:`read_mesh` knows, lower case, without the dot."""
@@ -45,6 +46,8 @@ class TriangleMesh:
         file, from 0, where a polygon is one face; ``None`` if it is not known.
     file_rows
         Numbers of vertices and of faces of the file; ``None`` if they are not known.
+    is_cloud
+        Whether the file has points alone, and the faces were made of them.
     """
 
     vertices: FloatArray
@@ -55,6 +58,7 @@ class TriangleMesh:
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     face_ids: IntArray | None = None
     file_rows: tuple[int, int] | None = None
+    is_cloud: bool = False
 
     @staticmethod
     def of(soup: TriangleSoup) -> "TriangleMesh":
@@ -127,14 +131,23 @@ class TriangleMesh:
     @cached_property
     def component_of_vertex(self) -> IntArray:
         """(V,) component of each vertex, numbered from 0."""
-        i, j = self.edges.T
-        adjacency = sp.coo_array((np.ones(len(i)), (i, j)), shape=(self.n_vertices,) * 2)
-        return connected_components(adjacency, directed=False)[1].astype(np.int64)
+        return components_of(self.edges, self.n_vertices)
+
+    @cached_property
+    def links(self) -> IntArray:
+        """(L, 2) vertices linked over the gaps between components: edges without faces.
+
+        Empty if there is one component. See :func:`.component_links`.
+        """
+        if self.components == 1:
+            return np.zeros((0, 2), dtype=np.int64)
+        lengths = np.linalg.norm(np.diff(self.vertices[self.edges], axis=1)[:, 0], axis=1)
+        return component_links(self.vertices, self.component_of_vertex, float(lengths.mean()))
 
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
-        """Neighbours of vertex v are ``second[first[v]:first[v + 1]]``."""
-        i, j = self.edges.T
+        """Neighbours of vertex v, over edges and links: ``second[first[v]:first[v + 1]]``."""
+        i, j = np.concatenate([self.edges, self.links]).T
         ends = sp.csr_array(
             (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
             shape=(self.n_vertices,) * 2,
@@ -301,16 +314,17 @@ def largest_component(mesh: TriangleMesh) -> TriangleMesh:
     """
     if mesh.components == 1:
         return mesh
-    label = mesh.component_of_vertex[mesh.faces[:, 0]]
-    areas = np.bincount(label, weights=triangle_areas(mesh.vertices, mesh.faces))
+    label, areas = mesh.component_of_vertex[mesh.faces[:, 0]], _component_areas(mesh)
     largest = int(np.argmax(areas))
     share = areas[largest] / areas.sum()
     note = (
         f"only the largest of {mesh.components} components was kept: "
         f"{100.0 * share:.3g} % of the area"
     )
-    kept = mesh.soup().of_faces(label == largest).compacted()
-    return replace(TriangleMesh.of(kept.noting(note)), file_rows=mesh.file_rows)
+    notes = tuple(known for known in mesh.warnings if known != _note_of_links(mesh))
+    kept = replace(mesh.soup(), notes=notes).of_faces(label == largest).compacted()
+    found = TriangleMesh.of(kept.noting(note))
+    return replace(found, file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)
 
 
 def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -335,10 +349,36 @@ def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
 def _checked(soup: TriangleSoup) -> TriangleMesh:
     if not len(soup.vertices):
         raise MeshError("the mesh has no vertices")
+    rows = _rows_of_file(soup)
+    if soup.is_cloud:
+        soup = surface_of_points(soup)
     if not len(soup.faces):
-        raise MeshError("the mesh has no faces; a point cloud cannot be matched")
+        raise MeshError("the mesh has no faces; upload points alone as PLY or XYZ")
     if soup.faces.min() < 0 or soup.faces.max() >= len(soup.vertices):
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
-    faces = len(soup.faces) if soup.face_ids is None else int(soup.face_ids.max()) + 1
-    rows = len(soup.vertices) + len(soup.merged), faces
-    return replace(TriangleMesh.of(repaired(replace(soup, paint=None))), file_rows=rows)
+    mesh = TriangleMesh.of(repaired(replace(soup, paint=None, normals=None)))
+    warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, _note_of_links(mesh))
+    return replace(mesh, warnings=warnings, file_rows=rows, is_cloud=soup.is_cloud)
+
+
+def _rows_of_file(soup: TriangleSoup) -> tuple[int, int]:
+    """Numbers of vertices and of faces of the file that a soup was read from."""
+    ids = soup.face_ids
+    faces = len(soup.faces) if ids is None else int(ids.max(initial=-1)) + 1
+    return len(soup.vertices) + len(soup.merged), faces
+
+
+def _component_areas(mesh: TriangleMesh) -> FloatArray:
+    """(C,) area of each component."""
+    label = mesh.component_of_vertex[mesh.faces[:, 0]]
+    areas = np.bincount(label, weights=triangle_areas(mesh.vertices, mesh.faces))
+    return areas.astype(np.float64)
+
+
+def _note_of_links(mesh: TriangleMesh) -> str:
+    areas = _component_areas(mesh)
+    return (
+        f"{mesh.components} components are linked where they are nearest, and matched as one"
+        f" surface; `largest_component` takes the largest alone,"
+        f" {100.0 * areas.max() / areas.sum():.3g} % of the area"
+    )

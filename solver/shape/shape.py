@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import MeshError, OptionError
+from solver.errors import OptionError
 from solver.mesh import TriangleMesh
 from solver.shape.choices import (
     Biharmonic,
@@ -58,7 +58,7 @@ WITHOUT_COLORS = (
 
 
 class Shape:
-    """A connected mesh with its metrics and descriptors, computed on first use and kept.
+    """A mesh with its metrics and descriptors, computed on first use and kept.
 
     Lengths are divided by √area unless `normalise` is false, so that thresholds and weights mean
     the same on every shape.
@@ -66,7 +66,7 @@ class Shape:
     Parameters
     ----------
     mesh
-        A connected mesh, in the user's units.
+        The mesh, in the user's units. Its links connect its components.
     spectrum
         Spectrum of the mesh *scaled to unit area*, as :meth:`spectrum` of a normalised shape
         returns it, if it is known already; computed when needed otherwise.
@@ -80,8 +80,6 @@ class Shape:
 
     Raises
     ------
-    MeshError
-        The mesh has several connected components.
     OptionError
         `eigenpairs` is less than 2, or `geodesic_method` is unknown.
     ValueError
@@ -112,11 +110,6 @@ class Shape:
         eigenpairs: int = DEFAULT_EIGENPAIRS,
         geodesic_method: str = DEFAULT_GEODESIC_METHOD,
     ) -> None:
-        if mesh.components > 1:
-            raise MeshError(
-                f"the mesh has {mesh.components} components and distances between them are "
-                "infinite; match its largest component instead, or join them"
-            )
         if eigenpairs < 2:
             raise OptionError("eigenpairs", "at least 2 are needed")
         if geodesic_method not in GEODESIC_METHODS:

@@ -13,6 +13,7 @@ def shape_record(shape: str, **fields: Any) -> ShapeRecord:
     triangle: dict[str, Any] = {
         "name": shape,
         "file_type": "off",
+        "kind": "mesh",
         "bytes": 4,
         "vertices": 3,
         "faces": 1,

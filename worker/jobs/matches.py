@@ -51,13 +51,7 @@ class MatchInput:
     spectrum: Spectrum | None
 
     def shape(self, parameters: MatchParameters) -> Shape:
-        """Return the shape for the solver.
-
-        Raises
-        ------
-        MeshError
-            It has several components.
-        """
+        """Return the shape for the solver."""
         return Shape(
             self.mesh,
             self.spectrum,
@@ -131,10 +125,7 @@ def match_shapes(
         Through `control`.
     """
     parameters = payload.parameters
-    with attributed_to("source"):
-        first = source.shape(parameters)
-    with attributed_to("target"):
-        second = target.shape(parameters)
+    first, second = source.shape(parameters), target.shape(parameters)
     found = matching.match(first, second, options_of(MatchOptions, parameters), control)
     refined = None
     if found.refinement is not None:
@@ -164,8 +155,7 @@ def match_prototype(
     options = replace(
         options_of(MatchOptions, parameters), metric=default.metric, descriptor=default.descriptor
     )
-    with attributed_to("target"):
-        shape = target.shape(parameters)
+    shape = target.shape(parameters)
     found = prototypes.match_prototype(prototype, shape, options, control, surface_spectrum)
     return document_of(found, payload)
 
@@ -206,6 +196,6 @@ def load_shape(
     key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
     with attributed_to(field):
         mesh = mesh_of(key, whole, spectra)
-        if not payload.needs_spectrum or mesh.components > 1:
+        if not payload.needs_spectrum:
             return MatchInput(mesh, None)
         return MatchInput(mesh, spectrum_of(key, mesh, spectra, context.runner, control))

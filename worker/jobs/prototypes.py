@@ -15,7 +15,6 @@ from broker.contracts import (
     spectrum_key,
 )
 from solver.control import Control
-from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 from solver.prototype import (
     CorrespondingExamples,
@@ -106,8 +105,6 @@ def _shape(
     context: JobContext,
     control: Control,
 ) -> Shape:
-    if whole.components > 1:
-        raise MeshError(f"it has {whole.components} components; upload one of them")
     spectra = context.store.spectra
     key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
     mesh = mesh_of(key, whole, spectra)

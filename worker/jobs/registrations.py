@@ -33,7 +33,7 @@ from solver.templates import (
 )
 from solver.transfer.files import WrittenSurface, write_surface
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ResultGone, ShapeGone, UnusableShape, attributed_to
+from worker.jobs.failures import ResultGone, ShapeGone, UnusableShape
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.meshes import mesh_of, stored_mesh
@@ -72,7 +72,7 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
     names = [None if one is None else one.name for one in store.shapes.records(payload.shapes)]
     loading = reporter.control(0.0, 1.0 - _STATISTICS_SHARE)
     loading.report("spectrum of the template", 0.0)
-    template = _template(payload, context, loading)
+    template = load_shape("template", payload.template, payload, context, loading)
     found: list[_Registered | str] = []
     count = len(payload.shapes)
     for place in range(count):
@@ -175,13 +175,6 @@ def export_match_registered(
     found = register_template(source, target, forwards)
     rows, faces = _rows_of_file(source, found.positions), source.vertex_ids[source.faces]
     return write_surface(_surface(result.source_name or "source", rows, faces), file_type)
-
-
-def _template(payload: RegistrationPayload, context: JobContext, control: Control) -> MatchInput:
-    loaded = load_shape("template", payload.template, payload, context, control)
-    with attributed_to("template"):
-        loaded.shape(payload.parameters)
-    return loaded
 
 
 def _registered(

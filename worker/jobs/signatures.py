@@ -8,7 +8,7 @@ from broker.contracts import (
 )
 from broker.store import Store
 from solver.control import Control
-from solver.errors import MeshError, OptionError
+from solver.errors import OptionError
 from solver.shape import Shape
 from solver.similarity import Signature, SimilarityOptions, signature
 from worker.jobs.context import JobContext
@@ -69,9 +69,6 @@ def compute_signature(
     field = f"shapes.{place}"
     try:
         with attributed_to(field):
-            if whole.components > 1 and not key.largest_component:
-                components = whole.components
-                raise MeshError(f"it has {components} components; ask for `largest_component`")
             mesh = mesh_of(key, whole, spectra)
             spectrum = spectrum_of(key, mesh, spectra, context.runner, control)
             solid = Shape(mesh, spectrum, eigenpairs=parameters.eigenpairs)

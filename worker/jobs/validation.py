@@ -34,6 +34,7 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
         name=payload.name,
         file_type=payload.file_type,
         bytes=len(data),
+        kind="points" if mesh.is_cloud else "mesh",
         vertices=mesh.n_vertices,
         faces=mesh.n_faces,
         file_vertices=vertices,

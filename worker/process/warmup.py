@@ -96,6 +96,9 @@ def compile_rest() -> None:
     shape = MatchInput(read_mesh(torus_file(), "off"), None)
     few = MatchParameters(points=8, coarse_points=4, eigenpairs=20)
     match_shapes(shape, shape, _payload(few, {"objective": "linf"}), Control())
+    points = np.random.default_rng(0).normal(size=(200, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    read_mesh("\n".join(" ".join(map(str, place)) for place in points.tolist()).encode(), "xyz")
     log.info("compiled the rest", seconds=round(time.perf_counter() - start, 3))
 
 

@@ -59,8 +59,8 @@ class MatchParameters(TypedDict, total=False):
         counts: distances and the parameters of structures are in the users' unit of length, and
         parameters left out suit the geometric mean of the areas [True].
     largest_component
-        Take the largest component of a shape that has several. Such a shape is refused
-        otherwise [False].
+        Take the largest component of a shape that has several. Otherwise they are linked where
+        they are nearest, and matched as one surface [False].
     simplify
         Vertices to which a shape that has more is simplified first. No simplification if left
         out. Points are still named by vertices of the file, all of which keep their places; 100
@@ -173,8 +173,8 @@ class DissimilarityParameters(TypedDict, total=False):
     points
         Points of each shape, all of which are matched, to proven optimality; 3 to 10 [6].
     largest_component
-        Take the largest component of a shape that has several. Such a shape is refused
-        otherwise [False].
+        Take the largest component of a shape that has several. Otherwise they are linked where
+        they are nearest, and matched as one surface [False].
     simplify
         Vertices to which a shape that has more is simplified first. No simplification if left
         out. Points are still named by vertices of the file, all of which keep their places; 100

@@ -1,6 +1,7 @@
 """Uploaded shapes."""
 
 from datetime import datetime
+from typing import Literal
 
 from pydantic import FiniteFloat
 
@@ -17,9 +18,12 @@ class Shape(Answer):
     name
         The name given at upload, or the name of the file.
     file_type
-        Mesh format, such as ``"off"``.
+        Format of the file, such as ``"off"``.
     bytes
         Size of the uploaded file.
+    kind
+        ``"mesh"``, or ``"points"`` for a point cloud, which a surface was made of: its vertices are
+        the points of the file.
     vertices, faces
         Numbers of vertices and faces, after repair.
     file_vertices, file_faces
@@ -28,13 +32,14 @@ class Shape(Answer):
     area
         Surface area, in the square of the file's unit of length.
     components
-        Number of connected components.
+        Number of connected components, those left out as debris aside. Several are linked where
+        they are nearest, and matched as one surface.
     closed
         Whether the surface has no boundary.
     has_colors
         Whether the vertices have colours.
     warnings
-        Repairs that were made.
+        What was repaired, left out or linked.
     created
         Time of the upload.
     """
@@ -42,6 +47,7 @@ class Shape(Answer):
     id: str
     name: str
     file_type: str
+    kind: Literal["mesh", "points"]
     bytes: int
     vertices: int
     faces: int

@@ -33,18 +33,23 @@ MeshSource: TypeAlias = (
     | os.PathLike[str]
     | bytes
     | BinaryIO
+    | npt.NDArray[np.floating]
     | tuple[npt.ArrayLike, npt.ArrayLike]
     | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike | None]
     | MeshLike
 )
-"""A path, the bytes of a file, an open binary file, arrays (vertices, faces) or (vertices, faces,
-colours), or an object with vertices and faces."""
+"""A path, the bytes of a file, an open binary file, an array of points (V, 3), or (V, 6) with their
+normals, arrays (vertices, faces) or (vertices, faces, colours), or an object with vertices and
+faces."""
 
 
 _MESH_SOURCES: Final = (
-    "a shape is a path, bytes, an open binary file, a tuple (vertices, faces) or (vertices, faces, "
-    "colours), or an object with .vertices and .faces, not "
+    "a shape is a path, bytes, an open binary file, an array of points, a tuple (vertices, faces) "
+    "or (vertices, faces, colours), or an object with .vertices and .faces, not "
 )
+
+
+_POINT_COLUMNS: Final = ("x", "y", "z", "nx", "ny", "nz")
 
 
 @dataclass(frozen=True)
@@ -82,6 +87,8 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
             yield MeshFile(_file_name(path.name, extension), file)
     elif isinstance(source, bytes | bytearray | memoryview):
         yield MeshFile(_file_name("", extension), bytes(source))
+    elif isinstance(source, np.ndarray):
+        yield MeshFile("points.ply", points_ply(source))
     elif isinstance(source, tuple):
         if len(source) not in (2, 3):
             raise TypeError(_MESH_SOURCES + f"a tuple of {len(source)}")
@@ -149,6 +156,32 @@ def _colors(mesh: object) -> npt.ArrayLike | None:
         return None
     colors: npt.ArrayLike | None = getattr(visual, "vertex_colors", None)
     return colors
+
+
+def points_ply(points: npt.ArrayLike) -> bytes:
+    """Write a point cloud as little-endian binary PLY, exactly and in the order given.
+
+    Parameters
+    ----------
+    points
+        (V, 3) positions, or (V, 6) with normals, written as float64.
+
+    Raises
+    ------
+    ValueError
+        The array has another shape.
+    """
+    table = np.asarray(points, dtype="<f8")
+    if table.ndim != 2 or table.shape[1] not in (3, 6):
+        raise ValueError(f"points must have the shape (V, 3) or (V, 6), not {table.shape}")
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        f"element vertex {len(table)}",
+        *(f"property double {name}" for name in _POINT_COLUMNS[: table.shape[1]]),
+        "end_header\n",
+    ]
+    return "\n".join(header).encode() + np.ascontiguousarray(table).tobytes()
 
 
 def binary_ply(

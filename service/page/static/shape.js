@@ -24,7 +24,8 @@ export async function shapeView(place, [id], signal) {
   });
   fill(place,
     h("h2", {}, shape.name),
-    h("p", {}, `${count(shape.vertices)} vertices, ${count(shape.faces)} triangles, `
+    h("p", {}, `${count(shape.vertices)} ${shape.kind === "points" ? "points" : "vertices"}, `
+      + `${count(shape.faces)} triangles${shape.kind === "points" ? " made of them" : ""}, `
       + `${shape.components === 1 ? "one component" : `${shape.components} components`}, `
       + `${shape.closed ? "closed" : "with boundary"}, area ${digits(shape.area)}, `
       + `uploaded ${time(shape.created)}.`),

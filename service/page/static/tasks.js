@@ -141,7 +141,8 @@ function common(shapes) {
 }
 
 const components = (shapes) => (shapes.some((shape) => shape.components > 1)
-  ? checkbox("largest_component", true, "Take the largest part of shapes that have several", true) : null);
+  ? checkbox("largest_component", true, "Take only the largest component of shapes that have several", false)
+  : null);
 
 // Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
 function classes(shapes) {

@@ -5,7 +5,7 @@ import { h, fill, button } from "./dom.js";
 import { problemBox } from "./problem.js";
 import { percent } from "./format.js";
 
-const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.zip";
+const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.xyz,.txt,.csv,.zip";
 
 /**
  * A drop zone.
@@ -22,7 +22,7 @@ export function dropZone(arrived, signal) {
     }
   };
   const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],
-    "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP", take);
+    "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP; points as PLY, XYZ, TXT or CSV", take);
   return { node: h("section", { "aria-label": "Upload" }, zone, list), take };
 }
 

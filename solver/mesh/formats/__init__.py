@@ -22,6 +22,7 @@ from solver.mesh.formats.off import read_off
 from solver.mesh.formats.ply import ply_columns, read_ply
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
 from solver.mesh.formats.stl import read_stl
+from solver.mesh.formats.xyz import read_xyz
 from solver.mesh.repair import TriangleSoup
 
 READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
@@ -33,6 +34,9 @@ READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
         "glb": read_glb,
         "gltf": read_gltf,
         "zip": read_zip,
+        "xyz": read_xyz,
+        "txt": read_xyz,
+        "csv": read_xyz,
     }
 )
 """Reader of each format by file extension, lower case, without the dot."""

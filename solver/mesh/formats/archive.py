@@ -16,6 +16,7 @@ from solver.mesh.formats.obj import read_obj
 from solver.mesh.formats.off import read_off
 from solver.mesh.formats.ply import read_ply
 from solver.mesh.formats.stl import read_stl
+from solver.mesh.formats.xyz import read_xyz
 from solver.mesh.repair import TriangleSoup
 
 MOST_MEMBERS = 1000
@@ -30,7 +31,7 @@ _MOST_RATIO = 24
 _ALWAYS_ALLOWED = 8 * 2**20
 """Uncompressed bytes that an archive may have at any ratio: tiny files compress even better."""
 
-_ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl}
+_ALONE = {"off": read_off, "ply": read_ply, "stl": read_stl, "xyz": read_xyz}
 _WITH_COMPANIONS = {"obj": read_obj, "gltf": read_gltf, "glb": read_glb}
 _ENCRYPTED = 0x1
 

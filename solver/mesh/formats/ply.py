@@ -5,7 +5,7 @@ row in order: a number, or a list preceded by its length.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,7 +76,8 @@ def read_ply(data: bytes) -> TriangleSoup:
     Returns
     -------
     TriangleSoup
-        With colours if the vertices have ``red``, ``green`` and ``blue``.
+        With colours if the vertices have ``red``, ``green`` and ``blue``; with normals if they have
+        ``nx``, ``ny`` and ``nz``, and there are no faces.
 
     Raises
     ------
@@ -90,7 +91,13 @@ def read_ply(data: bytes) -> TriangleSoup:
     vertices = np.stack([_numbers(vertex, name) for name in ("x", "y", "z")], axis=1)
     sizes, corners = _polygons(face)
     colors = _colors(vertex, elements["vertex"].properties)
-    return polygon_contents(vertices, sizes, corners, colors, notes)
+    contents = polygon_contents(vertices, sizes, corners, colors, notes)
+    if len(sizes):
+        return contents
+    if not {"nx", "ny", "nz"} <= vertex.keys():
+        return replace(contents, is_cloud=True)
+    normals = np.stack([_numbers(vertex, name) for name in ("nx", "ny", "nz")], axis=1)
+    return replace(contents, normals=normals, is_cloud=True)
 
 
 def ply_columns(data: bytes) -> dict[str, tuple[dict[str, Values], FloatArray | None]]:

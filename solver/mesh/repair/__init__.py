@@ -6,13 +6,14 @@ Vertices keep the user's numbers.
 """
 
 from solver.mesh.repair.boundary import boundary_of, denser_than
+from solver.mesh.repair.debris import without_debris
 from solver.mesh.repair.defects import non_manifold_vertices, with_defects_noted
 from solver.mesh.repair.degenerate import (
     without_repeated_corners,
     without_repeated_faces,
     without_zero_area_faces,
 )
-from solver.mesh.repair.edges import Edges, edges_of
+from solver.mesh.repair.edges import Edges, components_of, edges_of
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
 from solver.mesh.repair.t_junctions import without_t_junctions
@@ -33,8 +34,6 @@ _STEPS = (
     without_t_junctions,
     without_zero_area_faces,
     without_repeated_faces,
-    with_consistent_winding,
-    with_defects_noted,
 )
 
 __all__ = [
@@ -43,6 +42,7 @@ __all__ = [
     "TriangleSoup",
     "boundary_of",
     "check_coordinates",
+    "components_of",
     "counted",
     "denser_than",
     "edges_of",
@@ -78,6 +78,8 @@ def repaired(soup: TriangleSoup) -> TriangleSoup:
         soup = step(soup.compacted())
     soup = soup.compacted()
     unused = before - len(soup.vertices) - len(soup.merged)
+    for step in (without_debris, with_consistent_winding, with_defects_noted):
+        soup = step(soup.compacted())
     if unused:
         soup = soup.noting(f"dropped {counted(unused, 'vertex', 'vertices')} that no face uses")
     return soup

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, IntArray
 
@@ -82,3 +84,21 @@ def same_direction(faces: IntArray, edges: Edges) -> tuple[IntArray, BoolArray]:
     order = order[edges.counts[edge[order]] == 2].reshape(-1, 2)
     same: BoolArray = upward[order[:, 0]] == upward[order[:, 1]]
     return (order // 3).astype(np.int64), same
+
+
+def components_of(pairs: IntArray, size: int) -> IntArray:
+    """Number the connected components of a graph.
+
+    Parameters
+    ----------
+    pairs
+        (P, 2) vertices that are connected.
+    size
+        Number of vertices.
+
+    Returns
+    -------
+    (size,) int64 component of each vertex, numbered from 0.
+    """
+    graph = sp.coo_array((np.ones(len(pairs), dtype=np.bool_), tuple(pairs.T)), shape=(size, size))
+    return connected_components(graph, directed=False)[1].astype(np.int64)

@@ -39,6 +39,10 @@ class TriangleSoup:
         (A, 2) numbers in the file: of a vertex that was merged into another, and of that other.
     paint
         Textures of the faces as a reader left them; repairs begin without.
+    normals
+        (V, 3) normals of a point cloud as a reader left them.
+    is_cloud
+        Whether the file is a point cloud: it has no faces, and does not mean to.
     """
 
     vertices: FloatArray
@@ -49,6 +53,8 @@ class TriangleSoup:
     notes: tuple[str, ...] = ()
     merged: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     paint: Paint | None = None
+    normals: FloatArray | None = None
+    is_cloud: bool = False
 
     def noting(self, *notes: str) -> "TriangleSoup":
         """Return the soup with more notes."""

@@ -5,12 +5,11 @@ a Laplacian or a geodesic, such a seam is a cut.
 """
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from solver.arrays import FloatArray, IntArray
 from solver.mesh.repair.boundary import denser_than
+from solver.mesh.repair.edges import components_of
 from solver.mesh.repair.soup import TriangleSoup, counted, groups_of_equal_rows
 
 _SEAM = 1e-5
@@ -46,7 +45,7 @@ def without_duplicate_parts(soup: TriangleSoup) -> TriangleSoup:
     if len(np.unique(place)) == len(place):
         return soup
     corners = np.sort(place[soup.faces], axis=1)
-    part = _components(soup.faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(soup.vertices))
+    part = components_of(soup.faces[:, [0, 1, 1, 2]].reshape(-1, 2), len(soup.vertices))
     part_of_face = part[soup.faces[:, 0]]
     by_part = np.argsort(part_of_face, kind="stable")
     first = np.empty(len(corners), dtype=np.int64)
@@ -73,7 +72,7 @@ def without_short_edges(soup: TriangleSoup) -> TriangleSoup:
     positions = soup.unit_positions
     ends = soup.edges.ends
     lengths = np.linalg.norm(positions[ends[:, 0]] - positions[ends[:, 1]], axis=1)
-    into = _lowest(_components(ends[lengths <= _SHORT_EDGE], len(positions)))
+    into = _lowest(components_of(ends[lengths <= _SHORT_EDGE], len(positions)))
     merged = int((into != np.arange(len(into))).sum())
     if not merged:
         return soup
@@ -118,7 +117,7 @@ def _clusters(positions: FloatArray, boundary: IntArray, faces: IntArray) -> Int
     if len(kinds) == len(mine) and not len(pairs):
         return None
     same = np.concatenate([np.stack([mine, exact], axis=1), pairs])
-    return _components(same, len(positions))
+    return components_of(same, len(positions))
 
 
 def _welded(positions: FloatArray, boundary: IntArray, cluster: IntArray) -> IntArray:
@@ -131,9 +130,9 @@ def _welded(positions: FloatArray, boundary: IntArray, cluster: IntArray) -> Int
     same = (cluster[a][1:] == cluster[a][:-1]) & (cluster[b][1:] == cluster[b][:-1])
     same &= cluster[a][1:] != cluster[b][1:]
     joined = [np.stack([end[1:], end[:-1]], axis=1)[same] for end in (a, b)]
-    so_far = _components(np.concatenate(joined), len(positions))
+    so_far = components_of(np.concatenate(joined), len(positions))
     joined.append(_parallel_pairs(positions, boundary, cluster, so_far))
-    return _components(np.concatenate(joined), len(positions))
+    return components_of(np.concatenate(joined), len(positions))
 
 
 def _parallel_pairs(
@@ -171,11 +170,6 @@ def _shortest_edges(positions: FloatArray, faces: IntArray) -> FloatArray:
         np.minimum.at(shortest, i, lengths)
         np.minimum.at(shortest, j, lengths)
     return shortest
-
-
-def _components(pairs: IntArray, size: int) -> IntArray:
-    links = sp.coo_array((np.ones(len(pairs), dtype=np.bool_), tuple(pairs.T)), shape=(size, size))
-    return connected_components(links, directed=False)[1].astype(np.int64)
 
 
 def _lowest(label: IntArray) -> IntArray:

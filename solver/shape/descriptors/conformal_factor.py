@@ -39,7 +39,7 @@ def conformal_factor(mesh: TriangleMesh) -> FloatArray:
     MeshError
         The Laplacian of the mesh is singular to working precision, or not finite.
     """
-    stiffness, _ = laplacian(mesh)
+    stiffness, _ = laplacian(mesh, linked=False)
     areas, inner = mixed_areas(mesh), inner_vertices(mesh)
     component = mesh.component_of_vertex
     curvature = np.where(inner, angle_defects(mesh), 0.0)

@@ -18,7 +18,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.mesh import TriangleMesh
-from solver.shape.geodesics.graph import straight_segments
+from solver.shape.geodesics.graph import linked_segments
 from solver.shape.geodesics.heap import pop, push
 from solver.shape.geodesics.interface import checked_sources
 from solver.shape.geodesics.intrinsic import intrinsic_triangulation
@@ -46,7 +46,7 @@ class FastMarching:
     def __init__(self, mesh: TriangleMesh) -> None:
         triangulation = intrinsic_triangulation(mesh).delaunay()
         count = triangulation.n_vertices
-        self._segments = _by_vertex(count, *straight_segments(triangulation))
+        self._segments = _by_vertex(count, *linked_segments(mesh, triangulation))
         self._corners = _third_corners(
             count, triangulation.faces, triangulation.lengths, triangulation.apexes()
         )

@@ -30,7 +30,7 @@ class GeodesicGraph:
 
     def __init__(self, mesh: TriangleMesh) -> None:
         given = intrinsic_triangulation(mesh)
-        self._graph = segments(given, given.delaunay())
+        self._graph = segments(mesh, given, given.delaunay())
 
     @property
     def n_vertices(self) -> int:
@@ -44,19 +44,21 @@ class GeodesicGraph:
         return found
 
 
-def segments(*triangulations: IntrinsicTriangulation) -> sp.csr_array:
+def segments(mesh: TriangleMesh, *triangulations: IntrinsicTriangulation) -> sp.csr_array:
     """Graph of the straight segments between vertices.
 
     Parameters
     ----------
+    mesh
+        The surface, whose links are segments too.
     triangulations
-        Of one surface, with the same vertices.
+        Of the surface, with the same vertices.
 
     Returns
     -------
     (V, V) sparse symmetric float64 lengths, the shortest of several segments between two vertices.
     """
-    several = [straight_segments(each) for each in triangulations]
+    several = [linked_segments(mesh, each) for each in triangulations]
     ends, lengths = (np.concatenate(column) for column in zip(*several, strict=True))
     i, j = np.sort(ends, axis=1).T
     order = np.lexsort((lengths, j, i))
@@ -68,6 +70,15 @@ def segments(*triangulations: IntrinsicTriangulation) -> sp.csr_array:
     return sp.csr_array(
         sp.coo_array((np.r_[lengths, lengths], (np.r_[i, j], np.r_[j, i])), shape=(size, size))
     )
+
+
+def linked_segments(
+    mesh: TriangleMesh, triangulation: IntrinsicTriangulation
+) -> tuple[IntArray, FloatArray]:
+    """Straight segments of a triangulation of a mesh, and the mesh's links between components."""
+    ends, lengths = straight_segments(triangulation)
+    widths = np.linalg.norm(np.diff(mesh.vertices[mesh.links], axis=1)[:, 0], axis=1)
+    return np.concatenate([ends, mesh.links]), np.concatenate([lengths, widths])
 
 
 def straight_segments(triangulation: IntrinsicTriangulation) -> tuple[IntArray, FloatArray]:

@@ -33,10 +33,10 @@ class HeatMethod:
     """
 
     def __init__(self, mesh: TriangleMesh) -> None:
-        self._components = mesh.component_of_vertex
+        self._count = mesh.n_vertices
         try:
             self._solver = potpourri3d.MeshHeatMethodDistanceSolver(
-                mesh.vertices, mesh.faces, t_coef=_TIME, use_robust=True
+                mesh.vertices, _bridged_faces(mesh), t_coef=_TIME, use_robust=True
             )
         except RuntimeError as error:
             raise MeshError(f"the heat method fails on this mesh: {error}") from error
@@ -44,7 +44,7 @@ class HeatMethod:
     @property
     def n_vertices(self) -> int:
         """Number V of vertices."""
-        return len(self._components)
+        return self._count
 
     def distances(self, sources: IntArray) -> FloatArray:
         """(S, V) smooth distances from (S,) vertices to all; two back substitutions per source.
@@ -61,5 +61,14 @@ class HeatMethod:
             if not np.isfinite(row).all():
                 raise MeshError("the heat method fails on this mesh: its faces are nearly flat")
             np.maximum(row - row[source], 0.0, out=row)
-            row[self._components != self._components[source]] = np.inf
         return found
+
+
+def _bridged_faces(mesh: TriangleMesh) -> IntArray:
+    """(F + L, 3) faces, and a triangle for each link: heat flows over faces only."""
+    first, neighbours = mesh.incident_faces
+    start, end = mesh.links.T
+    ring = mesh.faces[neighbours[first[start]]]
+    own = ring != start[:, None]
+    third = ring[np.arange(len(ring)), np.argmax(own, axis=1)]
+    return np.concatenate([mesh.faces, np.stack([start, end, third], axis=1)])

@@ -25,8 +25,8 @@ class Geodesics(Protocol):
 
         Returns
         -------
-        (S, V) float64, in the mesh's unit of length: 0 at the source, ``inf`` on other connected
-        components.
+        (S, V) float64, in the mesh's unit of length: 0 at the source. Paths to other components
+        lead over the mesh's links.
 
         Raises
         ------

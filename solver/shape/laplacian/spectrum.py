@@ -26,6 +26,10 @@ _LEAST_MASS = 1e-6
 """Least vertex area relative to the mean: vertices among needles have hardly any, and the condition
 of M^-½ L M^-½, hence the accuracy of eigenvectors, depends on its inverse."""
 
+_LINK_WEIGHT = 2.0 / np.sqrt(3.0)
+"""Weight of a link between components: that of the two edges which connect a vertex to the next row
+of equilateral triangles, whatever the width of the gap, as if the surface went on."""
+
 _NULL_SKEWNESS = 1e-6
 """Third moment, of an eigenfunction with root mean square 1, that vanishes by symmetry."""
 
@@ -126,7 +130,7 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     Parameters
     ----------
     mesh
-        A connected mesh.
+        Any mesh; components are connected by its links, so that only constants have eigenvalue 0.
     k
         Number of eigenpairs, the constant one included.
 
@@ -138,18 +142,13 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     Raises
     ------
     MeshError
-        The mesh has several connected components, its Laplacian is singular to working
-        precision, or the eigensolver does not converge.
+        The mesh's Laplacian is singular to working precision, or the eigensolver does not
+        converge.
     ValueError
         `k` is not positive.
     """
     if k < 1:
         raise ValueError("k must be at least 1")
-    if mesh.components > 1:
-        raise MeshError(
-            f"the mesh has {mesh.components} components; distances between them are infinite. "
-            "Keep the largest one, or join them"
-        )
     size = np.sqrt(mesh.area)
     stiffness, mass = laplacian(mesh.scaled(1.0 / size))
     scale = sp.diags_array(1.0 / np.sqrt(mass))
@@ -181,13 +180,15 @@ def spectrum_memory(n_vertices: int, k: int) -> int:
     return n_vertices * (12_000 + 8 * k) if n_vertices > _DENSE_VERTICES else 0
 
 
-def laplacian(mesh: TriangleMesh) -> tuple[sp.csc_array, FloatArray]:
+def laplacian(mesh: TriangleMesh, linked: bool = True) -> tuple[sp.csc_array, FloatArray]:
     """Discretise the Laplace-Beltrami operator.
 
     Parameters
     ----------
     mesh
         Any mesh.
+    linked
+        Whether the mesh's links connect its components; they change no vertex' area.
 
     Returns
     -------
@@ -209,7 +210,19 @@ def laplacian(mesh: TriangleMesh) -> tuple[sp.csc_array, FloatArray]:
             "the Laplacian of the mesh is not finite: some of its faces are nearly degenerate"
         )
     weights = np.maximum(weights, _LEAST_MASS * weights.mean())
-    return sp.csc_array(0.5 * (stiffness + stiffness.T)), weights
+    symmetric = sp.csc_array(0.5 * (stiffness + stiffness.T))
+    if linked and len(mesh.links):
+        symmetric = sp.csc_array(symmetric + _LINK_WEIGHT * _graph_laplacian(mesh))
+    return symmetric, weights
+
+
+def _graph_laplacian(mesh: TriangleMesh) -> sp.csc_array:
+    """(V, V) sparse: fᵀ L f is the sum of squared differences over the links."""
+    count = len(mesh.links)
+    rows = np.repeat(np.arange(count), 2)
+    entries = np.tile([1.0, -1.0], count), (rows, mesh.links.ravel())
+    differences = sp.csc_array(entries, shape=(count, mesh.n_vertices))
+    return sp.csc_array(differences.T @ differences)
 
 
 def _eigenpairs(

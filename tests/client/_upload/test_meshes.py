@@ -145,3 +145,16 @@ def test_other_types_are_refused() -> None:
 def test_a_path_that_does_not_exist_is_an_os_error(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         content(tmp_path / "nothing.off")
+
+
+@pytest.mark.parametrize("columns", [3, 6])
+def test_an_array_of_points_is_a_cloud(columns: int) -> None:
+    given = np.random.default_rng(1).random((30, columns))
+    name, data = content(given)
+    assert name == "points.ply"
+    header, _, body = data.partition(b"end_header\n")
+    assert header.count(b"property double") == columns
+    assert b"element face" not in header
+    np.testing.assert_array_equal(np.frombuffer(body, "<f8").reshape(30, columns), given)
+    with pytest.raises(ValueError, match=r"must have the shape \(V, 3\) or \(V, 6\)"):
+        content(given[:, :2])

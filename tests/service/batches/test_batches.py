@@ -12,7 +12,7 @@ import pytest
 from broker.contracts import BatchResult, JobState
 from service.batches import BatchProgress
 from tests.service.conftest import Api, Json, problem
-from tests.worker.figures import blob_file, two_blobs_file
+from tests.worker.figures import blob_file
 
 Upload = Callable[..., Json]
 
@@ -149,13 +149,10 @@ def test_wrong_requests(
     assert word in refused["errors"][0]["message"]
 
 
-def test_targets_that_cannot_be_matched(
-    http: httpx2.Client, shapes: tuple[str, str], upload: Upload
-) -> None:
-    two = upload(two_blobs_file())["id"]
-    body = {"source": shapes[0], "targets": [shapes[1], two]}
+def test_targets_that_cannot_be_matched(http: httpx2.Client, shapes: tuple[str, str]) -> None:
+    body = {"source": shapes[0], "targets": [shapes[1]], "points": 200, "simplify": 199}
     refused = problem(http.post("/v1/batches", json=body), 422, "invalid-request")
-    assert [one["field"] for one in refused["errors"]] == ["body.targets.1"]
+    assert [one["field"] for one in refused["errors"]] == ["body.simplify"]
     unknown = http.post("/v1/batches", json={"source": shapes[0], "targets": ["nobody"]})
     refused = problem(unknown, 422, "unknown-shape")
     assert [one["field"] for one in refused["errors"]] == ["body.targets.0"]

@@ -79,10 +79,13 @@ def test_shapes_that_cannot_be_matched_are_said_at_once(
 ) -> None:
     shapes = [upload(two_blobs_file())["id"], upload(blob_file(2, seed=83))["id"]]
     page.goto(f"/#/with/{'/'.join(shapes)}")
-    # What shapes of several parts need is asked for beforehand; here somebody says no.
-    page.get_by_label("largest part").uncheck()
+    # Shapes are matched whole, unless somebody says otherwise.
+    expect(page.get_by_label("largest component")).not_to_be_checked()
+    page.get_by_text("More parameters").click()
+    page.get_by_label("Points", exact=True).fill("200")
+    page.get_by_label("Simplify", exact=True).fill("199")
     page.get_by_role("button", name="Match", exact=True).click()
-    expect(page.get_by_role("alert")).to_contain_text("2 components")
+    expect(page.locator("#error-simplify")).to_contain_text("199 vertices")
 
 
 def test_a_job_that_fails_says_why(

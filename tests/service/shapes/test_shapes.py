@@ -41,6 +41,7 @@ def test_a_new_shape(http: httpx2.Client) -> None:
         "id": shape["id"],
         "name": "a cat",
         "file_type": "off",
+        "kind": "mesh",
         "bytes": len(data),
         "vertices": 162,
         "faces": 320,
@@ -234,7 +235,7 @@ def test_other_formats_that_lie(http: httpx2.Client) -> None:
 
 
 @pytest.mark.parametrize(
-    "filename", ["mesh", "mesh.txt", "mesh.off.gz", ".off", "a\\.off", "mesh.", "a" * 300]
+    "filename", ["mesh", "mesh.doc", "mesh.off.gz", ".off", "a\\.off", "mesh.", "a" * 300]
 )
 def test_unknown_formats(http: httpx2.Client, filename: str) -> None:
     document = problem(post(http, WHOLE, filename), 415, "unsupported-format")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.control import Control
-from solver.errors import Cancelled, MeshError, OptionError
+from solver.errors import Cancelled, OptionError
 from solver.labelling import Method
 from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
@@ -237,11 +237,6 @@ def test_bounds_of_more_points_than_can_be_proven(
     assert any("Gromov-Hausdorff distance" in warning for warning in found.warnings)
     without = match(shape_of(standing), shape_of(sitting), replace(options, proof="candidates"))
     assert without.gromov_hausdorff_distance is None
-
-
-def test_several_components_are_refused() -> None:
-    with pytest.raises(MeshError, match="2 components"):
-        Shape(shapes.two_components())
 
 
 @pytest.mark.parametrize(

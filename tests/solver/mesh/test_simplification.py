@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from solver.matching import MatchOptions, match
@@ -144,3 +146,41 @@ def test_where_the_surface_is_no_manifold_it_stays(cause: Damage) -> None:
     assert coarse.n_vertices == 150
     assert crowded_edges(coarse) == crowded_edges(mesh)
     assert euler_characteristic(coarse) == euler_characteristic(mesh)
+
+
+@st.composite
+def torn(draw: st.DrawFn) -> TriangleMesh:
+    """A grid or a sphere that lost some of its faces: hanging triangles, pinched vertices."""
+    whole = draw(
+        st.sampled_from([shapes.plane_grid(9, 7), shapes.icosphere(1), shapes.torus(8, 6)])
+    )
+    kept = draw(st.lists(st.booleans(), min_size=whole.n_faces, max_size=whole.n_faces))
+    faces = whole.faces[np.array(kept)]
+    assume(len(faces) > 0)
+    return triangle_mesh(whole.vertices, faces)
+
+
+@given(torn(), st.integers(1, 40))
+def test_nothing_is_disconnected_and_nothing_is_lost(mesh: TriangleMesh, count: int) -> None:
+    coarse = simplified(mesh, count)
+    heirs = coarse.vertices_of(mesh.vertex_ids)
+    assert heirs.min() >= 0
+    assert coarse.components == mesh.components
+    # Each component of what is left stands for one of the whole.
+    pairs = np.stack([mesh.component_of_vertex, coarse.component_of_vertex[heirs]], axis=1)
+    assert len(np.unique(pairs, axis=0)) == mesh.components
+
+
+def test_a_triangle_that_connects_two_surfaces_stays() -> None:
+    """It hangs at single vertices: its third corner and two of its sides belong to it alone."""
+    grid = shapes.plane_grid(12, 8)
+    right = grid.vertices + np.array([2.0, 0.0, 0.0])
+    corner = 11
+    tip = np.array([[1.75, 0.4, 0.0]])
+    bridge = np.array([[corner, grid.n_vertices, 2 * grid.n_vertices]])
+    mesh = triangle_mesh(
+        np.concatenate([grid.vertices, right, tip]),
+        np.concatenate([grid.faces, grid.faces + grid.n_vertices, bridge]),
+    )
+    coarse = simplified(mesh, 1)
+    assert mesh.components == coarse.components == 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
-from solver.errors import MeshError, OptionError
+from solver.errors import OptionError
 from solver.mesh import TriangleMesh
 from solver.shape import (
     CommuteTimeMetric,
@@ -143,8 +143,6 @@ def test_refusals() -> None:
         farthest_point_sampling(metric, 5)
     with pytest.raises(ValueError, match="at least 1"):
         farthest_point_sampling(metric, 0)
-    with pytest.raises(MeshError, match="not connected"):
-        farthest_point_sampling(geodesic(shapes.two_components()), 3)
 
 
 def test_points_spread_in_space_are_each_the_farthest_from_those_before() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from solver.errors import MeshError, OptionError
+from solver.errors import OptionError
 from solver.mesh import largest_component
 from solver.shape import GeodesicMetric, Shape
 from solver.shape.choices import DESCRIPTORS, METRICS, Diffusion, HeatKernelSignature
@@ -131,8 +131,7 @@ def test_unknown_names_and_bad_options() -> None:
         assert caught.value.field == field
 
 
-def test_several_components_are_refused_until_one_is_chosen() -> None:
+def test_several_components_are_one_shape_until_one_is_chosen() -> None:
     both = shapes.two_components()
-    with pytest.raises(MeshError, match="2 components"):
-        Shape(both)
+    assert np.isfinite(Shape(both).metric("geodesic").distances(np.array([0]))).all()
     assert Shape(largest_component(both)).n_vertices == shapes.icosphere(2).n_vertices

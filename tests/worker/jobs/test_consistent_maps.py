@@ -37,7 +37,7 @@ def test_a_replaced_map_is_named_by_the_shapes_it_went_through(
     shapes, truth, mirrored = figures
     wrong = dict(truth)
     wrong[0, 1], wrong[1, 0] = truth[0, 1][mirrored], mirrored[truth[1, 0]]
-    reason = "it has 2 components"
+    reason = "it has only 4 vertices"
     sure, unsure = Confidence(0.95, ()), Confidence(0.2, ("doubt",))
     pairs: dict[tuple[int, int], PairwiseMap | str] = {
         (0, place): reason for place in range(1, len(IDS))

@@ -128,7 +128,7 @@ def test_gluing_changes_means_and_no_point() -> None:
     red, blue = np.tile([1.0, 0.0, 0.0], (81, 1)), np.tile([0.0, 0.0, 1.0], (81, 1))
     faces = np.concatenate([sheet.faces, sheet.faces + 81])
     vertices, colors = np.concatenate([sheet.vertices, above]), np.concatenate([red, blue])
-    apart = triangle_mesh(vertices, faces, colors)
+    apart = triangle_mesh(sheet.vertices, sheet.faces, red)
     glued = triangle_mesh(vertices, np.concatenate([faces, [[0, 81, 1], [1, 81, 82]]]), colors)
     point = np.array([0])
     for radius, change in ((0.0, 0.0), (0.2, 0.5)):

@@ -173,7 +173,7 @@ def test_thin_triangles_that_cannot_be_flipped() -> None:
 def reference_march(mesh: TriangleMesh, source: int) -> FloatArray:
     """Plain implementation with Python's heap and complex numbers for the plane."""
     triangulation = intrinsic_triangulation(mesh).delaunay()
-    graph = segments(triangulation)
+    graph = segments(mesh, triangulation)
     lengths = triangulation.lengths.reshape(-1, 3)
     distances = np.full(mesh.n_vertices, np.inf)
     distances[source] = 0.0

@@ -91,14 +91,6 @@ def test_a_metric(name: str) -> None:
     assert (found >= chords - 1e-12).all()
 
 
-def test_infinite_between_components() -> None:
-    mesh = shapes.two_components()
-    found = GeodesicGraph(mesh).distances(np.array([0]))[0]
-    np.testing.assert_array_equal(
-        np.isinf(found), mesh.component_of_vertex != mesh.component_of_vertex[0]
-    )
-
-
 def test_flips_halve_the_error_of_edges() -> None:
     mesh = shapes.icosphere(4)
     i, j = mesh.edges.T

@@ -44,10 +44,6 @@ def lost_in_six_digits(mesh: TriangleMesh) -> Damaged:
     return damaged_mesh(mesh, np.round(mesh.vertices + 1e5, 0))
 
 
-def without_faces(mesh: TriangleMesh) -> Damaged:
-    return damaged_mesh(mesh, faces=[])
-
-
 def a_vertex_too_far(mesh: TriangleMesh) -> Damaged:
     return damaged_mesh(mesh, faces=[*mesh.faces.tolist(), [0, 1, mesh.n_vertices]])
 
@@ -61,7 +57,6 @@ HOPELESS: Mapping[Damage, str] = {
     below_numbers: "too large or too small",
     lost_in_single_precision: "its details are lost; move it to the origin",
     lost_in_six_digits: "its details are lost; move it to the origin",
-    without_faces: "no faces",
     a_vertex_too_far: "refers to vertex 642",
 }
 """There is no surface to speak of; with the reason that the user is given."""
