@@ -181,12 +181,13 @@ class MatchOptions(StrictModel):
         description=(
             "Whether one shape is a part of the other, with holes or cut off, of unknown"
             ' scale: "source", "target", or "none". With "detected", the one with more'
-            " boundary is taken for a part where the whole surfaces do not surely fit and"
-            " the part fits better. Points that the part lacks stay unmatched, vertices"
-            " that it lacks are left out of `dense`; `overlap` of the result tells how"
-            " much it covers. Points are matched at one level, by geodesic distance, and"
-            " `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is"
-            " that of the files, else it is found. Not with landmarks and `refine`."
+            " boundary is taken for a part if that is longer than √area, the wholes may"
+            " not fit, and the part fits better. Points that the part lacks stay"
+            " unmatched, vertices that it lacks are left out of `dense`; `overlap` of the"
+            " result tells how much it covers. Points are matched at one level, by"
+            " geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
+            " `normalise` false the scale is that of the files, else it is found. Not with"
+            " landmarks and `refine`."
         ),
     )
     dense: Annotated[bool, Topic("")] = Field(

@@ -20,6 +20,10 @@ from solver.matching.sampling import common_size, sample
 from solver.registration import SURE, DenseCorrespondence
 from solver.shape import Shape
 
+_PART_BOUNDARY = 1.0
+"""Least length of the boundary of a part that is detected, over √area: that of one hole as large as
+a twelfth of the area. Scans of whole bodies have shorter ones."""
+
 
 def match(
     source: Shape,
@@ -98,7 +102,7 @@ def _match_detected_part(
     if doubt is None or doubt.probability >= SURE or control.expired:
         return found
     lengths = [one.mesh.boundary_length / one.mesh.area**0.5 for one in (source, target)]
-    if not max(lengths) > 0.0:
+    if max(lengths) < _PART_BOUNDARY:
         return found
     known = find_part(source, target, lengths[0] > lengths[1], options, control)
     if known is None or known.surfaces.confidence.probability <= doubt.probability:

@@ -4,6 +4,7 @@ import numpy as np
 import trimesh
 
 from solver.arrays import FloatArray, IntArray
+from tests.solver import shapes
 from tests.worker.figures import off
 
 _BUMPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-0.6, -0.8, 0.0]])
@@ -26,8 +27,7 @@ def family(count: int, subdivisions: int = 2, first: int = 0) -> list[bytes]:
     return [off(*member(seed, subdivisions)) for seed in range(first, first + count)]
 
 
-def in_two_parts(seed: int) -> bytes:
-    """OFF file of a shape of the class and a smaller copy beside it."""
-    vertices, faces = member(seed)
-    both = np.concatenate([vertices, 0.3 * vertices + 10.0])
-    return off(both, np.concatenate([faces, faces + len(vertices)]))
+def too_coarse() -> bytes:
+    """OFF file of a shape that is stored, but has too few vertices to be registered."""
+    mesh = shapes.triangle()
+    return off(mesh.vertices, mesh.faces)

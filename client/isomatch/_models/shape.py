@@ -47,7 +47,7 @@ class Shape(Answer):
     id: str
     name: str
     file_type: str
-    kind: Literal["mesh", "points"]
+    kind: Literal["mesh", "points"] = "mesh"
     bytes: int
     vertices: int
     faces: int

@@ -14,7 +14,7 @@ from scipy.spatial.distance import pdist
 from solver.arrays import FloatArray
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import PATIENCE, SMALL, eventually, job_of, opened, result_of
-from tests.worker.families import in_two_parts, member
+from tests.worker.families import member, too_coarse
 from tests.worker.figures import off
 
 POINTS = "s => s.data[1].x.map((x, i) => [x, s.data[1].y[i], s.data[1].z[i]])"
@@ -32,14 +32,13 @@ def members() -> list[FloatArray]:
 def mapped(
     browser: Browser, api: Api, upload: Callable[..., Json], members: list[FloatArray]
 ) -> Iterator[Page]:
-    """Three shapes, and one in two parts, were mapped to one another."""
+    """Three shapes, and one of too few vertices, were mapped to one another."""
     faces = member(720)[1]
     ids = [upload(off(one, faces), name)["id"] for one, name in zip(members, NAMES, strict=True)]
-    ids.append(upload(in_two_parts(724), "<b>parts.off")["id"])
+    ids.append(upload(too_coarse(), "<b>coarse.off")["id"])
     with opened(browser, api.url, viewport=SMALL) as page:
         page.goto(f"/#/with/{'/'.join(ids)}")
         page.get_by_label("Consistent maps between all").check()
-        page.get_by_label("Take the largest part").uncheck()
         page.get_by_role("button", name="Map", exact=True).click()
         page.wait_for_url("**/#/jobs/*")
         page.locator(".heat .main-svg").first.wait_for(timeout=PATIENCE)
@@ -87,12 +86,12 @@ def test_cells_are_the_measures_of_the_pairs(mapped: Page, api: Api) -> None:
 def test_what_does_not_fit_is_named_first(mapped: Page) -> None:
     shapes, pairs = mapped.get_by_role("table").all()
     expect(shapes.locator("tbody tr")).to_have_count(4)
-    expect(shapes.locator("tbody tr").last).to_contain_text("<b>parts.off")
-    expect(shapes.locator("tbody tr").last).to_contain_text("2 components")
+    expect(shapes.locator("tbody tr").last).to_contain_text("<b>coarse.off")
+    expect(shapes.locator("tbody tr").last).to_contain_text("none of its pairs could be matched")
     rows = pairs.locator("tbody tr")
     expect(rows).to_have_count(6)
     for place in range(3):
-        expect(rows.nth(place)).to_contain_text("cannot be matched")
+        expect(rows.nth(place)).to_contain_text("could not be registered")
     expect(rows.nth(3)).to_contain_text("confidence")
     expect(rows.nth(3)).to_contain_text("fits")
     rows.first.get_by_role("button").press("Enter")

@@ -13,7 +13,7 @@ from scipy.spatial.distance import pdist
 from solver.arrays import FloatArray
 from tests.service.conftest import Api, Json
 from tests.service.page.conftest import PATIENCE, SMALL, eventually, job_of, opened, result_of
-from tests.worker.families import family, in_two_parts
+from tests.worker.families import family, too_coarse
 
 SURFACE = "s => s.data[0].x.map((x, v) => [x, s.data[0].y[v], s.data[0].z[v]])"
 NAMES = [f"{'long name ' * 12}{k}.off" for k in range(4)]
@@ -23,23 +23,22 @@ NAMES = [f"{'long name ' * 12}{k}.off" for k in range(4)]
 def registered(browser: Browser, api: Api, upload: Callable[..., Json]) -> Iterator[Page]:
     """Two shapes were put in another order, and a template registered to them."""
     ids = [upload(data, name)["id"] for data, name in zip(family(4, first=700), NAMES, strict=True)]
-    parts = upload(in_two_parts(704), "parts.off")["id"]
+    coarse = upload(too_coarse(), "coarse.off")["id"]
     with opened(browser, api.url, viewport=SMALL) as page:
-        page.goto(f"/#/with/{'/'.join([ids[1], ids[0], parts, *ids[2:]])}")
+        page.goto(f"/#/with/{'/'.join([ids[1], ids[0], coarse, *ids[2:]])}")
         page.get_by_label("Register the first").check()
         # The task stays chosen, and the keyboard where it was: at the chosen shapes.
         page.get_by_role("button", name=f"Put {NAMES[0]} first").press("Enter")
         expect(page.locator(".chips a").first).to_be_focused()
         expect(page.get_by_label("Register the first")).to_be_checked()
         expect(page.locator(".chips a").first).to_have_text(NAMES[0])
-        page.get_by_label("Take the largest part").uncheck()
         page.get_by_label("Scale the specimens").check()
         page.get_by_role("button", name="Register").click()
         page.wait_for_url("**/#/jobs/*")
         page.locator("[data-drawn]").wait_for(timeout=PATIENCE)
         asked = result_of(page, api)
         assert asked["template"] == ids[0]
-        assert [one["shape"] for one in asked["specimens"]] == [ids[1], parts, *ids[2:]]
+        assert [one["shape"] for one in asked["specimens"]] == [ids[1], coarse, *ids[2:]]
         assert asked["scale"]
         yield page
 
@@ -87,7 +86,7 @@ def test_specimens_are_shown_and_the_one_that_was_not_registered_is_named(
 ) -> None:
     rows = registered.locator("tbody tr")
     expect(rows).to_have_count(4)
-    expect(rows.nth(1)).to_contain_text("not registered: the mesh has 2 components")
+    expect(rows.nth(1)).to_contain_text("not registered: its surface could not be registered")
     expect(rows.nth(1).get_by_role("button")).to_have_count(0)
     expect(rows.nth(2)).to_contain_text("confidence")
     registered.get_by_role("button", name=f"Show {NAMES[2]}").press("Enter")
