@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from solver.control import Control
-from solver.errors import OptionError
+from solver.errors import MeshError, OptionError
 from solver.gmds import GmdsRefinement, refine_by_gmds
 from solver.labelling import LINF
 from solver.matching.certification import certify, prove_over_samples, replaces
@@ -104,10 +104,17 @@ def _match_detected_part(
     lengths = [one.mesh.boundary_length / one.mesh.area**0.5 for one in (source, target)]
     if max(lengths) < _PART_BOUNDARY:
         return found
-    known = find_part(source, target, lengths[0] > lengths[1], options, control)
-    if known is None or known.surfaces.confidence.probability <= doubt.probability:
+    last = replace(
+        control, on_progress=lambda name, part: control.on_progress(name, 0.9 + part / 10)
+    )
+    try:
+        known = find_part(source, target, lengths[0] > lengths[1], options, last)
+        if known is None or known.surfaces.confidence.probability <= doubt.probability:
+            return found
+        return match_part(known, options, last)
+    except MeshError:
+        # What cannot be displaced is no part; the answer for wholes stands.
         return found
-    return match_part(known, options, control)
 
 
 def _match_whole(source: Shape, target: Shape, options: MatchOptions, control: Control) -> Match:

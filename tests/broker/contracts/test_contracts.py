@@ -140,7 +140,7 @@ def test_an_extension_has_eigenpairs_enough() -> None:
         ("A.OBJ", "obj"),
         ("dir.x/a.b.ply", "ply"),
         ("c:\\x\\y.stl", "stl"),
-        ("a.txt", None),
+        ("a.doc", None),
         ("off", None),
         ("", None),
     ],

@@ -64,7 +64,8 @@ def test_an_expired_file_is_told_from_a_deleted_one(stored: Store) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "known"), [("a.CSV", "csv"), ("b.npz", "npz"), ("c.txt", None), ("npz", None)]
+    ("name", "known"),
+    [("a.CSV", "csv"), ("b.npz", "npz"), ("c.txt", "txt"), ("d.doc", None), ("npz", None)],
 )
 def test_formats_by_name(name: str, known: str | None) -> None:
     assert attribute_format_of(name) == known

@@ -27,7 +27,7 @@ def test_an_upload_that_is_refused(page: Page) -> None:
     assert len(box.inner_text()) > 20
     page.get_by_role("button", name="Dismiss").click()
     expect(box).to_have_count(0)
-    page.locator("#files").set_input_files([file("what.txt", b"no mesh")])
+    page.locator("#files").set_input_files([file("what.doc", b"no mesh")])
     expect(page.get_by_role("alert")).to_contain_text("ends in no supported format")
 
 

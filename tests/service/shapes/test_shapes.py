@@ -45,6 +45,8 @@ def test_a_new_shape(http: httpx2.Client) -> None:
         "bytes": len(data),
         "vertices": 162,
         "faces": 320,
+        "file_vertices": 162,
+        "file_faces": 320,
         "components": 1,
         "closed": True,
         "has_colors": False,
