@@ -20,8 +20,8 @@ from solver.registration.rotations import nearest_rotations
 from solver.registration.surface import Samples, SmoothSurface
 
 WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3)
-"""Of the embedding. Without spectral coordinates, errors are half as much again; with twice their
-weight, no less."""
+"""Of the embedding. Without spectral coordinates, errors are a fifth to a third more; with twice
+their weight, no less."""
 
 IN_SPACE = Weights(spectrum=0.0, space=2.0, normals=0.3)
 
@@ -39,9 +39,6 @@ _NEAR = 0.1
 _RANK = 0.6
 """Eigenfunctions of the part, for each of the whole: there are as many below an eigenvalue as the
 part's share of the area (Weyl's law), and a half to all of a surface is a part of interest."""
-
-MOST_FUNCTIONS = 40
-"""Eigenfunctions of the part at most."""
 
 
 @dataclass(frozen=True, eq=False)

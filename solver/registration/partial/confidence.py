@@ -8,8 +8,8 @@ from solver.registration.partial.fit import RefinedPartFit
 
 _WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -1.28, "margin": 1.60})
 _INTERCEPT = -10.96
-"""Logistic regression on 80 generated parts, of which 60 are right: ``python -m bench.partial --fit
---count 80``. All measures together do no better on pairs held out."""
+"""Logistic regression on 80 parts generated as those of :mod:`bench.partial`; 60 are right. All
+measures together do no better on pairs held out."""
 
 
 def part_confidence(fits: Sequence[RefinedPartFit], complete: bool = True) -> Confidence:
