@@ -196,7 +196,7 @@ def _annotation(owner: type[ParameterSet], name: str) -> tuple[str, bool]:
 def _limits(known: Parameter) -> list[str]:
     if known.longest:
         least = [] if known.most is None else ["min_length=1"]
-        return [*least, f"max_length={known.longest}", "strict=False"]
+        return [*least, f"max_length={known.longest}", "strict=False", "fail_fast=True"]
     return _range(known)
 
 

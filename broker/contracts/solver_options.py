@@ -198,6 +198,7 @@ class MatchOptions(StrictModel):
         default=(),
         max_length=32,
         strict=False,
+        fail_fast=True,
         description=(
             "Pairs of vertices that are known to correspond. One is of the source's file,"
             " the other of the target's, counted from 0. They are sampled first and"

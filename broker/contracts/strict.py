@@ -1,11 +1,26 @@
 """Values taken from requests: nothing is converted, and nothing unknown is accepted."""
 
 from dataclasses import dataclass
+from typing import Any, Final
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, model_validator
+
+MOST_FIELDS: Final = 64
+"""Most fields of an object in a request: each unknown one is reported, which takes time."""
 
 
-class StrictModel(BaseModel):
+class BoundedModel(BaseModel):
+    """A value of a bounded number of fields."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _few_fields(cls, value: Any) -> Any:
+        if isinstance(value, dict) and len(value) > MOST_FIELDS:
+            raise ValueError(f"Input should have at most {MOST_FIELDS} fields, not {len(value)}")
+        return value
+
+
+class StrictModel(BoundedModel):
     """A frozen value of declared fields, finite numbers and exact types only."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=True)

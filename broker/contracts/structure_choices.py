@@ -469,6 +469,7 @@ class HeatKernelSignature(Choice):
         min_length=1,
         max_length=128,
         strict=False,
+        fail_fast=True,
         description=(
             "Times t_1, ..., t_n. In the square of the shapes' unit of length; null for"
             " 32 values from 0.0073 to 1 times their area."

@@ -9,7 +9,7 @@ from broker.contracts.strict import StrictModel
 
 Degree: TypeAlias = Literal["yes", "approx", "no"]
 
-LEVELS: Final = Field(min_length=1, max_length=8, strict=False)
+LEVELS: Final = Field(min_length=1, max_length=8, strict=False, fail_fast=True)
 """One choice for each level. A JSON array arrives as a list, which is not strictly a tuple."""
 
 

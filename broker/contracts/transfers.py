@@ -96,12 +96,12 @@ class SurfacePoint(BaseModel):
 
     model_config = ConfigDict(frozen=True, allow_inf_nan=False)
 
-    vertices: Annotated[tuple[Vertex, ...], Field(min_length=3, max_length=3, strict=False)] = (
-        Field(description="0-based indices, in the shape's file, of the triangle's corners.")
-    )
+    vertices: Annotated[
+        tuple[Vertex, ...], Field(min_length=3, max_length=3, strict=False, fail_fast=True)
+    ] = Field(description="0-based indices, in the shape's file, of the triangle's corners.")
     weights: Annotated[
         tuple[Annotated[float, Field(ge=0, le=1)], ...],
-        Field(min_length=3, max_length=3, strict=False),
+        Field(min_length=3, max_length=3, strict=False, fail_fast=True),
     ] = Field(description="Barycentric coordinates, none negative, of sum 1.")
 
 

@@ -5,5 +5,7 @@ from typing import Annotated, TypeAlias
 from pydantic import Field
 
 Vertex: TypeAlias = Annotated[int, Field(ge=0, le=2**53, strict=True)]
-Landmark: TypeAlias = Annotated[tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False)]
+Landmark: TypeAlias = Annotated[
+    tuple[Vertex, ...], Field(min_length=2, max_length=2, strict=False, fail_fast=True)
+]
 """A vertex of the source's file and one of the target's."""

@@ -9,6 +9,7 @@ from urllib.parse import urlsplit
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from broker.contracts.problems import Problem
+from broker.contracts.strict import BoundedModel
 
 LONGEST_URL: Final = 2000
 _PLAIN: Final = re.compile(r"[!-~]+")
@@ -27,7 +28,7 @@ def _receiver(url: str) -> str:
     return url
 
 
-class Webhook(BaseModel):
+class Webhook(BoundedModel):
     """Receiver of the notification that the job has ended, in whatever state."""
 
     model_config = ConfigDict(

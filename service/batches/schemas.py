@@ -31,11 +31,14 @@ class BatchRequest(SourceRequest):
         min_length=1,
         max_length=MOST_TARGETS,
         strict=False,
+        fail_fast=True,
         description="Ids of the target shapes; the source is matched with each of them.",
     )
     target_names: tuple[ShapeName | None, ...] | None = Field(
         default=None,
+        max_length=MOST_TARGETS,
         strict=False,
+        fail_fast=True,
         description="Names of the targets in the results, in the order of `targets`; null for those"
         " they are stored under.",
     )

@@ -27,6 +27,7 @@ class ConsistentMapsRequest(JobRequest):
         min_length=2,
         max_length=MOST_MAPPED_SHAPES,
         strict=False,
+        fail_fast=True,
         description="Ids of the shapes, each once. Cycle errors, and so improvements, need three.",
     )
     largest_component: bool = Field(

@@ -37,11 +37,14 @@ class DissimilaritiesRequest(DissimilarityParameters, JobRequest):
         min_length=2,
         max_length=MOST_SHAPES,
         strict=False,
+        fail_fast=True,
         description="Ids of the shapes, each once; all are compared with all.",
     )
     labels: tuple[Label, ...] | None = Field(
         default=None,
+        max_length=MOST_SHAPES,
         strict=False,
+        fail_fast=True,
         description="Class of each shape, in the order of `shapes`: retrieval is scored by them,"
         " and the heat map ordered.",
     )

@@ -45,11 +45,10 @@ from service.http.problems import (
 )
 from service.http.request_context import RequestContext
 from service.http.security import ApiKey, ApiKeys, Authentication, caller_of, read_keys
-from service.http.validation_errors import MOST_CONSIDERED, MOST_FIELDS, field_problems
+from service.http.validation_errors import MOST_FIELDS, field_problems
 
 __all__ = [
     "INVALID",
-    "MOST_CONSIDERED",
     "MOST_FIELDS",
     "AcceptEncoding",
     "ApiKey",

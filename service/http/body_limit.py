@@ -3,9 +3,10 @@
 import asyncio
 import contextlib
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import Final
 
-from starlette.datastructures import Headers
+from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -15,22 +16,17 @@ from service.http.problems import ApiProblem, BodyStalled, EncodedBody, UploadTo
 FORM_OVERHEAD: Final = 64 * 1024
 """Bytes allowed for the boundaries, headers and other parts of an upload's form."""
 
-DRAIN_BYTES: Final = 1024**3
-"""Most bytes of a refused body that are read before the answer is sent."""
+LINGER_BYTES: Final = 16 * 1024**2
+"""Most bytes of an unread body that are taken after the answer."""
 
-DRAIN_SECONDS: Final = 30.0
-"""Longest time for which a refused body is read."""
+LINGER_SECONDS: Final = 2.0
+"""Longest time for which an unread body is taken after the answer."""
 
+MOST_VALUES: Final = 100_000
+"""Most commas and opening brackets of a body that is not an upload: 10,000 landmarks have 90,000.
+Parsing takes time for each value, and while it lasts nobody else is answered."""
 
-async def drain(receive: Receive, seconds: float = DRAIN_SECONDS) -> None:
-    """Drain a refused body: a client that is still sending would never read the response."""
-    most, more = DRAIN_BYTES, True
-    with contextlib.suppress(TimeoutError, BodyRefused):
-        async with asyncio.timeout(seconds):
-            while more and most > 0:
-                message = await receive()
-                most -= len(message.get("body", b""))
-                more = message["type"] == "http.request" and message.get("more_body", False)
+_SEPARATORS: Final = (b",", b"[", b"{")
 
 
 class BodyRefused(HTTPException):
@@ -38,9 +34,12 @@ class BodyRefused(HTTPException):
 
 
 class BodyLimit:
-    """Refuses bodies that are over a limit, stalled or compressed.
+    """Refuses bodies that are over a limit, stalled or compressed, when they are to be read.
 
-    A body over the limit is refused by its ``Content-Length``, or as soon as more was received.
+    A body over the limit is refused by its ``Content-Length``, or as soon as more was received. A
+    request that is answered without its body, as those without a key or to a wrong address, is
+    answered at once: of the body a little more is taken, as clients that are still sending may lose
+    an answer on a closed connection, and then the connection is closed.
 
     Parameters
     ----------
@@ -75,38 +74,35 @@ class BodyLimit:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        uploads = scope["path"] in self._upload_paths
-        limit = self._upload_limit + FORM_OVERHEAD if uploads else self._limit
-        shown = self._upload_limit if uploads else self._limit
         headers = Headers(scope=scope)
-        length = headers.get("content-length", "")
-        body = _Body(receive, limit, shown, self._patience)
-        too_long = length.isdigit() and int(length) > limit
-        problem = _encoded(headers) or (body.too_large if too_long else None)
-        if problem is not None:
-            if headers.get("expect", "").lower() != "100-continue":
-                await body.drain()
-            await self._refuse(problem, scope, receive, send)
-            return
+        body = _Body(receive, self._allowance(scope["path"]), headers, self._patience)
+        exchange = _Exchange(send, body)
 
         async def replaced(message: Message) -> None:
             # The application's own answer to the broken-off body is dropped for the refusal.
             if body.refused is None:
-                await send(message)
+                await exchange.send(message)
 
         try:
             await self._app(scope, body.receive, replaced)
         finally:
             if body.refused is not None:
-                if body.refused is body.too_large:
-                    await body.drain()
-                await self._refuse(body.refused, scope, receive, send)
+                answer = response(body.refused.problem(scope["path"]), {"Connection": "close"})
+                await answer(scope, receive, exchange.send)
 
-    async def _refuse(
-        self, problem: ApiProblem, scope: Scope, receive: Receive, send: Send
-    ) -> None:
-        answer = response(problem.problem(scope["path"]), {"Connection": "close"})
-        await answer(scope, receive, send)
+    def _allowance(self, path: str) -> "_Allowance":
+        if path in self._upload_paths:
+            return _Allowance(self._upload_limit + FORM_OVERHEAD, self._upload_limit, None)
+        return _Allowance(self._limit, self._limit, MOST_VALUES)
+
+
+@dataclass(frozen=True)
+class _Allowance:
+    """Most bytes of a body, as they are counted and as they are told, and most values."""
+
+    bytes: int
+    shown: int
+    values: int | None
 
 
 def _encoded(headers: Headers) -> ApiProblem | None:
@@ -123,36 +119,92 @@ def _has_body(headers: Headers) -> bool:
 
 
 class _Body:
-    def __init__(self, receive: Receive, limit: int, shown: int, patience: float) -> None:
+    def __init__(
+        self, receive: Receive, allowance: _Allowance, headers: Headers, patience: float
+    ) -> None:
         self._receive = receive
-        self._limit = limit
+        self._allowance = allowance
         self._patience = patience
         self._received = 0
-        self._ended = False
-        self.too_large = UploadTooLarge(f"The limit is {shown} bytes.")
+        self._values = 0
+        self._unwanted = _encoded(headers) or self._too_long(headers)
+        # A client that waits to be told to go on sends nothing after a refusal.
+        self._waits = headers.get("expect", "").lower() == "100-continue"
+        self._ended = not _has_body(headers)
         self.refused: ApiProblem | None = None
+
+    @property
+    def unread(self) -> bool:
+        """Whether the client may still be sending."""
+        return not self._ended
 
     async def receive(self) -> Message:
         if self._ended:
             return await self._receive()
+        if self._unwanted is not None:
+            raise self._refuse(self._unwanted)
         try:
             async with asyncio.timeout(self._patience):
                 message = await self._receive()
         except TimeoutError:
-            self.refused = BodyStalled(
-                f"The body stalled for {self._patience:g} seconds; send it again."
-            )
-            raise BodyRefused(self.refused.status) from None
+            stalled = f"The body stalled for {self._patience:g} seconds; send it again."
+            raise self._refuse(BodyStalled(stalled)) from None
         self._note(message)
-        if self._received > self._limit:
-            self.refused = self.too_large
-            raise BodyRefused(self.refused.status)
+        if self._received > self._allowance.bytes:
+            raise self._refuse(self._too_large())
+        if self._allowance.values is not None and self._values > self._allowance.values:
+            raise self._refuse(
+                UploadTooLarge(f"The body has more than {self._allowance.values} values.")
+            )
         return message
 
-    async def drain(self) -> None:
-        if not self._ended:
-            await drain(self._receive, min(DRAIN_SECONDS, self._patience))
+    async def linger(self) -> None:
+        """Take a little of what is still being sent."""
+        most = LINGER_BYTES
+        seconds = 0.0 if self._waits and not self._received else LINGER_SECONDS
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(seconds):
+                while not self._ended and most > 0:
+                    message = await self._receive()
+                    most -= len(message.get("body", b""))
+                    self._note(message)
+
+    def _refuse(self, problem: ApiProblem) -> BodyRefused:
+        self.refused = problem
+        return BodyRefused(problem.status)
+
+    def _too_long(self, headers: Headers) -> ApiProblem | None:
+        length = headers.get("content-length", "")
+        too_long = length.isdigit() and int(length) > self._allowance.bytes
+        return self._too_large() if too_long else None
+
+    def _too_large(self) -> ApiProblem:
+        return UploadTooLarge(f"The limit is {self._allowance.shown} bytes.")
 
     def _note(self, message: Message) -> None:
-        self._received += len(message.get("body", b""))
+        part = message.get("body", b"")
+        self._received += len(part)
+        self._values += sum(part.count(one) for one in _SEPARATORS)
         self._ended = message["type"] != "http.request" or not message.get("more_body", False)
+
+
+class _Exchange:
+    """Answers, and closes the connection if the body was not read to its end."""
+
+    def __init__(self, send: Send, body: _Body) -> None:
+        self._send = send
+        self._body = body
+
+    async def send(self, message: Message) -> None:
+        if not self._body.unread:
+            await self._send(message)
+        elif message["type"] == "http.response.start":
+            MutableHeaders(scope=message)["Connection"] = "close"
+            await self._send(message)
+        elif message.get("more_body", False):
+            await self._send(message)
+        else:
+            # The answer is sent, but not over: else the server would close the connection.
+            await self._send({**message, "more_body": True})
+            await self._body.linger()
+            await self._send({"type": "http.response.body", "body": b""})

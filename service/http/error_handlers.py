@@ -26,7 +26,6 @@ from service.http.problems import (
     TooManyJobs,
 )
 from service.http.validation_errors import (
-    MOST_CONSIDERED,
     MOST_FIELDS,
     field_problems,
     json_error,
@@ -82,8 +81,7 @@ def _invalid(request: Request, error: Exception) -> Response:
     fields = field_problems(errors)
     detail = INVALID
     if len(fields) > MOST_FIELDS:
-        many = "more than " if len(errors) > MOST_CONSIDERED else ""
-        detail += f" The first {MOST_FIELDS} of {many}{len(fields)} fields are named."
+        detail += f" The first {MOST_FIELDS} of {len(fields)} fields are named."
     return response(InvalidRequest(detail, fields[:MOST_FIELDS]).problem(path))
 
 

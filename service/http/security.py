@@ -18,7 +18,6 @@ from pydantic_settings import NoDecode
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.http.body_limit import drain
 from service.http.problem_documents import response
 from service.http.problems import Unauthorized
 
@@ -122,12 +121,9 @@ class Authentication:
         if scope["type"] != "http" or not self._keys or not _protected(scope["path"]):
             await self._app(scope, receive, send)
             return
-        headers = Headers(scope=scope)
-        authorization = headers.get("authorization", "")
+        authorization = Headers(scope=scope).get("authorization", "")
         caller = caller_of(authorization, self._keys)
         if caller is None:
-            if headers.get("expect", "").lower() != "100-continue":
-                await drain(receive)
             refused = Unauthorized(_reason(authorization))
             answer = response(refused.problem(scope["path"]), refused.headers)
             await answer(scope, receive, send)

@@ -11,9 +11,6 @@ from broker.contracts import FieldProblem
 MOST_FIELDS: Final = 20
 """Fields named in one answer, so that it is not many times as long as the request."""
 
-MOST_CONSIDERED: Final = 1000
-"""Errors that are formatted; a body may have hundreds of thousands, and formatting blocks."""
-
 _LONGEST_FIELD: Final = 100
 """Characters of the name of a field."""
 
@@ -46,9 +43,8 @@ def field_problems(errors: Sequence[Any]) -> tuple[FieldProblem, ...]:
     Parameters
     ----------
     errors
-        As Pydantic lists them; all but the first `MOST_CONSIDERED` are ignored.
+        As Pydantic lists them.
     """
-    errors = errors[:MOST_CONSIDERED]
     messages: dict[str, list[str]] = {}
     # Pydantic counts only valid items: it reports a list with an invalid one as too short as well.
     within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}

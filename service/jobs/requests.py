@@ -6,9 +6,16 @@ from typing import Annotated, Any, Final
 from urllib.parse import urlsplit
 
 from fastapi import Depends, Header, Request, Response
-from pydantic import AfterValidator, BaseModel, Field
+from pydantic import AfterValidator, Field
 
-from broker.contracts import FieldProblem, IdempotencyRecord, JobRecord, RequestOrigin, Webhook
+from broker.contracts import (
+    BoundedModel,
+    FieldProblem,
+    IdempotencyRecord,
+    JobRecord,
+    RequestOrigin,
+    Webhook,
+)
 from broker.webhooks import literal_address, permitted
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
@@ -96,7 +103,7 @@ JobOrder = Annotated[RequestOrigin, Depends(_order)]
 """Request id, caller and idempotency key of a request with a JSON body."""
 
 
-class JobRequest(BaseModel):
+class JobRequest(BoundedModel):
     """Fields of the requests for all kinds of jobs."""
 
     webhook: Webhook | None = Field(

@@ -10,7 +10,7 @@ from service.names import LONGEST, NamedId, showable
 
 Vertices = Annotated[
     tuple[Annotated[int, Field(ge=0, le=2**31 - 1)], ...],
-    Field(min_length=3, max_length=256, strict=False),
+    Field(min_length=3, max_length=256, strict=False, fail_fast=True),
 ]
 
 DEFAULT_NAME: Final = "prototype"
@@ -59,6 +59,7 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
         min_length=2,
         max_length=MOST_EXAMPLES,
         strict=False,
+        fail_fast=True,
         description="Ids of the examples, each once.",
     )
     name: Annotated[str, AfterValidator(showable)] = Field(
@@ -74,7 +75,9 @@ class PrototypeRequest(PrototypeParameters, JobRequest):
     )
     correspondences: tuple[Vertices, ...] | None = Field(
         default=None,
+        max_length=MOST_EXAMPLES,
         strict=False,
+        fail_fast=True,
         description="Corresponding points: for each of `shapes`, in their order, a list of 0-based"
         " vertex indices in its file, all lists of the same length; null to find them as"
         " `correspondence` says.",

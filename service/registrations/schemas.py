@@ -31,6 +31,7 @@ class RegistrationRequest(JobRequest):
         min_length=1,
         max_length=MOST_SPECIMENS,
         strict=False,
+        fail_fast=True,
         description="Ids of the specimens, each once.",
     )
     scale: bool = Field(

@@ -92,6 +92,7 @@ class TransferRequest(JobRequest):
         default=(),
         max_length=1024,
         strict=False,
+        fail_fast=True,
         description="Attributes to carry; of skinning, joints: their weights are divided by their"
         " sum. None for all of the kind.",
     )
@@ -104,6 +105,7 @@ class TransferRequest(JobRequest):
         default=(),
         max_length=10_000,
         strict=False,
+        fail_fast=True,
         description="The landmarks, vertices or points in triangles of the shape that they are"
         ' carried from; only with `what` "landmarks".',
     )

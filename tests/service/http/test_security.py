@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import urlsplit
 
 import httpx2
 import pytest
@@ -169,3 +170,39 @@ def test_keys_come_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None
     )
     assert said.returncode == 2
     assert said.stderr.startswith("isomatch: ISOMATCH_API_KEYS: ")
+
+
+@pytest.mark.parametrize(
+    ("path", "authorization", "status"),
+    [
+        (b"/v1/shapes", b"", 401),
+        (b"/v1/matches", b"Authorization: Bearer nobodys\r\n", 401),
+        (b"/v1/shapez", b"Authorization: Bearer alices-key\r\n", 404),
+        (b"/v1/shapes/a", b"Authorization: Bearer alices-key\r\n", 405),
+        (b"/nothing", b"", 404),
+    ],
+)
+@pytest.mark.parametrize(
+    "framing", [b"Content-Length: 1000000000\r\n\r\n", b"Transfer-Encoding: chunked\r\n\r\n"]
+)
+def test_what_is_refused_is_refused_before_its_body_is_sent(
+    api: Api, path: bytes, authorization: bytes, status: int, framing: bytes
+) -> None:
+    address = urlsplit(api.url)
+    with socket.create_connection((address.hostname, address.port), timeout=30) as sender:
+        sender.sendall(b"POST %s HTTP/1.1\r\nHost: x\r\n%s" % (path, authorization + framing))
+        answer = b""
+        while not answer.endswith(b"}"):
+            received = sender.recv(10_000)
+            assert received
+            answer += received
+    assert answer.startswith(b"HTTP/1.1 %d " % status)
+    assert b"connection: close" in answer.lower()
+
+
+def test_a_sender_that_goes_on_sending_reads_the_refusal_all_the_same(api: Api) -> None:
+    files = {"file": ("a.off", bytes(50 * 1024**2))}
+    with caller(api, "nobodys") as http:
+        problem(http.post("/v1/shapes", files=files), 401, "unauthorized")
+    with caller(api, "alices-key") as http:
+        problem(http.post("/v1/nothing", files=files), 404, "not-found")
