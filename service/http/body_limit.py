@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 from collections.abc import Collection
+from contextlib import AsyncExitStack
 from dataclasses import dataclass
 from typing import Final
 
@@ -25,6 +26,10 @@ LINGER_SECONDS: Final = 2.0
 MOST_VALUES: Final = 100_000
 """Most commas and opening brackets of a body that is not an upload: 10,000 landmarks have 90,000.
 Parsing takes time for each value, and while it lasts nobody else is answered."""
+
+LARGE_BYTES: Final = 64 * 1024
+"""Bytes from which on bodies that are not uploads are parsed one at a time. Each takes the event
+loop for some 10 ms; others would wait for those of all clients."""
 
 _SEPARATORS: Final = (b",", b"[", b"{")
 
@@ -68,6 +73,7 @@ class BodyLimit:
         self._upload_limit = upload_limit
         self._upload_paths = upload_paths
         self._patience = patience
+        self._turn = asyncio.Lock()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, and refuse it if its body cannot be taken."""
@@ -77,6 +83,19 @@ class BodyLimit:
         headers = Headers(scope=scope)
         body = _Body(receive, self._allowance(scope["path"]), headers, self._patience)
         exchange = _Exchange(send, body)
+        async with AsyncExitStack() as turn:
+            await self._pass_on(scope, body, exchange, turn)
+
+    async def _pass_on(
+        self, scope: Scope, body: "_Body", exchange: "_Exchange", turn: AsyncExitStack
+    ) -> None:
+        async def received() -> Message:
+            if body.ended or body.allowance.values is None:
+                return await body.receive()
+            whole = await body.whole()
+            if len(whole.get("body", b"")) > LARGE_BYTES:
+                await turn.enter_async_context(self._turn)
+            return whole
 
         async def replaced(message: Message) -> None:
             # The application's own answer to the broken-off body is dropped for the refusal.
@@ -84,11 +103,11 @@ class BodyLimit:
                 await exchange.send(message)
 
         try:
-            await self._app(scope, body.receive, replaced)
+            await self._app(scope, received, replaced)
         finally:
             if body.refused is not None:
                 answer = response(body.refused.problem(scope["path"]), {"Connection": "close"})
-                await answer(scope, receive, exchange.send)
+                await answer(scope, body.receive, exchange.send)
 
     def _allowance(self, path: str) -> "_Allowance":
         if path in self._upload_paths:
@@ -122,24 +141,19 @@ class _Body:
     def __init__(
         self, receive: Receive, allowance: _Allowance, headers: Headers, patience: float
     ) -> None:
+        self.allowance = allowance
         self._receive = receive
-        self._allowance = allowance
         self._patience = patience
         self._received = 0
         self._values = 0
         self._unwanted = _encoded(headers) or self._too_long(headers)
         # A client that waits to be told to go on sends nothing after a refusal.
         self._waits = headers.get("expect", "").lower() == "100-continue"
-        self._ended = not _has_body(headers)
+        self.ended = not _has_body(headers)
         self.refused: ApiProblem | None = None
 
-    @property
-    def unread(self) -> bool:
-        """Whether the client may still be sending."""
-        return not self._ended
-
     async def receive(self) -> Message:
-        if self._ended:
+        if self.ended:
             return await self._receive()
         if self._unwanted is not None:
             raise self._refuse(self._unwanted)
@@ -150,13 +164,23 @@ class _Body:
             stalled = f"The body stalled for {self._patience:g} seconds; send it again."
             raise self._refuse(BodyStalled(stalled)) from None
         self._note(message)
-        if self._received > self._allowance.bytes:
+        if self._received > self.allowance.bytes:
             raise self._refuse(self._too_large())
-        if self._allowance.values is not None and self._values > self._allowance.values:
+        if self.allowance.values is not None and self._values > self.allowance.values:
             raise self._refuse(
-                UploadTooLarge(f"The body has more than {self._allowance.values} values.")
+                UploadTooLarge(f"The body has more than {self.allowance.values} values.")
             )
         return message
+
+    async def whole(self) -> Message:
+        """Receive all of the body as one message, or the message that the client is gone."""
+        parts = []
+        while not self.ended:
+            message = await self.receive()
+            if message["type"] != "http.request":
+                return message
+            parts.append(message.get("body", b""))
+        return {"type": "http.request", "body": b"".join(parts), "more_body": False}
 
     async def linger(self) -> None:
         """Take a little of what is still being sent."""
@@ -164,7 +188,7 @@ class _Body:
         seconds = 0.0 if self._waits and not self._received else LINGER_SECONDS
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(seconds):
-                while not self._ended and most > 0:
+                while not self.ended and most > 0:
                     message = await self._receive()
                     most -= len(message.get("body", b""))
                     self._note(message)
@@ -175,17 +199,17 @@ class _Body:
 
     def _too_long(self, headers: Headers) -> ApiProblem | None:
         length = headers.get("content-length", "")
-        too_long = length.isdigit() and int(length) > self._allowance.bytes
+        too_long = length.isdigit() and int(length) > self.allowance.bytes
         return self._too_large() if too_long else None
 
     def _too_large(self) -> ApiProblem:
-        return UploadTooLarge(f"The limit is {self._allowance.shown} bytes.")
+        return UploadTooLarge(f"The limit is {self.allowance.shown} bytes.")
 
     def _note(self, message: Message) -> None:
         part = message.get("body", b"")
         self._received += len(part)
         self._values += sum(part.count(one) for one in _SEPARATORS)
-        self._ended = message["type"] != "http.request" or not message.get("more_body", False)
+        self.ended = message["type"] != "http.request" or not message.get("more_body", False)
 
 
 class _Exchange:
@@ -196,7 +220,7 @@ class _Exchange:
         self._body = body
 
     async def send(self, message: Message) -> None:
-        if not self._body.unread:
+        if self._body.ended:
             await self._send(message)
         elif message["type"] == "http.response.start":
             MutableHeaders(scope=message)["Connection"] = "close"

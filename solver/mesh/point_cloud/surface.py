@@ -27,6 +27,9 @@ from solver.mesh.repair import (
 _FEWEST = 20
 """Points of the smallest cloud."""
 
+_MOST = 250_000
+"""Points of the largest cloud: a surface takes 60 µs and 4 kB for each."""
+
 _REACH = 40
 """Neighbours that a point sees. Of uniformly random points they reach 3.6 mean distances √(area /
 points) far, and circumcircles up to half of that are seen: one in 20,000 is larger."""
@@ -68,14 +71,19 @@ def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
     Raises
     ------
     MeshError
-        There are too few points, or they do not lie on a surface, as far as their density and noise
-        can tell.
+        There are too few points or too many, or they do not lie on a surface, as far as their
+        density and noise can tell.
     """
     kept = _usable(cloud)
     places = cloud.vertices[kept]
     if len(kept) < _FEWEST:
         raise MeshError(
             f"a surface needs {_FEWEST} points or more in different places; there are {len(kept)}"
+        )
+    if len(kept) > _MOST:
+        raise MeshError(
+            f"a surface is made of {_MOST} points at most; there are {len(kept)}: thin them out,"
+            " or upload a mesh"
         )
     check_coordinates(places, np.arange(len(places)))
     places = (places - places.mean(axis=0)) / np.ptp(places, axis=0).max()

@@ -14,6 +14,7 @@ from solver.mesh.repair.degenerate import (
     without_zero_area_faces,
 )
 from solver.mesh.repair.edges import Edges, components_of, edges_of
+from solver.mesh.repair.hopeless import checked_surface
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
 from solver.mesh.repair.t_junctions import without_t_junctions
@@ -31,6 +32,7 @@ _STEPS = (
     without_repeated_corners,
     without_zero_area_faces,
     without_repeated_faces,
+    checked_surface,
     without_t_junctions,
     without_zero_area_faces,
     without_repeated_faces,

@@ -220,3 +220,32 @@ def test_an_image_of_endless_options_is_refused() -> None:
     files = {"skin.obj": textured_obj(VERTICES, FACES, UV), "skin.mtl": library}
     with pytest.raises(MeshError, match="more options than there are"):
         read_mesh(zipped(files | {"skin.png": PIXEL}), "zip")
+
+
+@pytest.mark.parametrize(("vertices", "faces"), [(500, 60_000), (3_000, 60_000), (30_000, 60_000)])
+def test_random_faces_are_no_surface(vertices: int, faces: int) -> None:
+    """Repaired and matched, they took minutes and gigabytes."""
+    rng = np.random.default_rng(vertices)
+    corners = rng.integers(0, vertices, (faces, 3))
+    data = mesh_files.ply(rng.normal(size=(vertices, 3)), corners.tolist())
+    with within(3.0), pytest.raises(MeshError, match="the faces are no surface"):
+        read_mesh(data, "ply")
+
+
+def test_what_is_a_surface_is_none_of_these() -> None:
+    """Triangles on their own have an irregular edge for each vertex, pages of a book nearly two."""
+    alone = np.random.default_rng(0).normal(size=(3000, 3))
+    assert read_mesh(mesh_files.ply(alone, np.arange(3000).reshape(-1, 3).tolist()), "ply").n_faces
+    pages = np.random.default_rng(1).normal(size=(1002, 3))
+    book = [[0, 1, page] for page in range(2, 1002)]
+    assert read_mesh(mesh_files.ply(pages, book), "ply").n_faces == 1000
+
+
+def test_clouds_of_too_many_points_are_refused_soon() -> None:
+    rows = np.random.default_rng(0).random((250_001, 3)).astype("<f4")
+    header = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 250001\n"
+        "property float x\nproperty float y\nproperty float z\nend_header\n"
+    )
+    with within(3.0), pytest.raises(MeshError, match="thin them out"):
+        read_mesh(header.encode() + rows.tobytes(), "ply")
