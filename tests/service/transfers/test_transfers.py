@@ -349,12 +349,12 @@ def test_values_of_faces_onto_vertices_and_the_reverse(http: httpx2.Client, matc
 @pytest.mark.parametrize(
     ("data", "what", "message"),
     [
-        (archive(a=np.full(MESH.n_faces, np.nan)), "scalars", "of face 0 is not a finite number"),
+        (archive(a=np.full(MESH.n_faces, np.inf)), "scalars", "of face 0 is infinite"),
         (archive(weights=np.ones((MESH.n_faces, 2))), "skinning", "of vertices, not of faces"),
         (archive(a=np.full(MESH.n_faces, "arm")), "scalars", "the file has no scalars"),
         (table(face=range(COUNT), a=range(COUNT)), "labels", f"{COUNT} rows of faces"),
     ],
-    ids=["nan", "skinning", "text", "too few faces"],
+    ids=["infinite", "skinning", "text", "too few faces"],
 )
 def test_values_of_faces_that_do_not_fit(
     http: httpx2.Client, match: str, data: bytes, what: str, message: str

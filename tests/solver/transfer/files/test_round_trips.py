@@ -21,6 +21,7 @@ from tests.solver.transfer.files.written import write_attributes
 MESH = shapes.blob(1)
 ROWS = MESH.n_vertices
 SEEDS = st.integers(0, 2**31 - 1)
+TRIANGLE = triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))
 NAMES = np.array(["head", "left arm", "Fuß"])
 
 
@@ -164,6 +165,20 @@ def test_missing_values_can_be_written(tmp_path: Any) -> None:
     assert surface.attributes[1].values[2:].tolist() == [-1] * (ROWS - 2)
     for file_type in ("ply", "glb"):
         read_attributes(write_attributes(short, file_type, surface), file_type)
+
+
+@pytest.mark.parametrize("file_type", ["npz", "csv"])
+def test_missing_values_are_read_again(file_type: str) -> None:
+    gaps = [
+        Attribute("height", np.array([1.5, np.nan, -2.0])),
+        Attribute("flow", np.array([[1.0, 2.0], [np.nan, np.nan], [0.5, 0.5]]), ("u", "v")),
+        Attribute("name", np.array(["", "head", "tail"])),
+        Attribute("part", np.array([4, -1, 2])),
+    ]
+    data = write_attributes(gaps, file_type, WrittenSurface.of(TRIANGLE, gaps))
+    found = {one.name: one for one in read_attributes(data, file_type)}
+    for one in gaps:
+        np.testing.assert_array_equal(found[one.name].values, one.values)
 
 
 @pytest.mark.parametrize("text", ["vertex,a\n2,7\n0,5\n1,6\n", "a\n5\n6\n7\n", "a\r\n5\r\n6\r\n7"])
