@@ -17,7 +17,7 @@ from solver.mesh.formats.archive import read_zip
 from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, placed_nodes
-from solver.mesh.formats.obj import read_obj, read_obj_coordinates
+from solver.mesh.formats.obj import read_obj, read_obj_coordinates, read_obj_parts
 from solver.mesh.formats.off import read_off
 from solver.mesh.formats.ply import ply_columns, read_ply
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
@@ -54,4 +54,5 @@ __all__ = [
     "read_glb_with",
     "read_obj",
     "read_obj_coordinates",
+    "read_obj_parts",
 ]

@@ -227,6 +227,22 @@ def test_of_a_name_that_both_have_ply_gives_the_values_of_vertices() -> None:
     np.testing.assert_array_equal(found.values, part.values)
 
 
+def test_groups_objects_and_materials_of_obj_are_labels_of_faces() -> None:
+    lines = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 2 0 0", "o body", "f 1 2 3"]
+    lines += ["usemtl skin", "g left arm", "f 1 3 4", "usemtl", "f 2 5 3"]
+    found = read_attributes("\n".join(lines).encode(), "obj")
+    assert {one.name: one.values.tolist() for one in found} == {
+        "group": ["", "left arm", "left arm"],
+        "material": ["", "skin", ""],
+    }
+    assert {one.on for one in found} == {FACES}
+    segment = of_faces(3)["segment"]
+    text = write_attributes([segment], "obj", surface_with(segment))
+    (group,) = read_attributes(text, "obj")
+    # Faces are written group by group.
+    assert group.values.tolist() == [f"segment_{label}" for label in np.sort(segment.values)]
+
+
 def test_obj_has_groups_of_labels_of_faces() -> None:
     segment = of_faces(3)["segment"]
     text = write_attributes([segment], "obj", surface_with(segment)).decode()
