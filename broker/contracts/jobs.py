@@ -67,8 +67,10 @@ class JobKind(StrEnum):
     @property
     def exports(self) -> tuple[str, ...]:
         """Formats of files that the result can be written to, besides arrays and a picture."""
-        if self in (JobKind.MATCH, JobKind.TRANSFER):
+        if self is JobKind.MATCH:
             return ("csv", "ply", "obj", "glb")
+        if self is JobKind.TRANSFER:
+            return ("csv", "ply", "obj", "glb", "zip")
         if self is JobKind.REGISTRATION:
             return ("ply", "obj", "glb")
         return ("csv",) if self is JobKind.DISSIMILARITIES else ()
@@ -311,7 +313,7 @@ class PicturePayload(_Payload):
         default=None, description="Which of its alternatives is drawn, 0 for none of them."
     )
     view: View = Field(default="front", description="From where its shapes are seen.")
-    format: Literal["png", "csv", "ply", "obj", "glb"] = Field(
+    format: Literal["png", "csv", "ply", "obj", "glb", "zip"] = Field(
         default="png", description="Format of the file."
     )
     specimen: int | None = Field(

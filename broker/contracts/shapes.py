@@ -7,7 +7,20 @@ from typing import Final, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-MESH_FORMATS: Final = ("csv", "glb", "gltf", "obj", "off", "ply", "stl", "txt", "xyz", "zip")
+MESH_FORMATS: Final = (
+    "csv",
+    "glb",
+    "gltf",
+    "las",
+    "laz",
+    "obj",
+    "off",
+    "ply",
+    "stl",
+    "txt",
+    "xyz",
+    "zip",
+)
 """The formats that can be uploaded, which are those the solver reads; csv, txt and xyz are point
 clouds, zip holds another."""
 

@@ -60,7 +60,7 @@ Alternative = Annotated[
 SeenFrom = Annotated[
     View, Query(description="Side of a match's source from which both shapes are seen.")
 ]
-Export: TypeAlias = Literal["csv", "ply", "obj", "glb"]
+Export: TypeAlias = Literal["csv", "ply", "obj", "glb", "zip"]
 
 SurfaceFormat: TypeAlias = Literal["ply", "obj", "glb"]
 Specimen = Annotated[
@@ -78,6 +78,7 @@ _MEDIA_TYPES: Final[dict[Export, str]] = {
     "ply": "model/ply",
     "obj": "model/obj",
     "glb": "model/gltf-binary",
+    "zip": "application/zip",
 }
 _SURFACE_TYPES: Final[dict[SurfaceFormat, str]] = {
     "ply": _MEDIA_TYPES["ply"],

@@ -21,11 +21,12 @@ from service.shapes.lookup import ShapeId, missing_shape
 router = APIRouter(prefix="/v1/shapes", tags=["shapes"])
 
 GEOMETRY: Final = """\
-Little-endian: 8 bytes `isogeom1`; three uint32, V vertices, F triangles, and 1 if there are
-colours; 4 zero bytes; four float64, the origin (x, y, z) and the scale, in the file's unit of
-length; 3 V float32, the positions of the vertices relative to the origin, in units of the scale;
-3 F uint32, the corners of the triangles, as indices of positions; V uint32, the 0-based index of
-each vertex in the file; with colours, 3 V uint8 of red, green and blue."""
+Little-endian: 8 bytes `isogeom1`; four uint32, V vertices, F triangles, 1 if there are colours,
+and 1 for a point cloud, whose triangles were made of its points; four float64, the origin (x, y, z)
+and the scale, in the file's unit of length; 3 V float32, the positions of the vertices relative to
+the origin, in units of the scale; 3 F uint32, the corners of the triangles, as indices of
+positions; V uint32, the 0-based index of each vertex in the file; with colours, 3 V uint8 of red,
+green and blue."""
 ETAG: Final = {"description": "Version of this geometry.", "schema": {"type": "string"}}
 
 

@@ -147,12 +147,12 @@ class TriangleMesh:
     @cached_property
     def neighbours(self) -> tuple[IntArray, IntArray]:
         """Neighbours of vertex v, over edges and links: ``second[first[v]:first[v + 1]]``."""
-        i, j = np.concatenate([self.edges, self.links]).T
-        ends = sp.csr_array(
-            (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
-            shape=(self.n_vertices,) * 2,
-        )
-        return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
+        return _adjacency(np.concatenate([self.edges, self.links]), self.n_vertices)
+
+    @cached_property
+    def edge_neighbours(self) -> tuple[IntArray, IntArray]:
+        """Neighbours of vertex v over edges alone: ``second[first[v]:first[v + 1]]``."""
+        return self.neighbours if not len(self.links) else _adjacency(self.edges, self.n_vertices)
 
     @cached_property
     def incident_faces(self) -> tuple[IntArray, IntArray]:
@@ -344,6 +344,16 @@ def triangle_areas(vertices: FloatArray, faces: IntArray) -> FloatArray:
     a, b, c = (vertices[faces[:, corner]] for corner in range(3))
     areas: FloatArray = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return areas
+
+
+def _adjacency(pairs: IntArray, count: int) -> tuple[IntArray, IntArray]:
+    """Rows of the symmetric adjacency of (E, 2) pairs of so many vertices."""
+    i, j = pairs.T
+    ends = sp.csr_array(
+        (np.ones(2 * len(i)), (np.concatenate([i, j]), np.concatenate([j, i]))),
+        shape=(count, count),
+    )
+    return ends.indptr.astype(np.int64), ends.indices.astype(np.int64)
 
 
 def _checked(soup: TriangleSoup) -> TriangleMesh:

@@ -5,7 +5,7 @@
 
 from solver.registration.candidates import Points
 from solver.registration.confidence import SURE, Confidence
-from solver.registration.descent import descend, nearest_in_triangle, project
+from solver.registration.descent import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.registration.registration import DenseCorrespondence, Registration, register
 from solver.registration.rotations import nearest_rotations
 from solver.registration.surface import EIGENPAIRS
@@ -18,6 +18,7 @@ __all__ = [
     "Points",
     "Registration",
     "descend",
+    "nearest_in_fan",
     "nearest_in_triangle",
     "nearest_rotations",
     "project",

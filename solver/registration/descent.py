@@ -83,38 +83,69 @@ def project(
     (S,) triangles and (S, 3) barycentric coordinates, none negative, with sum 1.
     """
     chosen = np.empty(len(queries), dtype=np.int64)
-    weights = np.zeros((len(queries), 3))
-    dimensions = queries.shape[1]
+    weights = np.empty((len(queries), 3))
     for place in range(len(queries)):
-        here = vertices[place]
-        best = np.inf
-        for entry in range(first[here], first[here + 1]):
-            face = incident[entry]
-            own = 0
-            if triangles[face, 1] == here:
-                own = 1
-            elif triangles[face, 2] == here:
-                own = 2
-            one, two = (own + 1) % 3, (own + 2) % 3
-            a, b = triangles[face, one], triangles[face, two]
-            uu, uv, vv, ud, vd, dd = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for d in range(dimensions):
-                u = points[a, d] - points[here, d]
-                v = points[b, d] - points[here, d]
-                w = queries[place, d] - points[here, d]
-                uu += u * u
-                uv += u * v
-                vv += v * v
-                ud += u * w
-                vd += v * w
-                dd += w * w
-            s, t = nearest_in_triangle(uu, uv, vv, ud, vd)
-            square = dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv
-            if square < best:
-                best = square
-                chosen[place] = face
-                weights[place, own] = max(1.0 - s - t, 0.0)
-                weights[place, one], weights[place, two] = s, t
+        chosen[place], weights[place] = nearest_in_fan(
+            queries[place], points, triangles, first, incident, vertices[place]
+        )
+    return chosen, weights
+
+
+@kernel
+def nearest_in_fan(
+    query: RealArray,
+    points: RealArray,
+    triangles: IntArray,
+    first: IntArray,
+    incident: IntArray,
+    vertex: int,
+) -> tuple[int, tuple[float, float, float]]:
+    """Project a query to the nearest embedded triangle round a vertex.
+
+    Parameters
+    ----------
+    query
+        (d,).
+    points, triangles, first, incident
+        As for :func:`project`.
+    vertex
+        The vertex.
+
+    Returns
+    -------
+    The triangle, and the barycentric coordinates, none negative, with sum 1.
+    """
+    best, chosen, weights = np.inf, -1, (0.0, 0.0, 0.0)
+    for entry in range(first[vertex], first[vertex + 1]):
+        face = incident[entry]
+        own = 0
+        if triangles[face, 1] == vertex:
+            own = 1
+        elif triangles[face, 2] == vertex:
+            own = 2
+        a, b = triangles[face, (own + 1) % 3], triangles[face, (own + 2) % 3]
+        uu, uv, vv, ud, vd, dd = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for d in range(len(query)):
+            u = points[a, d] - points[vertex, d]
+            v = points[b, d] - points[vertex, d]
+            w = query[d] - points[vertex, d]
+            uu += u * u
+            uv += u * v
+            vv += v * v
+            ud += u * w
+            vd += v * w
+            dd += w * w
+        s, t = nearest_in_triangle(uu, uv, vv, ud, vd)
+        square = dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv
+        if square < best:
+            best, chosen = square, face
+            rest = max(1.0 - s - t, 0.0)
+            if own == 0:
+                weights = (rest, s, t)
+            elif own == 1:
+                weights = (t, rest, s)
+            else:
+                weights = (s, t, rest)
     return chosen, weights
 
 

@@ -8,6 +8,9 @@ and as ε falls it becomes a barrier that no triangle crosses (Garanzha, Kaporin
 Protais, Ray and Sokolov, "Foldover-free maps in 50 lines of code", ACM TOG 40(4), 2021). Vertices
 round bad triangles move one by one, to the best of several points of the surface, so that the sum
 never rises for a given ε.
+
+A patch that has collapsed inside out is embedded anew: each vertex at the mean of its neighbours,
+which in the plane, in a convex patch, flips no triangle (Tutte 1963, Floater 1997).
 """
 
 from typing import NamedTuple
@@ -16,7 +19,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.registration import nearest_in_triangle
+from solver.registration import nearest_in_fan
 from solver.templates.surface_tree import SurfaceTree, nearest_triangles
 
 _STEPS = 1.0, 0.5, 0.25
@@ -69,12 +72,15 @@ class Connectivity(NamedTuple):
         (F, 3), wound as those of the surface.
     areas
         (V,) mean area at rest of the triangles round each vertex, on a surface of unit area.
+    on_boundary
+        (V,) whether a vertex lies on the boundary.
     first, neighbours, first_face, incident
-        As for :class:`Surface`.
+        Neighbours over edges, not over links, and triangles round vertices.
     """
 
     faces: IntArray
     areas: FloatArray
+    on_boundary: BoolArray
     first: IntArray
     neighbours: IntArray
     first_face: IntArray
@@ -107,36 +113,26 @@ def place(
 ) -> None:
     """Move a vertex to the point of the surface nearest to (x, y, z), by descent from `start`."""
     here = _descended(x, y, z, start, surface)
-    point, corners = (x, y, z), surface.vertices
-    best, chosen, one, two = np.inf, -1, 0.0, 0.0
-    for entry in range(surface.first_face[here], surface.first_face[here + 1]):
-        face = surface.incident[entry]
-        a, b, c = surface.faces[face]
-        uu, uv, vv, ud, vd, dd = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for d in range(3):
-            u = corners[b, d] - corners[a, d]
-            v = corners[c, d] - corners[a, d]
-            w = point[d] - corners[a, d]
-            uu += u * u
-            uv += u * v
-            vv += v * v
-            ud += u * w
-            vd += v * w
-            dd += w * w
-        s, t = nearest_in_triangle(uu, uv, vv, ud, vd)
-        square = dd - 2.0 * (s * ud + t * vd) + s * s * uu + 2.0 * s * t * uv + t * t * vv
-        if square < best:
-            best, chosen, one, two = square, face, s, t
-    a, b, c = surface.faces[chosen]
+    face, (one, two, three) = nearest_in_fan(
+        np.array([x, y, z]),
+        surface.vertices,
+        surface.faces,
+        surface.first_face,
+        surface.incident,
+        here,
+    )
+    a, b, c = surface.faces[face]
     length = 0.0
     for d in range(3):
         placement.positions[vertex, d] = (
-            (1.0 - one - two) * corners[a, d] + one * corners[b, d] + two * corners[c, d]
+            one * surface.vertices[a, d]
+            + two * surface.vertices[b, d]
+            + three * surface.vertices[c, d]
         )
         normal = (
-            (1.0 - one - two) * surface.normals[a, d]
-            + one * surface.normals[b, d]
-            + two * surface.normals[c, d]
+            one * surface.normals[a, d]
+            + two * surface.normals[b, d]
+            + three * surface.normals[c, d]
         )
         placement.normals[vertex, d] = normal
         length += normal * normal
@@ -350,3 +346,40 @@ def _tried(
             points[number] = here + radius * length * (np.cos(angle) * one + np.sin(angle) * two)
             number += 1
     return points, starts
+
+
+@kernel
+def embed(
+    placement: Placement, vertices: IntArray, mesh: Connectivity, surface: Surface, sweeps: int
+) -> None:
+    """Move vertices to the points of the surface nearest to the means of their neighbours.
+
+    The mean is sought from the neighbour whose normal agrees most with those of all, as it may lie
+    between two sheets of the surface.
+
+    Parameters
+    ----------
+    placement
+        Changed.
+    vertices
+        (n,) vertices that move; all others stay.
+    mesh, surface
+        The mesh, and what it lies on.
+    sweeps
+        How often each vertex moves.
+    """
+    for _ in range(sweeps):
+        for vertex in vertices:
+            ring = mesh.neighbours[mesh.first[vertex] : mesh.first[vertex + 1]]
+            mean, normal = np.zeros(3), np.zeros(3)
+            for other in ring:
+                mean += placement.positions[other]
+                normal += placement.normals[other]
+            mean /= len(ring)
+            best, start = -np.inf, 0
+            for other in ring:
+                cosine = (placement.normals[other] * normal).sum()
+                if cosine > best:
+                    best, start = cosine, placement.nearest[other]
+            x, y, z = mean
+            place(placement, vertex, x, y, z, start, surface)

@@ -13,6 +13,7 @@ from solver.templates.folds import (
     Connectivity,
     Placement,
     Surface,
+    embed,
     place,
     qualities,
     relax,
@@ -23,18 +24,25 @@ _BAD = 0.02
 """Quality below which triangles are relaxed, unless they are as bad in the template: a triangle of
 this quality has a height of a hundredth of its length."""
 
-_ROUNDS = 30
-"""Rounds in which ε falls, with each number of rings."""
+_RINGS = 1, 3
+"""Rings of triangles round bad ones that are relaxed with them, one number after another: few
+change least, many untangle most."""
 
-_ATTEMPTS = 4
-"""Relaxations from the images, at most: more only where triangles stay flipped."""
+_ROUNDS = 20
+"""Rounds in which ε falls, with each number of rings."""
 
 _FIRST, _FALL, _LAST = 0.5, 0.8, 1e-3
 """ε at first, its ratio in each round, and the least."""
 
-_RINGS = 1, 3, 6, 2, 4
-"""Rings of triangles round bad ones that are relaxed with them, one number after another: few
-change least, many untangle most."""
+_GREATEST_PATCH = 15
+"""Rings of triangles round flipped ones, at most, that are embedded anew."""
+
+_SWEEPS = 100
+"""Sweeps over the vertices of a patch that is embedded anew."""
+
+_HOPELESS = 0.01
+"""Share of flipped triangles above which nothing is embedded anew: the map is far from one-to-one,
+and patches would cover the surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +82,7 @@ def register_template(
 
     Images are not one-to-one: where several vertices have nearly the same one, triangles fold.
     Vertices round such triangles move along the surface until none is flipped, all others stay at
-    their images.
+    their images. Maps that are far from one-to-one, as wrong ones, leave flipped triangles.
 
     Parameters
     ----------
@@ -117,21 +125,26 @@ def _relaxed(
 ) -> tuple[FloatArray, BoolArray]:
     """Return (V, 3) positions without folds, and (F,) the triangles that are flipped yet.
 
-    A relaxation may end where no single move helps; another one, with other directions, often does
-    not, so that the best of a few is taken.
+    Single moves cannot turn a patch that has collapsed inside out. Such patches are embedded anew,
+    larger ones as long as triangles stay flipped, and relaxed again.
     """
+    placement, faces = images.copied(), mesh.faces
+    folded = np.zeros(len(faces), dtype=np.bool_)
     found: list[tuple[tuple[int, int], FloatArray, BoolArray]] = []
-    for attempt in control.in_time(range(_ATTEMPTS), least=1):
-        placement = images.copied()
+    for rings in control.in_time(range(_GREATEST_PATCH + 1), least=1):
+        if rings:
+            patch = _vertices_round(faces, np.flatnonzero(folded), len(images.positions), rings - 1)
+            embed(placement, patch[~mesh.on_boundary[patch]], mesh, surface, _SWEEPS)
         for everywhere in (False, True):
-            _relax_folds(placement, mesh, surface, everywhere, least, attempt, control)
-        positions = placement.positions
-        centres, normals = positions[mesh.faces].mean(axis=1), face_normals(positions, mesh.faces)
+            _relax_folds(placement, mesh, surface, everywhere, least, rings, control)
+        centres = placement.positions[faces].mean(axis=1)
+        normals = face_normals(placement.positions, faces)
         worst, agreeing = surface.tree.cosines(centres, normals)
         # At a crease, it is better to agree with both of its sides than with one.
-        left = int((agreeing < 0.0).sum()), int((worst < 0.0).sum())
-        found.append((left, positions, agreeing < 0.0))
-        if not any(left):
+        folded = worst < 0.0
+        left = int((agreeing < 0.0).sum()), int(folded.sum())
+        found.append((left, placement.positions.copy(), agreeing < 0.0))
+        if not left[1] or left[0] > _HOPELESS * len(faces):
             break
     _, positions, flipped = min(found, key=lambda one: one[0])
     return positions, flipped
@@ -156,10 +169,8 @@ def _relax_folds(
             return
         rings, step = divmod(number, _ROUNDS)
         vertices = _vertices_round(faces, folded, len(placement.positions), _RINGS[rings])
-        epsilon = max(_FIRST * _FALL**step, _LAST)
-        moved = relax(
-            placement, vertices, mesh, surface, everywhere, epsilon, float(number) + 0.25 * attempt
-        )
+        epsilon, turn = max(_FIRST * _FALL**step, _LAST), float(step) + 0.37 * attempt
+        moved = relax(placement, vertices, mesh, surface, everywhere, epsilon, turn)
         changed = np.flatnonzero(np.isin(faces, vertices[moved]).any(axis=1))
         found = qualities(placement, faces, changed, surface, everywhere)
         bad[changed] = found < bounds[changed]
@@ -185,11 +196,11 @@ def _surface(target: TriangleMesh) -> Surface:
 
 def _connectivity(template: TriangleMesh, inverted: bool) -> Connectivity:
     faces = template.faces[:, ::-1] if inverted else template.faces
-    around = (*template.neighbours, *template.incident_faces)
+    around = (*template.edge_neighbours, *template.incident_faces)
     areas = np.repeat(triangle_areas(template.vertices, template.faces), 3) / template.area
     corners = template.faces.ravel()
     means = np.bincount(corners, areas) / np.bincount(corners)
-    return Connectivity(np.ascontiguousarray(faces), 2.0 * means, *around)
+    return Connectivity(np.ascontiguousarray(faces), 2.0 * means, template.on_boundary, *around)
 
 
 def _placement(

@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from solver.arrays import FloatArray
+from solver.arrays import BoolArray, FloatArray
 from solver.errors import OptionError, TransferError
 from solver.transfer.overlap import FACES, VERTICES
 from solver.transfer.skinning import normalised_weights, strongest_weights
@@ -121,7 +121,7 @@ def carried(
     Parameters
     ----------
     attribute
-        Of X, as :func:`selected` returns it for `kind`.
+        Of X, as :func:`selected` returns it for `kind`. Rows with nan have no value.
     kind
         One of `KINDS`. Labels are those of greatest weight, all others weighted means.
     along
@@ -133,13 +133,13 @@ def carried(
 
     Returns
     -------
-    The attribute of the same name of Y. Vertices of the file that no face uses, and faces that were
-    dropped, have nan, -1 or an empty text.
+    The attribute of the same name of Y. Vertices of the file that no face uses, faces that were
+    dropped, and those whose image has no value, have nan, -1 or an empty text.
 
     Raises
     ------
     TransferError
-        Rows are missing, numbers are not finite, or weights are negative.
+        Rows are missing, numbers are infinite, or weights are negative.
     """
     values = attribute.values
     if kind == LABELS:
@@ -147,17 +147,30 @@ def carried(
         found = along.spread(along.majority(values), missing)
         return Attribute(attribute.name, found, attribute.columns, onto)
     numbers = values.astype(np.float64)
-    if not np.isfinite(numbers).all():
-        row = int(np.argwhere(~np.isfinite(numbers))[0, 0])
-        raise TransferError(
-            f"{attribute.name!r} of {_ROW[attribute.on]} {row} is not a finite number"
-        )
+    if np.isinf(numbers).any():
+        row = int(np.argwhere(np.isinf(numbers))[0, 0])
+        raise TransferError(f"{attribute.name!r} of {_ROW[attribute.on]} {row} is infinite")
+    known = ~np.isnan(numbers if numbers.ndim == 1 else numbers.sum(axis=1))
     if kind == SKINNING:
-        means = along.means(normalised_weights(numbers))
+        means = _known_means(along, normalised_weights(numbers), known)
         means = normalised_weights(strongest_weights(means, influences))
     else:
-        means = along.means(numbers)
+        means = _known_means(along, numbers, known)
     return Attribute(attribute.name, along.spread(means, np.nan), attribute.columns, onto)
+
+
+def _known_means(along: Along, values: FloatArray, known: BoolArray) -> FloatArray:
+    """Means of the values that are known, nan where most of the weight is on others.
+
+    So what has a value neither grows nor shrinks on the way: where a part of a surface has no
+    partner, values that were carried there have gaps.
+    """
+    if known.all():
+        return along.means(values)
+    columns = (slice(None), *[None] * (values.ndim - 1))
+    shares = along.means(known.astype(np.float64))[columns]
+    sums = along.means(np.where(known[columns], values, 0.0))
+    return np.where(shares >= 0.5, sums / np.maximum(shares, 0.5), np.nan)
 
 
 def _is_of(attribute: Attribute, kind: str, named: bool) -> bool:

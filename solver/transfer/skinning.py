@@ -16,7 +16,8 @@ def normalised_weights(weights: FloatArray) -> FloatArray:
 
     Returns
     -------
-    (V, J) with rows of sum 1; rows of zeros, of vertices that none of the joints moves, stay.
+    (V, J) with rows of sum 1; rows of zeros, of vertices that none of the joints moves, stay, as do
+    those with nan.
 
     Raises
     ------
@@ -29,7 +30,7 @@ def normalised_weights(weights: FloatArray) -> FloatArray:
     # The greatest first, so that sums of great weights stay finite.
     scaled = weights / np.where(weights > 0.0, weights, 0.0).max(axis=1, initial=1e-300)[:, None]
     sums = scaled.sum(axis=1, keepdims=True)
-    shares: FloatArray = scaled / np.where(sums > 0.0, sums, 1.0)
+    shares: FloatArray = scaled / np.where(sums == 0.0, 1.0, sums)
     return shares
 
 

@@ -15,7 +15,7 @@ from solver.matching import MatchOptions
 from solver.shape import Shape
 from worker.jobs.consistent_map_results import Collection, Pair, PairwiseMap, consistent_maps_of
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to
+from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to, none_usable
 from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
@@ -130,14 +130,9 @@ def _map_of(
 def _failure(
     payload: ConsistentMapsPayload, collection: Collection, store: Store
 ) -> ShapeGone | UnusableShape:
-    """Return why no pair could be matched: a shape that is gone, or the first reason."""
-    unusable = [(place, one) for place, one in enumerate(collection.shapes) if isinstance(one, str)]
-    kept = store.shapes.records([payload.shapes[place] for place, _ in unusable])
-    for (place, _), record in zip(unusable, kept, strict=True):
-        if record is None:
-            return ShapeGone(payload.shapes[place])
-    if unusable:
-        place, reason = unusable[0]
-        return UnusableShape(f"shapes.{place}", reason)
+    """Return why no pair could be matched: because of a shape, or the reason of the first pair."""
+    unusable = [one if isinstance(one, str) else None for one in collection.shapes]
+    if any(unusable):
+        return none_usable(payload.shapes, unusable, store)
     (reason, *_) = (one for one in collection.pairs.values() if isinstance(one, str))
     return UnusableShape("shapes.0", reason)

@@ -21,6 +21,7 @@ from solver.transfer.files import (
     read_attributes,
     write_csv,
     write_glb,
+    write_obj_archive,
     write_surface,
     write_textured_glb,
     write_textured_obj,
@@ -91,7 +92,11 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
         return _table([header, *((*one.vertices, *one.weights) for one in result.points)])
     if result.what == UV and file_type == "ply":
         raise OptionError("format", "PLY has no texture coordinates here; choose GLB or OBJ")
-    if (result.what, file_type) in ((TEXTURE, "glb"), (UV, "glb"), (UV, "obj")):
+    painted = result.what in (TEXTURE, UV)
+    if file_type == "zip" and not painted:
+        message = f"zip is OBJ with images, and {result.what} have none; choose OBJ or another"
+        raise OptionError("format", message)
+    if (painted and file_type in ("glb", "zip")) or (result.what, file_type) == (UV, "obj"):
         return _textured(result, file_type, store)
     arrays = store.results.arrays(job_id)
     if arrays is None:
@@ -118,11 +123,14 @@ def _textured(result: TransferResult, file_type: str, store: Store) -> bytes:
     mesh, name = stored_mesh(result.target, store.shapes), result.target_name or "target"
     if result.what == TEXTURE:
         paint = baked_texture(mesh, back, *texture_of(result.source, store.shapes))
-        return write_textured_glb(name, mesh, paint)
-    paint = carried_paint(result.source, mesh, back, store.shapes)
+    else:
+        paint = carried_paint(result.source, mesh, back, store.shapes)
     if file_type == "glb":
-        return write_textured_glb(name, mesh, paint, mipmaps=True)
-    return write_textured_obj(WrittenSurface.of(mesh, [], name), paint)
+        return write_textured_glb(name, mesh, paint, mipmaps=result.what == UV)
+    surface = WrittenSurface.of(mesh, [], name)
+    if file_type == "zip":
+        return write_obj_archive(surface, paint)
+    return write_textured_obj(surface, paint)
 
 
 def _beside(source: WrittenSurface, target: WrittenSurface) -> WrittenSurface:

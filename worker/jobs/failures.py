@@ -8,14 +8,14 @@
     NotDelivered        a webhook's receiver did not accept it
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import ClassVar
 
 from rq.timeouts import JobTimeoutException
 
 from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem
-from broker.store import NewerRecord
+from broker.store import NewerRecord, Store
 from solver.errors import MeshError, OptionError, PrototypeError, SolverError, TransferError
 from worker.pictures import NoAlternative
 
@@ -123,6 +123,29 @@ def attributed_to(field: str) -> Iterator[None]:
         yield
     except MeshError as error:
         raise UnusableShape(field, str(error)) from error
+
+
+def none_usable(
+    shapes: Sequence[str], reasons: Sequence[str | None], store: Store
+) -> ShapeGone | UnusableShape:
+    """Return why a job of several shapes has none left: one that is gone, or the first reason.
+
+    Parameters
+    ----------
+    shapes
+        Ids, as `shapes` of the request has them.
+    reasons
+        Why each cannot be used, or ``None``; at least one is not.
+    store
+        Store of the shapes.
+    """
+    failed = [(place, reason) for place, reason in enumerate(reasons) if reason is not None]
+    kept = store.shapes.records([shapes[place] for place, _ in failed])
+    for (place, _), record in zip(failed, kept, strict=True):
+        if record is None:
+            return ShapeGone(shapes[place])
+    place, reason = failed[0]
+    return UnusableShape(f"shapes.{place}", reason)
 
 
 class TooLarge(Exception):

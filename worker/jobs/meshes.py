@@ -30,6 +30,7 @@ def mesh_to_bytes(mesh: TriangleMesh) -> bytes:
         merged=_compact(mesh.merged),
         face_ids=np.empty(0) if mesh.face_ids is None else _compact(mesh.face_ids),
         file_rows=np.array(mesh.file_rows or (), dtype=np.int64),
+        is_cloud=np.array(mesh.is_cloud),
     )
     return stream.getvalue()
 
@@ -43,6 +44,7 @@ def mesh_from_bytes(data: bytes) -> TriangleMesh:
             vertex_ids=arrays["vertex_ids"].astype(np.int64),
             colors=arrays["colors"] if len(arrays["colors"]) else None,
             warnings=tuple(str(warning) for warning in arrays["warnings"]),
+            is_cloud="is_cloud" in arrays and bool(arrays["is_cloud"]),
             # Shapes that were stored before meshes were repaired do not have it.
             merged=(
                 arrays["merged"].astype(np.int64)
@@ -94,7 +96,9 @@ def _numbering(arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, Any]:
     if "file_rows" not in arrays or not len(arrays["file_rows"]):
         return {}
     vertices, faces = arrays["file_rows"].tolist()
-    return {"face_ids": arrays["face_ids"].astype(np.int64), "file_rows": (vertices, faces)}
+    # Files of points alone have no faces that triangles could be part of.
+    ids = arrays["face_ids"].astype(np.int64) if len(arrays["face_ids"]) else None
+    return {"face_ids": ids, "file_rows": (vertices, faces)}
 
 
 def _compact(numbers: IntArray) -> IntArray | npt.NDArray[np.int32]:

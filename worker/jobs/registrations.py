@@ -33,7 +33,7 @@ from solver.templates import (
 )
 from solver.transfer.files import WrittenSurface, write_surface
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ResultGone, ShapeGone, UnusableShape
+from worker.jobs.failures import ResultGone, ShapeGone, UnusableShape, none_usable
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.meshes import mesh_of, stored_mesh
@@ -64,7 +64,7 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
     UnusableShape
         The template cannot be matched, or none of the specimens.
     ShapeGone
-        The template was deleted.
+        The template was deleted, or none of the specimens can be matched and some were deleted.
     Cancelled
         Through the reporter.
     """
@@ -82,8 +82,8 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
         found.append(_registered(payload, place, template, context, control))
     registered = [one for one in found if isinstance(one, _Registered)]
     if not registered:
-        assert isinstance(found[0], str)
-        raise UnusableShape("shapes.0", found[0])
+        reasons = [one if isinstance(one, str) else None for one in found]
+        raise none_usable(payload.shapes, reasons, store)
     reporter.control(1.0 - _STATISTICS_SHARE).report("statistics", 0.0)
     positions = np.stack([one.template.positions for one in registered])
     statistics = shape_statistics(positions, payload.scale)

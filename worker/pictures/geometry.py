@@ -5,7 +5,7 @@ A packed mesh is little-endian, so that a browser reads its arrays in place:
 ====================  ===========================================================================
 8 bytes               ``isogeom1``
 3 uint32              V vertices, F triangles, 1 with colours or 0 without
-4 bytes               zero
+uint32                1 for a point cloud, whose triangles were made of its points, or 0
 3 float64             the origin, in the file's unit of length
 float64               the scale, likewise
 3 V float32           positions relative to the origin, in units of the scale, from -1 to 1
@@ -27,7 +27,7 @@ from solver.mesh import TriangleMesh
 from solver.prototype import ExampleSurface, Prototype
 
 MAGIC: Final = b"isogeom1"
-_HEADER: Final = "<8s3I4x4d"
+_HEADER: Final = "<8s4I4d"
 _LEVEL: Final = 4
 """Compression level of gzip; higher ones gain little on coordinates."""
 
@@ -43,7 +43,8 @@ def packed_geometry(mesh: TriangleMesh) -> bytes:
     """
     origin, scale = _box(mesh.vertices)
     colored = mesh.colors is not None
-    header = struct.pack(_HEADER, MAGIC, mesh.n_vertices, mesh.n_faces, colored, *origin, scale)
+    counts = mesh.n_vertices, mesh.n_faces, colored, mesh.is_cloud
+    header = struct.pack(_HEADER, MAGIC, *counts, *origin, scale)
     parts = [
         header,
         ((mesh.vertices - origin) / scale).astype("<f4").tobytes(),

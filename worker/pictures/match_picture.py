@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import EllipseCollection, LineCollection, PolyCollection
 from matplotlib.colors import hsv_to_rgb
 from scipy.sparse.csgraph import minimum_spanning_tree
 
@@ -21,6 +21,9 @@ _LONGEST_NAME = 40
 
 _LIGHT: Final = np.array([-0.35, 0.55, 0.76])
 """Direction to the light: from the upper left, in front."""
+
+_DOT = 0.7
+"""Diameter of a point of a cloud, in mean distances of neighbours."""
 
 _CLEARANCE = 0.02
 """Least depth of a face in front of a point that it hides, in units of the root of the area."""
@@ -52,7 +55,8 @@ def draw_match(
     """
     left, right = match_scenes(source, target, answer, side)
     labels = [
-        f"{shortened(name, _LONGEST_NAME)}\n{mesh.n_vertices:,} vertices"
+        f"{shortened(name, _LONGEST_NAME)}\n{mesh.n_vertices:,}"
+        f" {'points' if mesh.is_cloud else 'vertices'}"
         for name, mesh in zip(names, (source, target), strict=True)
     ]
     return _drawn(left, right, answer, labels)
@@ -96,7 +100,9 @@ def _drawn(left: Scene, right: Scene, answer: Hypothesis, labels: list[str]) -> 
     axes.set_axis_off()
     axes.set_aspect("equal")
     for scene in (left, right):
-        if len(scene.faces):
+        if scene.is_cloud:
+            _draw_cloud(axes, scene)
+        elif len(scene.faces):
             draw_surface(axes, scene)
         else:
             _draw_skeleton(axes, scene)
@@ -131,6 +137,24 @@ def draw_surface(axes: Axes, scene: Scene) -> None:
             list(corners[order][:, :, :2]), facecolors=colors, edgecolors=colors, linewidths=0.3
         )
     )
+
+
+def _draw_cloud(axes: Axes, scene: Scene) -> None:
+    """Draw the points of a cloud, from back to front."""
+    order = np.argsort(scene.vertices[:, 2], kind="stable")
+    shade = np.zeros(len(order))
+    np.maximum.at(shade, scene.faces, _shades(scene)[:, None])
+    colors = np.clip(np.broadcast_to(scene.colors, scene.vertices.shape) * shade[:, None], 0.0, 1.0)
+    # Of unit area: the mean distance of neighbours.
+    widths = np.full(len(order), _DOT / np.sqrt(len(order)))
+    places = scene.vertices[order, :2]
+    axes.add_collection(
+        EllipseCollection(
+            widths, widths, np.zeros(len(order)), units="xy", offsets=places,
+            offset_transform=axes.transData, facecolors=colors[order], linewidths=0.0,
+        )
+    )  # fmt: skip
+    axes.update_datalim(places)
 
 
 def _draw_skeleton(axes: Axes, scene: Scene) -> None:

@@ -31,12 +31,15 @@ class Scene:
         (K, 3) the matched points.
     colors
         (3,) colour of the surface, or (V, 3) colours of its vertices.
+    is_cloud
+        Whether the vertices are drawn instead of the faces, which were made of them.
     """
 
     vertices: FloatArray
     faces: IntArray
     points: FloatArray
     colors: FloatArray = field(default_factory=lambda: GREY)
+    is_cloud: bool = False
 
 
 def match_scenes(
@@ -51,8 +54,13 @@ def match_scenes(
     numbers = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
     points = first[source.vertices_of(numbers)]
     left, right = _side_by_side(
-        Scene(first, source.faces, points),
-        Scene(second, target.faces, _target_points(target, second, answer)),
+        Scene(first, source.faces, points, is_cloud=source.is_cloud),
+        Scene(
+            second,
+            target.faces,
+            _target_points(target, second, answer),
+            is_cloud=target.is_cloud,
+        ),
         side,
     )
     if answer.dense is None or answer.dense.inverse is None:
@@ -88,7 +96,7 @@ def prototype_scenes(
     points = points * (size / spread if size > 0.0 and spread > 1e-9 else 1.0)
     return _side_by_side(
         Scene(points, np.zeros((0, 3), dtype=np.int64), points[matched]),
-        Scene(vertices, target.faces, there),
+        Scene(vertices, target.faces, there, is_cloud=target.is_cloud),
         side,
     )
 
@@ -102,8 +110,8 @@ def _side_by_side(source: Scene, target: Scene, side: Side) -> tuple[Scene, Scen
     to_left = np.array([left[:, 0].max() + _GAP, left[:, 1].min(), 0.0])
     to_right = np.array([right[:, 0].min() - _GAP, right[:, 1].min(), 0.0])
     return (
-        Scene(left - to_left, source.faces, view.of(source.points) - to_left),
-        Scene(right - to_right, target.faces, other.of(target.points) - to_right),
+        replace(source, vertices=left - to_left, points=view.of(source.points) - to_left),
+        replace(target, vertices=right - to_right, points=other.of(target.points) - to_right),
     )
 
 

@@ -42,7 +42,7 @@ def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
 View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]
 """Side from which shapes are drawn."""
 
-ENDINGS: Final = ("json", "npz", "csv", "ply", "obj", "glb", "png")
+ENDINGS: Final = ("json", "npz", "csv", "ply", "obj", "glb", "zip", "png")
 """Formats of results."""
 
 _RESULTS: Final[Mapping[str, type[Result]]] = {

@@ -57,11 +57,11 @@ def transferred(
         raise ValueError(f"kind is one of {', '.join(ARRAY_KINDS)}, not {kind!r}")
     given = np.asarray(values)
     numbers = given.astype(np.float64)
-    if not np.isfinite(numbers).all():
-        raise ValueError("values must be finite numbers")
+    if np.isinf(numbers).any():
+        raise ValueError("values must not be infinite")
     if kind == "skinning":
         return _by_vertex(along, _skinning(along, numbers, influences))
-    found = _by_vertex(along, along.interpolate(numbers))
+    found = _by_vertex(along, _known_means(along, numbers))
     if kind == "colors" and given.dtype == np.uint8:
         rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
         return rounded
@@ -87,16 +87,27 @@ def _skinning(
         )
     if (weights < 0.0).any():
         raise ValueError("skinning weights must not be negative")
-    means = along.interpolate(_normalised(weights))
+    means = _known_means(along, _normalised(weights))
     if influences is not None and influences < means.shape[1]:
         weakest = np.argsort(means, axis=1, kind="stable")[:, :-influences]
         np.put_along_axis(means, weakest, 0.0, axis=1)
     return _normalised(means)
 
 
+def _known_means(along: VertexMap, values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Means of the rows without nan, nan where most of the weight is on others."""
+    known = ~np.isnan(values.reshape(len(values), -1).sum(axis=1))
+    if known.all():
+        return along.interpolate(values)
+    columns = (slice(None), *[None] * (values.ndim - 1))
+    shares = along.interpolate(known)[columns]
+    sums = along.interpolate(np.where(known[columns], values, 0.0))
+    return np.where(shares >= 0.5, sums / np.maximum(shares, 0.5), np.nan)
+
+
 def _normalised(weights: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     sums = weights.sum(axis=1, keepdims=True)
-    found: npt.NDArray[np.float64] = weights / np.where(sums > 0.0, sums, 1.0)
+    found: npt.NDArray[np.float64] = weights / np.where(sums == 0.0, 1.0, sums)
     return found
 
 

@@ -19,7 +19,7 @@ export async function drawnShape(shape, end, signal) {
 }
 
 const drawnWith = (shape, end, geometry) => ({
-  shape, end, geometry, unrotated: geometry, mesh: simplified(geometry), place: places(geometry),
+  shape, end, geometry, unrotated: geometry, mesh: { ...simplified(geometry), cloud: geometry.cloud }, place: places(geometry),
   normals: normals(geometry.positions, geometry.faces),
 });
 

@@ -8,7 +8,8 @@ const HEADER = 56;
 /**
  * Fetch the geometry of a shape.
  * @returns {Promise<Object>} `positions` (3 V, between -1 and 1), `faces` (3 F), `numbers` (V, the
- *   indices in the user's file), `colors` (3 V bytes, or null); `origin` and `scale` of the positions in
+ *   indices in the user's file), `colors` (3 V bytes, or null), `cloud`, whether these are points whose
+ *   faces were made of them; `origin` and `scale` of the positions in
  *   the units of that file
  */
 export async function geometryOf(shape, signal) {
@@ -20,7 +21,7 @@ export function readGeometry(buffer) {
   const magic = new TextDecoder("ascii").decode(new Uint8Array(buffer, 0, 8));
   if (magic !== MAGIC) throw new Error("The geometry of this shape has a format that this page does not support; reload the page.");
   const head = new DataView(buffer);
-  const [vertices, triangles, colored] = [8, 12, 16].map((at) => head.getUint32(at, true));
+  const [vertices, triangles, colored, cloud] = [8, 12, 16, 20].map((at) => head.getUint32(at, true));
   let at = HEADER;
   const next = (kind, length) => {
     const array = new kind(buffer, at, length);
@@ -29,7 +30,7 @@ export function readGeometry(buffer) {
   };
   const [x, y, z, scale] = [24, 32, 40, 48].map((place) => head.getFloat64(place, true));
   return {
-    origin: [x, y, z], scale,
+    origin: [x, y, z], scale, cloud: cloud === 1,
     positions: next(Float32Array, 3 * vertices),
     faces: next(Uint32Array, 3 * triangles),
     numbers: next(Uint32Array, vertices),

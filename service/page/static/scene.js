@@ -13,6 +13,8 @@ const SKIN = 218;
 // The aspect ratio sizes the shape, as the projection is orthographic.
 const ZOOM = { x: 1.75, y: 1.75, z: 1.75 };
 const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: false };
+/** Size of the points of a cloud, in pixels. */
+const DOT = 2;
 const SURFACE = 0;
 const POINTS = 1;
 const RING = 2;
@@ -25,7 +27,7 @@ const NOTHING = { points: [], colors: [], names: [], numbered: false, ring: null
 /**
  * The drawing of a shape.
  *
- * `mesh` has `positions` and `faces`; nothing is drawn before the first `show`. With `picked`,
+ * `mesh` has `positions` and `faces`, and `cloud` if its points are drawn instead; nothing is drawn before the first `show`. With `picked`,
  * clicks on vertices are reported. `reach` is how far from the origin the shape may be moved.
  */
 export class Scene {
@@ -33,21 +35,25 @@ export class Scene {
   #signal;
   #plotly = null;
   #surface;
+  #cloud;
   #mesh;
   #points = [];
   #size;
   #brightness;
 
-  constructor(node, { positions, faces }, signal, { picked = false, reach = 0 } = {}) {
+  constructor(node, { positions, faces, cloud = false }, signal, { picked = false, reach = 0 } = {}) {
     this.#node = node;
     this.#signal = signal;
     this.#size = Math.max(reach, extent(positions));
     this.#brightness = brightness(positions, faces);
     this.#mesh = { positions, faces };
+    const drawn = cloud
+      ? { type: "scatter3d", mode: "markers" }
+      : { type: "mesh3d", ...FLAT, ...columns(faces, ["i", "j", "k"]) };
     this.#surface = {
-      type: "mesh3d", hoverinfo: picked ? "none" : "skip", ...FLAT,
-      ...columns(positions, ["x", "y", "z"]), ...columns(faces, ["i", "j", "k"]),
+      ...drawn, hoverinfo: picked ? "none" : "skip", ...columns(positions, ["x", "y", "z"]),
     };
+    this.#cloud = cloud;
   }
 
   /**
@@ -62,7 +68,8 @@ export class Scene {
     this.#points = points;
     const vertexcolor = Array.from(this.#brightness, (light, v) =>
       css([0, 1, 2].map((k) => Math.round(light * (shades === null ? SKIN : shades[3 * v + k])))));
-    const surface = { ...this.#surface, vertexcolor };
+    const painted = this.#cloud ? { marker: { size: DOT, color: vertexcolor, line: { width: 0 } } } : { vertexcolor };
+    const surface = { ...this.#surface, ...painted };
     const marks = {
       type: "scatter3d", mode: numbered ? "markers+text" : "markers", ...columnsOf(points),
       text: names, hoverinfo: "none", textposition: "top center",

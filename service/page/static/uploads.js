@@ -5,7 +5,7 @@ import { h, fill, button } from "./dom.js";
 import { problemBox } from "./problem.js";
 import { percent } from "./format.js";
 
-const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.xyz,.txt,.csv,.zip";
+const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 
 /**
  * A drop zone.

@@ -17,7 +17,8 @@ from solver.mesh.formats.archive import read_zip
 from solver.mesh.formats.gltf import read_glb, read_glb_with, read_gltf
 from solver.mesh.formats.gltf_data import GltfData
 from solver.mesh.formats.gltf_scene import MODES, placed_nodes
-from solver.mesh.formats.obj import read_obj, read_obj_coordinates
+from solver.mesh.formats.las import read_las
+from solver.mesh.formats.obj import read_obj, read_obj_coordinates, read_obj_parts
 from solver.mesh.formats.off import read_off
 from solver.mesh.formats.ply import ply_columns, read_ply
 from solver.mesh.formats.ply_data import Element, Property, binary_columns
@@ -34,6 +35,8 @@ READERS: Mapping[str, Callable[[bytes], TriangleSoup]] = MappingProxyType(
         "glb": read_glb,
         "gltf": read_gltf,
         "zip": read_zip,
+        "las": read_las,
+        "laz": read_las,
         "xyz": read_xyz,
         "txt": read_xyz,
         "csv": read_xyz,
@@ -54,4 +57,5 @@ __all__ = [
     "read_glb_with",
     "read_obj",
     "read_obj_coordinates",
+    "read_obj_parts",
 ]

@@ -33,6 +33,8 @@ class _Lines:
         Numbers of ``v`` and of ``vt`` lines before each face: negative indices count from there.
     material
         Of each face, as an index into `materials`.
+    group, object
+        Name of each face's group (``g``) and object (``o``), empty before the first.
     """
 
     positions: list[str] = field(default_factory=list)
@@ -41,6 +43,8 @@ class _Lines:
     known: list[tuple[int, int]] = field(default_factory=list)
     material: list[int] = field(default_factory=list)
     materials: list[str] = field(default_factory=lambda: [""])
+    group: list[str] = field(default_factory=list)
+    object: list[str] = field(default_factory=list)
     libraries: list[str] = field(default_factory=list)
 
 
@@ -95,6 +99,25 @@ def read_obj_coordinates(data: bytes) -> TriangleSoup:
     return _Painter(lines, none, sizes, corners).mapped(contents)
 
 
+def read_obj_parts(data: bytes) -> dict[str, list[str]]:
+    """Read which group, object and material each face of a Wavefront OBJ file belongs to.
+
+    Parameters
+    ----------
+    data
+        Bytes of the file.
+
+    Returns
+    -------
+    Names by "group" (``g``), "object" (``o``) and "material" (``usemtl``), one for each ``f`` line,
+    empty before the first; only those that differ from face to face.
+    """
+    lines = _sorted_lines(decode(data))
+    materials = [lines.materials[number] for number in lines.material]
+    parts = {"group": lines.group, "object": lines.object, "material": materials}
+    return {what: names for what, names in parts.items() if len(set(names)) > 1}
+
+
 def _contents(data: bytes) -> tuple[TriangleSoup, _Lines, IntArray, IntArray]:
     """The surface, the lines, and the polygons: their numbers of corners, and all corners."""
     text = decode(data)
@@ -114,6 +137,7 @@ def _sorted_lines(text: str) -> _Lines:
     lines = _Lines()
     numbers = {"": 0}
     current = 0
+    named = {"g": "", "o": ""}
     for line in re.sub(r"\\\r?\n", " ", text).splitlines():
         keyword, rest = [*line.split(maxsplit=1), "", ""][:2]
         if keyword == "v":
@@ -124,6 +148,10 @@ def _sorted_lines(text: str) -> _Lines:
             lines.faces.append(rest.partition("#")[0])
             lines.known.append((len(lines.positions), len(lines.coordinates)))
             lines.material.append(current)
+            lines.group.append(named["g"])
+            lines.object.append(named["o"])
+        elif keyword in named:
+            named[keyword] = rest.strip()
         elif keyword == "usemtl":
             current = numbers.setdefault(rest.strip(), len(numbers))
         elif keyword == "mtllib":

@@ -17,7 +17,7 @@ from solver.transfer.files.npz import read_npz, write_npz
 from solver.transfer.files.obj import read_obj_attributes, write_obj
 from solver.transfer.files.ply import read_ply_attributes, write_ply
 from solver.transfer.files.surface import WrittenSurface
-from solver.transfer.files.textured import write_textured_glb, write_textured_obj
+from solver.transfer.files.textured import write_obj_archive, write_textured_glb, write_textured_obj
 
 _READERS: Mapping[str, Callable[[bytes], list[Attribute]]] = MappingProxyType(
     {
@@ -85,6 +85,7 @@ __all__ = [
     "write_csv",
     "write_glb",
     "write_npz",
+    "write_obj_archive",
     "write_surface",
     "write_textured_glb",
     "write_textured_obj",

@@ -79,17 +79,19 @@ def write_csv(attributes: Sequence[Attribute]) -> bytes:
 
 
 def column_of(name: str, cells: Sequence[str]) -> Column:
-    """Return cells as int64, float64 or text.
+    """Return cells as int64, float64 or text; nan among numbers, and empty cells of text, are none.
 
     Raises
     ------
     TransferError
-        There are both numbers and text, or empty cells.
+        There are both numbers and text, or all cells are empty.
     """
     whole = [_WHOLE.fullmatch(cell) is not None for cell in cells]
     if all(whole):
         return np.array([int(cell) for cell in cells], dtype=np.int64)
     number = [_NUMBER.fullmatch(cell) is not None for cell in cells]
+    if any(number):
+        number = [known or cell.strip() == "nan" for known, cell in zip(number, cells, strict=True)]
     if all(number):
         return np.array([float(cell) for cell in cells])
     # Of a column of numbers, the one that is none; of a column of text, the one that is a number.
@@ -98,9 +100,8 @@ def column_of(name: str, cells: Sequence[str]) -> Column:
         raise TransferError(
             f"{name[:40]!r} has both numbers and text: row {row} is {cells[row][:40]!r}"
         )
-    if not all(cell.strip() for cell in cells):
-        row = [bool(cell.strip()) for cell in cells].index(False)
-        raise TransferError(f"{name[:40]!r} is empty in row {row}")
+    if not any(cell.strip() for cell in cells):
+        raise TransferError(f"{name[:40]!r} is empty in all rows")
     return np.array(cells, dtype=np.str_)
 
 

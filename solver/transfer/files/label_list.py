@@ -17,10 +17,12 @@ _WHOLE: Final = 2.0**53
 def read_label_list(data: bytes) -> list[Attribute]:
     """Read one label, number or text, of each line; numbers that are all whole are labels.
 
+    An empty line between labels of text is none.
+
     Raises
     ------
     TransferError
-        It is not UTF-8 text, has an empty line before the last, or both numbers and text.
+        It is not UTF-8 text, is empty, or has both numbers and text.
     """
     try:
         lines = data.decode("utf-8-sig").rstrip().splitlines()

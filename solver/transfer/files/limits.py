@@ -61,7 +61,7 @@ def check_size(columns: int, rows: int) -> None:
 
 
 def colors_in_range(table: npt.NDArray[Any]) -> FloatArray:
-    """Bring colours to 0..1: whole numbers are in 0..255, others in 0..1 already.
+    """Bring colours to 0..1: whole numbers are in 0..255, others in 0..1 already; nan is none.
 
     Raises
     ------
@@ -70,6 +70,6 @@ def colors_in_range(table: npt.NDArray[Any]) -> FloatArray:
     """
     most = 255.0 if table.dtype.kind in "iu" else 1.0
     colors: FloatArray = table.astype(np.float64) / most
-    if not ((colors >= 0.0) & (colors <= 1.0)).all():
+    if ((colors < 0.0) | (colors > 1.0)).any():
         raise TransferError("colours are whole numbers from 0 to 255, or numbers from 0 to 1")
     return colors

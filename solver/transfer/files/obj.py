@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from solver.arrays import IntArray
 from solver.errors import MeshError, TransferError
-from solver.mesh.formats import read_obj
+from solver.mesh.formats import read_obj, read_obj_parts
 from solver.transfer.attributes import COLORS_NAME, Attribute
 from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.surface import WrittenSurface
@@ -15,7 +15,10 @@ from solver.transfer.overlap import FACES
 
 
 def read_obj_attributes(data: bytes) -> list[Attribute]:
-    """Read the colours of the vertices, numbers four to six of ``v`` lines.
+    """Read colours of the vertices, numbers four to six of ``v`` lines, and labels of the faces.
+
+    Labels are the names of their groups (``g``), objects (``o``) and materials (``usemtl``), where
+    there are several.
 
     Raises
     ------
@@ -23,10 +26,12 @@ def read_obj_attributes(data: bytes) -> list[Attribute]:
         The bytes are not a complete OBJ file.
     """
     try:
-        colors = read_obj(data).colors
+        colors, parts = read_obj(data).colors, read_obj_parts(data)
     except MeshError as error:
         raise TransferError(str(error)) from error
-    return [] if colors is None else [Attribute(COLORS_NAME, colors, CHANNELS[:3])]
+    labels = [Attribute(what, np.array(names), on=FACES) for what, names in parts.items()]
+    own = [] if colors is None else [Attribute(COLORS_NAME, colors, CHANNELS[:3])]
+    return own + labels
 
 
 def write_obj(surface: WrittenSurface) -> bytes:

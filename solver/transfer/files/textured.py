@@ -1,6 +1,7 @@
-"""Surfaces with texture coordinates: GLB with the images, and OBJ without."""
+"""Surfaces with texture coordinates: GLB, or OBJ in a zip, with the images, and OBJ without."""
 
 import io
+import zipfile
 from typing import Any, Final
 
 import numpy as np
@@ -61,8 +62,8 @@ def write_textured_glb(name: str, mesh: TriangleMesh, paint: Paint, mipmaps: boo
     return file.to_bytes()
 
 
-def write_textured_obj(surface: WrittenSurface, paint: Paint) -> bytes:
-    """Return a surface as OBJ with texture coordinates (``vt``), v upwards, and no material file.
+def write_textured_obj(surface: WrittenSurface, paint: Paint, library: str = "") -> bytes:
+    """Return a surface as OBJ with texture coordinates (``vt``), v upwards.
 
     Parameters
     ----------
@@ -70,9 +71,12 @@ def write_textured_obj(surface: WrittenSurface, paint: Paint) -> bytes:
         The surface, with the vertices of the user's file.
     paint
         Texture coordinates of its faces; those of each texture follow ``usemtl texture0``, and so
-        on, if there are several.
+        on, if there are several or there is a library.
+    library
+        Name of the material file; empty if there is none.
     """
-    text = [f"o {'_'.join(surface.name.split()) or 'surface'}"]
+    text = [f"mtllib {library}"] if library else []
+    text += [f"o {'_'.join(surface.name.split()) or 'surface'}"]
     text += [f"v {' '.join(map(repr, row))}" for row in surface.vertices.tolist()]
     textured = paint.texture_of_face >= 0
     upwards = paint.coordinates[textured].reshape(-1, 2) * [1.0, -1.0] + [0.0, 1.0]
@@ -81,7 +85,7 @@ def write_textured_obj(surface: WrittenSurface, paint: Paint) -> bytes:
     numbers = np.zeros_like(surface.faces)
     numbers[textured] = inverse.reshape(-1, 3) + 1
     for texture in np.unique(paint.texture_of_face).tolist():
-        if len(paint.textures) > 1:
+        if library or len(paint.textures) > 1:
             text.append(f"usemtl texture{texture}" if texture >= 0 else "usemtl plain")
         own = paint.texture_of_face == texture
         for face, place in zip(
@@ -90,6 +94,38 @@ def write_textured_obj(surface: WrittenSurface, paint: Paint) -> bytes:
             pairs = zip(face, place, strict=True)
             text.append("f " + " ".join(f"{v}/{vt}" if vt else f"{v}" for v, vt in pairs))
     return ("\n".join(text) + "\n").encode()
+
+
+def write_obj_archive(surface: WrittenSurface, paint: Paint) -> bytes:
+    """Return a surface as a zip of an OBJ file, its material file, and the images as PNG.
+
+    Parameters
+    ----------
+    surface, paint
+        As for :func:`write_textured_obj`. Faces without a texture have their mean colour.
+    """
+    stream = io.BytesIO()
+    bare = paint.texture_of_face < 0
+    plain = paint.colors[bare].mean(axis=0) if bare.any() else np.ones(3)
+    materials = [f"newmtl plain\nKd {' '.join(f'{one:.6g}' for one in plain.tolist())}"]
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        # A file with texture coordinates alone has a number without an image.
+        for number in range(int(paint.texture_of_face.max(initial=-1)) + 1):
+            materials.append(f"newmtl texture{number}\nKd 1 1 1")
+            if number < len(paint.textures):
+                texture, name = paint.textures[number], f"texture{number}.png"
+                clamp = "-clamp on " if Wrap.CLAMP in texture.wrap else ""
+                materials[-1] += f"\nmap_Kd {clamp}{name}"
+                archive.writestr(name, _png(texture))
+        archive.writestr("surface.mtl", "\n\n".join(materials) + "\n")
+        archive.writestr("surface.obj", write_textured_obj(surface, paint, "surface.mtl"))
+    return stream.getvalue()
+
+
+def _png(texture: Texture) -> bytes:
+    stream = io.BytesIO()
+    Image.fromarray(texture.pixels).save(stream, format="PNG")
+    return stream.getvalue()
 
 
 def _materials(file: GlbFile, paint: Paint, mipmaps: bool) -> list[tuple[IntArray, int]]:
@@ -116,9 +152,7 @@ def _materials(file: GlbFile, paint: Paint, mipmaps: bool) -> list[tuple[IntArra
 
 
 def _write_texture(file: GlbFile, texture: Texture, mipmaps: bool) -> None:
-    stream = io.BytesIO()
-    Image.fromarray(texture.pixels).save(stream, format="PNG")
-    view = file.view(stream.getvalue())
+    view = file.view(_png(texture))
     image = file.append("images", {"bufferView": view, "mimeType": "image/png"})
     across, down = (_WRAPS[wrap] for wrap in texture.wrap)
     sampler = {

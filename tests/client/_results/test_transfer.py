@@ -61,6 +61,16 @@ def test_sums_of_weights_are_one() -> None:
     assert sorted(few) == [0.0, 0.0, 1.0]
 
 
+def test_values_with_gaps_go_there_and_back() -> None:
+    there = MATCH.transfer([1.0, 2.0, 3.0], "scalars")
+    assert np.isnan(there).any()
+    back = MATCH.transfer(there, "scalars", "target_to_source")
+    gone = MATCH.transfer(np.isnan(there).astype(float), "scalars", "target_to_source")
+    np.testing.assert_array_equal(np.isnan(back), np.isnan(gone) | (gone > 0.5))
+    whole = MATCH.transfer(np.nan_to_num(there), "scalars", "target_to_source")
+    np.testing.assert_allclose(back[gone == 0.0], whole[gone == 0.0])
+
+
 def test_landmarks_go_along_the_map() -> None:
     assert MATCH.transfer([2, 0], "landmarks").tolist() == [3, 0]
     assert MATCH.transfer([3], "landmarks", "target_to_source").tolist() == [0]
@@ -72,7 +82,7 @@ def test_landmarks_go_along_the_map() -> None:
     ("values", "kind", "message"),
     [
         ([1.0, 2.0], "scalars", "corner is vertex 2"),
-        ([1.0, np.inf, 0.0], "scalars", "finite"),
+        ([1.0, np.inf, 0.0], "scalars", "infinite"),
         ([1.0, 2.0, 3.0], "skinning", "column for each joint"),
         ([[1.0], [-2.0], [3.0]], "skinning", "negative"),
         ([1.0, 2.0, 3.0], "texture", "kind is one of"),

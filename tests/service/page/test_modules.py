@@ -4,6 +4,7 @@ import base64
 import gzip
 import io
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,8 @@ def flat(array: FloatArray) -> list[float]:
 def test_geometries_are_read(page: Page, colored: bool) -> None:
     vertices, faces = blob(2, seed=5)
     colors = np.random.default_rng(2).random((len(vertices), 3)) if colored else None
-    mesh = triangle_mesh(vertices, faces, colors)
+    # What of colours is read does not depend on what is a cloud.
+    mesh = replace(triangle_mesh(vertices, faces, colors), is_cloud=colored)
     data = base64.b64encode(gzip.decompress(packed_geometry(mesh))).decode()
     body = """
         const bytes = Uint8Array.from(atob(given), (letter) => letter.charCodeAt(0));
@@ -52,6 +54,7 @@ def test_geometries_are_read(page: Page, colored: bool) -> None:
     seen = (vertices - middle) / scale
     np.testing.assert_allclose(read["positions"], seen.ravel(), atol=1e-7)
     np.testing.assert_array_equal(read["faces"], mesh.faces.ravel())
+    assert read["cloud"] is mesh.is_cloud
     np.testing.assert_array_equal(read["numbers"], mesh.vertex_ids)
     assert (read["colors"] is None) is not colored
     if mesh.colors is not None:

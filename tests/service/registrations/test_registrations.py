@@ -12,10 +12,12 @@ from scipy.spatial.transform import Rotation
 
 from solver.arrays import FloatArray
 from solver.mesh import read_mesh, triangle_mesh
+from tests.service.batches.test_batches import SLOW, awaited, batch
 from tests.service.conftest import Json, problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
+from tests.worker.figures import blob_file
 
 Upload = Callable[..., Json]
 
@@ -182,3 +184,29 @@ def test_a_cancelled_registration_ends(http: httpx2.Client, given: tuple[str, li
     queued = http.post("/v1/registrations", json=body)
     http.delete(f"/v1/jobs/{queued.json()['id']}")
     assert ended(http, queued)["state"] == "cancelled"
+
+
+def test_deleted_specimens_are_named_as_deleted(
+    http: httpx2.Client, given: tuple[str, list[str]], upload: Upload
+) -> None:
+    template, specimens = given
+    coarse = specimens[-1]
+    gone = [upload(blob_file(2, seed=seed))["id"] for seed in (90, 91)]
+    lasting = [upload(blob_file(4, seed=seed))["id"] for seed in (92, 93, 94)]
+    # Both workers are busy, so that no registration is begun when its specimens are deleted.
+    busy = batch(http, {"source": lasting[0], "targets": lasting[1:], **SLOW})
+    awaited(http, busy, lambda now: [one.state for one in now.matches] == ["running"] * 2)
+    asked = [gone, [coarse, gone[1]], [coarse]]
+    queued = [
+        http.post("/v1/registrations", json={"template": template, "shapes": ids}) for ids in asked
+    ]
+    for shape in gone:
+        assert http.delete(f"/v1/shapes/{shape}").status_code == 204
+    http.delete(busy["links"]["self"])
+    jobs = [ended(http, answer) for answer in queued]
+    assert [job["state"] for job in jobs] == ["failed"] * 3
+    problems = [job["error"] for job in jobs]
+    slugs = [one["type"].rsplit(":", 1)[-1] for one in problems]
+    assert slugs == ["shape-deleted", "shape-deleted", "unusable-mesh"]
+    for shape, stated in zip(gone, problems, strict=False):
+        assert shape in stated["detail"]

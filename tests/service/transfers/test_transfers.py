@@ -2,6 +2,7 @@
 
 import csv
 import io
+import zipfile
 from collections.abc import Callable
 from typing import Any, get_args
 
@@ -124,7 +125,9 @@ def test_there_and_back_loses_nothing_on_a_copy(http: httpx2.Client, match: str)
 def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match: str) -> None:
     job = carried(http, match, what="colors")
     np.testing.assert_allclose(arrays_of(http, job)["colors"][TRUTH], COLORS, atol=1e-3)
-    for link in job["links"]["exports"][1:]:
+    refused = problem(http.get(job["links"]["exports"][4]), 422, "invalid-option")
+    assert "choose OBJ" in refused["detail"]
+    for link in job["links"]["exports"][1:4]:
         answer = http.get(link)
         kind = link.rpartition(".")[2]
         assert answer.headers["content-type"].startswith("model/")
@@ -181,10 +184,14 @@ def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Uploa
     baked = http.get(job["links"]["exports"][3]).content
     seen: Any = trimesh.load(io.BytesIO(baked), file_type="glb", force="mesh")
     assert seen.visual.material.baseColorTexture.size[0] > 64
-    found = read_mesh(baked, "glb")
-    assert found.colors is not None
-    same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
-    assert np.abs(found.colors[:, :2] - expected[same]).mean() < 0.05
+    for written, file_type in (
+        (baked, "glb"),
+        (http.get(job["links"]["exports"][4]).content, "zip"),
+    ):
+        found = read_mesh(written, file_type)
+        assert found.colors is not None
+        same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
+        assert np.abs(found.colors[:, :2] - expected[same]).mean() < 0.05
     failed = carried(http, match, what="texture", direction="target_to_source")
     assert failed["error"]["errors"][0]["field"] == "body.what"
 
@@ -211,7 +218,7 @@ def test_texture_coordinates_with_and_without_the_image(
         expected = np.empty_like(upwards)
         expected[TRUTH] = upwards
         np.testing.assert_allclose(arrays["uv"], expected[OTHER.faces.ravel()], atol=5e-3)
-        table, ply, obj, glb = (http.get(link) for link in job["links"]["exports"])
+        table, ply, obj, glb, packed = (http.get(link) for link in job["links"]["exports"])
         assert table.text.startswith("corner,vertex,uv.u,uv.v,texture\n0,")
         assert problem(ply, 422, "invalid-option")["errors"][0]["field"] == "path.format"
         seen: Any = trimesh.load(io.BytesIO(obj.content), file_type="obj", force="mesh")
@@ -221,11 +228,16 @@ def test_texture_coordinates_with_and_without_the_image(
         assert len(shown.faces) == OTHER.n_faces
         if name != "bare.obj":
             assert shown.visual.material.baseColorTexture.size == (256, 256)
-            found = read_mesh(glb.content, "glb")
-            assert found.colors is not None
-            same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
-            apart = found.colors[:, :2] - (256 * shares[same] - 0.5) / 255.0
-            assert np.abs(apart).mean() < 0.02
+            for written, file_type in ((glb.content, "glb"), (packed.content, "zip")):
+                found = read_mesh(written, file_type)
+                assert found.colors is not None
+                same = KDTree(OTHER.vertices[TRUTH]).query(found.vertices)[1]
+                apart = found.colors[:, :2] - (256 * shares[same] - 0.5) / 255.0
+                assert np.abs(apart).mean() < 0.02
+        with zipfile.ZipFile(io.BytesIO(packed.content)) as parts:
+            images = ["texture0.png"] if name != "bare.obj" else []
+            assert sorted(parts.namelist()) == ["surface.mtl", "surface.obj", *images]
+            assert len(read_mesh(parts.read("surface.obj"), "obj").faces) == OTHER.n_faces
     failed = carried(http, match, what="uv", direction="target_to_source")
     assert failed["error"]["errors"][0]["field"] == "body.what"
 
@@ -316,7 +328,7 @@ def test_labels_of_faces(http: httpx2.Client, match: str, name: str, data: bytes
 def test_labels_of_faces_in_files_of_surfaces_and_back(http: httpx2.Client, match: str) -> None:
     first = send(http, archive(part=FACE_LABELS), "p.npz").json()["id"]
     there = carried(http, match, attributes=first, what="labels")
-    ply, obj, glb = (http.get(link).content for link in there["links"]["exports"][1:])
+    ply, obj, glb = (http.get(link).content for link in there["links"]["exports"][1:4])
     seen: Any = trimesh.load(io.BytesIO(ply), file_type="ply", process=False)
     labels = seen.metadata["_ply_raw"]["face"]["data"]["part"].ravel()
     np.testing.assert_array_equal(labels, arrays_of(http, there)["part"])
@@ -349,12 +361,12 @@ def test_values_of_faces_onto_vertices_and_the_reverse(http: httpx2.Client, matc
 @pytest.mark.parametrize(
     ("data", "what", "message"),
     [
-        (archive(a=np.full(MESH.n_faces, np.nan)), "scalars", "of face 0 is not a finite number"),
+        (archive(a=np.full(MESH.n_faces, np.inf)), "scalars", "of face 0 is infinite"),
         (archive(weights=np.ones((MESH.n_faces, 2))), "skinning", "of vertices, not of faces"),
         (archive(a=np.full(MESH.n_faces, "arm")), "scalars", "the file has no scalars"),
         (table(face=range(COUNT), a=range(COUNT)), "labels", f"{COUNT} rows of faces"),
     ],
-    ids=["nan", "skinning", "text", "too few faces"],
+    ids=["infinite", "skinning", "text", "too few faces"],
 )
 def test_values_of_faces_that_do_not_fit(
     http: httpx2.Client, match: str, data: bytes, what: str, message: str
@@ -483,7 +495,7 @@ def test_files_are_the_same_by_their_bytes_and_can_be_deleted(
         ("a.csv", b"a\n1\nx\n", "both numbers and text"),
         ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 9999999999\n", "header does not end"),
         ("a.glb", b"glTF", "not a GLB file"),
-        ("a.seg", b"1\nnan\n", "row 1 is 'nan'"),
+        ("a.seg", b"1\ninf\n", "row 1 is 'inf'"),
         ("a.txt", b"\xff\xfe\x00", "UTF-8"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no attributes"),
     ],

@@ -84,6 +84,57 @@ def test_folds_are_relaxed_on_the_surface() -> None:
     np.testing.assert_allclose(found.positions[far], mesh.vertices[far], atol=1e-9)
 
 
+def test_a_patch_that_is_inside_out_is_turned() -> None:
+    """The inside of a patch is put into one point's fan, with its winding reversed."""
+    mesh = shapes.blob()
+    centre = 17
+    order = np.argsort(np.linalg.norm(mesh.vertices - mesh.vertices[centre], axis=1))
+    patch = order[:40]
+    first, incident = mesh.incident_faces
+    face = incident[first[centre]]
+    a, b, c = mesh.vertices[mesh.faces[face]]
+    offsets = mesh.vertices[patch] - mesh.vertices[centre]
+    plane = np.linalg.svd(offsets, full_matrices=False)[2][:2]
+    u, v = 0.02 * (offsets @ plane.T / np.abs(offsets).max()).T
+    normal = np.cross(b - a, c - a)
+    if normal @ np.cross(*plane) > 0.0:
+        u = -u
+    turned = np.stack([1.0 / 3.0 + u, 1.0 / 3.0 + v, 1.0 / 3.0 - u - v], axis=1)
+    dense = at_vertices(mesh, np.arange(mesh.n_vertices))
+    faces, weights = dense.faces.copy(), dense.barycentric.copy()
+    faces[patch], weights[patch] = mesh.faces[face], turned
+    folded = replace(dense, faces=faces, barycentric=weights)
+    found = register_template(mesh, mesh, folded)
+    assert not found.flipped.any()
+    assert independently_flipped(found, mesh, mesh) == 0
+    assert found.distances.max() < 1e-7
+    far = order[len(order) // 2 :]
+    np.testing.assert_allclose(found.positions[far], mesh.vertices[far], atol=1e-9)
+
+
+def test_components_are_relaxed_apart() -> None:
+    """Links lead from one component to the other, but have no triangles that could fold."""
+    mesh = shapes.blob(2)
+    beside = mesh.vertices + np.array([1.05 * np.ptp(mesh.vertices[:, 0]), 0.0, 0.0])
+    both = triangle_mesh(
+        np.concatenate([mesh.vertices, beside]),
+        np.concatenate([mesh.faces, mesh.faces + mesh.n_vertices]),
+    )
+    assert both.components == 2
+    first, neighbours = both.edge_neighbours
+    owner = np.repeat(np.arange(both.n_vertices), np.diff(first))
+    component = both.component_of_vertex
+    assert (component[owner] == component[neighbours]).all()
+    assert len(neighbours) == 2 * len(both.edges)
+    # All vertices at the ends of links lie where a neighbour does.
+    images, ends = np.arange(both.n_vertices), np.unique(both.links)
+    images[ends] = neighbours[first[ends]]
+    found = register_template(both, both, at_vertices(both, images))
+    assert not found.flipped.any()
+    middle = 0.5 * (mesh.vertices[:, 0].max() + beside[:, 0].min())
+    assert ((found.positions[:, 0] > middle) == (component == component[-1])).all()
+
+
 def test_a_bent_body_has_no_flipped_triangle() -> None:
     poses = enumerate(["standing", "walking"])
     bodies = [articulated("human", pose, 700, seed) for seed, pose in poses]

@@ -104,11 +104,29 @@ def test_missing_vertices() -> None:
     assert np.isnan(carried(TABLE[3], VECTORS, along).values[0]).all()
 
 
-def test_numbers_must_be_finite_and_weights_not_negative() -> None:
+def test_rows_without_a_value_have_no_weight() -> None:
+    """As after a transfer from a part, where vertices without a partner have nan."""
+    corners = np.array([[0, 1, 2]] * 4)
+    weights = np.array([[0.5, 0.3, 0.2], [0.3, 0.3, 0.4], [0.6, 0.4, 0.0], [0.0, 0.0, 1.0]])
+    along = PullBack(np.arange(4), corners, weights)
+    heights = carried(Attribute("height", np.array([1.0, 6.0, np.nan])), SCALARS, along).values
+    np.testing.assert_allclose(heights, [2.3 / 0.8, 3.5, 3.0, np.nan])
+    flow = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, np.nan]])
+    moved = carried(Attribute("flow", flow), VECTORS, along).values
+    np.testing.assert_allclose(moved[2], 0.6 * flow[0] + 0.4 * flow[1])
+    assert np.isnan(moved[3]).all()
+    joints = np.array([[1.0, 3.0], [1.0, 0.0], [np.nan, np.nan]])
+    skin = carried(Attribute("weights", joints), SKINNING, along).values
+    np.testing.assert_allclose(skin[:3].sum(axis=1), 1.0)
+    np.testing.assert_allclose(skin[2], [0.6 * 0.25 + 0.4, 0.6 * 0.75])
+    assert np.isnan(skin[3]).all()
+
+
+def test_numbers_must_not_be_infinite_and_weights_not_negative() -> None:
     along = random_pull_back(0)
     values = np.zeros(30)
-    values[7] = np.nan
-    with pytest.raises(TransferError, match="'height' of vertex 7 is not a finite number"):
+    values[7] = np.inf
+    with pytest.raises(TransferError, match="'height' of vertex 7 is infinite"):
         carried(Attribute("height", values), SCALARS, along)
     weights = np.ones((30, 2))
     weights[4, 1] = -0.1

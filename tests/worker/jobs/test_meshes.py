@@ -5,7 +5,7 @@ import pytest
 
 from broker.contracts import SpectrumKey
 from broker.store import Store
-from solver.mesh import TriangleMesh, triangle_mesh
+from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from tests.solver import shapes
 from tests.solver.mesh.repair.damage import seams
 from tests.solver.mesh.repair.test_damage import read
@@ -14,7 +14,11 @@ from worker.jobs import mesh_from_bytes, mesh_of, mesh_to_bytes
 PAINTED = triangle_mesh(shapes.cube(3).vertices, shapes.cube(3).faces, shapes.cube(3).vertices)
 
 
-@pytest.mark.parametrize("mesh", [shapes.blob(2), PAINTED, read(seams.loose_faces(shapes.blob(3)))])
+CLOUD = read_mesh("\n".join(f"{x} {y} {z}" for x, y, z in shapes.blob(3).vertices).encode(), "xyz")
+DAMAGED = read(seams.loose_faces(shapes.blob(3)))
+
+
+@pytest.mark.parametrize("mesh", [shapes.blob(2), PAINTED, CLOUD, DAMAGED])
 def test_stored_meshes_are_read_back(mesh: TriangleMesh) -> None:
     again = mesh_from_bytes(mesh_to_bytes(mesh))
     assert again.file_rows == mesh.file_rows
@@ -26,6 +30,7 @@ def test_stored_meshes_are_read_back(mesh: TriangleMesh) -> None:
     assert (again.colors is None) is (mesh.colors is None)
     np.testing.assert_array_equal(again.colors, mesh.colors)
     assert again.warnings == mesh.warnings
+    assert again.is_cloud is mesh.is_cloud
 
 
 def test_the_mesh_that_a_key_names(store: Store) -> None:

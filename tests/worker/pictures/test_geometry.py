@@ -3,6 +3,7 @@
 import gzip
 import struct
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,12 +14,14 @@ from tests.worker.figures import blob
 from worker.pictures import packed_geometry
 
 
-def unpacked(data: bytes) -> tuple[FloatArray, IntArray, IntArray, IntArray | None]:
+def unpacked(
+    data: bytes, *, is_cloud: bool = False
+) -> tuple[FloatArray, IntArray, IntArray, IntArray | None]:
     """Positions, triangles, numbers, colours, as the table in `worker.pictures.geometry`."""
     raw = gzip.decompress(data)
-    magic, n, f, colored, zero = struct.unpack_from("<8s4I", raw)
+    magic, n, f, colored, cloud = struct.unpack_from("<8s4I", raw)
     x, y, z, scale = struct.unpack_from("<4d", raw, 24)
-    assert (magic, zero) == (b"isogeom1", 0)
+    assert (magic, cloud) == (b"isogeom1", is_cloud)
     at = 56
     stored = np.frombuffer(raw, "<f4", 3 * n, at).reshape(n, 3)
     assert np.abs(stored).max() <= 1.0
@@ -32,7 +35,7 @@ def unpacked(data: bytes) -> tuple[FloatArray, IntArray, IntArray, IntArray | No
 
 
 def check(mesh: TriangleMesh) -> None:
-    positions, faces, numbers, colors = unpacked(packed_geometry(mesh))
+    positions, faces, numbers, colors = unpacked(packed_geometry(mesh), is_cloud=mesh.is_cloud)
     size = np.ptp(mesh.vertices, axis=0).max()
     # Half a unit in the last place of float32, and what the origin loses in float64.
     error = 2.0**-24 * size + 1e-15 * np.abs(mesh.vertices).max()
@@ -44,6 +47,10 @@ def check(mesh: TriangleMesh) -> None:
     else:
         assert colors is not None
         assert np.abs(colors / 255.0 - mesh.colors).max() <= 0.5 / 255.0 + 1e-12
+
+
+def test_point_clouds_are_marked() -> None:
+    check(replace(triangle_mesh(*blob(2)), is_cloud=True))
 
 
 @pytest.mark.parametrize("size", [1e-30, 1.0, 1e30])

@@ -21,6 +21,7 @@ from tests.solver.transfer.files.written import write_attributes
 MESH = shapes.blob(1)
 ROWS = MESH.n_vertices
 SEEDS = st.integers(0, 2**31 - 1)
+TRIANGLE = triangle_mesh(np.eye(3), np.array([[0, 1, 2]]))
 NAMES = np.array(["head", "left arm", "Fuß"])
 
 
@@ -166,6 +167,20 @@ def test_missing_values_can_be_written(tmp_path: Any) -> None:
         read_attributes(write_attributes(short, file_type, surface), file_type)
 
 
+@pytest.mark.parametrize("file_type", ["npz", "csv"])
+def test_missing_values_are_read_again(file_type: str) -> None:
+    gaps = [
+        Attribute("height", np.array([1.5, np.nan, -2.0])),
+        Attribute("flow", np.array([[1.0, 2.0], [np.nan, np.nan], [0.5, 0.5]]), ("u", "v")),
+        Attribute("name", np.array(["", "head", "tail"])),
+        Attribute("part", np.array([4, -1, 2])),
+    ]
+    data = write_attributes(gaps, file_type, WrittenSurface.of(TRIANGLE, gaps))
+    found = {one.name: one for one in read_attributes(data, file_type)}
+    for one in gaps:
+        np.testing.assert_array_equal(found[one.name].values, one.values)
+
+
 @pytest.mark.parametrize("text", ["vertex,a\n2,7\n0,5\n1,6\n", "a\n5\n6\n7\n", "a\r\n5\r\n6\r\n7"])
 def test_a_column_of_vertex_numbers_orders_the_rows(text: str) -> None:
     (found,) = read_attributes(text.encode(), "csv")
@@ -210,6 +225,22 @@ def test_of_a_name_that_both_have_ply_gives_the_values_of_vertices() -> None:
     (found,) = read_attributes(write_attributes([], "ply", surface_with(part, other)), "ply")
     assert found.on == VERTICES
     np.testing.assert_array_equal(found.values, part.values)
+
+
+def test_groups_objects_and_materials_of_obj_are_labels_of_faces() -> None:
+    lines = ["v 0 0 0", "v 1 0 0", "v 1 1 0", "v 0 1 0", "v 2 0 0", "o body", "f 1 2 3"]
+    lines += ["usemtl skin", "g left arm", "f 1 3 4", "usemtl", "f 2 5 3"]
+    found = read_attributes("\n".join(lines).encode(), "obj")
+    assert {one.name: one.values.tolist() for one in found} == {
+        "group": ["", "left arm", "left arm"],
+        "material": ["", "skin", ""],
+    }
+    assert {one.on for one in found} == {FACES}
+    segment = of_faces(3)["segment"]
+    text = write_attributes([segment], "obj", surface_with(segment))
+    (group,) = read_attributes(text, "obj")
+    # Faces are written group by group.
+    assert group.values.tolist() == [f"segment_{label}" for label in np.sort(segment.values)]
 
 
 def test_obj_has_groups_of_labels_of_faces() -> None:

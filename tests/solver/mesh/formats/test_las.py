@@ -1,0 +1,98 @@
+"""LAS and LAZ, as another program writes them: points, colours, normals, and what is refused."""
+
+import io
+from typing import Any
+
+import laspy
+import numpy as np
+import pytest
+
+from solver.errors import MeshError
+from solver.mesh import read_mesh
+from solver.mesh.formats.las import read_las
+from tests.solver import shapes
+
+SPHERE = shapes.blob(3)
+SCALE = 1e-4
+
+
+def written(
+    points: np.ndarray, *, compressed: bool = False, version: str = "1.2", **dimensions: np.ndarray
+) -> bytes:
+    """A file of points, with colours and extra dimensions."""
+    colored = "red" in dimensions
+    plain, with_colors = (6, 7) if version == "1.4" else (0, 2)
+    header = laspy.LasHeader(point_format=with_colors if colored else plain, version=version)
+    header.scales, header.offsets = np.full(3, SCALE), np.floor(points.min(axis=0))
+    for name in dimensions:
+        if name not in ("red", "green", "blue"):
+            header.add_extra_dim(laspy.ExtraBytesParams(name=name, type=np.float64))
+    file: Any = laspy.LasData(header)
+    file.xyz = points
+    for name, values in dimensions.items():
+        file[name] = values
+    stream = io.BytesIO()
+    file.write(stream, do_compress=compressed)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("version", ["1.2", "1.4"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_points_are_scaled_and_in_their_order(version: str, compressed: bool) -> None:
+    points = SPHERE.vertices + np.array([500_000.0, 4_000_000.0, 120.0])
+    found = read_las(written(points, compressed=compressed, version=version))
+    np.testing.assert_allclose(found.vertices, points, atol=0.51 * SCALE)
+    np.testing.assert_array_equal(found.vertex_ids, np.arange(len(points)))
+    assert found.is_cloud
+    assert found.colors is None
+    assert found.normals is None
+
+
+@pytest.mark.parametrize("names", [("NormalX", "NormalY", "NormalZ"), ("nx", "ny", "nz")])
+def test_normals_and_colours(names: tuple[str, str, str]) -> None:
+    normals = SPHERE.vertices / np.linalg.norm(SPHERE.vertices, axis=1, keepdims=True)
+    levels = np.random.default_rng(0).integers(0, 65536, size=normals.shape)
+    channels = dict(zip(("red", "green", "blue"), levels.T, strict=True))
+    given = dict(zip(names, normals.T, strict=True)) | channels
+    found = read_las(written(SPHERE.vertices, compressed=True, **given))
+    assert found.normals is not None
+    np.testing.assert_allclose(found.normals, normals)
+    assert found.colors is not None
+    np.testing.assert_allclose(found.colors, levels / 65535.0)
+    octets = {name: values // 256 for name, values in channels.items()}
+    found = read_las(written(SPHERE.vertices, **octets))
+    assert found.colors is not None
+    np.testing.assert_allclose(found.colors, (levels // 256) / 255.0)
+
+
+def test_a_surface_is_made_of_the_points() -> None:
+    data = written(SPHERE.vertices, compressed=True)
+    mesh = read_mesh(data, "laz")
+    text = "\n".join(" ".join(map(repr, row)) for row in read_las(data).vertices.tolist())
+    expected = read_mesh(text.encode(), "xyz")
+    assert mesh.is_cloud
+    np.testing.assert_array_equal(mesh.vertices, expected.vertices)
+    np.testing.assert_array_equal(mesh.faces, expected.faces)
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+def test_files_that_are_cut_off_are_refused(compressed: bool) -> None:
+    data = written(SPHERE.vertices, compressed=compressed)
+    for size in (0, 3, 100, 227, len(data) // 2, len(data) - 15):
+        with pytest.raises(MeshError):
+            read_mesh(data[:size], "las")
+
+
+def test_files_that_promise_too_much_are_refused() -> None:
+    data = bytearray(written(SPHERE.vertices, compressed=True))
+    data[107:111] = (2**32 - 1).to_bytes(4, "little")
+    with pytest.raises(MeshError, match="thin them out"):
+        read_las(bytes(data))
+    with pytest.raises(MeshError, match="no points"):
+        read_las(empty())
+
+
+def empty() -> bytes:
+    stream = io.BytesIO()
+    laspy.LasData(laspy.LasHeader(point_format=0, version="1.2")).write(stream)
+    return stream.getvalue()
