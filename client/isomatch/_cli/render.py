@@ -79,7 +79,7 @@ def match_summary(match: Match) -> Table:
         "certified": proof,
         "certified levels": certified_levels(match),
         **({} if match.proof is None else {"over all samples": _sample_proof(match.proof)}),
-        "alternatives": str(len(match.alternatives)),
+        "alternatives": _alternatives(match),
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
         **({} if match.overlap is None else {"overlap": str(match.overlap)}),
@@ -100,6 +100,12 @@ def named_values(rows: Mapping[str, str]) -> Table:
     for name, value in rows.items():
         table.add_row(name, Text(value))
     return table
+
+
+def _alternatives(match: Match) -> str:
+    words = [other.relation.replace("_", " ") for other in match.alternatives if other.relation]
+    count = str(len(match.alternatives))
+    return f"{count}: {', '.join(words)}" if words else count
 
 
 def _refinement(found: Refinement | None) -> str:

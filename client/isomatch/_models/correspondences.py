@@ -71,6 +71,9 @@ class Alternative(Correspondences):
 
     Attributes
     ----------
+    relation
+        What it is, seen from the answer: ``"mirror_image"``, ``"rotation"``, ``"variation"`` if it
+        differs in parts only, or ``"other"``; None in results of earlier versions.
     energy
         Energy of the labelling problem, (5) of the paper.
     correspondences
@@ -78,6 +81,8 @@ class Alternative(Correspondences):
     distortion
         Their distortion.
     """
+
+    relation: str | None = None
 
 
 class Level(Answer):
