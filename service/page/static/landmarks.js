@@ -116,7 +116,7 @@ function line([source, target], i, remove) {
 
 async function drawn(place, sides, pick, signal) {
   const nodes = sides.map(({ shape, end }) => h("div", {
-    class: "scene picked", role: "img", "data-side": end, "aria-label": `${shape.name} in three dimensions, to choose landmarks on`,
+    class: "scene picked", "data-side": end, "aria-label": `${shape.name} in three dimensions, to choose landmarks on`,
   }));
   fill(place, sides.map(({ shape, end }, at) => h("figure", {}, nodes[at],
     h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));

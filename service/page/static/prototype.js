@@ -57,7 +57,7 @@ async function draw(place, prototype, signal) {
   rotate(side, sourceView(side.geometry.positions));
   const points = Array.from({ length: side.points }, (_, point) => lifted(side, [side.place(point)], [1]));
   const colors = pointColors(points);
-  const node = h("div", { class: "scene", role: "img", "aria-label": `The points of ${prototype.name} on a shape` });
+  const node = h("div", { class: "scene", "aria-label": `The points of ${prototype.name} on a shape` });
   fill(place, h("figure", {}, node, h("figcaption", {}, "Points of the prototype")));
   const scene = new Scene(node, side.mesh, signal);
   await scene.show(surfaceColors(side.mesh, points, colors), {

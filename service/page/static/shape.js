@@ -15,7 +15,7 @@ export async function shapeView(place, [id], signal) {
   const path = `/v1/shapes/${encodeURIComponent(id)}`;
   const shape = await get(path, signal);
   document.title = `${shape.name} – isomatch`;
-  const picture = h("div", { class: "scene", role: "img", "aria-label": `${shape.name} in three dimensions` });
+  const picture = h("div", { class: "scene", "aria-label": `${shape.name} in three dimensions` });
   const drawn = h("p", { class: "faint" });
   const jobs = h("section", {});
   const forget = button("Delete", async () => {

@@ -57,8 +57,8 @@ PLACE = """(scene, [trace, number]) => {
   return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
 }"""
 
-SURFACE, POINTS = 0, 1
-"""What is drawn of a shape: its surface, and points upon it."""
+SURFACE, POINTS, RING = 0, 1, 2
+"""What is drawn of a shape: its surface, points upon it, and a ring round one of them."""
 
 
 @pytest.fixture(scope="package")
