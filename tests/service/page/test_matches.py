@@ -17,6 +17,7 @@ from tests.service.page.conftest import (
     PATIENCE,
     POINTS,
     RING,
+    accessible,
     eventually,
     job_of,
     opened,
@@ -73,6 +74,7 @@ def pairs(answer: Json) -> list[tuple[int, int, float]]:
 
 
 def test_numbers_are_those_of_the_api(matched: Page, api: Api) -> None:
+    accessible(matched)
     result = result_of(matched, api)
     assert rows(matched) == pairs(result)
     assert len(result["correspondences"]) == 12
@@ -291,6 +293,7 @@ def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     listed.click()
     matched.get_by_role("heading").get_by_role("link", name="human-walking.off").click()
     expect(matched.get_by_text("Jobs of this shape")).to_be_visible()
+    accessible(matched)
     expect(listed).to_be_visible()
 
 

@@ -8,7 +8,7 @@ from playwright.sync_api import Browser, FilePayload, Page, expect
 from service.http import read_keys
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api
-from tests.service.page.conftest import job_of, opened
+from tests.service.page.conftest import accessible, job_of, opened
 from tests.worker.figures import blob_file, two_blobs_file
 
 NASTY = "<img src=x onerror=hit()><svg onload=hit()>&lt;b&gt;"
@@ -54,6 +54,7 @@ def test_nothing_is_lost_by_a_slip(page: Page) -> None:
     page.get_by_label("Vertex of the source").fill("5")
     page.get_by_role("button", name="Match", exact=True).click()
     expect(page.locator("#error-landmarks")).to_contain_text("Give a vertex of the target.")
+    accessible(page)
     shape = page.locator(".chips a").first
     shape.click()
     page.get_by_role("button", name="Delete").click()
@@ -186,6 +187,7 @@ def test_a_collection_is_compared_on_a_telephone(
         expect(page.locator(".chips li")).to_have_count(6)
         page.get_by_role("button", name="Compare", exact=True).click()
         page.locator(".neighbours").first.wait_for()
+        accessible(page)
         result = http.get(f"/v1/jobs/{job_of(page)}/result").json()
         heat = page.locator(".heat")
         expect(heat.locator(".heatmaplayer image")).to_have_count(1)
