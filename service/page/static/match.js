@@ -30,7 +30,7 @@ export async function matchView(place, result, job, signal) {
   const choose = async (which) => {
     const hypothesis = hypotheses(result)[which];
     selection.clear();
-    fill(numbers, figures(result, hypothesis));
+    fill(numbers, figures(result, job, hypothesis));
     fill(proof, proofOf(result, hypothesis));
     fill(picture, pictureOf(job, which));
     const colors = drawn === null ? null : await drawn.show(hypothesis);
@@ -137,7 +137,20 @@ const partOf = ({ part, source, target }) => part === "source"
 // The bounds hold for the problem that the chosen match solves.
 const OTHER = "only for the chosen match";
 
-function figures(result, { which, energy, distortion }) {
+/** Parts of the time that are named: those of at least this share. */
+const NAMED_SHARE = 0.1;
+
+// From the request to the result, and what it was spent on.
+function waited({ timings: { total, ...stages } }, { created, started, ended }) {
+  const seconds = (from, to) => (new Date(to) - new Date(from)) / 1000;
+  const all = seconds(created, ended);
+  const parts = Object.entries({ "waiting for a worker": seconds(created, started), ...stages })
+    .filter(([, value]) => value >= NAMED_SHARE * all).sort((a, b) => b[1] - a[1])
+    .map(([stage, value]) => `${stage.replaceAll("_", " ")} ${digits(value)} s`);
+  return h("span", {}, `${digits(all)} s`, parts.length === 0 ? null : h("span", { class: "faint" }, ` (${parts.join(", ")})`));
+}
+
+function figures(result, job, { which, energy, distortion }) {
   const best = which === 0;
   const entries = [
     ["Energy", figure(energy), "energy"],
@@ -153,7 +166,7 @@ function figures(result, { which, energy, distortion }) {
     ["Gromov–Hausdorff distance of the points, upper bound", figure(0.5 * distortion.linf), "gromov_hausdorff"],
     ...(typeof result.misfit !== "number" ? [] : [
       ["Misfit of the target to the class (1 is typical)", best ? figure(result.misfit) : OTHER, "misfit"]]),
-    ["Computed in", `${digits(result.timings.total)} s`, "seconds"],
+    ["Waited", waited(result, job), "seconds"],
   ];
   return figureList(entries);
 }
