@@ -1,9 +1,11 @@
 """Settings from the environment: common configuration and types, and their error messages."""
 
+from collections.abc import Iterable
+from difflib import get_close_matches
 from typing import Annotated, Final, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, ValidationError
-from pydantic_settings import SettingsConfigDict
+from pydantic_settings import BaseSettings, SettingsConfigDict
 from redis.connection import parse_url
 
 FROM_ENVIRONMENT: Final = SettingsConfigDict(
@@ -12,6 +14,12 @@ FROM_ENVIRONMENT: Final = SettingsConfigDict(
     env_ignore_empty=True,
     frozen=True,
 )
+
+
+_NEAR: Final = 0.85
+"""Similarity of two names, from 0 to 1, from which on one is taken for the other misspelt."""
+
+_OF_OTHERS: Final = ("ISOMATCH_URL", "ISOMATCH_API_KEY", "ISOMATCH_DATA", "ISOMATCH_JOB_MEMORY_MB")
 
 
 def _redis_url(url: str) -> str:
@@ -30,6 +38,28 @@ LogLevel: TypeAlias = Annotated[
     Literal["DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL"], BeforeValidator(_upper)
 ]
 """Name of a log level, in upper or lower case."""
+
+
+def misspelt_variables(given: Iterable[str], settings: type[BaseSettings]) -> dict[str, str]:
+    """Return variables that are no settings but are spelt nearly so, with the setting meant.
+
+    Others that begin alike may be those of clients and other processes.
+
+    Parameters
+    ----------
+    given
+        Names of the variables of the environment.
+    settings
+        Their names in upper case, after the prefix, are the variables that are read.
+    """
+    prefix = FROM_ENVIRONMENT["env_prefix"]
+    known = [f"{prefix}{name}".upper() for name in settings.model_fields]
+    found = {}
+    for name in given:
+        if name.startswith(prefix) and name not in (*known, *_OF_OTHERS):
+            for near in get_close_matches(name, known, n=1, cutoff=_NEAR):
+                found[name] = near
+    return found
 
 
 def setting_errors(error: ValidationError) -> list[str]:

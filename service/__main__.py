@@ -2,12 +2,13 @@
 
 import argparse
 import asyncio
+import os
 import sys
 
 from pydantic import ValidationError
 
-from broker.environment import setting_errors
-from broker.telemetry import configure_logging
+from broker.environment import misspelt_variables, setting_errors
+from broker.telemetry import configure_logging, logger
 from service.settings import Settings
 from service.standalone import StartError, serve
 
@@ -23,6 +24,8 @@ def main() -> int:
     try:
         settings = Settings(**options)
         configure_logging(settings.log_level, process="api")
+        for name, meant in misspelt_variables(os.environ, Settings).items():
+            logger("isomatch.service").warning("unknown setting", variable=name, meant=meant)
         asyncio.run(serve(settings))
     except ValidationError as error:
         for complaint in setting_errors(error):

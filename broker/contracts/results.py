@@ -41,6 +41,11 @@ class Distortion(_Part):
 class Alternative(_Part):
     """Another good correspondence, often the mirror image of the best."""
 
+    relation: Literal["mirror_image", "rotation", "variation", "other"] | None = Field(
+        default=None,
+        description="What it is, seen from the answer, by the orthogonal map of its points on the"
+        ' target: "variation" if it differs in parts only. Null in results of earlier versions.',
+    )
     energy: float = Field(description="Energy of the labelling problem, (5) of the paper.")
     correspondences: tuple[Correspondence, ...]
     distortion: Distortion

@@ -1,40 +1,33 @@
 """Progress bars of jobs."""
 
+import threading
 from types import TracebackType
-from typing import TextIO
+from typing import Final
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
 from isomatch._models import JobRecord
 
+_ID_SHOWN: Final = 8
+"""Characters of a job's id that name its bar."""
+
 
 class ProgressBar:
     """A progress bar on a terminal or in a notebook; elsewhere one line for each stage.
 
-    Parameters
-    ----------
-    file
-        Output; None for the standard error.
+    Jobs that are watched at once, in threads or tasks, have a bar each, one below the other.
     """
 
-    def __init__(self, file: TextIO | None = None) -> None:
-        self._console = Console(file=file, stderr=file is None)
+    def __init__(self) -> None:
+        self._console = Console(stderr=True)
         self._drawn = self._console.is_terminal or self._console.is_jupyter
-        self._stage = ""
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            TaskProgressColumn(),
-            TimeElapsedColumn(),
-            console=self._console,
-            transient=True,
-            disable=not self._drawn,
-        )
-        self._task = self._bar.add_task("queued", total=1.0)
+        self._line = ""
 
     def __enter__(self) -> "ProgressBar":
-        self._bar.start()
+        if self._drawn:
+            self._bars = _display.enter()
+            self._task = self._bars.add_task("queued", total=1.0)
         return self
 
     def __exit__(
@@ -43,7 +36,9 @@ class ProgressBar:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._bar.stop()
+        if self._drawn:
+            self._bars.remove_task(self._task)
+            _display.leave()
 
     def update(self, record: JobRecord) -> None:
         """Show the progress of the job."""
@@ -51,7 +46,41 @@ class ProgressBar:
         if record.state == "queued" and record.position:
             stage = f"queued, {record.position} jobs ahead"
         fraction = 1.0 if record.state == "succeeded" else record.progress.fraction
-        self._bar.update(self._task, description=stage, completed=fraction)
-        if not self._drawn and stage != self._stage:
-            self._console.print(f"{fraction:4.0%}  {stage}", markup=False, highlight=False)
-        self._stage = stage
+        line = f"{record.name or f'{record.kind} {record.id[:_ID_SHOWN]}'}: {stage}"
+        if self._drawn:
+            self._bars.update(self._task, description=line, completed=fraction)
+        elif line != self._line:
+            self._console.print(f"{fraction:4.0%}  {line}", markup=False, highlight=False)
+        self._line = line
+
+
+class _Display:
+    """The bars of a process: a terminal has one display that is redrawn."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._users = 0
+
+    def enter(self) -> Progress:
+        with self._lock:
+            if self._users == 0:
+                self._bars = Progress(
+                    TextColumn("{task.description}", markup=False),
+                    BarColumn(),
+                    TaskProgressColumn(),
+                    TimeElapsedColumn(),
+                    console=Console(stderr=True),
+                    transient=True,
+                )
+                self._bars.start()
+            self._users += 1
+            return self._bars
+
+    def leave(self) -> None:
+        with self._lock:
+            self._users -= 1
+            if self._users == 0:
+                self._bars.stop()
+
+
+_display: Final = _Display()

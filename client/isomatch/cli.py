@@ -118,8 +118,12 @@ def match(
         message = f"{file.suffix} shows a map of all vertices; add --dense"
         raise typer.BadParameter(message, param_hint="--output")
     with connected(url, as_json) as client:
-        first = source if names_prototype(source) else uploaded(client, [source], as_json)[0]
-        shapes = uploaded(client, targets, as_json)
+        # The result of a single match, which is waited for, has the repairs.
+        repairs = folder is not None or not wait
+        first = source
+        if not names_prototype(source):
+            first = uploaded(client, [source], as_json, repairs)[0].id
+        shapes = uploaded(client, targets, as_json, repairs)
         if folder is not None:
             run_batch(client, first, shapes, targets, parameters, folder, as_json, wait)
             return
@@ -171,6 +175,12 @@ def compare(
         called = [shape_name(mesh, shape) for mesh, shape in zip(meshes, shapes, strict=True)]
         if labels_from_names:
             classes = [class_of(name) for name in called]
+            if len(set(classes)) == 1 and not as_json:
+                typer.echo(
+                    f"warning: all names are of one class, {classes[0]!r}: retrieval always finds"
+                    " a shape of the same class, so its scores say nothing",
+                    err=True,
+                )
         names = {shape.id: Path(name).stem for shape, name in zip(shapes, called, strict=True)}
         run(
             lambda: client.dissimilarities(shapes, classes, **parameters),

@@ -14,6 +14,7 @@ from broker.contracts import (
 from service.dependencies import Service, ServiceOf
 from service.http import UnknownPrototype
 from service.jobs import Job, JobOrder, answers, requested_job
+from service.matches.landmarks import landmarks_out_of_range
 from service.matches.prototypes import REFUSED, prototype_parameters
 from service.matches.schemas import MatchRequest, SourceRequest
 from service.shapes import check_shapes, use_shapes
@@ -72,5 +73,5 @@ def checked_parameters(
     if is_prototype(asked.source):
         return prototype_parameters(asked, targets, service)
     shapes = use_shapes(service, {"body.source": asked.source, **targets})
-    check_shapes(asked, shapes, REFUSED)
+    check_shapes(asked, shapes, REFUSED, landmarks_out_of_range(asked, shapes))
     return asked.parameters()

@@ -22,6 +22,7 @@ from solver.matching.options import (
 )
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, refine_hypotheses
+from solver.matching.relation import Relation, relation
 from solver.matching.report import report_match
 from solver.matching.result import (
     Correspondence,
@@ -54,6 +55,7 @@ __all__ = [
     "Match",
     "MatchOptions",
     "Overlap",
+    "Relation",
     "SampleProof",
     "SampledStructure",
     "SolvedLevel",
@@ -73,6 +75,7 @@ __all__ = [
     "move_to_front",
     "refine",
     "refine_hypotheses",
+    "relation",
     "rematch",
     "report_match",
     "uses_varadhan_level",

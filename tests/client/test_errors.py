@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import isomatch
+import numpy as np
 import pytest
 
 from tests.client.shapes import LASTING
+from tests.worker.figures import blob, off
 
 UNKNOWN = "0" * 32
 TRUNCATED = b"OFF\n4 4 0\n0 0 0\n1 0 0\n"
@@ -58,10 +60,16 @@ def test_a_bad_parameter(client: isomatch.Client) -> None:
 
 
 def test_field_errors_are_not_repeated(
-    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape]
+    client: isomatch.Client, pair: tuple[isomatch.Shape, isomatch.Shape], tmp_path: Path
 ) -> None:
+    # The last vertex of the file is in no face.
+    vertices, faces = blob(2)
+    mesh = tmp_path / "loose.off"
+    mesh.write_bytes(off(np.concatenate([vertices, [[0.0, 0.0, 0.0]]]), faces))
+    loose = [(0, len(vertices))]
+    job = client.match(pair[0], client.upload(mesh), points=6, landmarks=loose)
     with pytest.raises(isomatch.JobFailed, match="not part of the target's surface") as failure:
-        client.match(*pair, points=6, landmarks=[(0, 10**6)]).result()
+        job.result()
     assert str(failure.value).count("landmarks.0.1") == 1
 
 

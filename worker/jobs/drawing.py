@@ -83,7 +83,7 @@ def _drawn_match(result: MatchResult, payload: PicturePayload, store: Store) -> 
         )
         name = "" if record is None else f"{record.name}, version {record.version}"
         names = name, result.target_name or target_name
-        return draw_prototype_match(prototype.positions, target, answer, names, payload.view)
+        return draw_prototype_match(prototype, target, answer, names, payload.view)
     (source_name,) = _names((result.source,), store)
     names = result.source_name or source_name, result.target_name or target_name
     source = stored_mesh(result.source, store.shapes)

@@ -9,7 +9,7 @@ from broker import contracts
 from broker.contracts import MatchPayload, MatchResult, MatchSummary, is_prototype
 from solver.arrays import FloatArray
 from solver.gmds import GmdsRefinement
-from solver.matching import Correspondence, GromovHausdorff, Match, Overlap, SampleProof
+from solver.matching import Correspondence, GromovHausdorff, Match, Overlap, SampleProof, relation
 from solver.mesh import TriangleMesh
 from solver.registration import Confidence, DenseCorrespondence
 
@@ -18,9 +18,12 @@ _DECIMALS = 4
 
 
 def document_of(
-    found: Match, payload: MatchPayload, refinement: contracts.Refinement | None = None
+    found: Match,
+    payload: MatchPayload,
+    target: TriangleMesh,
+    refinement: contracts.Refinement | None = None,
 ) -> MatchResult:
-    """Return the result document of a match."""
+    """Return the result document of a match onto `target`."""
     best = found.best
     return MatchResult(
         source=payload.source,
@@ -37,7 +40,10 @@ def document_of(
         confidence=None if found.confidence is None else confidence_of(found.confidence),
         alternatives=tuple(
             contracts.Alternative(
-                energy=other.energy, correspondences=_pairs(other), distortion=_distortion(other)
+                relation=_relation(best, other, target),
+                energy=other.energy,
+                correspondences=_pairs(other),
+                distortion=_distortion(other),
             )
             for other in found.alternatives
         ),
@@ -135,6 +141,15 @@ def result_from_blob(packed: bytes) -> MatchResult:
 def confidence_of(found: Confidence) -> contracts.Confidence:
     """Return the confidence of a match as the contract has it."""
     return contracts.Confidence.model_validate(found, from_attributes=True)
+
+
+def _relation(best: Correspondence, other: Correspondence, target: TriangleMesh) -> str:
+    _, here, there = np.intersect1d(best.source, other.source, return_indices=True)
+    answer, alternative = (
+        target.vertices[target.vertices_of(found)]
+        for found in (best.target[here], other.target[there])
+    )
+    return relation(answer, alternative).value
 
 
 def _overlap(found: Overlap) -> contracts.Overlap:

@@ -130,7 +130,7 @@ def match_shapes(
     refined = None
     if found.refinement is not None:
         refined = refinement_of(found.refinement, source.mesh, target.mesh)
-    return document_of(found, payload, refined)
+    return document_of(found, payload, target.mesh, refined)
 
 
 def match_prototype(
@@ -157,7 +157,7 @@ def match_prototype(
     )
     shape = target.shape(parameters)
     found = prototypes.match_prototype(prototype, shape, options, control, surface_spectrum)
-    return document_of(found, payload)
+    return document_of(found, payload, target.mesh)
 
 
 def load_shape(

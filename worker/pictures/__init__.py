@@ -6,7 +6,7 @@ from worker.pictures.geometry import packed_geometry, packed_prototype
 from worker.pictures.heat_map import draw_matrix, separate_ticks
 from worker.pictures.hypothesis import Hypothesis, NoAlternative, hypothesis_of
 from worker.pictures.match_picture import draw_match, draw_prototype_match
-from worker.pictures.view import View, source_view
+from worker.pictures.view import View, source_view, target_view
 
 __all__ = [
     "Hypothesis",
@@ -22,5 +22,6 @@ __all__ = [
     "packed_prototype",
     "separate_ticks",
     "source_view",
+    "target_view",
     "transferred_colors",
 ]

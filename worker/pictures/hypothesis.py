@@ -85,8 +85,9 @@ def hypothesis_of(result: MatchResult, alternative: int | None) -> Hypothesis:
         captions = _captions(result.model_copy(update={"refinement": refinement}))
         return Hypothesis(result.correspondences, refinement, dense, *captions)
     other = result.alternatives[alternative - 1]
-    title = f"alternative {alternative} of {count}: {len(other.correspondences)} corresponding"
-    title += " points" + ("" if refinement is None else ", refined between vertices")
+    kind = "" if other.relation is None else f", {other.relation.replace('_', ' ')}"
+    title = f"alternative {alternative} of {count}{kind}: {len(other.correspondences)}"
+    title += " corresponding points" + ("" if refinement is None else ", refined between vertices")
     return Hypothesis(
         other.correspondences,
         refinement,

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import minimum_spanning_tree
 from broker.contracts import View as Side
 from solver.arrays import BoolArray, FloatArray
 from solver.mesh import TriangleMesh, vertex_normals
+from solver.prototype import Prototype
 from worker.pictures.canvas import FAINT, INK, new_figure, png, shortened
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.scene import Scene, match_scenes, prototype_scenes
@@ -63,18 +64,18 @@ def draw_match(
 
 
 def draw_prototype_match(
-    positions: FloatArray,
+    prototype: Prototype,
     target: TriangleMesh,
     answer: Hypothesis,
     names: tuple[str, str] = ("prototype", "target"),
     side: Side = "front",
 ) -> bytes:
-    """Draw a match whose source is a prototype, by its points on its reference shape.
+    """Draw a match whose source is a prototype, on the surface of its reference shape.
 
     Parameters
     ----------
-    positions
-        (N, 3) the prototype's points on its reference shape.
+    prototype
+        The source.
     target
         The mesh Y, as uploaded.
     answer
@@ -88,8 +89,8 @@ def draw_prototype_match(
     -------
     PNG, the same for the same match.
     """
-    left, right = prototype_scenes(positions, target, answer, side)
-    labels = [f"{shortened(names[0], _LONGEST_NAME)}\n{len(positions):,} points"]
+    left, right = prototype_scenes(prototype, target, answer, side)
+    labels = [f"{shortened(names[0], _LONGEST_NAME)}\n{len(prototype.positions):,} points"]
     labels.append(f"{shortened(names[1], _LONGEST_NAME)}\n{target.n_vertices:,} vertices")
     return _drawn(left, right, answer, labels)
 

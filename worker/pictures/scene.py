@@ -8,6 +8,7 @@ import numpy as np
 from broker.contracts import View as Side
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh
+from solver.prototype import Prototype
 from worker.pictures.coloring import colors_by_place, transferred_colors
 from worker.pictures.hypothesis import Hypothesis
 from worker.pictures.view import source_view, target_view
@@ -71,14 +72,17 @@ def match_scenes(
 
 
 def prototype_scenes(
-    positions: FloatArray, target: TriangleMesh, answer: Hypothesis, side: Side = "front"
+    prototype: Prototype, target: TriangleMesh, answer: Hypothesis, side: Side = "front"
 ) -> tuple[Scene, Scene]:
-    """Return the points of a prototype, scaled as those matched on the target, and the target.
+    """Return a prototype and the target.
+
+    A prototype is drawn as the surface of its reference shape, or, if it was stored without, as its
+    points, scaled as those matched on the target.
 
     Parameters
     ----------
-    positions
-        (N, 3) the prototype's points on its reference shape, in an unknown unit.
+    prototype
+        The source.
     target
         The mesh Y.
     answer
@@ -89,15 +93,20 @@ def prototype_scenes(
     vertices = _unit_area(target)
     matched = np.array([pair.source for pair in answer.correspondences], dtype=np.int64)
     there = _target_points(target, vertices, answer)
+    right = Scene(vertices, target.faces, there, is_cloud=target.is_cloud)
+    if prototype.surfaces:
+        reference = prototype.surfaces[0]
+        surface = _unit_area(reference.mesh())
+        points = surface[reference.points[matched]]
+        return _side_by_side(Scene(surface, reference.faces, points), right, side)
+    positions = prototype.positions
     points = positions / max(float(np.abs(positions).max()), 1e-300)
     points = points - points.mean(axis=0)
     spread = np.linalg.norm(points) / np.sqrt(len(points))
     size = np.linalg.norm(there - there.mean(axis=0)) / np.sqrt(max(len(there), 1))
     points = points * (size / spread if size > 0.0 and spread > 1e-9 else 1.0)
     return _side_by_side(
-        Scene(points, np.zeros((0, 3), dtype=np.int64), points[matched]),
-        Scene(vertices, target.faces, there, is_cloud=target.is_cloud),
-        side,
+        Scene(points, np.zeros((0, 3), dtype=np.int64), points[matched]), right, side
     )
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from broker.contracts import View as Side
 from solver.arrays import FloatArray
@@ -12,6 +13,11 @@ from solver.arrays import FloatArray
 _THIN = 0.75
 """Cosine above which an axis is the thin direction; at most one axis exceeds it (> 1/sqrt 2)."""
 
+_TILT = 2.0
+"""Factor by which squared distances must fall for a target to be tilted."""
+
+_ROUNDING = 1e-9
+"""Squared distances, of points of unit spread, that are aligned."""
 
 _TURNS: Mapping[Side, FloatArray] = MappingProxyType(
     {
@@ -77,7 +83,10 @@ def _support(vertices: FloatArray, axis: int) -> float:
 
 
 def target_view(view: View, source_points: FloatArray, target_points: FloatArray) -> View:
-    """Return the view of a target, rotated about the vertical to align matched points.
+    """Return the view of a target in which its matched points are nearest to those of the source.
+
+    Shapes that stand upright stay so: the target is rotated about the vertical, unless a rotation
+    about another axis brings its points much nearer, as where files have different axes up.
 
     Parameters
     ----------
@@ -86,10 +95,16 @@ def target_view(view: View, source_points: FloatArray, target_points: FloatArray
     source_points, target_points
         (K, 3) matched points of both shapes, centred.
     """
-    seen, other = view.of(source_points), view.of(target_points)
-    flat = np.stack([seen[:, 0] + 1j * seen[:, 2], other[:, 0] + 1j * other[:, 2]])
-    flat = flat - flat.mean(axis=1, keepdims=True)
-    turn = np.angle(np.vdot(flat[1], flat[0]))
+    seen, other = (
+        (points - points.mean(axis=0)) / max(float(points.std()), 1e-300)
+        for points in (view.of(source_points), view.of(target_points))
+    )
+    turn = np.angle(np.vdot(other[:, 0] + 1j * other[:, 2], seen[:, 0] + 1j * seen[:, 2]))
     cosine, sine = np.cos(turn), np.sin(turn)
-    rotation = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
-    return View(rotation @ view.axes)
+    upright = np.array([[cosine, 0.0, -sine], [0.0, 1.0, 0.0], [sine, 0.0, cosine]])
+    free, _ = Rotation.align_vectors(seen, other)
+    apart, least = (
+        float(((other @ turn.T - seen) ** 2).sum()) for turn in (upright, free.as_matrix())
+    )
+    tilted = apart > _TILT * least + _ROUNDING
+    return View((free.as_matrix() if tilted else upright) @ view.axes)

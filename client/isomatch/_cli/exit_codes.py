@@ -8,15 +8,23 @@ from typing import Any, Final, NoReturn
 
 import typer
 
+from isomatch._cli import parameter_options
 from isomatch._clients import Client
 from isomatch._errors import (
     ConnectionFailed,
+    InvalidRequest,
     IsomatchError,
     JobCancelled,
     JobFailed,
     ProblemError,
     Unauthorized,
     UnexpectedResponse,
+)
+
+_PARAMETERS: Final = frozenset(
+    one.name
+    for options in (parameter_options.MATCH, parameter_options.COMPARE, parameter_options.LEARN)
+    for one in options
 )
 
 REFUSED: Final = 1
@@ -49,6 +57,8 @@ def connected(url: str, as_json: bool = False) -> Iterator[Client]:
 def leave(error: Exception, as_json: bool = False, file: str | None = None) -> NoReturn:
     """Report an error, with the file it concerns, and exit."""
     message = str(error) if file is None else f"{file}: {error}"
+    if isinstance(error, InvalidRequest) and not as_json:
+        message = by_options(error)
     if isinstance(error, ConnectionFailed):
         message += " (start a service with `isomatch serve`, or give its address with --url)"
     if isinstance(error, Unauthorized):
@@ -65,6 +75,21 @@ def leave(error: Exception, as_json: bool = False, file: str | None = None) -> N
     elif isinstance(error, JobFailed | JobCancelled):
         code = NO_RESULT
     raise typer.Exit(code) from None
+
+
+def by_options(error: InvalidRequest) -> str:
+    """Return the message of a refused request, with the options of the command for its fields."""
+    named = tuple(one.model_copy(update={"field": _option(one.field)}) for one in error.errors)
+    return error.problem.model_copy(update={"errors": named}).summary
+
+
+def _option(field: str) -> str:
+    """Return the option for a field of a request, as ``--landmark (0.1)``; else the field."""
+    name, _, rest = field.removeprefix("body.").partition(".")
+    if name not in _PARAMETERS:
+        return field
+    flag = "--" + ("landmark" if name == "landmarks" else name.replace("_", "-"))
+    return f"{flag} ({rest})" if rest else flag
 
 
 def problem_document(error: Exception, message: str) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Arguments and options that commands share, and their checks."""
 
+import os
 import re
 from pathlib import Path
 from typing import Annotated, Final, TypeVar
@@ -59,6 +60,8 @@ def writable(given: Path | None) -> Path | None:
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
     if given is not None and given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is a folder")
+    if given is not None and not os.access(given if given.exists() else given.parent, os.W_OK):
+        raise typer.BadParameter(f"{str(given)!r} cannot be written: no permission")
     return given
 
 

@@ -79,15 +79,25 @@ def match_summary(match: Match) -> Table:
         "certified": proof,
         "certified levels": certified_levels(match),
         **({} if match.proof is None else {"over all samples": _sample_proof(match.proof)}),
-        "alternatives": str(len(match.alternatives)),
+        "alternatives": _alternatives(match),
         "refinement": _refinement(match.refinement),
         "dense map": "none" if match.dense is None else f"of {len(match.dense.source)} vertices",
         **({} if match.overlap is None else {"overlap": str(match.overlap)}),
         "unmatched": str(len(match.unmatched)),
         **({} if match.misfit is None else {"misfit": f"{match.misfit:.3g}, 1 is typical"}),
-        "seconds": f"{match.timings['total']:.2f}" if "total" in match.timings else "unknown",
+        "seconds": _seconds(match.timings),
     }
     return named_values(rows)
+
+
+def _seconds(timings: Mapping[str, float]) -> str:
+    """Return the time of a job, with the stages that took a tenth of it or more."""
+    if "total" not in timings:
+        return "unknown"
+    total = timings["total"]
+    stages = sorted((-value, name) for name, value in timings.items() if name != "total")
+    parts = [f"{name} {-value:.2f}" for value, name in stages if -value >= 0.1 * total]
+    return f"{total:.2f}" + (f": {', '.join(parts)}" if parts else "")
 
 
 def _answer(found: Confidence) -> str:
@@ -100,6 +110,12 @@ def named_values(rows: Mapping[str, str]) -> Table:
     for name, value in rows.items():
         table.add_row(name, Text(value))
     return table
+
+
+def _alternatives(match: Match) -> str:
+    words = [other.relation.replace("_", " ") for other in match.alternatives if other.relation]
+    count = str(len(match.alternatives))
+    return f"{count}: {', '.join(words)}" if words else count
 
 
 def _refinement(found: Refinement | None) -> str:
@@ -215,7 +231,7 @@ def _collection_summary(result: Dissimilarities) -> Table:
         "certified": "all of them"
         if result.certified
         else f"all but {len(result.uncertified)} of them",
-        "seconds": f"{result.timings['total']:.2f}" if "total" in result.timings else "unknown",
+        "seconds": _seconds(result.timings),
     }
     if result.mean_average_precision is not None and result.precision_at_1 is not None:
         rows["mean average precision"] = f"{result.mean_average_precision:.4f}"

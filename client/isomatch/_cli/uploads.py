@@ -19,17 +19,28 @@ SLOW_UPLOAD: Final = 8.0
 """Seconds after which a message says that an upload is waiting."""
 
 
-def uploaded(client: Client, sources: list[str], as_json: bool) -> list[Shape]:
+def uploaded(
+    client: Client, sources: list[str], as_json: bool, repairs: bool = True
+) -> list[Shape]:
     """Upload files, look up ids, and print the repairs of the shapes.
 
-    JSON results contain the repairs, which are not printed with them.
+    Parameters
+    ----------
+    client
+        Of the service.
+    sources
+        Files and ids.
+    as_json
+        Print nothing: JSON results contain the repairs.
+    repairs
+        Print the repairs; False if a result that contains them is printed.
     """
     shapes = []
     for source in sources:
         with named_upload(source, as_json):
             shape = client.upload(source) if Path(source).is_file() else client.shape(source)
         warnings = [f"{shape_name(source, shape)}: {text}" for text in shape.warnings]
-        if not as_json:
+        if repairs and not as_json:
             render.print_warnings(warnings, render.standard_error())
         shapes.append(shape)
     return shapes

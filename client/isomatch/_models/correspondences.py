@@ -71,6 +71,9 @@ class Alternative(Correspondences):
 
     Attributes
     ----------
+    relation
+        What it is, seen from the answer: ``"mirror_image"``, ``"rotation"``, ``"variation"`` if it
+        differs in parts only, or ``"other"``; None in results of earlier versions.
     energy
         Energy of the labelling problem, (5) of the paper.
     correspondences
@@ -78,6 +81,16 @@ class Alternative(Correspondences):
     distortion
         Their distortion.
     """
+
+    relation: str | None = None
+
+    def __repr__(self) -> str:
+        kind = (self.relation or "alternative").replace("_", " ")
+        return (
+            f"<Alternative: {kind}, {len(self.correspondences)} points, energy {self.energy:.6g}>"
+        )
+
+    __str__ = __repr__
 
 
 class Level(Answer):
@@ -231,6 +244,11 @@ class InverseCorrespondence(Answer):
     faces: tuple[Annotated[tuple[int, ...], _OF_THREE], ...]
     barycentric: tuple[Annotated[tuple[FiniteFloat, ...], _OF_THREE], ...]
 
+    def __repr__(self) -> str:
+        return f"<InverseCorrespondence of {len(self.target)} vertices of the target>"
+
+    __str__ = __repr__
+
 
 class DenseCorrespondence(Answer):
     """A match extended to all vertices: of the source, and by `inverse` of the target.
@@ -269,6 +287,12 @@ class DenseCorrespondence(Answer):
         return VertexMap(
             self.source_vertices, self.target_vertices, self.image_faces, self.image_weights
         )
+
+    def __repr__(self) -> str:
+        ways = "" if self.inverse is None else f", and of {len(self.inverse.target)} of the target"
+        return f"<DenseCorrespondence of {len(self.source)} vertices of the source{ways}>"
+
+    __str__ = __repr__
 
     @cached_property
     def target_to_source(self) -> VertexMap:

@@ -31,6 +31,9 @@ class VertexMap:
     faces: npt.NDArray[np.int64]
     weights: npt.NDArray[np.float64]
 
+    def __repr__(self) -> str:
+        return f"<VertexMap of {len(self.vertices)} vertices>"
+
     def interpolate(self, values: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the barycentric mean of values at the images.
 

@@ -59,7 +59,7 @@ const moved = ({ mean, steps }, scores) => steps.reduce((sum, step, c) =>
   (scores[c] === 0 ? sum : sum.map((value, at) => value + scores[c] * step[at])), mean);
 
 async function drawn(place, shape, result, signal) {
-  const node = h("div", { class: "scene", role: "img", "aria-label": "The mean shape in three dimensions" });
+  const node = h("div", { class: "scene", "aria-label": "The mean shape in three dimensions" });
   const caption = h("figcaption", { "aria-live": "polite" });
   const none = shape.steps.map(() => 0);
   const ends = shape.steps.slice(0, SLIDERS).flatMap((_, c) => [-ENDS, ENDS].map((end) => extent(moved(shape, none.with(c, end)))));

@@ -1,14 +1,12 @@
 // Points of a drawing that are dragged with a mouse, a pen or a finger.
 
 import { onScreen, sightAt } from "./camera.js";
-import { seenPoint } from "./surface_point.js";
+import { isHidden } from "./surface_point.js";
 
 /** Pixels from a point within which it is grasped, by a mouse and by a finger. */
 const REACH = { mouse: 12, touch: 24 };
 /** Pixels that the pointer may move without dragging. */
 const STILL = 3;
-/** Distance in front of a point, in units of half the shape's size, from which on the surface hides it. */
-const BEFORE = 0.04;
 
 /**
  * Let points be dragged, instead of turning the shape.
@@ -54,9 +52,5 @@ function pointUnder({ clientX, clientY, pointerType }, node, mesh, points) {
   const reach = REACH[pointerType] ?? REACH.mouse;
   const near = places.map(([x, y], i) => ({ i, away: Math.hypot(x - clientX, y - clientY) }))
     .filter(({ away }) => away <= reach).sort((a, b) => a.away - b.away);
-  return near.find(({ i }) => {
-    const { towards } = sightAt(node, ...places[i]);
-    const hit = seenPoint(mesh, { origin: points[i], towards });
-    return hit === null || hit.depth < BEFORE;
-  })?.i ?? null;
+  return near.find(({ i }) => !isHidden(mesh, points[i], sightAt(node, ...places[i]).towards))?.i ?? null;
 }

@@ -28,7 +28,7 @@ export async function drawHeatMap(node, { names, labels = null, matrix, most, ti
   if (signal.aborted) return;
   const order = ordered(labels, names.length);
   const narrow = node.clientWidth < NARROW;
-  const short = shortened(names, narrow ? NARROW_LONGEST : LONGEST);
+  const short = narrow ? shortened(names.map(withoutEnding), NARROW_LONGEST) : shortened(names);
   // Names may repeat, so the axes are numeric and only their ticks are named.
   const ticks = names.length <= MOST_NAMES
     ? { tickvals: order.map((_, at) => at), ticktext: order.map((i) => plain(short[i])) } : { showticklabels: false };
@@ -80,6 +80,8 @@ export function shortened(names, longest = LONGEST) {
     return rest.length <= longest ? rest : `${rest.slice(0, longest - 1)}…`;
   });
 }
+
+const withoutEnding = (name) => name.replace(/(?<=.)\.[a-z]{3,4}$/i, "");
 
 function ordered(labels, count) {
   const order = Array.from({ length: count }, (_, i) => i);

@@ -58,6 +58,7 @@ export async function homeView(place, ids, signal) {
       return null;
     })));
   choose(...records.filter((record) => record?.name));
+  uploads.begin();
   await Promise.all([listShapes(), jobList(signal).then((list) => fill(jobs, list)),
     prototypeList(choose, signal).then((list) => {
       prototypes.hidden = list.length === 0;

@@ -2,6 +2,7 @@
 
 import { get, post } from "./api.js";
 import { h, fill } from "./dom.js";
+import { keepEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
 import { fieldName, problemBox } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
@@ -29,15 +30,23 @@ export function jobForm(shapes, last, signal) {
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
     try {
       const known = await structures;
-      if (task === taken) fill(parts, fieldsOf(task, known, shapes, signal));
+      if (task !== taken) return;
+      fill(parts, fieldsOf(task, known, shapes, signal));
+      restoreEntries(name, form);
     } catch (error) {
       if (!signal.aborted) fill(parts, problemBox(error));
     }
   };
+  form.addEventListener("change", () => keepEntries(last.task, form));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    submit.disabled = true;
     fill(said);
+    const unfinished = form.querySelector("[data-unfinished]");
+    if (unfinished !== null) {
+      showErrors(form, [{ field: unfinished.name, message: unfinished.dataset.unfinished }], fieldName);
+      return;
+    }
+    submit.disabled = true;
     try {
       const job = await post(task.path, { ...task.named(shapes), ...values(form) });
       location.hash = `#/jobs/${job.id}`;

@@ -38,7 +38,7 @@ export class LandmarkScenes {
       return;
     }
     const nodes = this.#sides.map(({ shape, end }) => h("div", {
-      class: "scene", role: "img", "data-side": end, "aria-label": `${shape.name} in three dimensions, with the landmarks`,
+      class: "scene", "data-side": end, "aria-label": `${shape.name} in three dimensions, with the landmarks`,
     }));
     fill(this.#place, h("div", { class: "pair" }, this.#sides.map(caption(nodes))), h("p", { class: "checks" },
       toggle("Names", this.#options, "named", () => this.#draw()),

@@ -13,9 +13,13 @@ const ENDS = ["source", "target"];
 const ABOUT = "Click a point on one shape, then the corresponding point on the other; or type their vertex"
   + " indices. A landmark on a hand tells left from right.";
 
+/** Landmarks by the ids of the shapes, for when one comes back to the form. */
+const entered = new Map();
+
 /** A form field for landmarks of two shapes; the shapes are drawn when it is opened. */
 export function landmarkField(shapes, signal) {
-  const pairs = [];
+  const key = shapes.map((shape) => shape.id).join();
+  const pairs = [...(entered.get(key) ?? [])];
   const pending = [null, null];
   let sides = null;
   let scenes = null;
@@ -53,6 +57,10 @@ export function landmarkField(shapes, signal) {
     // A pair that was typed completely counts even if it was not added.
     const all = pending.includes(null) ? pairs : [...pairs, pending];
     value.value = all.length === 0 ? "" : JSON.stringify(all);
+    entered.set(key, [...pairs]);
+    const wrong = pending.every((number) => number === null) ? null : errorOf(pending, pairs, shapes, sides);
+    if (wrong === null) delete value.dataset.unfinished;
+    else value.dataset.unfinished = `This landmark cannot be used yet. ${wrong}`;
     said.textContent = instruction(pending, shapes);
     fill(list, pairs.map((pair, i) => line(pair, i, () => {
       pairs.splice(i, 1);
@@ -76,6 +84,8 @@ export function landmarkField(shapes, signal) {
     h("div", { class: "actions" }, inputs.map(({ node }) => node), button("Add this pair", add)),
     refused, list, value);
   box.addEventListener("toggle", () => box.open && open());
+  show();
+  box.open = pairs.length > 0;
   return box;
 }
 
@@ -95,7 +105,8 @@ function errorOf(pending, pairs, shapes, sides) {
     const number = pending[at];
     if (number === null) return `Give a vertex of the ${ENDS[at]}.`;
     if (!Number.isInteger(number) || number < 0) return `${number} is not a vertex index: indices are whole numbers from 0.`;
-    if (sides !== null && sides[at].place(number) === undefined) return `${shapes[at].name} has no vertex ${number}.`;
+    const count = shapes[at].file_vertices;
+    if ((count !== null && number >= count) || (sides !== null && sides[at].place(number) === undefined)) return `${shapes[at].name} has no vertex ${number}.`;
     if (pairs.some((pair) => pair[at] === number)) return `Vertex ${number} of ${shapes[at].name} is a landmark already.`;
   }
   return null;
@@ -116,7 +127,7 @@ function line([source, target], i, remove) {
 
 async function drawn(place, sides, pick, signal) {
   const nodes = sides.map(({ shape, end }) => h("div", {
-    class: "scene picked", role: "img", "data-side": end, "aria-label": `${shape.name} in three dimensions, to choose landmarks on`,
+    class: "scene picked", "data-side": end, "aria-label": `${shape.name} in three dimensions, to choose landmarks on`,
   }));
   fill(place, sides.map(({ shape, end }, at) => h("figure", {}, nodes[at],
     h("figcaption", {}, h("span", { class: "faint" }, `${end} `), shape.name))));

@@ -8,6 +8,7 @@ import { jobView } from "./job.js";
 import { landmarkView } from "./landmark_view.js";
 import { prototypeView } from "./prototype.js";
 import { shapeView } from "./shape.js";
+import { takeDroppedAnywhere } from "./uploads.js";
 
 const main = document.getElementById("main");
 let leaving = new AbortController();
@@ -54,5 +55,6 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   event.preventDefault();
   main.focus();
 });
+takeDroppedAnywhere();
 window.addEventListener("hashchange", show);
 show();

@@ -21,38 +21,41 @@ export async function matchView(place, result, job, signal) {
   document.title = `${source.name} and ${target.name} – isomatch`;
   const selection = new Selection();
   const numbers = h("div");
+  const proof = h("div", { "aria-live": "polite" });
   const pairs = h("div");
-  const scenes = h("div");
+  const scenes = h("div", { class: "scenes" });
   const picture = h("span");
-  const announced = h("p", { class: "visually-hidden", "aria-live": "polite" });
+  const announced = h("p", { class: "pointed faint", "aria-live": "polite" });
   let drawn = null;
   const choose = async (which) => {
     const hypothesis = hypotheses(result)[which];
     selection.clear();
-    fill(numbers, figures(result, hypothesis));
+    fill(numbers, figures(result, job, hypothesis));
+    fill(proof, proofOf(result, hypothesis));
     fill(picture, pictureOf(job, which));
     const colors = drawn === null ? null : await drawn.show(hypothesis);
     fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
   };
   selection.addEventListener("change", () => {
-    announced.textContent = selection.chosen === null ? "" : `Pair ${selection.chosen + 1} is chosen.`;
+    const far = selection.shown === null ? [] : drawn?.hidden(selection.shown) ?? [];
+    announced.textContent = selection.shown === null ? "" : `Pair ${selection.shown + 1}${
+      far.length === 0 ? "" : `, on the far side of ${far.join(" and ")}`}`;
   });
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),
-    h("p", { class: "proof" },
-      certifiedBadge(result), " ", summary(result), " ", certificate(result)),
-    confidenceNote(result),
-    warningList(result.warnings), orientationNote(result), alternatives(result, choose), scenes, numbers,
+    proof,
+    warningList(result.warnings), orientationNote(result), alternatives(result, choose),
+    h("div", { class: "judged" }, scenes, pairs), numbers,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`),
       exportsOf(job, (ending) => result.dense !== null || ["npz", "csv"].includes(ending)), " ",
       picture, " ",
       h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters")),
     result.dense !== null && !learned ? carrying(job, source, target) : null,
-    announced, pairs);
+);
   await choose(0);
   try {
-    drawn = await matchScenes(scenes, result, source, target, selection, signal);
+    drawn = await matchScenes(scenes, result, source, target, selection, announced, signal);
     if (drawn !== null) await choose(0);
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));
@@ -83,12 +86,24 @@ export async function recordOf(kind, id, signal) {
 function hypotheses(result) {
   return [result, ...result.alternatives].map((answer, which) => ({
     which,
+    relation: answer.relation?.replace("_", " ") ?? "alternative",
     energy: answer.energy,
     distortion: answer.distortion,
     correspondences: answer.correspondences,
     refined: which === 0 && result.refinement?.hypothesis === 0 ? result.refinement.points : null,
     dense: result.dense?.hypothesis === which ? result.dense : null,
   }));
+}
+
+// Certificate and confidence of what is shown; an alternative has neither.
+function proofOf(result, { which, relation, energy, correspondences }) {
+  if (which === 0) {
+    return [h("p", { class: "proof" }, certifiedBadge(result), " ", summary(result), " ", certificate(result)),
+      confidenceNote(result)];
+  }
+  return h("p", { class: "proof" }, h("span", { class: "badge" }, `alternative ${which}: ${relation}`),
+    ` ${several(correspondences.length, "point")} matched, energy ${digits(energy)}, that of the answer ${digits(result.energy)}.`
+    + " Certificate and confidence are known of the answer alone.");
 }
 
 function summary(result) {
@@ -100,19 +115,13 @@ function summary(result) {
 
 function alternatives(result, choose) {
   if (result.alternatives.length === 0) return null;
-  const options = hypotheses(result).map(({ which, energy }) => h("label", {},
+  const options = hypotheses(result).map(({ which, relation, energy }) => h("label", {},
     h("input", {
       type: "radio", name: "hypothesis", value: which, checked: which === 0,
       onchange: () => choose(which),
-    }), " ", which === 0 ? "Chosen" : `${which}`,
-    h("span", { class: "faint" }, which === 0 ? ` ${digits(energy)}` : ` ${more(energy, result.energy)}`)));
-  return h("fieldset", { class: "alternatives" },
-    h("legend", {}, "Alternatives and their energies, relative to the chosen match; one is often its mirror image"), options);
-}
-
-function more(energy, least) {
-  const share = least > 0 ? energy / least - 1 : 0;
-  return share >= 0 ? `+${percent(share)}` : `−${percent(-share)}`;
+    }), " ", which === 0 ? "Answer" : `${which}: ${relation}`,
+    h("span", { class: "faint" }, ` energy ${digits(energy)}`)));
+  return h("fieldset", { class: "alternatives" }, h("legend", {}, "Answer and alternatives"), options);
 }
 
 const overAllSamples = ({ energy, gap, certified }) =>
@@ -128,7 +137,20 @@ const partOf = ({ part, source, target }) => part === "source"
 // The bounds hold for the problem that the chosen match solves.
 const OTHER = "only for the chosen match";
 
-function figures(result, { which, energy, distortion }) {
+/** Parts of the time that are named: those of at least this share. */
+const NAMED_SHARE = 0.1;
+
+// From the request to the result, and what it was spent on.
+function waited({ timings: { total, ...stages } }, { created, started, ended }) {
+  const seconds = (from, to) => (new Date(to) - new Date(from)) / 1000;
+  const all = seconds(created, ended);
+  const parts = Object.entries({ "waiting for a worker": seconds(created, started), ...stages })
+    .filter(([, value]) => value >= NAMED_SHARE * all).sort((a, b) => b[1] - a[1])
+    .map(([stage, value]) => `${stage.replaceAll("_", " ")} ${digits(value)} s`);
+  return h("span", {}, `${digits(all)} s`, parts.length === 0 ? null : h("span", { class: "faint" }, ` (${parts.join(", ")})`));
+}
+
+function figures(result, job, { which, energy, distortion }) {
   const best = which === 0;
   const entries = [
     ["Energy", figure(energy), "energy"],
@@ -144,7 +166,7 @@ function figures(result, { which, energy, distortion }) {
     ["Gromov–Hausdorff distance of the points, upper bound", figure(0.5 * distortion.linf), "gromov_hausdorff"],
     ...(typeof result.misfit !== "number" ? [] : [
       ["Misfit of the target to the class (1 is typical)", best ? figure(result.misfit) : OTHER, "misfit"]]),
-    ["Computed in", `${digits(result.timings.total)} s`, "seconds"],
+    ["Waited", waited(result, job), "seconds"],
   ];
   return figureList(entries);
 }

@@ -13,10 +13,11 @@ import { sourceView, targetView } from "./view.js";
  * Draw the shapes of a match.
  * @param {Object} source its record, or that of the prototype
  * @param {Object} target its record
+ * @param {Element} announced what is said of the pair that is pointed at
  * @returns {Promise<Object|null>} `show`, which draws the match or an alternative and returns the
- *   colours of its pairs; null if nothing can be drawn
+ *   colours of its pairs, and `hidden`, names of the shapes on whose far side a pair is; null if nothing can be drawn
  */
-export async function matchScenes(place, result, source, target, selection, signal) {
+export async function matchScenes(place, result, source, target, selection, announced, signal) {
   const learned = result.source_kind === "prototype";
   const reason = obstacle(learned ? [target] : [source, target]);
   if (reason !== null) {
@@ -30,10 +31,10 @@ export async function matchScenes(place, result, source, target, selection, sign
   const options = { numbered: true, together: true, colored: true };
   let again = () => {};
   const nodes = sides.map(({ shape, end }) => h("div", {
-    class: "scene", role: "img", "data-side": end,
+    class: "scene", "data-side": end,
     "aria-label": `${shape.name} in three dimensions, with the matched points`,
   }));
-  fill(place, h("div", { class: "pair" }, sides.map(caption(nodes))), h("p", { class: "checks" },
+  fill(place, h("div", { class: "both" }, h("div", { class: "pair" }, sides.map(caption(nodes))), announced), h("p", { class: "checks" },
     toggle("Numbers", options, "numbered", () => again()),
     sides.length === 1 ? null : toggle("Turn both together", options, "together", () => {}),
     toggle(colorText(result, sides), options, "colored", () => again())));
@@ -54,7 +55,8 @@ export async function matchScenes(place, result, source, target, selection, sign
     place.dataset.drawn = String(correspondences.length);
     return colors;
   };
-  return { show };
+  const hidden = (pair) => sides.flatMap(({ end }, at) => (scenes[at].hides(pair) ? [`the ${end}`] : []));
+  return { show, hidden };
 }
 
 /** Why shapes cannot be drawn, or null. */
@@ -111,15 +113,9 @@ function shadesOf(sides, points, colors, dense) {
 
 /** Turn shapes together if that is chosen, and highlight the same pair on all. */
 export function join(scenes, selection, options) {
-  let moving = false;
   scenes.forEach((scene, at) => {
     scene.watch((pair) => selection.hover(pair), (pair) => selection.choose(pair));
-    scene.follow(async (camera) => {
-      if (moving || !options.together || scenes.length === 1) return;
-      moving = true;
-      await scenes[1 - at].look(camera);
-      moving = false;
-    });
+    scene.follow((view) => options.together && scenes[1 - at]?.look(view));
   });
   selection.addEventListener("change", () => scenes.forEach((scene) => scene.ring(selection.shown)));
 }

@@ -1,29 +1,24 @@
 // A prototype: its record, its points, the shapes it was learned from, and its jobs.
 
-import { get, remove } from "./api.js";
+import { get } from "./api.js";
 import { pointColors, surfaceColors } from "./colors.js";
-import { h, fill, button, figureList, table, warningList } from "./dom.js";
+import { deleteButton } from "./deletion.js";
+import { h, fill, figureList, table, warningList } from "./dom.js";
 import { download } from "./download.js";
 import { drawnPrototype, lifted, rotate } from "./drawn_shape.js";
 import { figure, several, time } from "./format.js";
 import { jobList } from "./lists.js";
 import { namesOf } from "./names.js";
 import { canDraw } from "./plotly.js";
-import { problemBox } from "./problem.js";
 import { Scene } from "./scene.js";
 import { sourceView } from "./view.js";
 
 export async function prototypeView(place, [id], signal) {
   const path = `/v1/prototypes/${encodeURIComponent(id)}`;
-  const forget = button("Delete", async () => {
-    try {
-      await remove(path);
-      location.hash = "#/";
-    } catch (error) {
-      forget.after(problemBox(error));
-    }
-  });
-  await prototypeDetails(place, await get(path, signal), signal, [forget]);
+  const prototype = await get(path, signal);
+  const forget = deleteButton(path, `${prototype.name}, version ${prototype.version}`,
+    "Results of its jobs stay, but it can no longer be matched. Its archive can be downloaded first.");
+  await prototypeDetails(place, prototype, signal, [forget]);
   const list = await jobList(signal, id);
   if (!signal.aborted) place.append(h("section", {}, list));
 }
@@ -57,7 +52,7 @@ async function draw(place, prototype, signal) {
   rotate(side, sourceView(side.geometry.positions));
   const points = Array.from({ length: side.points }, (_, point) => lifted(side, [side.place(point)], [1]));
   const colors = pointColors(points);
-  const node = h("div", { class: "scene", role: "img", "aria-label": `The points of ${prototype.name} on a shape` });
+  const node = h("div", { class: "scene", "aria-label": `The points of ${prototype.name} on a shape` });
   fill(place, h("figure", {}, node, h("figcaption", {}, "Points of the prototype")));
   const scene = new Scene(node, side.mesh, signal);
   await scene.show(surfaceColors(side.mesh, points, colors), {

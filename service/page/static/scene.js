@@ -5,19 +5,30 @@ import { colorOf, plotly } from "./plotly.js";
 import { screenAxes } from "./camera.js";
 import { css } from "./colors.js";
 import { dragPoints } from "./dragging.js";
+import { isHidden } from "./surface_point.js";
+import { ABOUT_KEYS, isSameView, viewAfter } from "./turning.js";
 
 const FLAT = { lighting: { ambient: 1, diffuse: 0, specular: 0, roughness: 1, fresnel: 0 } };
 const LIGHT = [-0.36, 0.56, 0.75];
 const DARKEST = 0.55;
 const SKIN = 218;
-// The aspect ratio sizes the shape, as the projection is orthographic.
-const ZOOM = { x: 1.75, y: 1.75, z: 1.75 };
+/** Depth, in units of the shape's greatest coordinate, that nothing of it exceeds: √3 at a corner of its box. */
+const IN_FRONT = 1.75;
+/** Reach of the axes in the same units, so that a ring at this depth is within. */
+const ROOM = 2.5;
+/** Size of the shape in the drawing: the aspect ratio, as the projection is orthographic. */
+const ZOOM = 1.75;
+const CAMERA = {
+  eye: { x: 0, y: 0, z: 2 }, center: { x: 0, y: 0, z: 0 }, up: { x: 0, y: 1, z: 0 }, projection: { type: "orthographic" },
+};
 const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, doubleClick: false };
 /** Size of the points of a cloud, in pixels. */
 const DOT = 2;
 const SURFACE = 0;
 const POINTS = 1;
 const RING = 2;
+/** Pixels below which a drawing is narrow. */
+const NARROW = 260;
 /** Pixels that the pointer may move during a click. */
 const STILL = 5;
 /** Milliseconds until plotly.js has reported the vertex under a touch. */
@@ -40,11 +51,19 @@ export class Scene {
   #points = [];
   #size;
   #brightness;
+  #pair = null;
+  #view;
+  #first;
+  #followers = [];
 
   constructor(node, { positions, faces, cloud = false }, signal, { picked = false, reach = 0 } = {}) {
     this.#node = node;
     this.#signal = signal;
-    this.#size = Math.max(reach, extent(positions));
+    this.#resize(Math.max(reach, extent(positions)));
+    // A picture that keys turn is none for screen readers, which would keep the keys to themselves.
+    const about = { tabindex: "0", role: "application", "aria-roledescription": "drawing", "aria-description": ABOUT_KEYS };
+    for (const [name, value] of Object.entries(about)) node.setAttribute(name, value);
+    node.addEventListener("keydown", (event) => this.#press(event), { signal });
     this.#brightness = brightness(positions, faces);
     this.#mesh = { positions, faces };
     const drawn = cloud
@@ -71,19 +90,21 @@ export class Scene {
     const painted = this.#cloud ? { marker: { size: DOT, color: vertexcolor, line: { width: 0 } } } : { vertexcolor };
     const surface = { ...this.#surface, ...painted };
     const marks = {
-      type: "scatter3d", mode: numbered ? "markers+text" : "markers", ...columnsOf(points),
+      type: "scatter3d", mode: numbered && !this.#narrow ? "markers+text" : "markers", ...columnsOf(points),
       text: names, hoverinfo: "none", textposition: "top center",
       textfont: { size: 11, color: colorOf("ink") },
-      marker: { size: 6, color: colors.map(css), line: { color: "white", width: 1 } },
+      marker: { size: this.#narrow ? 3 : 6, color: colors.map(css), line: { color: "white", width: 1 } },
     };
     const first = this.#node.data === undefined;
     await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring)], this.#layout(), CONFIG);
-    if (first) this.#signal.addEventListener("abort", () => this.#plotly.purge(this.#node));
+    if (!first) return;
+    this.#signal.addEventListener("abort", () => this.#plotly.purge(this.#node));
+    this.#node.on("plotly_relayout", (change) => this.#turned(change));
   }
 
   /** Draw the shape, without points, with its vertices elsewhere; it stays within the drawing. */
   async reshape(positions) {
-    this.#size = Math.max(this.#size, extent(positions));
+    if (extent(positions) > this.#size) this.#resize(extent(positions));
     this.#mesh = { ...this.#mesh, positions };
     this.#brightness = brightness(positions, this.#mesh.faces);
     this.#surface = { ...this.#surface, ...columns(positions, ["x", "y", "z"]) };
@@ -93,8 +114,8 @@ export class Scene {
   /** Draw a ring round one of the points, or round none. */
   async ring(pair) {
     if (this.#node.data === undefined) return;
-    const { x, y, z } = this.#ring(pair);
-    await this.#plotly.restyle(this.#node, { x: [x], y: [y], z: [z] }, [RING]);
+    const { x, y, z, marker } = this.#ring(pair);
+    await this.#plotly.restyle(this.#node, { x: [x], y: [y], z: [z], "marker.symbol": marker.symbol }, [RING]);
   }
 
   /** Move the points, and draw a ring round one of them, or round none. */
@@ -106,26 +127,54 @@ export class Scene {
     await this.#plotly.restyle(this.#node, both, [POINTS, RING]);
   }
 
+  // On the far side, the ring is drawn in front of the surface; the projection leaves it where it is on the screen.
   #ring(pair) {
+    this.#pair = pair;
     this.#node.dataset.pair = pair ?? "";
+    const hidden = pair !== null && this.hides(pair);
+    const front = (point) => {
+      const towards = this.#towards;
+      const depth = point.reduce((sum, value, k) => sum + value * towards[k], 0);
+      return point.map((value, k) => value + (IN_FRONT * this.#size - depth) * towards[k]);
+    };
     return {
       type: "scatter3d", mode: "markers", hoverinfo: "skip",
-      ...columnsOf(pair === null ? [] : [this.#points[pair]]),
-      marker: { size: 16, symbol: "circle-open", color: colorOf("mark"), line: { width: 5 } },
+      ...columnsOf(pair === null ? [] : [hidden ? front(this.#points[pair]) : this.#points[pair]]),
+      marker: { size: this.#narrow ? 9 : 16, symbol: hidden ? "diamond-open" : "circle-open", color: colorOf("mark"), line: { width: this.#narrow ? 3 : 5 } },
     };
   }
 
+  // On a phone two shapes share the width, and names would cover them.
+  get #narrow() {
+    return this.#node.clientWidth < NARROW;
+  }
+
+  /** Whether a point is on the far side of the shape, as it is seen. */
+  hides(pair) {
+    return this.#points[pair] !== undefined && isHidden(this.#mesh, this.#points[pair], this.#towards);
+  }
+
+  // Unit vector to the viewer.
+  get #towards() {
+    const { eye, center } = this.#view.camera;
+    const sight = ["x", "y", "z"].map((name) => eye[name] - center[name]);
+    return sight.map((value) => value / Math.hypot(...sight));
+  }
+
+  #resize(size) {
+    this.#size = size;
+    // Nothing is drawn outside the axes: there must be room for rings in front of the shape.
+    const ratio = ZOOM * ROOM;
+    this.#first = { camera: CAMERA, aspectratio: { x: ratio, y: ratio, z: ratio } };
+    this.#view ??= this.#first;
+  }
+
   #layout() {
-    const axis = { visible: false, showspikes: false, range: [-this.#size, this.#size] };
+    const reach = ROOM * this.#size;
+    const axis = { visible: false, showspikes: false, range: [-reach, reach] };
     return {
-      scene: {
-        aspectmode: "manual", aspectratio: ZOOM, xaxis: axis, yaxis: axis, zaxis: axis, dragmode: "orbit",
-        camera: {
-          eye: { x: 0, y: 0, z: 2 }, up: { x: 0, y: 1, z: 0 }, projection: { type: "orthographic" },
-        },
-      },
-      margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, uirevision: "kept",
-      paper_bgcolor: "rgba(0,0,0,0)",
+      scene: { aspectmode: "manual", ...this.#view, xaxis: axis, yaxis: axis, zaxis: axis, dragmode: "orbit" },
+      margin: { l: 0, r: 0, t: 0, b: 0 }, showlegend: false, paper_bgcolor: "rgba(0,0,0,0)",
     };
   }
 
@@ -169,16 +218,35 @@ export class Scene {
     return screenAxes(this.#node);
   }
 
-  /** Report the camera whenever the user has moved it. */
+  /** Report the view whenever the user has moved it. */
   follow(tell) {
-    this.#node.on("plotly_relayout", (change) => {
-      const camera = change["scene.camera"];
-      if (camera) tell(camera);
-    });
+    this.#followers.push(tell);
   }
 
-  async look(camera) {
-    await this.#plotly.relayout(this.#node, { "scene.camera": camera });
+  async look(view) {
+    this.#view = view;
+    if (this.#node.data === undefined) return;
+    await this.#plotly.relayout(this.#node, { "scene.camera": view.camera, "scene.aspectratio": view.aspectratio });
+    if (this.#pair !== null) await this.ring(this.#pair);
+  }
+
+  async #press(event) {
+    const view = event.ctrlKey || event.metaKey || event.altKey ? null : viewAfter(event.key, this.#view, this.#first);
+    if (view === null || this.#node.data === undefined) return;
+    event.preventDefault();
+    await this.look(view);
+    this.#followers.forEach((tell) => tell(view));
+  }
+
+  // plotly.js reports views that it was given as well.
+  #turned(change) {
+    const view = {
+      camera: change["scene.camera"] ?? this.#view.camera, aspectratio: change["scene.aspectratio"] ?? this.#view.aspectratio,
+    };
+    if (isSameView(view, this.#view)) return;
+    this.#view = view;
+    if (this.#pair !== null) this.ring(this.#pair);
+    this.#followers.forEach((tell) => tell(view));
   }
 }
 

@@ -1,7 +1,8 @@
 // A shape: its record, its drawing and its jobs.
 
-import { get, remove } from "./api.js";
-import { h, fill, button, warningList } from "./dom.js";
+import { get } from "./api.js";
+import { deleteButton } from "./deletion.js";
+import { h, fill, warningList } from "./dom.js";
 import { download } from "./download.js";
 import { count, digits, percent, time } from "./format.js";
 import { geometryOf } from "./geometry.js";
@@ -15,13 +16,11 @@ export async function shapeView(place, [id], signal) {
   const path = `/v1/shapes/${encodeURIComponent(id)}`;
   const shape = await get(path, signal);
   document.title = `${shape.name} – isomatch`;
-  const picture = h("div", { class: "scene", role: "img", "aria-label": `${shape.name} in three dimensions` });
+  const picture = h("div", { class: "scene", "aria-label": `${shape.name} in three dimensions` });
   const drawn = h("p", { class: "faint" });
   const jobs = h("section", {});
-  const forget = button("Delete", async () => {
-    await remove(path);
-    location.hash = "#/";
-  });
+  const forget = deleteButton(path, shape.name,
+    "Results of its jobs stay, but it can no longer be matched or drawn. The file must be uploaded again.");
   fill(place,
     h("h2", {}, shape.name),
     h("p", {}, `${count(shape.vertices)} ${shape.kind === "points" ? "points" : "vertices"}, `

@@ -75,6 +75,15 @@ export function seenPoint({ positions, faces }, { origin, towards }) {
   return best;
 }
 
+/** Distance in front of a point, in units of half the shape's size, from which on the surface hides it. */
+const BEFORE = 0.04;
+
+/** Whether the surface is in front of a point, for a viewer in direction `towards`, a unit vector. */
+export function isHidden(mesh, point, towards) {
+  const hit = seenPoint(mesh, { origin: point, towards });
+  return hit !== null && hit.depth >= BEFORE;
+}
+
 // Two directions at right angles to a direction and to one another.
 function acrossAndUp(towards) {
   const least = towards.map(Math.abs).indexOf(Math.min(...towards.map(Math.abs)));

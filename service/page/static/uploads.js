@@ -10,20 +10,29 @@ const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 /**
  * A drop zone.
  * @param {function(Object)} arrived called with each uploaded shape, in the order of the files
- * @returns {Object} `node`, and `take`, which uploads files
+ * @returns {Object} `node`; `take`, which uploads files; `begin`, from when on files dropped elsewhere are taken
  */
 export function dropZone(arrived, signal) {
   const list = h("ul", { class: "uploads", "aria-live": "polite" });
+  // Names of the files by the ids of their shapes.
+  const first = new Map();
   const take = async (files) => {
-    const uploads = [...files].map((file) => sent(file, list, signal));
-    for (const shape of uploads) {
+    const named = [...files];
+    const uploads = named.map((file) => sent(file, list, signal));
+    for (const [at, shape] of uploads.entries()) {
       const found = await shape;
-      if (found !== null) await arrived(found);
+      if (found === null) continue;
+      const same = first.get(found.id);
+      if (same === undefined) first.set(found.id, named[at].name);
+      else list.append(note(`${named[at].name} has the same content as ${same}: it is the same shape, and is used once.`));
+      await arrived(found);
     }
   };
   const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],
     "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP; points as PLY, XYZ, TXT or CSV", take);
-  return { node: h("section", { "aria-label": "Upload" }, zone, list), take };
+  return {
+    node: h("section", { "aria-label": "Upload" }, zone, list), take, begin: () => takeFromElsewhere(take, signal),
+  };
 }
 
 /** An area on which files are dropped or chosen; `attributes` are those of the input. */
@@ -55,6 +64,35 @@ function droppable(zone, take) {
     zone.classList.remove("over");
     take(event.dataTransfer.files);
   });
+}
+
+// Files that are dropped outside an area are for the start page, which takes them when it is shown.
+const elsewhere = { take: null, waiting: [] };
+
+/** Take files that are dropped anywhere: a browser would leave the page and show them instead. */
+export function takeDroppedAnywhere() {
+  window.addEventListener("dragover", (event) => event.preventDefault());
+  window.addEventListener("drop", (event) => {
+    if (event.defaultPrevented) return;
+    event.preventDefault();
+    const files = [...event.dataTransfer.files];
+    if (files.length === 0) return;
+    if (elsewhere.take !== null) {
+      elsewhere.take(files);
+    } else {
+      elsewhere.waiting.push(...files);
+      location.hash = "#/";
+    }
+  });
+}
+
+function takeFromElsewhere(take, signal) {
+  elsewhere.take = take;
+  signal.addEventListener("abort", () => {
+    elsewhere.take = null;
+  });
+  const files = elsewhere.waiting.splice(0);
+  if (files.length > 0) take(files);
 }
 
 async function sent(file, list, signal) {

@@ -15,36 +15,31 @@ export function simplified({ positions, faces, colors }, most = MOST) {
   if (count <= most) return { positions, faces, colors, share: 1, reduced: (values) => values };
   // A surface in a grid of n³ cells meets about n² of them.
   let cells = Math.sqrt(most / 2);
-  let coarse = clustered(positions, faces, colors, cells);
+  let owner = owners(positions, cells);
+  let left = survivors(faces, owner.of);
   for (let round = 0; round < ROUNDS; round++) {
-    const ratio = most / (coarse.faces.length / 3);
+    const ratio = most / (left.length / 3);
     if (ratio >= 1 && ratio < 1.3) break;
     cells *= Math.sqrt(0.9 * ratio);
-    coarse = clustered(positions, faces, colors, cells);
+    owner = owners(positions, cells);
+    left = survivors(faces, owner.of);
   }
-  return { ...coarse, share: coarse.faces.length / faces.length };
-}
-
-function clustered(positions, faces, colors, cells) {
-  const owner = owners(positions, cells);
-  const size = owner.count;
-  const reduced = (values) => means(values, owner, size, Float32Array);
+  const reduced = (values) => means(values, owner, owner.count, Float32Array);
   return {
-    positions: reduced(positions),
-    reduced,
-    faces: Uint32Array.from(survivors(faces, owner.of)),
-    colors: colors === null ? null : means(colors, owner, size, Uint8Array),
+    positions: reduced(positions), reduced, faces: left, share: left.length / faces.length,
+    colors: colors === null ? null : means(colors, owner, owner.count, Uint8Array),
   };
 }
 
+// Loops without closures and small arrays: a mesh of 500,000 triangles must not hold up the page.
 function owners(positions, cells) {
   const known = new Map();
   const of = new Uint32Array(positions.length / 3);
   const side = Math.ceil(cells) + 1;
-  const cell = (value) => Math.floor((0.5 + 0.5 * value) * cells);
-  for (let v = 0; v < of.length; v++) {
-    const [x, y, z] = [0, 1, 2].map((k) => cell(positions[3 * v + k]));
-    const name = (x * side + y) * side + z;
+  const half = 0.5 * cells;
+  for (let v = 0, at = 0; v < of.length; v++, at += 3) {
+    const name = (Math.floor(half + half * positions[at]) * side + Math.floor(half + half * positions[at + 1])) * side
+      + Math.floor(half + half * positions[at + 2]);
     let place = known.get(name);
     if (place === undefined) {
       place = known.size;
@@ -55,19 +50,26 @@ function owners(positions, cells) {
   return { of, count: known.size };
 }
 
-function means(values, owner, size, kind) {
+function means(values, { of }, size, kind) {
   const sums = new Float64Array(3 * size);
   const members = new Uint32Array(size);
-  owner.of.forEach((place, v) => {
+  for (let v = 0; v < of.length; v++) {
+    const place = of[v];
     members[place]++;
     for (let k = 0; k < 3; k++) sums[3 * place + k] += values[3 * v + k];
-  });
+  }
   return kind.from(sums, (sum, at) => sum / members[Math.floor(at / 3)]);
 }
 
-function* survivors(faces, of) {
+function survivors(faces, of) {
+  const left = new Uint32Array(faces.length);
+  let end = 0;
   for (let f = 0; f < faces.length; f += 3) {
     const [a, b, c] = [of[faces[f]], of[faces[f + 1]], of[faces[f + 2]]];
-    if (a !== b && b !== c && c !== a) yield* [a, b, c];
+    if (a === b || b === c || c === a) continue;
+    left[end++] = a;
+    left[end++] = b;
+    left[end++] = c;
   }
+  return left.slice(0, end);
 }

@@ -1,9 +1,15 @@
 // Views of shapes, as in the service's pictures: the y or z axis up, looking along the thinnest
-// direction; a target is rotated about the vertical until its matched points align.
+// direction; a target is rotated until its matched points are nearest to those of the source.
 
 import { cross } from "./geometry.js";
 
 const AXES = [0, 1, 2];
+/** Factor by which squared distances must fall for a target to be tilted (worker/pictures/view.py). */
+const TILT = 2;
+/** Squared distances of points that are aligned, as single precision has them. */
+const ROUNDING = 1e-6;
+/** Steps of the power iteration. */
+const STEPS = 300;
 
 /** Rows of a rotation: the directions to the right, up, and towards the viewer. */
 export function sourceView(positions) {
@@ -20,20 +26,52 @@ export function sourceView(positions) {
   return [cross(unit(up), unit(towards)), unit(up), unit(towards)];
 }
 
-/** The view of a target: that of the source, rotated about the vertical to align matched points. */
+/**
+ * The view of a target in which its matched points are nearest to those of the source: rotated about the
+ * vertical, unless a rotation about another axis brings them much nearer.
+ */
 export function targetView(rows, sourcePoints, targetPoints) {
-  const here = level(rows, sourcePoints);
-  const there = level(rows, targetPoints);
+  const [here, there] = [sourcePoints, targetPoints].map((points) => centred(rows, points));
+  const [c, s] = upright(here, there);
+  const turns = [[[c, 0, -s], [0, 1, 0], [s, 0, c]], nearestRotation(here, there)];
+  const [vertical, free] = turns.map((turn) => there.reduce((sum, point, i) =>
+    sum + times(turn, point).reduce((square, value, k) => square + (value - here[i][k]) ** 2, 0), 0));
+  const turn = turns[vertical <= TILT * free + ROUNDING ? 0 : 1];
+  return turn.map((row) => AXES.map((k) => AXES.reduce((sum, j) => sum + row[j] * rows[j][k], 0)));
+}
+
+const times = (turn, point) => turn.map((row) => row.reduce((sum, value, k) => sum + value * point[k], 0));
+
+function upright(here, there) {
   let [real, imaginary] = [0, 0];
-  here.forEach(([x, z], i) => {
-    const [u, w] = there[i];
+  here.forEach(([x, , z], i) => {
+    const [u, , w] = there[i];
     real += u * x + w * z;
     imaginary += u * z - w * x;
   });
-  const angle = Math.atan2(imaginary, real);
-  const [c, s] = [Math.cos(angle), Math.sin(angle)];
-  const turn = [[c, 0, -s], [0, 1, 0], [s, 0, c]];
-  return turn.map((row) => AXES.map((k) => AXES.reduce((sum, j) => sum + row[j] * rows[j][k], 0)));
+  const size = Math.hypot(real, imaginary);
+  return size === 0 ? [1, 0] : [real / size, imaginary / size];
+}
+
+// Horn's quaternion (1987), by power iteration: the matrix is shifted so that its greatest eigenvalue is the largest.
+function nearestRotation(here, there) {
+  const m = AXES.map((a) => AXES.map((b) => here.reduce((sum, point, i) => sum + there[i][a] * point[b], 0)));
+  const trace = m[0][0] + m[1][1] + m[2][2];
+  const skew = [m[1][2] - m[2][1], m[2][0] - m[0][2], m[0][1] - m[1][0]];
+  const horn = [[trace, ...skew], ...AXES.map((a) => [skew[a], ...AXES.map((b) => m[a][b] + m[b][a] - (a === b ? trace : 0))])];
+  const shift = Math.max(...horn.map((row) => row.reduce((sum, value) => sum + Math.abs(value), 0))) || 1;
+  let q = [1, 0.1, 0.1, 0.1];
+  for (let step = 0; step < STEPS; step++) {
+    const next = horn.map((row, a) => row.reduce((sum, value, b) => sum + value * q[b], shift * q[a]));
+    const size = Math.hypot(...next);
+    q = next.map((value) => value / size);
+  }
+  const [w, x, y, z] = q;
+  return [
+    [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+    [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+  ];
 }
 
 /** (3 V) positions or normals in the coordinates of a view. */
@@ -48,13 +86,13 @@ export function rotated(rows, positions) {
   return out;
 }
 
-function level(rows, points) {
-  const flat = points.map((point) => {
-    const [x, , z] = rotated(rows, point);
-    return [x, z];
-  });
-  const middle = [0, 1].map((k) => flat.reduce((sum, place) => sum + place[k], 0) / flat.length);
-  return flat.map((place) => [place[0] - middle[0], place[1] - middle[1]]);
+// Points in the coordinates of a view, about their centroid and of unit spread.
+function centred(rows, points) {
+  const seen = points.map((point) => [...rotated(rows, point)]);
+  const middle = AXES.map((k) => seen.reduce((sum, point) => sum + point[k], 0) / seen.length);
+  const moved = seen.map((point) => point.map((value, k) => value - middle[k]));
+  const spread = Math.sqrt(moved.flat().reduce((sum, value) => sum + value * value, 0) / (3 * moved.length)) || 1;
+  return moved.map((point) => point.map((value) => value / spread));
 }
 
 function range(positions, axis) {

@@ -200,6 +200,15 @@ def test_refusals_are_problem_documents_with_json(url: str, blobs: tuple[Path, P
     assert [wrong["field"] for wrong in problem["errors"]] == ["body.points"]
 
 
+def test_refusals_name_the_options(url: str, blobs: tuple[Path, Path]) -> None:
+    wrong = ("--points", "2", "--first-order-weight", "-1")
+    said = run("match", *blobs, *wrong, url=url).stderr
+    assert "--points: " in said
+    assert "--first-order-weight: " in said
+    said = run("match", *blobs, "--landmark", "0:999999", url=url).stderr
+    assert "--landmark (0.1): 999999 is no vertex of target" in said
+
+
 def test_wrong_usage(url: str, tmp_path: Path) -> None:
     odd = ["match", __file__, __file__, "--metric", "diffusion:time"]
     nowhere = tmp_path / "no" / "such" / "folder.json"

@@ -1,6 +1,7 @@
 """Matches on the running service: from the call to the arrays."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import isomatch
@@ -77,10 +78,27 @@ def test_refined_points(client: isomatch.Client, pair: Pair, blobs: tuple[Path, 
 def test_progress_is_printed(
     client: isomatch.Client, pair: Pair, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    client.match(*pair, points=6, coarse_points=6, rho=1.9).result(progress=True)
+    job = client.match(*pair, points=6, coarse_points=6, rho=1.9)
+    match = job.result(progress=True)
     said = capsys.readouterr()
     assert said.out == ""
-    assert "100%  succeeded" in said.err
+    assert f"100%  match {job.id[:8]}: succeeded" in said.err
+    assert "\n" not in "".join(map(str, (match, *match.alternatives)))
+
+
+def test_jobs_at_once_have_named_bars(
+    client: isomatch.Client,
+    pair: Pair,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    jobs = [client.match(*pair, points=6, coarse_points=6, rho=rho) for rho in (1.81, 1.82)]
+    with ThreadPoolExecutor(len(jobs)) as threads:
+        list(threads.map(lambda job: job.result(progress=True), jobs))
+    said = capsys.readouterr().err
+    for job in jobs:
+        assert f"match {job.id[:8]}: " in said
 
 
 def test_parameters_are_sent(client: isomatch.Client, pair: Pair) -> None:

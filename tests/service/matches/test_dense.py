@@ -97,8 +97,7 @@ def test_landmarks_that_cannot_be(
 
 def test_a_landmark_that_is_no_vertex(http: httpx2.Client, pair: tuple[str, str]) -> None:
     asked = {"source": pair[0], "target": pair[1], "points": 8, "landmarks": [[0, 0], [1, 99999]]}
-    job = http.post("/v1/matches", json=asked).json()
-    ended = http.get(job["links"]["self"], params={"wait": 60}).json()
-    assert ended["state"] == "failed"
-    assert ended["error"]["errors"][0]["field"] == "body.landmarks.1.1"
-    assert "99999" in ended["error"]["detail"]
+    answer = problem(http.post("/v1/matches", json=asked), 422, "invalid-request")
+    (error,) = answer["errors"]
+    assert error["field"] == "body.landmarks.1.1"
+    assert "99999 is no vertex of target" in error["message"]

@@ -8,6 +8,7 @@ from typing import Any
 
 import httpx2
 import pytest
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import (
     Browser,
     ConsoleMessage,
@@ -57,8 +58,8 @@ PLACE = """(scene, [trace, number]) => {
   return [box.x + 0.5 * box.width * (1 + u / w), box.y + 0.5 * box.height * (1 - v / w)];
 }"""
 
-SURFACE, POINTS = 0, 1
-"""What is drawn of a shape: its surface, and points upon it."""
+SURFACE, POINTS, RING = 0, 1, 2
+"""What is drawn of a shape: its surface, points upon it, and a ring round one of them."""
 
 
 @pytest.fixture(scope="package")
@@ -114,6 +115,12 @@ def page(browser: Browser, api: Api) -> Iterator[Page]:
     """A tab at the service that all tests share."""
     with opened(browser, api.url, viewport=SMALL) as tab:
         yield tab
+
+
+def accessible(page: Page) -> None:
+    """What is shown meets the rules of axe-core: names, roles, focus, contrast."""
+    broken = Axe().run(page).response["violations"]
+    assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in broken] == []
 
 
 def eventually(holds: Callable[[], bool]) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx2
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, Locator, Page, Route, expect
 
@@ -15,6 +16,8 @@ from tests.service.conftest import Api, Json
 from tests.service.page.conftest import (
     PATIENCE,
     POINTS,
+    RING,
+    accessible,
     eventually,
     job_of,
     opened,
@@ -71,6 +74,7 @@ def pairs(answer: Json) -> list[tuple[int, int, float]]:
 
 
 def test_numbers_are_those_of_the_api(matched: Page, api: Api) -> None:
+    accessible(matched)
     result = result_of(matched, api)
     assert rows(matched) == pairs(result)
     assert len(result["correspondences"]) == 12
@@ -135,8 +139,8 @@ def test_the_partner_of_a_point_that_is_pointed_at(matched: Page) -> None:
     matched.mouse.move(x, y, steps=3)
     expect(target).to_have_attribute("data-pair", str(pair))
     expect(source).to_have_attribute("data-pair", str(pair))
-    ringed = target.evaluate("s => [s.data[2].x[0], s.data[2].y[0], s.data[2].z[0]]")
-    assert ringed == target.evaluate("(s, p) => ['x', 'y', 'z'].map(k => s.data[1][k][p])", pair)
+    # The ring is where the point is on the screen, also if the surface is in front of the point.
+    assert place(target, RING, 0) == pytest.approx(place(target, POINTS, pair), abs=0.5)
     expect(matched.locator("tr.shown")).to_have_attribute("data-pair", str(pair))
     matched.mouse.move(2, 2)
     expect(target).to_have_attribute("data-pair", "")
@@ -156,6 +160,34 @@ def test_a_pair_is_chosen_by_the_keyboard(matched: Page) -> None:
     button.blur()
 
 
+def camera(scene: Locator) -> Json:
+    """Direction to the viewer and vertical of a drawing, and the size of the shape."""
+    seen: Json = scene.evaluate(
+        "s => ({ ...s._fullLayout.scene.camera, ...s._fullLayout.scene.aspectratio })"
+    )
+    return seen
+
+
+def test_shapes_are_turned_by_keys_and_stay_linked(matched: Page) -> None:
+    source, target = scenes(matched)
+    first = camera(source)
+    source.focus()
+    for key in ("ArrowLeft", "ArrowUp", "+"):
+        matched.keyboard.press(key)
+    matched.locator(".alternatives input").nth(1).check()
+    eventually(lambda: camera(source) == camera(target) != first)
+    assert camera(source)["x"] > first["x"]
+    seen = camera(source)
+    # Turned by 15 degrees each, in which directions the rotation matrix says.
+    towards = np.array([seen["eye"][axis] for axis in "xyz"]) / 2.0
+    c, s = np.cos(np.pi / 12), np.sin(np.pi / 12)
+    np.testing.assert_allclose(np.abs(towards), [s * c, s, c * c], atol=1e-6)
+    matched.locator(".alternatives input").nth(0).check()
+    target.focus()
+    matched.keyboard.press("Home")
+    eventually(lambda: camera(source) == camera(target) == first)
+
+
 def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
     result = result_of(matched, api)
     assert result["alternatives"]
@@ -168,6 +200,11 @@ def test_alternatives_can_be_looked_at(matched: Page, api: Api) -> None:
         "value", str(alternative["distortion"]["linf"])
     )
     eventually(lambda: rows(matched) == pairs(alternative))
+    # What is said is said of the alternative.
+    said = alternative["relation"].replace("_", " ")
+    expect(matched.locator(".alternatives label").nth(1)).to_contain_text(said)
+    expect(matched.locator(".proof .badge")).to_have_text(f"alternative 1: {said}")
+    expect(matched.locator("[data-field=confidence]")).to_have_count(0)
     assert scenes(matched)[1].evaluate("s => s.data[1].x") != before
     picture = matched.get_by_role("link", name="Picture (PNG)")
     expect(picture).to_have_attribute("href", re.compile(r"/result\.png\?alternative=1$"))
@@ -256,6 +293,7 @@ def test_an_address_survives_a_reload(matched: Page, api: Api) -> None:
     listed.click()
     matched.get_by_role("heading").get_by_role("link", name="human-walking.off").click()
     expect(matched.get_by_text("Jobs of this shape")).to_be_visible()
+    accessible(matched)
     expect(listed).to_be_visible()
 
 

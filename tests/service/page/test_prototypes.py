@@ -111,6 +111,7 @@ def test_a_prototype_is_looked_at(page: Page, api: Api, upload: Callable[..., Js
     expect(page.get_by_text("Jobs of this prototype")).to_be_visible()
     expect(page.locator(".list a").last).to_contain_text("Match: prototype, version")
     page.get_by_role("button", name="Delete").click()
+    page.get_by_role("dialog").get_by_role("button", name="Delete").click()
     expect(page.get_by_text("Recent jobs")).to_be_visible()
     assert httpx2.get(f"{api.url}/v1/prototypes/{made}", timeout=60.0).status_code == 404
     page.goto(f"/#/prototypes/{made}")

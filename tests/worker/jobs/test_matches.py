@@ -78,7 +78,7 @@ def document(**changes: Any) -> MatchResult:
     source = Shape(shapes.blob(2))
     found = match(source, source, MatchOptions(points=6, coarse_points=6, orientation=False))
     payload = MatchPayload(source="a", target="b", parameters=MatchParameters())
-    return document_of(replace(found, **changes), payload)
+    return document_of(replace(found, **changes), payload, source.mesh)
 
 
 def test_confidence_is_that_of_the_solver() -> None:

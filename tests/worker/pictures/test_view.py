@@ -4,10 +4,11 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from broker.contracts import View as Side
 from tests.solver import shapes
-from worker.pictures import source_view
+from worker.pictures import source_view, target_view
 
 FRONT = source_view(shapes.blob(2).vertices)
 SIDES: tuple[Side, ...] = get_args(Side)
@@ -39,3 +40,19 @@ def test_the_side_faces_the_reader(side: Side, towards: tuple[int, int, int]) ->
 @pytest.mark.parametrize("side", ["left", "right", "back"])
 def test_sideways_views_keep_what_is_up(side: Side) -> None:
     np.testing.assert_allclose(FRONT.seen_from(side).axes[1], FRONT.axes[1])
+
+
+@pytest.mark.parametrize("axis", [(0.0, 1.0, 0.0), (0.6, 0.0, 0.8)])
+def test_a_rotated_target_is_seen_from_the_same_side(axis: tuple[float, float, float]) -> None:
+    """Rotated about the vertical, or lying: its file has another axis up."""
+    points = shapes.blob(2).vertices
+    turned = points @ Rotation.from_rotvec(2.0 * np.array(axis)).as_matrix().T + 0.3
+    seen = target_view(FRONT, points, turned).of(turned - turned.mean(axis=0))
+    np.testing.assert_allclose(seen, FRONT.of(points - points.mean(axis=0)), atol=1e-7)
+
+
+def test_a_bent_target_stands_upright() -> None:
+    points = shapes.blob(2).vertices
+    bent = points @ Rotation.from_rotvec([0.2, 0.0, 0.0]).as_matrix().T
+    bent += 0.3 * np.random.default_rng(1).standard_normal(bent.shape)
+    np.testing.assert_allclose(target_view(FRONT, points, bent).axes[1], FRONT.axes[1])
