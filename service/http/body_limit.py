@@ -185,7 +185,8 @@ class _Body:
     async def linger(self) -> None:
         """Take a little of what is still being sent."""
         most = LINGER_BYTES
-        seconds = 0.0 if self._waits and not self._received else LINGER_SECONDS
+        idle = self._waits and not self._received
+        seconds = 0.0 if idle else min(LINGER_SECONDS, self._patience)
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(seconds):
                 while not self.ended and most > 0:

@@ -201,6 +201,7 @@ def test_every_call_has_examples() -> None:
                             "model/ply",
                             "model/obj",
                             "model/gltf-binary",
+                            "application/zip",
                         )
                         continue
                     shown = examples(content)

@@ -25,7 +25,6 @@ export async function matchView(place, result, job, signal) {
   const pairs = h("div");
   const scenes = h("div", { class: "scenes" });
   const picture = h("span");
-  const announced = h("p", { class: "pointed faint", "aria-live": "polite" });
   let drawn = null;
   const choose = async (which) => {
     const hypothesis = hypotheses(result)[which];
@@ -36,11 +35,6 @@ export async function matchView(place, result, job, signal) {
     const colors = drawn === null ? null : await drawn.show(hypothesis);
     fill(pairs, pairTable(hypothesis.correspondences, colors, selection, learned));
   };
-  selection.addEventListener("change", () => {
-    const far = selection.shown === null ? [] : drawn?.hidden(selection.shown) ?? [];
-    announced.textContent = selection.shown === null ? "" : `Pair ${selection.shown + 1}${
-      far.length === 0 ? "" : `, on the far side of ${far.join(" and ")}`}`;
-  });
   fill(place,
     h("h2", {}, name(source, learned), " and ", name(target)),
     proof,
@@ -55,7 +49,7 @@ export async function matchView(place, result, job, signal) {
 );
   await choose(0);
   try {
-    drawn = await matchScenes(scenes, result, source, target, selection, announced, signal);
+    drawn = await matchScenes(scenes, result, source, target, selection, signal);
     if (drawn !== null) await choose(0);
   } catch (error) {
     if (!signal.aborted) fill(scenes, problemBox(error));

@@ -13,11 +13,11 @@ import { sourceView, targetView } from "./view.js";
  * Draw the shapes of a match.
  * @param {Object} source its record, or that of the prototype
  * @param {Object} target its record
- * @param {Element} announced what is said of the pair that is pointed at
+ * @param {Selection} selection the pair that is pointed at
  * @returns {Promise<Object|null>} `show`, which draws the match or an alternative and returns the
- *   colours of its pairs, and `hidden`, names of the shapes on whose far side a pair is; null if nothing can be drawn
+ *   colours of its pairs; null if nothing can be drawn
  */
-export async function matchScenes(place, result, source, target, selection, announced, signal) {
+export async function matchScenes(place, result, source, target, selection, signal) {
   const learned = result.source_kind === "prototype";
   const reason = obstacle(learned ? [target] : [source, target]);
   if (reason !== null) {
@@ -30,6 +30,7 @@ export async function matchScenes(place, result, source, target, selection, anno
   rotateAll(sides, result.correspondences);
   const options = { numbered: true, together: true, colored: true };
   let again = () => {};
+  const announced = h("p", { class: "pointed faint", "aria-live": "polite" });
   const nodes = sides.map(({ shape, end }) => h("div", {
     class: "scene", "data-side": end,
     "aria-label": `${shape.name} in three dimensions, with the matched points`,
@@ -55,8 +56,13 @@ export async function matchScenes(place, result, source, target, selection, anno
     place.dataset.drawn = String(correspondences.length);
     return colors;
   };
-  const hidden = (pair) => sides.flatMap(({ end }, at) => (scenes[at].hides(pair) ? [`the ${end}`] : []));
-  return { show, hidden };
+  selection.addEventListener("change", () => {
+    const pair = selection.shown;
+    const far = pair === null ? [] : sides.flatMap(({ end }, at) => (scenes[at].hides(pair) ? [`the ${end}`] : []));
+    announced.textContent = pair === null ? "" : `Pair ${pair + 1}${
+      far.length === 0 ? "" : `, on the far side of ${far.join(" and ")}`}`;
+  });
+  return { show };
 }
 
 /** Why shapes cannot be drawn, or null. */

@@ -8,7 +8,7 @@ _MOST_IRREGULAR = 2.0
 """Most edges without exactly two faces, for each vertex. A surface has at most one: a boundary
 edge begins at each vertex of the boundary. Random faces have three edges each."""
 
-_FEW = 1000
+_FEW = 10_000
 """Irregular edges that cost nothing, whatever the shape."""
 
 

@@ -7,13 +7,14 @@ from collections.abc import Callable, Iterator
 from datetime import datetime
 
 import httpx2
+import numpy as np
 import pytest
 
 from broker.contracts import JobKind, MatchResult, PicturePayload
 from broker.store import keys
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
-from tests.worker.figures import blob_file
+from tests.worker.figures import blob, blob_file, off
 
 Shapes = tuple[str, str]
 Upload = Callable[..., Json]
@@ -234,8 +235,12 @@ def test_results_expire(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     problem(http.get(job["links"]["picture"]), 410, "result-expired")
 
 
-def test_a_failed_job_says_why(http: httpx2.Client, shapes: Shapes) -> None:
-    job = wait(http, ask(http, shapes, **QUICK, landmarks=[[1, 1], [2, 100_000]]))
+def test_a_failed_job_says_why(http: httpx2.Client, upload: Upload, shapes: Shapes) -> None:
+    # A vertex that no face uses is in the file, but not on the surface.
+    vertices, faces = blob(2, seed=31)
+    loose = upload(off(np.vstack([vertices, [[0.0, 0.0, 0.0]]]), faces))["id"]
+    landmarks = [[1, 1], [2, len(vertices)]]
+    job = wait(http, ask(http, (shapes[0], loose), **QUICK, landmarks=landmarks))
     assert job["state"] == "failed"
     assert job["error"]["status"] == 422
     assert job["error"]["instance"] == job["links"]["self"]
