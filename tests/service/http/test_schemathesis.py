@@ -16,7 +16,7 @@ from tests.service.conftest import LIMIT, PATIENCE, Api, empty_database, served_
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[3]
-EXAMPLES = 8
+EXAMPLES = 5
 """Requests of each kind for each call."""
 
 PHASES = ("examples", "coverage", "fuzzing", "stateful")
