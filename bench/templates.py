@@ -106,6 +106,8 @@ def main() -> None:
     pairs = pairs_within_classes(shapes)
     if arguments.across:
         pairs = [(a, b) for a, b in combinations(shapes, 2) if a.category != b.category]
+    if not pairs:
+        parser.error("no pair: --data is a folder of meshes, of a class each up to its first digit")
     heads = "mean", "max", "centres", "flipped", "moved", "seconds", "sure"
     print(f"{'pair':40}" + "".join(f"{head:>10}" for head in heads))
     found = []
