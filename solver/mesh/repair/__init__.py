@@ -14,7 +14,7 @@ from solver.mesh.repair.degenerate import (
     without_zero_area_faces,
 )
 from solver.mesh.repair.edges import Edges, components_of, edges_of
-from solver.mesh.repair.hopeless import checked_surface
+from solver.mesh.repair.hopeless import checked_components, checked_surface
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
 from solver.mesh.repair.t_junctions import without_t_junctions
@@ -80,7 +80,12 @@ def repaired(soup: TriangleSoup) -> TriangleSoup:
         soup = step(soup.compacted())
     soup = soup.compacted()
     unused = before - len(soup.vertices) - len(soup.merged)
-    for step in (without_debris, with_consistent_winding, with_defects_noted):
+    for step in (
+        without_debris,
+        checked_components,
+        with_consistent_winding,
+        with_defects_noted,
+    ):
         soup = step(soup.compacted())
     if unused:
         soup = soup.noting(f"dropped {counted(unused, 'vertex', 'vertices')} that no face uses")

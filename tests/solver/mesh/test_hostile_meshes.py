@@ -249,3 +249,12 @@ def test_clouds_of_too_many_points_are_refused_soon() -> None:
     )
     with within(3.0), pytest.raises(MeshError, match="thin them out"):
         read_mesh(header.encode() + rows.tobytes(), "ply")
+
+
+def test_very_many_separate_triangles_are_refused_soon() -> None:
+    """Linked to one surface, 60,000 keep a spectrum busy for minutes."""
+    rng = np.random.default_rng(0)
+    corners = rng.random((20_100, 1, 3)) + 1e-3 * rng.random((20_100, 3, 3))
+    data = mesh_files.ply(corners.reshape(-1, 3), np.arange(60_300).reshape(-1, 3).tolist())
+    with within(6.0), pytest.raises(MeshError, match="separate ones of comparable size"):
+        read_mesh(data, "ply")
