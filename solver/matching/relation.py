@@ -16,7 +16,6 @@ _GAIN: Final = 0.75
 """Share of the residual without a map that an orthogonal map must fall below to describe the
 alternative."""
 
-
 _TURN: Final = np.cos(np.pi / 4.0)
 """Cosine of the least angle that is called a rotation."""
 
@@ -38,8 +37,16 @@ def relation(answer: FloatArray, alternative: FloatArray) -> Relation:
     Parameters
     ----------
     answer, alternative
-        (K, 3) positions on the target that the answer and the alternative give the same K points.
+        (K, 3) positions on the target that the answer and the alternative give the same K points,
+        in any unit of length.
+
+    Returns
+    -------
+    Relation
+        `Relation.OTHER` if there is no such point.
     """
+    if not len(answer):
+        return Relation.OTHER
     here, there = answer - answer.mean(axis=0), alternative - alternative.mean(axis=0)
     size = max(float((here**2).sum()), 1e-300)
     left, singular, right = np.linalg.svd(there.T @ here)

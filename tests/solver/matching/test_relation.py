@@ -28,3 +28,8 @@ def test_names(made: FloatArray, named: Relation) -> None:
     assert relation(POINTS, made) is named
     # In any coordinates and unit.
     assert relation(3.0 * POINTS @ HALF_TURN + 5.0, 3.0 * made @ HALF_TURN + 5.0) is named
+
+
+def test_without_points_in_common_it_is_another() -> None:
+    """Where points may stay unmatched, an alternative may match none of those of the answer."""
+    assert relation(POINTS[:0], POINTS[:0]) is Relation.OTHER
