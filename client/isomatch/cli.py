@@ -271,7 +271,3 @@ def serve(
     except FileNotFoundError as error:
         leave(error)
     raise typer.Exit(code)
-
-
-if __name__ == "__main__":
-    app()

@@ -10,7 +10,7 @@ from typing import IO, Final
 from isomatch import cli
 from typer.testing import CliRunner
 
-COMMAND: Final = [sys.executable, "-m", "isomatch.cli"]
+COMMAND: Final = [sys.executable, "-m", "isomatch_command"]
 
 Done = subprocess.CompletedProcess[str]
 

@@ -317,6 +317,24 @@ def test_no_service() -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
+def test_an_interrupt_while_the_command_starts_is_silent() -> None:
+    interrupted = """
+import signal, sys
+class Interrupt:
+    def find_spec(self, name, path, target=None):
+        if name == "isomatch.cli":
+            signal.raise_signal(signal.SIGINT)
+sys.meta_path.insert(0, Interrupt())
+import isomatch_command
+isomatch_command.main()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", interrupted], capture_output=True, text=True, timeout=60
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
 def test_interrupting_jobs_follow_leaves_the_job(url: str, blobs: tuple[Path, Path]) -> None:
     with isomatch.Client(url) as client:
         job = client.match(*map(client.upload, blobs), **LASTING)

@@ -78,7 +78,7 @@ def test_a_missing_api_key_is_named(client: isomatch.Client, key: str | None) ->
 
 
 def test_a_command_names_the_variable_of_the_key(client: isomatch.Client) -> None:
-    command = [sys.executable, "-m", "isomatch.cli", "shapes", "--url", client.base_url]
+    command = [sys.executable, "-m", "isomatch_command", "shapes", "--url", client.base_url]
     environment = {name: value for name, value in os.environ.items() if name != "ISOMATCH_API_KEY"}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout) == (1, "")
