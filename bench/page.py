@@ -1,4 +1,4 @@
-"""Picture of the page with a match, and its loading time: ``python -m bench.page``.
+"""Picture of the page with a match, its loading time and its pauses: ``python -m bench.page``.
 
 Needs the packages of `make .venv/dev`, and Chromium: `make browser`.
 """
@@ -18,6 +18,15 @@ VERTICES = 4000
 SIZE = 1100, 1040
 PATIENCE = 120_000
 """Milliseconds."""
+
+PAUSES = """
+window.longestPause = 0;
+new PerformanceObserver((list) => {
+  const durations = list.getEntries().map(({ duration }) => duration);
+  window.longestPause = Math.max(window.longestPause, ...durations);
+}).observe({ type: "longtask", buffered: true });
+"""
+"""Longest time the page does not answer, in milliseconds."""
 
 SOFTWARE = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
 
@@ -39,8 +48,10 @@ def main() -> None:
             )
             page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
             page.set_default_timeout(PATIENCE)
+            page.add_init_script(PAUSES)
             page.goto(stack.url)
             _match(page, files)
+            print(f"longest pause    {page.evaluate('window.longestPause') / 1000:5.2f} s")
             options.output.parent.mkdir(parents=True, exist_ok=True)
             page.screenshot(path=options.output)
             browser.close()

@@ -1,7 +1,6 @@
 // Colours of matched points, the same on both shapes, and of the surfaces around them.
 
 import { nearestVertex } from "./geometry.js";
-import { simplified } from "./vertex_clustering.js";
 
 /** Share of the points' colours in the surface's; the rest is light grey. */
 const PALE = 0.5;
@@ -66,7 +65,10 @@ export function surfaceColors({ positions, faces }, points, colors) {
   }
   const grey = [200, 203, 208];
   let shades = new Float64Array(3 * count);
-  owner.forEach((i, v) => shades.set(i < 0 ? grey : colors[i], 3 * v));
+  for (let v = 0; v < count; v++) {
+    const color = owner[v] < 0 ? grey : colors[owner[v]];
+    for (let k = 0; k < 3; k++) shades[3 * v + k] = color[k];
+  }
   for (let round = 0; round < ROUNDS; round++) shades = smoothed(shades, first, beside, fixed);
   return shades.map((value) => PALE * value + (1 - PALE) * LIGHT);
 }
@@ -75,7 +77,7 @@ export function surfaceColors({ positions, faces }, points, colors) {
  * Transfer colours from the target to the source by a dense map.
  * @param {Array<Object>} shapes source and target as they are drawn
  * @param {Object} dense the map, of indices in the users' files
- * @param {Float64Array} colors (3 V) colours of the target's vertices
+ * @param {ArrayLike<number>} colors (3 V) colours of the drawn vertices of the target
  * @returns {ArrayLike<number>} (3 V) colours of the drawn vertices of the source
  */
 export function transferredColors([source, target], dense, colors) {
@@ -84,9 +86,10 @@ export function transferredColors([source, target], dense, colors) {
     const here = source.place(number);
     const there = target.place(dense.target[at]);
     if (here === undefined || there === undefined) return;
-    for (let k = 0; k < 3; k++) found[3 * here + k] = colors[3 * there + k];
+    const drawn = target.mesh.left(there);
+    for (let k = 0; k < 3; k++) found[3 * here + k] = colors[3 * drawn + k];
   });
-  return source.mesh.share === 1 ? found : simplified({ ...source.unrotated, colors: found }).colors;
+  return source.mesh.reduced(found);
 }
 
 function smoothed(shades, first, beside, fixed) {

@@ -43,9 +43,10 @@ export function readGeometry(buffer) {
  * @returns {function(number): number} the index of a vertex in `positions`, or undefined
  */
 export function places(geometry) {
-  const found = new Map();
-  geometry.numbers.forEach((number, place) => found.set(number, place));
-  return (number) => found.get(number);
+  const { numbers } = geometry;
+  const found = new Int32Array(numbers.reduce((most, number) => Math.max(most, number), -1) + 1).fill(-1);
+  numbers.forEach((number, place) => { found[number] = place; });
+  return (number) => (found[number] >= 0 ? found[number] : undefined);
 }
 
 export const cross = ([a, b, c], [x, y, z]) => [b * z - c * y, c * x - a * z, a * y - b * x];
@@ -81,14 +82,26 @@ export function farthestVertices(positions, allowed, count) {
 
 /** (3 V) area-weighted normals of the vertices, not of unit length. */
 export function normals(positions, faces) {
+  // No small arrays: half a million triangles must not hold up the page.
   const sums = new Float64Array(positions.length);
   for (let f = 0; f < faces.length; f += 3) {
-    const [a, b, c] = [3 * faces[f], 3 * faces[f + 1], 3 * faces[f + 2]];
-    const [ux, uy, uz] = [0, 1, 2].map((k) => positions[b + k] - positions[a + k]);
-    const [vx, vy, vz] = [0, 1, 2].map((k) => positions[c + k] - positions[a + k]);
-    const normal = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
-    for (const corner of [a, b, c]) {
-      for (let k = 0; k < 3; k++) sums[corner + k] += normal[k];
+    const a = 3 * faces[f];
+    const b = 3 * faces[f + 1];
+    const c = 3 * faces[f + 2];
+    const ux = positions[b] - positions[a];
+    const uy = positions[b + 1] - positions[a + 1];
+    const uz = positions[b + 2] - positions[a + 2];
+    const vx = positions[c] - positions[a];
+    const vy = positions[c + 1] - positions[a + 1];
+    const vz = positions[c + 2] - positions[a + 2];
+    const x = uy * vz - uz * vy;
+    const y = uz * vx - ux * vz;
+    const z = ux * vy - uy * vx;
+    for (let k = 0; k < 3; k++) {
+      const corner = 3 * faces[f + k];
+      sums[corner] += x;
+      sums[corner + 1] += y;
+      sums[corner + 2] += z;
     }
   }
   return sums;

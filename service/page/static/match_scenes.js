@@ -112,7 +112,7 @@ function pointsOf(side, pairs, refined) {
 function shadesOf(sides, points, colors, dense) {
   const known = [];
   const make = (at) => (dense !== null && sides.length === 2 && at === 0
-    ? transferredColors(sides, dense, surfaceColors(sides[1].geometry, points[1], colors))
+    ? transferredColors(sides, dense, surfaceColors(sides[1].mesh, points[1], colors))
     : surfaceColors(sides[at].mesh, points[at], colors));
   return (at) => (known[at] ??= make(at));
 }

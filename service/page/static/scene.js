@@ -83,6 +83,8 @@ export class Scene {
    */
   async show(shades, { points, colors, names, numbered, ring } = NOTHING) {
     this.#plotly ??= await plotly();
+    // Each scene is drawn in a task of its own, so that the page answers between two.
+    await new Promise((resolve) => setTimeout(resolve));
     if (this.#signal.aborted) return;
     this.#points = points;
     const vertexcolor = Array.from(this.#brightness, (light, v) =>

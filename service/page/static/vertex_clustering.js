@@ -7,26 +7,27 @@ const ROUNDS = 4;
 
 /**
  * Simplify a mesh of more than `most` triangles.
- * @returns {Object} `positions`, `faces`, `colors`; `share`, the fraction of triangles that is left; and
- *   `reduced`, which takes (3 V) values of the vertices to those of the vertices that are left
+ * @returns {Object} `positions`, `faces`, `colors`; `share`, the fraction of triangles that is left;
+ *   `reduced`, which takes (3 V) values of the vertices to those of the vertices that are left; and
+ *   `left`, which takes a vertex to the one that is left of it
  */
 export function simplified({ positions, faces, colors }, most = MOST) {
   const count = faces.length / 3;
-  if (count <= most) return { positions, faces, colors, share: 1, reduced: (values) => values };
+  if (count <= most) return { positions, faces, colors, share: 1, reduced: (values) => values, left: (v) => v };
   // A surface in a grid of n³ cells meets about n² of them.
   let cells = Math.sqrt(most / 2);
   let owner = owners(positions, cells);
-  let left = survivors(faces, owner.of);
+  let kept = survivors(faces, owner.of);
   for (let round = 0; round < ROUNDS; round++) {
-    const ratio = most / (left.length / 3);
+    const ratio = most / (kept.length / 3);
     if (ratio >= 1 && ratio < 1.3) break;
     cells *= Math.sqrt(0.9 * ratio);
     owner = owners(positions, cells);
-    left = survivors(faces, owner.of);
+    kept = survivors(faces, owner.of);
   }
   const reduced = (values) => means(values, owner, owner.count, Float32Array);
   return {
-    positions: reduced(positions), reduced, faces: left, share: left.length / faces.length,
+    positions: reduced(positions), reduced, left: (v) => owner.of[v], faces: kept, share: kept.length / faces.length,
     colors: colors === null ? null : means(colors, owner, owner.count, Uint8Array),
   };
 }

@@ -133,6 +133,8 @@ def test_large_meshes_are_simplified(page: Page) -> None:
           share: coarse.share, count: coarse.faces.length / 3, vertices: radii.length,
           highest: coarse.faces.reduce((a, b) => Math.max(a, b)),
           colors: [...new Set(coarse.colors)],
+          left: [0, 999, 77777].map((v) => Math.hypot(...[0, 1, 2].map((k) =>
+            whole.positions[3 * v + k] - coarse.positions[3 * coarse.left(v) + k]))),
           reduced: coarse.reduced(whole.positions).every((x, at) => x === coarse.positions[at]),
           same: m.simplified(small).positions === whole.positions };
     """
@@ -143,6 +145,8 @@ def test_large_meshes_are_simplified(page: Page) -> None:
     assert 0.98 < coarse["least"] <= coarse["greatest"] < 1.0001
     assert coarse["colors"] == [7]
     assert coarse["reduced"]
+    # A cell of the grid is about 1/50 wide.
+    assert max(coarse["left"]) < 0.05
     assert coarse["same"]
     assert coarse["seconds"] < PATIENCE / 1000
 
@@ -172,7 +176,7 @@ def test_a_target_is_turned_as_the_source_stands(page: Page) -> None:
 
 def test_colours_are_transferred_by_a_dense_map(page: Page) -> None:
     body = """
-        const side = (numbers) => ({ mesh: { share: 1 },
+        const side = (numbers) => ({ mesh: { left: (v) => v, reduced: (values) => values },
           geometry: { positions: new Float32Array(3 * numbers.length) },
           place: (number) => (numbers.includes(number) ? numbers.indexOf(number) : undefined) });
         const [source, target] = [side([5, 6, 7, 8]), side([0, 2, 4])];
