@@ -35,6 +35,7 @@ from service.http import (
     IdempotencyKeyReused,
     InvalidRequest,
     Reported,
+    StorageFull,
     UploadCancelled,
     UploadTooLarge,
     responses,
@@ -167,6 +168,7 @@ class UploadKind(Generic[RecordT]):
                 EncodedBody,
                 IdempotencyKeyReused,
                 UploadCancelled,
+                StorageFull,
                 self.deleted,
             ),
         }

@@ -14,6 +14,7 @@ from broker.contracts import (
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
+    ContentLost,
     GeometryNotKept,
     InvalidRequest,
     PrototypeDeleted,
@@ -78,7 +79,7 @@ async def upload_prototype(
     response_class=Response,
     responses={
         200: binary_file("The archive"),
-        **responses(PrototypeNotFound, PrototypeExpired, InvalidRequest),
+        **responses(PrototypeNotFound, PrototypeExpired, ContentLost, InvalidRequest),
     },
     operation_id="get_archive",
 )
@@ -97,7 +98,9 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
 @router.get(
     f"{PROTOTYPES}/{{prototype}}/geometry",
     response_model=PrototypeGeometry,
-    responses=responses(PrototypeNotFound, PrototypeExpired, GeometryNotKept, InvalidRequest),
+    responses=responses(
+        PrototypeNotFound, PrototypeExpired, GeometryNotKept, ContentLost, InvalidRequest
+    ),
     operation_id="get_prototype_geometry",
 )
 def get_prototype_geometry(

@@ -52,7 +52,9 @@ def test_pods_are_confined(pod: Pod) -> None:
 
 @pytest.mark.parametrize("pod", PODS.values(), ids=PODS)
 def test_probes_ask_what_is_there(pod: Pod) -> None:
-    paths = create_app(Settings(redis_url="redis://nowhere")).openapi()["paths"]
+    paths = create_app(Settings(redis_url="redis://nowhere", blob_url="s3://nowhere")).openapi()[
+        "paths"
+    ]
     probes = {name: probe for name, probe in pod.container.items() if name.endswith("Probe")}
     if pod.name == "isomatch-burst":
         assert not probes, "a job ends by itself"

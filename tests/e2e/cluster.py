@@ -17,6 +17,7 @@ from rq import Worker
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer, listening
 from tests.append_only import until_written
+from tests.blobs import blob_url
 
 SETTINGS = {
     "ISOMATCH_HEARTBEAT": "2",
@@ -165,7 +166,11 @@ class Cluster:
     def _start(
         self, command: list[str], settings: dict[str, str], log: str, stdout: int | None
     ) -> subprocess.Popen[str]:
-        environment = {"ISOMATCH_REDIS_URL": self.store.url, **SETTINGS, **settings}
+        stores = {
+            "ISOMATCH_REDIS_URL": self.store.url,
+            "ISOMATCH_BLOB_URL": blob_url(self._folder),
+        }
+        environment = {**stores, **SETTINGS, **settings}
         with (self._folder / log).open("a") as stderr:
             return subprocess.Popen(
                 [sys.executable, "-m", *command],
