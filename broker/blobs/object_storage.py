@@ -9,6 +9,7 @@ fork (see :class:`~broker.blobs.LeftToSweep`).
 
 import os
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from datetime import timedelta
 from tempfile import SpooledTemporaryFile
 from typing import BinaryIO, Final, TypeVar, cast
@@ -78,11 +79,13 @@ class ObjectStorage:
         """Fetch an object, through a temporary file where it is large."""
 
         def fetch() -> BinaryIO:
-            # Closed by the caller.
-            file = SpooledTemporaryFile(max_size=_IN_MEMORY)  # noqa: SIM115
-            for piece in obstore.get(self._store, path).stream():
-                file.write(piece)
-            file.seek(0)
+            found = obstore.get(self._store, path)
+            with ExitStack() as closing:
+                file = closing.enter_context(SpooledTemporaryFile(max_size=_IN_MEMORY))
+                for piece in found.stream():
+                    file.write(piece)
+                file.seek(0)
+                closing.pop_all()  # the caller closes it
             return cast(BinaryIO, file)
 
         return self._asked(path, fetch)
