@@ -12,7 +12,7 @@ reference without a blob. A blob expires with its reference, which has the time 
 
 import hashlib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import BinaryIO, Final, Self
 from uuid import uuid4
@@ -114,6 +114,18 @@ class Blobs:
         found = BlobReference(uuid4().hex, len(data), hashlib.sha256(data).hexdigest())
         self.store.put(found.path(key), data)
         return found
+
+    def put_all(self, contents: Mapping[str, bytes]) -> dict[str, BlobReference]:
+        """Store bytes under several keys, all or none, and return the references by key."""
+        stored: dict[str, BlobReference] = {}
+        try:
+            for key, data in contents.items():
+                stored[key] = self.put(key, data)
+        except BlobError:
+            # On a disk that is full, what is useless must not wait for the sweep.
+            self.discard(stored.items())
+            raise
+        return stored
 
     def link(self, key: str, reference: BlobReference, pipe: Pipeline) -> None:
         """Store a reference in place of an earlier one, as part of a transaction."""

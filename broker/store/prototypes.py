@@ -112,10 +112,8 @@ class Prototypes:
         candidates = [] if job_id is None else [keys.candidate(record.id, ARCHIVE_TYPE, job_id)]
         # If they are not needed, they are left to the sweep: the record may be ours, of a
         # transaction whose reply was lost.
-        parts = {
-            name: self.blobs.put(name, data)
-            for name, data in zip(_bytes_of(record.id), (archive, geometry), strict=True)
-        }
+        contents = zip(_bytes_of(record.id), (archive, geometry), strict=True)
+        parts = self.blobs.put_all(dict(contents))
         with self.client.pipeline() as pipe:
             while True:
                 pipe.watch(key, keys.prototype_versions(name))

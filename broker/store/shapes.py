@@ -118,14 +118,11 @@ class Shapes:
         # If this process dies now, the repeated job must still find the candidate.
         if not self.client.expire(candidate, max(self.settings.candidate_ttl, _ACCEPT_SECONDS)):
             return False
-        names = _bytes_of(record.id)
-        stored = [
-            self.blobs.put(name, data)
-            for name, data in zip(names, (upload, mesh, geometry), strict=True)
-        ]
+        contents = zip(_bytes_of(record.id), (upload, mesh, geometry), strict=True)
+        stored = self.blobs.put_all(dict(contents))
         with self.client.pipeline() as pipe:
             self.blobs.look_up(candidate, pipe)
-            for name, reference in zip(names, stored, strict=True):
+            for name, reference in stored.items():
                 self.blobs.link(name, reference, pipe)
             pipe.set(keys.shape(record.id), record.model_dump_json())
             pipe.set(keys.shape_tombstone(record.id), b"")
