@@ -41,6 +41,15 @@ class BlobStore(Protocol):
             There is no space left.
         """
 
+    def read(self, path: str) -> bytes:
+        """Return the bytes of a blob.
+
+        Raises
+        ------
+        BlobLost
+            There is no such blob.
+        """
+
     def open(self, path: str) -> BinaryIO:
         """Return the bytes of a blob as a file, which stays readable if the blob is deleted.
 

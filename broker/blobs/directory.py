@@ -57,6 +57,11 @@ class DirectoryBlobs:
                     unfinished.unlink(missing_ok=True)
                 raise
 
+    def read(self, path: str) -> bytes:
+        """Read a file."""
+        with self.open(path) as file, _reported():
+            return file.read()
+
     def open(self, path: str) -> BinaryIO:
         """Open a file."""
         with _reported():

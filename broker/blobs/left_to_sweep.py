@@ -18,6 +18,10 @@ class LeftToSweep:
         """Refuse."""
         raise BlobsAway("this process stores no blobs: it forks others that do")
 
+    def read(self, path: str) -> bytes:
+        """Refuse."""
+        raise BlobsAway("this process reads no blobs: it forks others that do")
+
     def open(self, path: str) -> BinaryIO:
         """Refuse."""
         raise BlobsAway("this process reads no blobs: it forks others that do")

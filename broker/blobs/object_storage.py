@@ -75,6 +75,10 @@ class ObjectStorage:
         """Store an object; a large one in parts."""
         self._asked(path, lambda: obstore.put(self._store, path, data))
 
+    def read(self, path: str) -> bytes:
+        """Fetch an object into memory."""
+        return self._asked(path, lambda: bytes(obstore.get(self._store, path).bytes()))
+
     def open(self, path: str) -> BinaryIO:
         """Fetch an object, through a temporary file where it is large."""
 

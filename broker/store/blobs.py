@@ -172,8 +172,7 @@ class Blobs:
         if reference is None:
             return None
         try:
-            with self.store.open(reference.path(key)) as file:
-                data = file.read()
+            data = self.store.read(reference.path(key))
         except BlobLost:
             # Deleted, or replaced, after its reference was read?
             if self._now(key) != reference:
@@ -201,8 +200,12 @@ class Blobs:
                 return self.open(key)
             raise
         digest = hashlib.sha256()
-        for piece in pieces(file):
-            digest.update(piece)
+        try:
+            for piece in pieces(file):
+                digest.update(piece)
+        except OSError as error:
+            file.close()
+            raise BlobsAway(f"the blob store cannot be read: {error}") from error
         if file.tell() != reference.size or digest.hexdigest() != reference.digest:
             file.close()
             raise BlobLost(reference.path(key), "damaged")
@@ -280,8 +283,7 @@ class Blobs:
 
     def _mark(self) -> str | None:
         try:
-            with self.store.open(_MARK) as file:
-                return file.read().decode()
+            return self.store.read(_MARK).decode()
         except BlobLost:
             return None
 

@@ -1,7 +1,5 @@
 """References to blobs: kept, lost, damaged, replaced, and of another installation."""
 
-from typing import BinaryIO
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -91,7 +89,7 @@ def test_missing_bytes_are_told_from_a_missing_record(store: Store) -> None:
 class DeletedMeanwhile(DirectoryBlobs):
     """Blobs whose record somebody deletes, or replaces, between their reference and the bytes."""
 
-    def open(self, path: str) -> BinaryIO:
+    def read(self, path: str) -> bytes:
         """Delete the record, and then the blob, as others do."""
         blobs, again = MEANWHILE.pop() if MEANWHILE else (None, False)
         if blobs is not None and again:
@@ -99,7 +97,7 @@ class DeletedMeanwhile(DirectoryBlobs):
         elif blobs is not None:
             blobs.client.delete(KEY)
             self.delete(path)
-        return super().open(path)
+        return super().read(path)
 
 
 MEANWHILE: list[tuple[Blobs, bool]] = []
