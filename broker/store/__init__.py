@@ -22,6 +22,7 @@ from broker.store.connections import (
     connect,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
+from broker.store.durability import Durability, NotOnDisk
 from broker.store.jobs import Jobs
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
@@ -48,12 +49,14 @@ __all__ = [
     "ClaimedChunk",
     "CounterValues",
     "Counters",
+    "Durability",
     "Histogram",
     "InvalidCursor",
     "Jobs",
     "KeyReused",
     "Listing",
     "NewerRecord",
+    "NotOnDisk",
     "Page",
     "Prototypes",
     "Results",
@@ -86,6 +89,8 @@ class Store:
     shapes, prototypes, attributes, uploads, jobs, results, admission, chunks, spectra, counters
     webhooks
         Its subjects.
+    durability
+        Waiting until they are on the disk.
     """
 
     client: Redis
@@ -101,6 +106,7 @@ class Store:
     spectra: Spectra
     counters: Counters
     webhooks: Webhooks
+    durability: Durability
 
     @classmethod
     def open(
@@ -172,6 +178,7 @@ class Store:
             Spectra(cache, client, settings),
             Counters(client),
             Webhooks(client),
+            Durability(client, retry_seconds),
         )
 
     def check(self) -> None:

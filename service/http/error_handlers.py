@@ -12,7 +12,7 @@ from starlette.routing import Match
 
 from broker.blobs import BlobError, BlobLost, BlobsFull, NotMigrated
 from broker.contracts import Problem
-from broker.store import KeyReused, NewerRecord, TooManyQueued
+from broker.store import KeyReused, NewerRecord, NotOnDisk, TooManyQueued
 from broker.telemetry import logger
 from service.http.problem_documents import response
 from service.http.problems import (
@@ -127,7 +127,13 @@ def _methods_at(request: Request) -> list[str]:
 
 def _store_away(request: Request, error: Exception) -> Response:
     log.error("store cannot be reached", error=str(error))
-    problem = StoreAway("The store cannot be reached at the moment; try again later.")
+    detail = "The store cannot be reached at the moment; try again later."
+    if isinstance(error, NotOnDisk):
+        detail = (
+            "The request could not be made safe against a failure in time; send it again, with"
+            " the same Idempotency-Key if it has one."
+        )
+    problem = StoreAway(detail)
     return response(problem.problem(request.url.path), {"Retry-After": "5"})
 
 

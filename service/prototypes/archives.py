@@ -11,6 +11,7 @@ from broker.contracts import (
     PrototypeValidationPayload,
     prototype_id,
 )
+from broker.store import keys
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
@@ -36,7 +37,7 @@ PATH: Final = "/v1/prototype-archives"
 router = APIRouter(tags=["prototypes"])
 
 UPLOADS: Final = UploadKind[PrototypeRecord](
-    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, PrototypeDeleted
+    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, keys.prototype, PrototypeDeleted
 )
 
 

@@ -203,8 +203,6 @@ def test_the_queue_is_killed(service: Installation, shape: str) -> None:
     jobs = [service.ask(shape, shape, **LONG), service.ask(shape, shape, **QUICK)]
     service.until_begun(jobs[0])
     jobs += [service.ask(shape, shape, points=12) for _ in range(4)]
-    # What is accepted is on the disk within a second (appendfsync everysec).
-    time.sleep(1.5)
     (queue,) = service.containers("queue")
     service.engine.docker("kill", queue)
     time.sleep(2)

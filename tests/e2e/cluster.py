@@ -16,7 +16,6 @@ from rq import Worker
 
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer, listening
-from tests.append_only import until_written
 from tests.blobs import blob_url
 
 SETTINGS = {
@@ -74,7 +73,6 @@ class Cluster:
     def restart_store(self) -> None:
         """Kill the store, and start it again with its data."""
         assert self.store.pid is not None
-        until_written(self.store.url)
         os.kill(self.store.pid, signal.SIGKILL)
         self.until(lambda: not self.store.alive(), 60)
         self.store.start()

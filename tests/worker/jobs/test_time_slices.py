@@ -36,7 +36,6 @@ from solver.similarity import (
     dissimilarities,
     pairs_between,
 )
-from tests.append_only import until_written
 from tests.blobs import blob_url
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
@@ -256,7 +255,6 @@ def test_a_restart_of_the_store_loses_no_finished_chunk(tmp_path: Path) -> None:
         with worker(queue):
             watched = begun(queue, seed=15)
             assert server.pid is not None
-            until_written(server.url)
             os.kill(server.pid, signal.SIGKILL)
             server.stop()
             server.start()
