@@ -22,7 +22,7 @@ from broker.store.connections import (
     connect,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
-from broker.store.durability import Durability, NotOnDisk
+from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk
 from broker.store.jobs import Jobs
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
@@ -178,7 +178,7 @@ class Store:
             Spectra(cache, client, settings),
             Counters(client),
             Webhooks(client),
-            Durability(client, retry_seconds),
+            Durability(client, max(retry_seconds, LEAST_WAIT)),
         )
 
     def check(self) -> None:

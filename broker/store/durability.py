@@ -14,6 +14,9 @@ from redis.exceptions import RedisError, ResponseError
 from broker.store import keys
 from broker.telemetry import logger
 
+LEAST_WAIT: Final = 2.0
+"""Seconds to wait for the disk at least: a file that is flushed every second takes about one."""
+
 _NO_PROMISE: Final = ("unknown command", "appendonly is disabled", "not supported")
 """Marks in the answer of a Redis that cannot say what is on its disk."""
 
