@@ -115,6 +115,9 @@ def _flush_directory(folder: Path) -> None:
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # some network file systems flush no directories
+            raise
     finally:
         os.close(descriptor)
 

@@ -156,6 +156,20 @@ def test_a_full_disk_is_told_to_the_uploader(server: EmbeddedServer, small: Path
         assert sent(20).status_code == 201
 
 
+def test_a_full_temporary_directory_is_told_to_the_uploader(
+    server: EmbeddedServer, small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Uploads on their way are in a temporary directory."""
+    monkeypatch.setattr("tempfile.tempdir", str(small))
+    with (
+        idle_api(server, blob_url=blob_url(small)) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        answer = http.post("/v1/shapes", files={"file": ("a.off", bytes(4 * 1024**2))})
+        problem(answer, 507, "storage-full")
+        assert list(api.store.jobs.active()) == []
+
+
 def test_an_api_of_another_redis_is_not_ready(server: EmbeddedServer, tmp_path: Path) -> None:
     for ready in (True, False):
         with (
