@@ -64,6 +64,7 @@ class ObjectServer:
         self._folder = folder
         ports = dict(zip(_PORTS, free_ports(len(_PORTS)), strict=True))
         self.port = ports["s3.port"]
+        self._ports = ports.values()
         settings = folder / "s3.json"
         settings.write_text(json.dumps({"identities": [_IDENTITY]}))
         data = folder / "data"
@@ -122,6 +123,10 @@ class ObjectServer:
         assert self._process is not None
         self._process.send_signal(signal.SIGKILL)
         self._process.wait()
+        # It puts sockets there, wherever its data are.
+        for port in self._ports:
+            for left in Path("/tmp").glob(f"seaweedfs-*-{port}.sock"):
+                left.unlink(missing_ok=True)
 
     def _answers(self) -> bool:
         try:
