@@ -168,10 +168,11 @@ def workers() -> Iterator[JobQueue]:
     with tempfile.TemporaryDirectory(prefix="isomatch-") as directory:
         server = EmbeddedServer(Path(directory))
         server.start()
-        settings = WorkerSettings(redis_url=server.url)
+        blobs = Path(directory, "blobs").as_uri()
+        settings = WorkerSettings(redis_url=server.url, blob_url=blobs)
         queue = JobQueue(Store.open(settings, retry_seconds=10), settings)
         os.environ["ISOMATCH_LOG_LEVEL"] = "WARNING"
-        pool = WorkerPool(cores(), server.url)
+        pool = WorkerPool(cores(), server.url, blobs)
         pool.start()
         try:
             while queue.workers() < cores():

@@ -65,8 +65,9 @@ def running_stack(settings: dict[str, str] | None = None) -> Iterator[Stack]:
     """
     with tempfile.TemporaryDirectory(prefix="isomatch-") as directory:
         log = Path(directory, "service.log")
-        # A Redis named in the environment is somebody's; this stack brings its own.
-        inherited = {k: v for k, v in os.environ.items() if k != "ISOMATCH_REDIS_URL"}
+        # Stores named in the environment are somebody's; this stack brings its own.
+        others = "ISOMATCH_REDIS_URL", "ISOMATCH_BLOB_URL"
+        inherited = {k: v for k, v in os.environ.items() if k not in others}
         environment = {**inherited, "ISOMATCH_DATA_DIR": str(Path(directory, "data"))}
         with log.open("w") as log_file:
             process = subprocess.Popen(

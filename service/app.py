@@ -11,10 +11,11 @@ from prometheus_client import CollectorRegistry
 from redis.exceptions import RedisError
 from starlette.concurrency import run_in_threadpool
 
+from broker.blobs import BlobError
 from broker.queue import JobQueue
 from broker.store import Store
 from broker.telemetry import logger
-from broker.upkeep import Sweep, recover
+from broker.upkeep import OrphanSweep, Sweep, recover
 from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
 from broker.webhooks import dispatch
 from service import (
@@ -132,11 +133,12 @@ def _lifespan(
 
 
 def _recovery(service: Service) -> Callable[[], None]:
-    sweep = Sweep(service.store)
+    sweep, orphans = Sweep(service.store), OrphanSweep(service.store)
 
     def recover_and_sweep() -> None:
         recover(service.queue)
         sweep.step()
+        orphans.step()
 
     return recover_and_sweep
 
@@ -151,6 +153,8 @@ async def _regularly(interval: float, task: Callable[[], None]) -> None:
             await run_in_threadpool(task)
         except RedisError as error:
             log.warning("periodic task postponed: the store cannot be reached", error=str(error))
+        except BlobError as error:
+            log.warning("periodic task postponed: blobs cannot be swept", error=str(error))
         except Exception:
             log.exception("periodic task failed")
         await asyncio.sleep(interval)

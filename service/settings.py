@@ -20,7 +20,8 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
     host: str = Field(default="127.0.0.1", description="Address to listen on.")
     port: int = Field(default=8000, ge=0, le=65535, description="Port; 0 for a free one.")
     data_dir: Path = Field(
-        default=Path("isomatch-data"), description="Where the private Redis keeps its data."
+        default=Path("isomatch-data"),
+        description="Where the private Redis keeps its data, and by default the blobs.",
     )
     workers: int | None = Field(
         default=None,

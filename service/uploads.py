@@ -23,7 +23,7 @@ from broker.contracts import (
     ShapeRecord,
     UploadPayload,
 )
-from broker.store import Store
+from broker.store import Store, keys
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
     INVALID,
@@ -35,6 +35,7 @@ from service.http import (
     IdempotencyKeyReused,
     InvalidRequest,
     Reported,
+    StorageFull,
     UploadCancelled,
     UploadTooLarge,
     responses,
@@ -105,6 +106,8 @@ class UploadKind(Generic[RecordT]):
         Address under which the records are found.
     records
         The part of the store that keeps them.
+    key
+        Returns the key of a record.
     deleted
         The problem reported if the record is deleted before the upload is answered.
     """
@@ -113,6 +116,7 @@ class UploadKind(Generic[RecordT]):
     path: str
     location: str
     records: Callable[[Store], _Records[RecordT]]
+    key: Callable[[str], str]
     deleted: type[ApiProblem]
 
     @staticmethod
@@ -167,6 +171,7 @@ class UploadKind(Generic[RecordT]):
                 EncodedBody,
                 IdempotencyKeyReused,
                 UploadCancelled,
+                StorageFull,
                 self.deleted,
             ),
         }
@@ -260,6 +265,7 @@ class UploadKind(Generic[RecordT]):
             raise Reported(job.error)
         record = self.records(service.store).get(payload.upload)
         if record is not None:
+            service.store.durability.wait(self.key(payload.upload))
             return self.show(self.named(record, payload.name), 201)
         if job is not None and job.state is JobState.SUCCEEDED:
             raise self.deleted(
@@ -270,6 +276,7 @@ class UploadKind(Generic[RecordT]):
                 "The upload was cancelled before it was validated; send it again."
             )
         service.store.uploads.defer(payload.upload, job_id)
+        service.store.durability.wait(keys.job(job_id))
         return self._still_validating(service, payload.upload, job)
 
     def _still_validating(self, service: Service, record_id: str, job: JobRecord) -> Response:

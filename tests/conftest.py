@@ -20,4 +20,4 @@ settings.register_profile("chance", ANY_MACHINE)
 settings.register_profile("any machine", ANY_MACHINE, derandomize=True, database=None)
 settings.load_profile("any machine")
 
-pytest_plugins = ["tests.scheduling", "tests.stack", "tests.workers"]
+pytest_plugins = ["tests.object_storage", "tests.scheduling", "tests.stack", "tests.workers"]

@@ -14,6 +14,7 @@ from broker.contracts import JobRecord, Payload, ValidationPayload, shape_id
 from broker.queue import JobQueue, new_job
 from broker.store import Store
 from service.standalone import EmbeddedServer, WorkerPool
+from tests.blobs import blob_url
 from worker.settings import WorkerSettings
 
 WORKERS = 2
@@ -28,9 +29,9 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]
 
 
 @pytest.fixture
-def settings(server: EmbeddedServer) -> WorkerSettings:
+def settings(server: EmbeddedServer, tmp_path: Path) -> WorkerSettings:
     """Settings of a database that no worker serves."""
-    return WorkerSettings(redis_url=f"{server.url}?db=1")
+    return WorkerSettings(redis_url=f"{server.url}?db=1", blob_url=blob_url(tmp_path))
 
 
 @pytest.fixture
@@ -48,12 +49,13 @@ def queue(store: Store, settings: WorkerSettings) -> JobQueue:
 
 
 @pytest.fixture(scope="session")
-def served(server: EmbeddedServer) -> Iterator[JobQueue]:
+def served(server: EmbeddedServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[JobQueue]:
     """A queue, and through it a store, with workers behind it."""
-    settings = WorkerSettings(redis_url=server.url)
+    blobs = blob_url(tmp_path_factory.mktemp("store"))
+    settings = WorkerSettings(redis_url=server.url, blob_url=blobs)
     opened = Store.open(settings, retry_seconds=1)
     queue = JobQueue(opened, settings)
-    pool = WorkerPool(WORKERS, server.url)
+    pool = WorkerPool(WORKERS, server.url, blobs)
     pool.start()
     deadline = time.monotonic() + 540
     while queue.workers() < WORKERS and time.monotonic() < deadline:
@@ -114,11 +116,13 @@ def validation(queue: JobQueue, data: bytes) -> str:
 @contextmanager
 def worker(queue: JobQueue, **settings: str) -> Iterator[subprocess.Popen[bytes]]:
     """A worker of the queue, with settings from its environment."""
-    redis_url = queue.store.jobs.settings.redis_url
-    assert redis_url is not None
+    found = queue.store.jobs.settings
+    assert found.redis_url is not None
+    assert found.blob_url is not None
+    stores = {"ISOMATCH_REDIS_URL": found.redis_url, "ISOMATCH_BLOB_URL": found.blob_url}
     process = subprocess.Popen(
         [sys.executable, "-m", "worker", "--parent", str(os.getpid())],
-        env={**os.environ, "ISOMATCH_REDIS_URL": redis_url, **settings},
+        env={**os.environ, **stores, **settings},
     )
     try:
         yield process

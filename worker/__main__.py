@@ -13,6 +13,8 @@ ENVIRONMENT: Final = {
     "OPENBLAS_NUM_THREADS": "1",
     "MKL_NUM_THREADS": "1",
     "MPLBACKEND": "Agg",
+    # Threads of the library of object storage: each takes address space, of which a job has little.
+    "TOKIO_WORKER_THREADS": "1",
 }
 """Variables that the numerical libraries read when they are first imported."""
 

@@ -130,19 +130,27 @@ class JobQueue:
         -------
         str
             Id of the job that validates it.
+
+        Raises
+        ------
+        BlobsFull, BlobsAway
+            The bytes cannot be stored.
         """
-        record = new_job(payload, context)
-        uploads = self.store.uploads
+        record, stored = new_job(payload, context), None
+        uploads, named = self.store.uploads, (payload.upload, payload.file_type)
         with self.store.client.pipeline() as pipe:
             while True:
-                holder = uploads.validating_job(payload.upload, payload.file_type, pipe)
+                holder = uploads.validating_job(*named, pipe)
                 state = None if holder is None else self.store.jobs.state(holder)
                 if holder is not None and state is not None and not state.ended:
+                    # A candidate that was put for nothing is left to the sweep: if the reply to
+                    # the transaction was lost, the holder may be this very job.
                     return holder
+                stored = stored or uploads.put_candidate(*named, data, record.id)
                 try:
                     self.rq.enqueue(record, pipe)
                     self.store.jobs.create(record, pipe)
-                    uploads.add_candidate(payload.upload, payload.file_type, data, record.id, pipe)
+                    uploads.add_candidate(*named, stored, record.id, pipe)
                     pipe.execute()
                 except WatchError:
                     # An equal upload was first.

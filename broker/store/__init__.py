@@ -1,13 +1,15 @@
-"""The store, in Redis: shapes, prototypes, jobs, results, spectra."""
+"""The store: shapes, prototypes, jobs, results, spectra; records in Redis, large bytes as blobs."""
 
 from dataclasses import dataclass
 from typing import Self
 
 from redis import Redis
 
+from broker.blobs import open_blobs
 from broker.store import keys
 from broker.store.admission import Admission, KeyReused, TooManyQueued
 from broker.store.attributes import Attributes
+from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces
 from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import (
@@ -20,6 +22,7 @@ from broker.store.connections import (
     connect,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
+from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk
 from broker.store.jobs import Jobs
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
@@ -35,20 +38,25 @@ __all__ = [
     "BUCKET_BOUNDS",
     "CACHE_TIMEOUT",
     "CONNECT_TIMEOUT",
+    "FOLDERS",
     "Admission",
     "Attributes",
+    "BlobReference",
+    "Blobs",
     "Chunks",
     "CircuitBreaker",
     "ClaimStatus",
     "ClaimedChunk",
     "CounterValues",
     "Counters",
+    "Durability",
     "Histogram",
     "InvalidCursor",
     "Jobs",
     "KeyReused",
     "Listing",
     "NewerRecord",
+    "NotOnDisk",
     "Page",
     "Prototypes",
     "Results",
@@ -63,24 +71,30 @@ __all__ = [
     "Uploads",
     "Webhooks",
     "connect",
+    "pieces",
     "text",
 ]
 
 
 @dataclass(frozen=True)
 class Store:
-    """Everything that is kept in Redis, by subject.
+    """Everything that is kept, by subject.
 
     Parameters
     ----------
     client
         Connection to the Redis of queue and store.
+    blobs
+        The large bytes, in the blob store.
     shapes, prototypes, attributes, uploads, jobs, results, admission, chunks, spectra, counters
     webhooks
         Its subjects.
+    durability
+        Waiting until they are on the disk.
     """
 
     client: Redis
+    blobs: Blobs
     shapes: Shapes
     prototypes: Prototypes
     attributes: Attributes
@@ -92,6 +106,7 @@ class Store:
     spectra: Spectra
     counters: Counters
     webhooks: Webhooks
+    durability: Durability
 
     @classmethod
     def open(
@@ -100,34 +115,45 @@ class Store:
         retry_seconds: float,
         pause: float = 1.0,
         timeout: float | None = None,
+        forks: bool = False,
     ) -> Self:
         """Connect to the store.
 
         Parameters
         ----------
         settings
-            Its address is `redis_url`.
+            Its addresses are `redis_url` and `blob_url`.
         retry_seconds, pause
             Seconds for which a command is repeated while Redis does not answer, and between two
             attempts.
         timeout
             Seconds after which a command without a reply has failed; None to repeat it, too.
+        forks
+            Whether this process forks others that open the store themselves.
 
         Raises
         ------
         ValueError
-            No address is set.
+            An address is not set.
         """
         if settings.redis_url is None:
             raise ValueError("ISOMATCH_REDIS_URL is not set")
         client = connect(settings.redis_url, retry_seconds, pause, timeout)
-        return cls.over(client, settings, retry_seconds, pause)
+        return cls.over(client, settings, retry_seconds, pause, forks)
 
     @classmethod
     def over(
-        cls, client: Redis, settings: StoreSettings, retry_seconds: float, pause: float = 1.0
+        cls,
+        client: Redis,
+        settings: StoreSettings,
+        retry_seconds: float,
+        pause: float = 1.0,
+        forks: bool = False,
     ) -> Self:
         """Return the store over an existing connection; parameters as for :meth:`open`."""
+        if settings.blob_url is None:
+            raise ValueError("ISOMATCH_BLOB_URL is not set")
+        blobs = Blobs(client, open_blobs(settings.blob_url, retry_seconds, forks))
         cache = client
         if settings.cache_url is not None:
             # Computing a spectrum again is better than waiting long for the cache.
@@ -140,28 +166,33 @@ class Store:
             )
         return cls(
             client,
-            Shapes(client, settings),
-            Prototypes(client, settings),
-            Attributes(client, settings),
-            Uploads(client, settings),
-            Jobs(client, settings),
-            Results(client, settings),
+            blobs,
+            Shapes(client, settings, blobs),
+            Prototypes(client, settings, blobs),
+            Attributes(client, settings, blobs),
+            Uploads(client, settings, blobs),
+            Jobs(client, settings, blobs),
+            Results(client, settings, blobs),
             Admission(client),
             Chunks(client, settings),
             Spectra(cache, client, settings),
             Counters(client),
             Webhooks(client),
+            Durability(client, max(retry_seconds, LEAST_WAIT)),
         )
 
     def check(self) -> None:
-        """Check that Redis answers and accepts writes.
+        """Check that Redis and the blob store answer and accept writes.
 
         Raises
         ------
         RedisError
-            It does not answer, is full, or is a replica.
+            Redis does not answer, is full, or is a replica.
+        BlobError
+            The blob store does not answer, is full, or is that of another Redis.
         """
         self.client.set(keys.READY, b"", ex=60)
+        self.blobs.check()
 
     def close(self) -> None:
         """Close the connections."""

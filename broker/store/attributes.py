@@ -1,4 +1,4 @@
-"""Attribute files in Redis: the record and the uploaded bytes."""
+"""Attribute files: the record and the uploaded bytes."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from redis.client import Pipeline
 
 from broker.contracts import AttributesRecord
 from broker.store import keys
+from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.records import read_record
-from broker.store.replies import blob
 from broker.store.uploads import delete_candidate
 
 
@@ -23,10 +23,13 @@ class Attributes:
         Connection to Redis.
     settings
         Times to live.
+    blobs
+        The bytes.
     """
 
     client: Redis
     settings: StoreSettings
+    blobs: Blobs
 
     def get(self, attributes_id: str) -> AttributesRecord | None:
         """Return the record of a file, or None if it does not exist."""
@@ -44,7 +47,7 @@ class Attributes:
     def file(self, attributes_id: str) -> bytes | None:
         """Return the bytes of a file, and extend its life."""
         self.use(attributes_id)
-        return blob(self.client.get(keys.attributes_file(attributes_id)))
+        return self.blobs.get(keys.attributes_file(attributes_id))
 
     def expired(self, attributes_id: str) -> bool:
         """Whether a file that does not exist has expired (and was not deleted)."""
@@ -52,22 +55,29 @@ class Attributes:
 
     def add(self, record: AttributesRecord, data: bytes, job_id: str) -> None:
         """Store a file made of a job's candidate, all at once."""
+        key = keys.attributes_file(record.id)
+        candidate = keys.candidate(record.id, record.file_type, job_id)
+        stored = self.blobs.put(key, data)
         with self.client.pipeline() as pipe:
-            pipe.set(keys.attributes_file(record.id), data)
+            self.blobs.look_up(candidate, pipe)
+            self.blobs.link(key, stored, pipe)
             pipe.set(keys.attributes(record.id), record.model_dump_json())
             pipe.set(keys.attributes_tombstone(record.id), b"")
             self._extend(record.id, pipe)
             delete_candidate(record.id, record.file_type, job_id, pipe)
-            pipe.execute()
+            validated, *_ = pipe.execute()
+        self.blobs.discard([(candidate, validated)])
 
     def delete(self, attributes_id: str) -> bool:
         """Delete a file; False if it did not exist."""
+        key = keys.attributes_file(attributes_id)
         with self.client.pipeline() as pipe:
             pipe.delete(keys.attributes(attributes_id))
-            pipe.delete(
-                keys.attributes_file(attributes_id), keys.attributes_tombstone(attributes_id)
-            )
-            return bool(pipe.execute()[0])
+            self.blobs.look_up(key, pipe)
+            pipe.delete(key, keys.attributes_tombstone(attributes_id))
+            existed, stored, _ = pipe.execute(raise_on_error=False)
+        self.blobs.discard([(key, stored)])
+        return bool(existed)
 
     def _extend(self, attributes_id: str, pipe: Pipeline) -> None:
         ttl = self.settings.shape_ttl

@@ -12,6 +12,7 @@ from redis.exceptions import ConnectionError as RedisConnectionError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 from redis.retry import Retry
 
+from broker.blobs import BlobUrl
 from broker.environment import FROM_ENVIRONMENT, RedisUrl
 
 DAY: Final = 86400
@@ -35,12 +36,17 @@ CACHE_CIRCUIT_SECONDS: Final = 60.0
 
 
 class StoreSettings(BaseSettings):
-    """Address of the store, and times to live; from ``ISOMATCH_*``."""
+    """Addresses of the store, and times to live; from ``ISOMATCH_*``."""
 
     model_config = FROM_ENVIRONMENT
 
     redis_url: RedisUrl | None = Field(
         default=None, description="Redis of queue and store; none: the server starts its own."
+    )
+    blob_url: BlobUrl | None = Field(
+        default=None,
+        description="Where meshes, results and files are kept: file:///DIRECTORY or"
+        " s3://BUCKET/PREFIX; none: beside the data of the Redis that the server starts.",
     )
     cache_url: RedisUrl | None = Field(
         default=None, description="Redis of the spectrum cache, if it has one of its own."

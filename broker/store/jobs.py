@@ -1,4 +1,4 @@
-"""Jobs in Redis: the record, the five states and the transitions between them.
+"""Jobs: the record, the five states and the transitions between them.
 
 ::
 
@@ -22,6 +22,7 @@ from redis.client import Pipeline
 
 from broker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress, subject_of
 from broker.store import keys, scripts
+from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.listings import Listing, Page
 from broker.store.records import NewerRecord, job_document, read_record
@@ -39,10 +40,13 @@ class Jobs:
         Connection to Redis.
     settings
         Times to live.
+    blobs
+        The results.
     """
 
     client: Redis
     settings: StoreSettings
+    blobs: Blobs
 
     def create(self, record: JobRecord, pipe: Pipeline) -> None:
         """Store a new, queued job, as part of a transaction."""
@@ -161,8 +165,14 @@ class Jobs:
 
     def succeed(self, job_id: str, runner: str, result: bytes | None = None) -> bool:
         """End a job with its result (JSON); False if the runner no longer holds it."""
-        packed = b"" if result is None else gzip.compress(result, compresslevel=6, mtime=0)
-        return self._finish(job_id, runner, JobState.SUCCEEDED, result=packed)
+        if result is None:
+            return self._finish(job_id, runner, JobState.SUCCEEDED)
+        key, packed = keys.job_result(job_id), gzip.compress(result, compresslevel=6, mtime=0)
+        stored = self.blobs.put(key, packed)
+        kept = self._finish(job_id, runner, JobState.SUCCEEDED, result=str(stored))
+        if not kept:
+            self.blobs.discard([(key, stored)])
+        return kept
 
     def fail(self, job_id: str, runner: str, problem: Problem) -> bool:
         """End a job with an error; False if the runner no longer holds it."""
@@ -210,7 +220,7 @@ class Jobs:
         return None if requested is None else datetime.fromisoformat(text(requested))
 
     def _finish(
-        self, job_id: str, runner: str, state: JobState, error: str = "", result: bytes = b""
+        self, job_id: str, runner: str, state: JobState, error: str = "", result: str = ""
     ) -> bool:
         answer = self._run(
             scripts.FINISH_JOB,

@@ -3,6 +3,8 @@
 Running systems hold data under these keys: the strings stay when a function here is renamed. So
 ``trace`` stands for a tombstone, ``turns`` for time slices, ``parts`` for chunks, ``tallies`` for
 counters and ``order`` for an idempotency record.
+
+A *reference* is a hash that names a blob (:mod:`broker.store.blobs`).
 """
 
 from typing import Final
@@ -36,6 +38,12 @@ WEBHOOKS: Final = PREFIX + "webhooks"
 READY: Final = PREFIX + "ready"
 """Written to check that the store accepts writes."""
 
+BLOB_OWNER: Final = PREFIX + "blobs:owner"
+"""Hash: the id that marks the blob store as that of this Redis, and whether the mark was set."""
+
+BLOB_SWEEP: Final = PREFIX + "blobs:sweep"
+"""Number of folders of the blob store that were swept."""
+
 SPECTRUM_COUNTERS: Final = PREFIX + "spectra:counters"
 """Hash of counters: spectra computed, spectra taken from the cache."""
 
@@ -52,17 +60,17 @@ def shape(shape_id: str) -> str:
 
 
 def shape_upload(shape_id: str) -> str:
-    """The uploaded bytes of a shape."""
+    """The uploaded bytes of a shape, a reference."""
     return f"{PREFIX}shape:{shape_id}:upload"
 
 
 def shape_mesh(shape_id: str) -> str:
-    """The repaired mesh of a shape, npz."""
+    """The repaired mesh of a shape, a reference to npz."""
     return f"{PREFIX}shape:{shape_id}:mesh"
 
 
 def shape_geometry(shape_id: str) -> str:
-    """The geometry of a shape that the page draws, gzip."""
+    """The geometry of a shape that the page draws, a reference to gzip."""
     return f"{PREFIX}shape:{shape_id}:geometry"
 
 
@@ -77,12 +85,12 @@ def prototype(prototype_id: str) -> str:
 
 
 def prototype_archive(prototype_id: str) -> str:
-    """The archive of a prototype, npz."""
+    """The archive of a prototype, a reference to npz."""
     return f"{PREFIX}prototype:{prototype_id}:archive"
 
 
 def prototype_geometry(prototype_id: str) -> str:
-    """Points and a surface of a prototype, JSON in gzip."""
+    """Points and a surface of a prototype, a reference to JSON in gzip."""
     return f"{PREFIX}prototype:{prototype_id}:geometry"
 
 
@@ -107,7 +115,7 @@ def attributes(attributes_id: str) -> str:
 
 
 def attributes_file(attributes_id: str) -> str:
-    """The uploaded bytes of an attribute file."""
+    """The uploaded bytes of an attribute file, a reference."""
     return f"{PREFIX}attributes:{attributes_id}:file"
 
 
@@ -117,7 +125,7 @@ def attributes_tombstone(attributes_id: str) -> str:
 
 
 def candidate(upload_id: str, file_type: str, job_id: str) -> str:
-    """Uploaded bytes that a job validates."""
+    """Uploaded bytes that a job validates, a reference."""
     return f"{PREFIX}candidate:{upload_id}:{file_type}:{job_id}"
 
 
@@ -142,12 +150,12 @@ def job_tombstone(job_id: str) -> str:
 
 
 def job_result(job_id: str) -> str:
-    """Result of a job, JSON in gzip."""
+    """Result of a job, a reference to JSON in gzip."""
     return f"{PREFIX}job:{job_id}:result"
 
 
 def job_picture(job_id: str, variant: str = "") -> str:
-    """Picture of a job's result, PNG, or its result in another format, by the variant's name."""
+    """Picture of a job's result, or its result in another format, by the variant; a reference."""
     return f"{PREFIX}job:{job_id}:picture" + (f":{variant}" if variant else "")
 
 
@@ -182,7 +190,7 @@ def time_slices(job_id: str) -> str:
 
 
 def job_arrays(job_id: str) -> str:
-    """Result of a job as arrays, npz."""
+    """Result of a job as arrays, a reference to npz."""
     return f"{PREFIX}job:{job_id}:arrays"
 
 

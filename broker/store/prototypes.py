@@ -1,5 +1,6 @@
-"""Prototypes in Redis: the record, the archive, and the versions of each name."""
+"""Prototypes: the record, the archive, and the versions of each name."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from redis import Redis
@@ -8,10 +9,10 @@ from redis.exceptions import WatchError
 
 from broker.contracts import ARCHIVE_TYPE, PrototypeRecord
 from broker.store import keys
+from broker.store.blobs import BlobReference, Blobs
 from broker.store.connections import StoreSettings
 from broker.store.listings import Listing, Page
 from broker.store.records import read_record
-from broker.store.replies import blob
 from broker.store.uploads import delete_candidate
 
 
@@ -28,10 +29,13 @@ class Prototypes:
         Connection to Redis.
     settings
         Times to live.
+    blobs
+        The bytes.
     """
 
     client: Redis
     settings: StoreSettings
+    blobs: Blobs
 
     def get(self, prototype_id: str) -> PrototypeRecord | None:
         """Return the record of a prototype, or None if it does not exist."""
@@ -50,12 +54,12 @@ class Prototypes:
     def archive(self, prototype_id: str) -> bytes | None:
         """Return the archive of a prototype, npz, and extend its life."""
         self.use(prototype_id)
-        return blob(self.client.get(keys.prototype_archive(prototype_id)))
+        return self.blobs.get(keys.prototype_archive(prototype_id))
 
     def geometry(self, prototype_id: str) -> bytes | None:
         """Return the points and a surface of a prototype, JSON in gzip, and keep it for longer."""
         self.use(prototype_id)
-        return blob(self.client.get(keys.prototype_geometry(prototype_id)))
+        return self.blobs.get(keys.prototype_geometry(prototype_id))
 
     def expired(self, prototype_id: str) -> bool:
         """Whether a prototype that does not exist has expired (and was not deleted)."""
@@ -105,6 +109,11 @@ class Prototypes:
             The record as it is stored, which may be an earlier one.
         """
         name, key = record.name, keys.prototype(record.id)
+        candidates = [] if job_id is None else [keys.candidate(record.id, ARCHIVE_TYPE, job_id)]
+        # If they are not needed, they are left to the sweep: the record may be ours, of a
+        # transaction whose reply was lost.
+        contents = zip(_bytes_of(record.id), (archive, geometry), strict=True)
+        parts = self.blobs.put_all(dict(contents))
         with self.client.pipeline() as pipe:
             while True:
                 pipe.watch(key, keys.prototype_versions(name))
@@ -113,37 +122,42 @@ class Prototypes:
                 stored = known or record.model_copy(update={"version": last + 1})
                 try:
                     pipe.multi()
+                    for candidate in candidates:
+                        self.blobs.look_up(candidate, pipe)
                     if known is None:
-                        self._put(stored, archive, geometry, pipe)
+                        self._put(stored, parts, pipe)
                     self._extend(stored, pipe)
                     if job_id is not None:
                         delete_candidate(record.id, ARCHIVE_TYPE, job_id, pipe)
-                    pipe.execute()
+                    validated = pipe.execute()
                 except WatchError:
                     # Another prototype of this name, or the same, was stored meanwhile.
                     continue
-                return stored
+                break
+        self.blobs.discard(zip(candidates, validated, strict=False))
+        return stored
 
     def delete(self, prototype_id: str) -> bool:
         """Delete a prototype; False if it did not exist. Its version is not used again."""
-        record = self.get(prototype_id)
+        record, names = self.get(prototype_id), _bytes_of(prototype_id)
         with self.client.pipeline() as pipe:
             pipe.delete(keys.prototype(prototype_id))
-            pipe.delete(
-                keys.prototype_archive(prototype_id), keys.prototype_tombstone(prototype_id)
-            )
-            pipe.delete(keys.prototype_geometry(prototype_id))
+            for name in names:
+                self.blobs.look_up(name, pipe)
+            pipe.delete(*names, keys.prototype_tombstone(prototype_id))
             pipe.zrem(keys.PROTOTYPES, prototype_id)
             if record is not None:
                 pipe.zrem(keys.prototypes_named(record.name), prototype_id)
-            return bool(pipe.execute()[0])
+            existed, *stored = pipe.execute(raise_on_error=False)
+        self.blobs.discard(zip(names, stored, strict=False))
+        return bool(existed)
 
     def _put(
-        self, record: PrototypeRecord, archive: bytes, geometry: bytes, pipe: Pipeline
+        self, record: PrototypeRecord, parts: Mapping[str, BlobReference], pipe: Pipeline
     ) -> None:
         created = record.created.timestamp()
-        pipe.set(keys.prototype_archive(record.id), archive)
-        pipe.set(keys.prototype_geometry(record.id), geometry)
+        for name, reference in parts.items():
+            self.blobs.link(name, reference, pipe)
         pipe.set(keys.prototype(record.id), record.model_dump_json())
         pipe.set(keys.prototype_tombstone(record.id), b"")
         pipe.set(keys.prototype_versions(record.name), record.version)
@@ -158,3 +172,7 @@ class Prototypes:
         pipe.expire(keys.prototype_tombstone(record.id), longer)
         pipe.expire(keys.prototypes_named(record.name), longer)
         pipe.expire(keys.prototype_versions(record.name), longer)
+
+
+def _bytes_of(prototype_id: str) -> tuple[str, str]:
+    return keys.prototype_archive(prototype_id), keys.prototype_geometry(prototype_id)

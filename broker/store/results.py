@@ -1,14 +1,16 @@
-"""Results of jobs in Redis: document, arrays, summary, pictures and other formats."""
+"""Results of jobs: document, arrays, summary, pictures and other formats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import BinaryIO
 
 from redis import Redis
 
 from broker.contracts import JobState, MatchSummary, PicturePayload
 from broker.store import keys
+from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
-from broker.store.replies import blob, text
+from broker.store.replies import text
 
 
 @dataclass(frozen=True)
@@ -21,22 +23,29 @@ class Results:
         Connection to Redis.
     settings
         Times to live.
+    blobs
+        The bytes; summaries are short, and read many at a time: they are in Redis.
     """
 
     client: Redis
     settings: StoreSettings
+    blobs: Blobs
 
     def document(self, job_id: str) -> bytes | None:
         """Return the result of a job, JSON in gzip."""
-        return blob(self.client.get(keys.job_result(job_id)))
+        return self.blobs.get(keys.job_result(job_id))
 
     def arrays(self, job_id: str) -> bytes | None:
         """Return the result of a job as arrays, npz."""
-        return blob(self.client.get(keys.job_arrays(job_id)))
+        return self.blobs.get(keys.job_arrays(job_id))
+
+    def open_arrays(self, job_id: str) -> BinaryIO | None:
+        """Return the result of a job as arrays, npz, in a file."""
+        return self.blobs.open(keys.job_arrays(job_id))
 
     def set_arrays(self, job_id: str, arrays: bytes) -> None:
         """Store the result of a job as arrays, before the job succeeds."""
-        self.client.set(keys.job_arrays(job_id), arrays, ex=self.settings.result_ttl)
+        self.blobs.save(keys.job_arrays(job_id), arrays, self.settings.result_ttl)
 
     def set_summary(self, job_id: str, summary: MatchSummary) -> None:
         """Store a match in brief, before it succeeds."""
@@ -50,13 +59,17 @@ class Results:
 
     def picture(self, payload: PicturePayload) -> bytes | None:
         """Return a picture of a result, or the result in another format."""
-        return blob(self.client.get(keys.job_picture(payload.job, payload.variant)))
+        return self.blobs.get(keys.job_picture(payload.job, payload.variant))
+
+    def open_picture(self, payload: PicturePayload) -> BinaryIO | None:
+        """Return a picture of a result, or the result in another format, as a file."""
+        return self.blobs.open(keys.job_picture(payload.job, payload.variant))
 
     def set_picture(self, payload: PicturePayload, picture: bytes) -> None:
         """Store a picture for as long as the result itself."""
         left = self.client.ttl(keys.job_result(payload.job))
         if left > 0:
-            self.client.set(keys.job_picture(payload.job, payload.variant), picture, ex=left)
+            self.blobs.save(keys.job_picture(payload.job, payload.variant), picture, left)
 
     def picture_job(self, payload: PicturePayload, job_id: str) -> str:
         """Return the job that draws a picture: `job_id`, or an earlier one that has not ended."""

@@ -1,14 +1,15 @@
-"""Shapes in Redis: the record, the uploaded bytes, the mesh, and the geometry for the page."""
+"""Shapes: the record, the uploaded bytes, the mesh, and the geometry for the page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import BinaryIO, Final
 
 from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import ShapeRecord
-from broker.store import keys, scripts
+from broker.store import keys
+from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
 from broker.store.listings import Listing, Page
 from broker.store.records import read_record
@@ -28,10 +29,13 @@ class Shapes:
         Connection to Redis.
     settings
         Times to live.
+    blobs
+        The bytes.
     """
 
     client: Redis
     settings: StoreSettings
+    blobs: Blobs
 
     def get(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape, or None if it does not exist."""
@@ -40,7 +44,10 @@ class Shapes:
 
     def use(self, shape_id: str) -> ShapeRecord | None:
         """Return the record of a shape, and extend its life."""
-        data = self._used(shape_id, keys.shape(shape_id))
+        with self.client.pipeline() as pipe:
+            pipe.get(keys.shape(shape_id))
+            self._extend(shape_id, pipe)
+            data = pipe.execute()[0]
         return None if data is None else read_record(ShapeRecord, data)
 
     def records(self, shape_ids: Sequence[str]) -> list[ShapeRecord | None]:
@@ -51,6 +58,11 @@ class Shapes:
     def upload(self, shape_id: str) -> bytes | None:
         """Return the uploaded bytes of a shape, and extend its life."""
         return self._used(shape_id, keys.shape_upload(shape_id))
+
+    def open_upload(self, shape_id: str) -> BinaryIO | None:
+        """Return the uploaded bytes of a shape as a file, and extend its life."""
+        self.use(shape_id)
+        return self.blobs.open(keys.shape_upload(shape_id))
 
     def mesh(self, shape_id: str) -> bytes | None:
         """Return the mesh of a shape, npz, and extend its life."""
@@ -77,41 +89,67 @@ class Shapes:
 
     def delete(self, shape_id: str) -> bool:
         """Delete a shape; False if it did not exist."""
+        names = _bytes_of(shape_id)
         with self.client.pipeline() as pipe:
             pipe.delete(keys.shape(shape_id))
-            pipe.delete(keys.shape_upload(shape_id), keys.shape_mesh(shape_id))
-            pipe.delete(keys.shape_geometry(shape_id))
-            pipe.delete(keys.shape_tombstone(shape_id))
+            for name in names:
+                self.blobs.look_up(name, pipe)
+            pipe.delete(*names, keys.shape_tombstone(shape_id))
             pipe.zrem(keys.SHAPES, shape_id)
-            return bool(pipe.execute()[0])
+            existed, *stored = pipe.execute(raise_on_error=False)
+        self.blobs.discard(zip(names, stored, strict=False))
+        return bool(existed)
 
-    def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
-        """Store a shape made of a job's candidate, all at once; False if that has expired."""
+    def accept(
+        self, record: ShapeRecord, upload: bytes, mesh: bytes, geometry: bytes, job_id: str
+    ) -> bool:
+        """Store a shape made of a job's candidate, all at once; False if that has expired.
+
+        Parameters
+        ----------
+        record
+            Its record.
+        upload, mesh, geometry
+            The bytes of the candidate, of the repaired mesh (npz), and of what the page draws.
+        job_id
+            The job that validated the candidate, which is deleted.
+        """
         candidate = keys.candidate(record.id, record.file_type, job_id)
         # If this process dies now, the repeated job must still find the candidate.
         if not self.client.expire(candidate, max(self.settings.candidate_ttl, _ACCEPT_SECONDS)):
             return False
+        contents = zip(_bytes_of(record.id), (upload, mesh, geometry), strict=True)
+        stored = self.blobs.put_all(dict(contents))
         with self.client.pipeline() as pipe:
-            scripts.ACCEPT_UPLOAD(pipe, [candidate, keys.shape_upload(record.id)])
-            pipe.set(keys.shape_mesh(record.id), mesh)
-            pipe.set(keys.shape_geometry(record.id), geometry)
+            self.blobs.look_up(candidate, pipe)
+            for name, reference in stored.items():
+                self.blobs.link(name, reference, pipe)
             pipe.set(keys.shape(record.id), record.model_dump_json())
             pipe.set(keys.shape_tombstone(record.id), b"")
             self._extend(record.id, pipe)
             pipe.zadd(keys.SHAPES, {record.id: record.created.timestamp()})
             delete_candidate(record.id, record.file_type, job_id, pipe)
-            pipe.execute()
+            validated, *_ = pipe.execute()
+        self.blobs.discard([(candidate, validated)])
         return True
 
     def _used(self, shape_id: str, key: str) -> bytes | None:
         with self.client.pipeline() as pipe:
-            pipe.get(key)
+            self.blobs.look_up(key, pipe)
             self._extend(shape_id, pipe)
-            reply: bytes | None = pipe.execute()[0]
-            return reply
+            reply, *_ = pipe.execute(raise_on_error=False)
+        return self.blobs.read(key, reply)
 
     def _extend(self, shape_id: str, pipe: Pipeline) -> None:
         ttl = self.settings.shape_ttl
         for key in (keys.shape, keys.shape_upload, keys.shape_mesh, keys.shape_geometry):
             pipe.expire(key(shape_id), ttl)
         pipe.expire(keys.shape_tombstone(shape_id), ttl + self.settings.trace_ttl)
+
+
+def _bytes_of(shape_id: str) -> list[str]:
+    return [
+        keys.shape_upload(shape_id),
+        keys.shape_mesh(shape_id),
+        keys.shape_geometry(shape_id),
+    ]

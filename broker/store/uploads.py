@@ -1,4 +1,4 @@
-"""Uploads in Redis: candidates, whose bytes wait for the job that validates them."""
+"""Uploads: candidates, whose bytes wait for the job that validates them."""
 
 from dataclasses import dataclass
 
@@ -6,8 +6,9 @@ from redis import Redis
 from redis.client import Pipeline
 
 from broker.store import keys, scripts
+from broker.store.blobs import BlobReference, Blobs
 from broker.store.connections import StoreSettings
-from broker.store.replies import blob, text
+from broker.store.replies import text
 
 
 @dataclass(frozen=True)
@@ -20,10 +21,13 @@ class Uploads:
         Connection to Redis.
     settings
         Times to live.
+    blobs
+        The bytes.
     """
 
     client: Redis
     settings: StoreSettings
+    blobs: Blobs
 
     def validating_job(self, upload_id: str, file_type: str, pipe: Pipeline) -> str | None:
         """Return the job that validates an equal upload, if any, and watch its key."""
@@ -31,23 +35,38 @@ class Uploads:
         pipe.watch(key)
         return text(self.client.get(key))
 
+    def put_candidate(
+        self, upload_id: str, file_type: str, data: bytes, job_id: str
+    ) -> BlobReference:
+        """Store uploaded bytes for the job that validates them."""
+        return self.blobs.put(keys.candidate(upload_id, file_type, job_id), data)
+
     def add_candidate(
-        self, upload_id: str, file_type: str, data: bytes, job_id: str, pipe: Pipeline
+        self,
+        upload_id: str,
+        file_type: str,
+        stored: BlobReference,
+        job_id: str,
+        pipe: Pipeline,
     ) -> None:
-        """Store uploaded bytes for the job that validates them, as part of a transaction."""
-        ttl = self.settings.candidate_ttl
+        """Name uploaded bytes to the job that validates them, as part of a transaction."""
+        ttl, key = self.settings.candidate_ttl, keys.candidate(upload_id, file_type, job_id)
         pipe.set(keys.candidate_job(upload_id, file_type), job_id, ex=ttl)
-        pipe.set(keys.candidate(upload_id, file_type, job_id), data, ex=ttl)
+        self.blobs.link(key, stored, pipe)
+        pipe.expire(key, ttl)
 
     def candidate(self, upload_id: str, file_type: str, job_id: str) -> bytes | None:
         """Return the uploaded bytes that a job validates."""
-        return blob(self.client.get(keys.candidate(upload_id, file_type, job_id)))
+        return self.blobs.get(keys.candidate(upload_id, file_type, job_id))
 
     def reject(self, upload_id: str, file_type: str, job_id: str) -> None:
         """Delete a job's candidate; an equal one that another job validates stays."""
+        key = keys.candidate(upload_id, file_type, job_id)
         with self.client.pipeline() as pipe:
+            self.blobs.look_up(key, pipe)
             delete_candidate(upload_id, file_type, job_id, pipe)
-            pipe.execute()
+            stored, *_ = pipe.execute(raise_on_error=False)
+        self.blobs.discard([(key, stored)])
 
     def defer(self, upload_id: str, job_id: str) -> None:
         """Store the validation job of an upload whose response did not wait for it."""

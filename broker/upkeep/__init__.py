@@ -1,11 +1,14 @@
-"""Recovery of jobs whose process died, and retention of records in listings and cache."""
+"""Recovery of jobs whose process died; retention of records and blobs; migration."""
 
+from broker.upkeep.migration import Migrated, migrate
+from broker.upkeep.orphans import OrphanSweep
 from broker.upkeep.recovery import (
     LOSSES_AFTER_KILL,
     LOSSES_WITH_WORKER,
     RecoveryTimeouts,
     handle_lost_process,
     recover,
+    store_away,
     unregister_workers,
 )
 from broker.upkeep.retention import Sweep, evict_deleted
@@ -13,10 +16,14 @@ from broker.upkeep.retention import Sweep, evict_deleted
 __all__ = [
     "LOSSES_AFTER_KILL",
     "LOSSES_WITH_WORKER",
+    "Migrated",
+    "OrphanSweep",
     "RecoveryTimeouts",
     "Sweep",
     "evict_deleted",
     "handle_lost_process",
+    "migrate",
     "recover",
+    "store_away",
     "unregister_workers",
 ]

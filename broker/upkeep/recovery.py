@@ -21,6 +21,7 @@ from rq.queue import Queue
 from rq.serializers import JSONSerializer
 from rq.utils import now
 
+from broker.blobs import BlobError
 from broker.contracts import (
     UNUSABLE,
     DissimilaritiesPayload,
@@ -55,7 +56,15 @@ def lost_process(record: JobRecord | None, how: str) -> Problem:
     return Problem.of("worker-lost", "The computation was killed", 500, detail)
 
 
-def handle_lost_process(store: Store, job: Job, how: str, losses_allowed: int) -> None:
+def store_away() -> Problem:
+    """Return the problem of a job whose data could not be read or stored for too long."""
+    detail = "The store of meshes and results could not be reached for too long; ask again."
+    return Problem.of("store-away", "Store cannot be reached", 503, detail)
+
+
+def handle_lost_process(
+    store: Store, job: Job, how: str, losses_allowed: int, reason: Problem | None = None
+) -> None:
     """Queue a job again whose process died, or fail it, in our records and in RQ.
 
     Parameters
@@ -68,9 +77,11 @@ def handle_lost_process(store: Store, job: Job, how: str, losses_allowed: int) -
         How the process ended, in words.
     losses_allowed
         Times the job may be queued again.
+    reason
+        Why it fails if it is not; by default that its process was killed.
     """
     record = store.jobs.readable(job.id)
-    state = store.jobs.lose(job.id, losses_allowed, lost_process(record, how))
+    state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how))
     _clean_up(store, record, state, how)
     job.retries_left = 1 if state is JobState.QUEUED else 0
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
@@ -160,7 +171,10 @@ def _requeue_lost(queue: JobQueue, timeout: timedelta) -> None:
     for record in store.jobs.active():
         if record.kind is JobKind.BATCH:
             # Its matches are recovered themselves; it goes on when one has ended.
-            queue.batches.advance(record.id)
+            try:
+                queue.batches.advance(record.id)
+            except BlobError as error:
+                log.warning("a batch waits for the blob store", job_id=record.id, error=str(error))
             continue
         if record.id in known or _has_time_slices(store, record):
             continue

@@ -1,9 +1,11 @@
 """``/v1/batches``."""
 
 import gzip
+from contextlib import suppress
 
 from fastapi import APIRouter, Response
 
+from broker.blobs import BlobLost
 from broker.contracts import (
     BatchMatch,
     BatchPayload,
@@ -77,7 +79,9 @@ def get_batch(job_id: JobId, service: ServiceOf) -> BatchProgress:
 
 def _matches(service: Service, record: JobRecord) -> tuple[BatchMatch, ...]:
     if record.state is JobState.SUCCEEDED:
-        packed = service.store.results.document(record.id)
+        packed = None
+        with suppress(BlobLost):
+            packed = service.store.results.document(record.id)
         if packed is not None:  # records of its matches may have expired before
             return BatchResult.model_validate_json(gzip.decompress(packed)).matches
     return service.queue.batches.matches(record)

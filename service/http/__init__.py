@@ -1,6 +1,7 @@
 """HTTP: middleware, authentication, paging, problem documents and the OpenAPI document."""
 
 from service.http.body_limit import BodyLimit
+from service.http.file_responses import file_response
 from service.http.head_requests import HeadLikeGet, body_wanted
 from service.http.negotiation import AcceptEncoding, etag_matches, gzip_response
 from service.http.paging import Cursor, Limit, page_of
@@ -13,6 +14,7 @@ from service.http.problems import (
     AttributesNotFound,
     BadRequest,
     BodyStalled,
+    ContentLost,
     EncodedBody,
     GeometryNotKept,
     IdempotencyKeyReused,
@@ -32,6 +34,7 @@ from service.http.problems import (
     ShapeDeleted,
     ShapeExpired,
     ShapeNotFound,
+    StorageFull,
     TooManyJobs,
     UnknownAttributes,
     UnknownPrototype,
@@ -61,6 +64,7 @@ __all__ = [
     "BadRequest",
     "BodyLimit",
     "BodyStalled",
+    "ContentLost",
     "Cursor",
     "EncodedBody",
     "GeometryNotKept",
@@ -84,6 +88,7 @@ __all__ = [
     "ShapeDeleted",
     "ShapeExpired",
     "ShapeNotFound",
+    "StorageFull",
     "TooManyJobs",
     "UnknownAttributes",
     "UnknownPrototype",
@@ -99,6 +104,7 @@ __all__ = [
     "caller_of",
     "etag_matches",
     "field_problems",
+    "file_response",
     "gzip_response",
     "page_of",
     "read_keys",

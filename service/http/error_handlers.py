@@ -1,6 +1,7 @@
 """Exception handlers: every error of the application is answered with a problem document."""
 
-from typing import Final
+import errno
+from typing import Final, TypeGuard
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -9,19 +10,22 @@ from redis.exceptions import RedisError
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
 
+from broker.blobs import BlobError, BlobLost, BlobsFull, NotMigrated
 from broker.contracts import Problem
-from broker.store import KeyReused, NewerRecord, TooManyQueued
+from broker.store import KeyReused, NewerRecord, NotOnDisk, TooManyQueued
 from broker.telemetry import logger
 from service.http.problem_documents import response
 from service.http.problems import (
     INVALID,
     ApiProblem,
     BadRequest,
+    ContentLost,
     IdempotencyKeyReused,
     InvalidRequest,
     MethodNotAllowed,
     NewerVersion,
     NotFound,
+    StorageFull,
     StoreAway,
     TooManyJobs,
 )
@@ -34,6 +38,8 @@ from service.http.validation_errors import (
 
 _METHODS: Final = ("DELETE", "GET", "HEAD", "OPTIONS", "PATCH", "POST", "PUT")
 
+_NO_SPACE: Final = (errno.ENOSPC, errno.EDQUOT)
+
 log = logger("isomatch.api")
 
 
@@ -43,6 +49,8 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(RedisError, _store_away)
+    app.add_exception_handler(BlobError, _blobs_fail)
+    app.add_exception_handler(OSError, _system)
     app.add_exception_handler(KeyReused, _key_reused)
     app.add_exception_handler(TooManyQueued, _too_many)
     app.add_exception_handler(NewerRecord, _newer)
@@ -87,6 +95,9 @@ def _invalid(request: Request, error: Exception) -> Response:
 
 def _http(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
+    if _is_full(error.__cause__):
+        # The framework reads a form into temporary files, and reports what fails then as a 400.
+        return _system(request, error.__cause__)
     path = request.url.path
     headers = dict(error.headers or {})
     kinds: dict[int, ApiProblem] = {
@@ -116,5 +127,44 @@ def _methods_at(request: Request) -> list[str]:
 
 def _store_away(request: Request, error: Exception) -> Response:
     log.error("store cannot be reached", error=str(error))
-    problem = StoreAway("The store cannot be reached at the moment; try again later.")
+    detail = "The store cannot be reached at the moment; try again later."
+    if isinstance(error, NotOnDisk):
+        detail = (
+            "The request could not be made safe against a failure in time; send it again, with"
+            " the same Idempotency-Key if it has one."
+        )
+    problem = StoreAway(detail)
     return response(problem.problem(request.url.path), {"Retry-After": "5"})
+
+
+def _blobs_fail(request: Request, error: Exception) -> Response:
+    log.error("the blob store failed", error=str(error))
+    problem: ApiProblem
+    match error:
+        case BlobsFull():
+            problem = StorageFull("There is no space left to store this; try again later.")
+        case BlobLost():
+            detail = f"The stored content is {error.reason}; delete it, and upload or request it"
+            problem = ContentLost(f"{detail} again.")
+        case NotMigrated():
+            problem = StoreAway(
+                "This was stored by an earlier version, and is not migrated yet; try again later."
+            )
+        case _:
+            detail = "The store of meshes and results cannot be reached at the moment"
+            problem = StoreAway(f"{detail}; try again later.")
+    headers = dict(problem.headers)
+    if problem.status == StoreAway.status:
+        headers["Retry-After"] = "5"
+    return response(problem.problem(request.url.path), headers)
+
+
+def _is_full(error: object) -> TypeGuard[OSError]:
+    return isinstance(error, OSError) and error.errno in _NO_SPACE
+
+
+def _system(request: Request, error: Exception) -> Response:
+    if not _is_full(error):
+        raise error
+    log.error("no space left for uploads", error=str(error))
+    return _refused(request, StorageFull("There is no space left to take this; try again later."))

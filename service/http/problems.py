@@ -23,6 +23,7 @@
     ├── AttributesExpired           410  the attribute file was not used for long
     ├── JobExpired                  410  the job ended long ago
     ├── GeometryNotKept             410  stored by a version that kept no geometry
+    ├── ContentLost                 410  the stored bytes are missing or damaged
     ├── ShapeDeleted                410  a shape was deleted in the meantime
     ├── PrototypeDeleted            410  a prototype was deleted in the meantime
     ├── AttributesDeleted           410  an attribute file was deleted in the meantime
@@ -37,10 +38,11 @@
     ├── UnusableAttributes          422  the file is not a usable file of attributes
     ├── TooManyJobs                 429  the caller has as many jobs queued as it may have
     ├── InternalError               500  an error of the service
-    ├── StoreAway                   503  Redis cannot be reached
+    ├── StoreAway                   503  Redis or the blob store cannot be reached
     ├── NewerVersion                503  stored by a newer version; this one cannot read it
     ├── PictureNotReady             503  the picture is still being drawn
-    └── NotReady                    503  stopping, the store takes nothing, or no worker
+    ├── NotReady                    503  stopping, the store takes nothing, or no worker
+    └── StorageFull                 507  the disk, or the object storage, is full
 """
 
 from typing import ClassVar, Final
@@ -182,6 +184,12 @@ class GeometryNotKept(ApiProblem):
     status, slug, title = 410, "geometry-not-kept", "Geometry not kept"
 
 
+class ContentLost(ApiProblem):
+    """The bytes of a record are missing or damaged in the blob store."""
+
+    status, slug, title = 410, "content-lost", "Content lost"
+
+
 class PrototypeExpired(ApiProblem):
     """The prototype was not used for long, and is no longer kept."""
 
@@ -297,7 +305,7 @@ class NewerVersion(ApiProblem):
 
 
 class StoreAway(ApiProblem):
-    """Redis cannot be reached."""
+    """Redis or the blob store cannot be reached."""
 
     status, slug, title = 503, "store-away", "Store cannot be reached"
 
@@ -306,6 +314,13 @@ class NotReady(ApiProblem):
     """The service is stopping, its store takes nothing, or no worker is alive."""
 
     status, slug, title = 503, "not-ready", "Not ready"
+
+
+class StorageFull(ApiProblem):
+    """There is no space left to store what was sent."""
+
+    status, slug, title = 507, "storage-full", "Storage full"
+    headers: ClassVar[dict[str, str]] = {"Retry-After": "60"}
 
 
 class Reported(ApiProblem):

@@ -3,12 +3,13 @@
 import gzip
 import json
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal, TypeAlias
+from typing import Annotated, BinaryIO, Final, Literal, TypeAlias
 
 from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
+from broker.blobs import BlobLost
 from broker.contracts import (
     MOST_SPECIMENS,
     FieldProblem,
@@ -23,9 +24,11 @@ from broker.contracts import (
     no_alternative,
 )
 from broker.queue import new_job
+from broker.telemetry import logger
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
     INVALID,
+    ContentLost,
     InvalidRequest,
     JobExpired,
     JobWithoutResult,
@@ -34,17 +37,26 @@ from service.http import (
     Reported,
     ResultExpired,
     ShapeDeleted,
+    StorageFull,
     binary_file,
     body_wanted,
+    file_response,
     responses,
 )
 from service.jobs.lookup import JobId, job_with_result, packed_result
 from service.jobs.results import BYTES, ERRORS
 
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+log = logger("isomatch.api")
 
 _NEEDED: Final = responses(
-    ResultExpired, JobExpired, ShapeDeleted, PrototypeDeleted, PictureNotReady
+    ResultExpired,
+    ContentLost,
+    JobExpired,
+    ShapeDeleted,
+    PrototypeDeleted,
+    PictureNotReady,
+    StorageFull,
 )
 
 Alternative = Annotated[
@@ -185,7 +197,7 @@ async def _presented(
 ) -> Response:
     """Return the stored file, or have a worker make it."""
     service, request = sender.service, sender.request
-    picture = await run_in_threadpool(service.store.results.picture, payload)
+    picture = await run_in_threadpool(_made, service, payload)
     if picture is None:
         await run_in_threadpool(_check, service, payload)
         if not body_wanted(request):
@@ -193,12 +205,21 @@ async def _presented(
         order = RequestOrigin(sender.request_id, sender.caller)
         drawing = await run_in_threadpool(_submit_picture, service, payload, order)
         record = await service.wait_for(drawing, service.settings.picture_wait, request)
-        picture = await run_in_threadpool(service.store.results.picture, payload)
+        picture = await run_in_threadpool(service.store.results.open_picture, payload)
         if picture is None:
             if record is not None and record.error is not None:
                 raise Reported(record.error)
             raise PictureNotReady("It is still being made; ask again.")
-    return Response(picture, media_type=media_type, headers=headers)
+    return file_response(picture, media_type, headers)
+
+
+def _made(service: Service, payload: PicturePayload) -> BinaryIO | None:
+    """Return the file that was made before; one that is lost can be made again."""
+    try:
+        return service.store.results.open_picture(payload)
+    except BlobLost as error:
+        log.warning("a picture is made again", error=str(error))
+        return None
 
 
 def _check(service: Service, payload: PicturePayload) -> None:

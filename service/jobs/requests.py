@@ -16,6 +16,7 @@ from broker.contracts import (
     RequestOrigin,
     Webhook,
 )
+from broker.store import keys
 from broker.webhooks import literal_address, permitted
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
@@ -153,10 +154,17 @@ def requested_job(
         The answer, whose header `Location` is set.
     submit
         Checks the request and queues its job.
+
+    Raises
+    ------
+    NotOnDisk
+        The job may be lost if Redis is killed now; the same request with the same idempotency key
+        is answered with it, or queues it again.
     """
     record = service.queue.earlier_job(order)
     if record is None:
         record = submit(_with_webhook(service, asked, order))
+    service.store.durability.wait(keys.job(record.id))
     job = Job.of(record, service.queue)
     response.headers["Location"] = job.links.self
     return job

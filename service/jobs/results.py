@@ -16,6 +16,7 @@ from broker.contracts import (
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
+    ContentLost,
     InvalidRequest,
     JobExpired,
     JobNotFound,
@@ -23,6 +24,7 @@ from service.http import (
     ResultExpired,
     ResultNotReady,
     binary_file,
+    file_response,
     responses,
 )
 from service.jobs.lookup import JobId, job_with_result, json_answer, packed_result, result_expired
@@ -30,7 +32,13 @@ from service.jobs.lookup import JobId, job_with_result, json_answer, packed_resu
 router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
 
 ERRORS: Final = responses(
-    JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
+    JobNotFound,
+    JobExpired,
+    ResultNotReady,
+    JobWithoutResult,
+    ResultExpired,
+    ContentLost,
+    InvalidRequest,
 )
 BYTES: Final = "application/octet-stream"
 
@@ -86,8 +94,8 @@ def get_arrays(job_id: JobId, service: ServiceOf) -> Response:
             f"A job of kind {record.kind.value!r} has no arrays; ask for its result."
         )
     packed_result(service, job_id)
-    arrays = service.store.results.arrays(job_id)
+    arrays = service.store.results.open_arrays(job_id)
     if arrays is None:
         raise result_expired()
     headers = {"Content-Disposition": f'attachment; filename="{job_id}.npz"'}
-    return Response(arrays, media_type=BYTES, headers=headers)
+    return file_response(arrays, BYTES, headers)

@@ -4,6 +4,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 from redis.exceptions import ResponseError
 
+from broker.blobs import BlobError
 from service.dependencies import ServiceOf
 from service.http import NotReady, responses
 
@@ -37,6 +38,8 @@ def ready(service: ServiceOf) -> Readiness:
         service.store.check()
     except ResponseError as error:
         raise NotReady(f"The store refuses writes: {error}") from error
+    except BlobError as error:
+        raise NotReady(f"Nothing can be stored: {error}") from error
     workers, needed = service.queue.workers(), service.settings.ready_workers
     if workers < needed:
         raise NotReady(

@@ -11,9 +11,11 @@ from broker.contracts import (
     PrototypeValidationPayload,
     prototype_id,
 )
+from broker.store import keys
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
+    ContentLost,
     GeometryNotKept,
     InvalidRequest,
     PrototypeDeleted,
@@ -35,7 +37,7 @@ PATH: Final = "/v1/prototype-archives"
 router = APIRouter(tags=["prototypes"])
 
 UPLOADS: Final = UploadKind[PrototypeRecord](
-    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, PrototypeDeleted
+    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, keys.prototype, PrototypeDeleted
 )
 
 
@@ -78,7 +80,7 @@ async def upload_prototype(
     response_class=Response,
     responses={
         200: binary_file("The archive"),
-        **responses(PrototypeNotFound, PrototypeExpired, InvalidRequest),
+        **responses(PrototypeNotFound, PrototypeExpired, ContentLost, InvalidRequest),
     },
     operation_id="get_archive",
 )
@@ -97,7 +99,9 @@ def get_archive(prototype: PrototypeId, service: ServiceOf) -> Response:
 @router.get(
     f"{PROTOTYPES}/{{prototype}}/geometry",
     response_model=PrototypeGeometry,
-    responses=responses(PrototypeNotFound, PrototypeExpired, GeometryNotKept, InvalidRequest),
+    responses=responses(
+        PrototypeNotFound, PrototypeExpired, GeometryNotKept, ContentLost, InvalidRequest
+    ),
     operation_id="get_prototype_geometry",
 )
 def get_prototype_geometry(

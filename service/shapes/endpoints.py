@@ -11,6 +11,7 @@ from broker.contracts import (
     file_type_of,
     shape_id,
 )
+from broker.store import keys
 from service.dependencies import ServiceOf
 from service.http import (
     Cursor,
@@ -34,7 +35,7 @@ PATH: Final = "/v1/shapes"
 router = APIRouter(prefix=PATH, tags=["shapes"])
 
 _UPLOADS: Final = UploadKind[ShapeRecord](
-    "shape", PATH, PATH, lambda store: store.shapes, ShapeDeleted
+    "shape", PATH, PATH, lambda store: store.shapes, keys.shape, ShapeDeleted
 )
 
 

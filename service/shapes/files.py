@@ -7,12 +7,14 @@ from fastapi import APIRouter, Header, Response
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
+    ContentLost,
     GeometryNotKept,
     InvalidRequest,
     ShapeExpired,
     ShapeNotFound,
     binary_file,
     etag_matches,
+    file_response,
     gzip_response,
     responses,
 )
@@ -35,18 +37,18 @@ ETAG: Final = {"description": "Version of this geometry.", "schema": {"type": "s
     response_class=Response,
     responses={
         200: binary_file("The file"),
-        **responses(ShapeNotFound, ShapeExpired, InvalidRequest),
+        **responses(ShapeNotFound, ShapeExpired, ContentLost, InvalidRequest),
     },
     operation_id="get_mesh",
 )
 def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
     """Return the mesh file as it was uploaded."""
     record = service.store.shapes.get(shape)
-    data = service.store.shapes.upload(shape)
-    if record is None or data is None:
+    file = None if record is None else service.store.shapes.open_upload(shape)
+    if record is None or file is None:
         raise missing_shape(service, shape)
     headers = {"Content-Disposition": f'attachment; filename="{shape}.{record.file_type}"'}
-    return Response(data, media_type="application/octet-stream", headers=headers)
+    return file_response(file, "application/octet-stream", headers)
 
 
 @router.get(
@@ -55,7 +57,7 @@ def get_mesh(shape: ShapeId, service: ServiceOf) -> Response:
     responses={
         200: binary_file(GEOMETRY, headers={"ETag": ETAG}),
         304: {"description": "The geometry has not changed: `If-None-Match` lists its ETag"},
-        **responses(ShapeNotFound, ShapeExpired, GeometryNotKept, InvalidRequest),
+        **responses(ShapeNotFound, ShapeExpired, GeometryNotKept, ContentLost, InvalidRequest),
     },
     operation_id="get_geometry",
 )

@@ -58,7 +58,8 @@ def server_binary() -> str:
 class EmbeddedServer:
     """A server that only the present user can reach, through a Unix socket.
 
-    It writes an append-only file, evicts nothing, and ends with the process that started it.
+    It answers when its append-only file is on the disk, evicts nothing, and ends with the process
+    that started it.
 
     Parameters
     ----------
@@ -135,7 +136,7 @@ class EmbeddedServer:
             "unixsocketperm": "700",
             "dir": str(self._directory),
             "appendonly": "yes",
-            "appendfsync": "everysec",
+            "appendfsync": "always",
             "save": "",
             "maxmemory-policy": "noeviction",
             "daemonize": "no",

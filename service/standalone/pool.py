@@ -39,13 +39,17 @@ class WorkerPool:
     ----------
     count
         Number of processes.
-    redis_url
-        Address of their queue and store.
+    redis_url, blob_url
+        Addresses of their queue and store.
     """
 
-    def __init__(self, count: int, redis_url: str) -> None:
+    def __init__(self, count: int, redis_url: str, blob_url: str) -> None:
         self._count = count
-        self._environment = {**os.environ, "ISOMATCH_REDIS_URL": redis_url}
+        self._environment = {
+            **os.environ,
+            "ISOMATCH_REDIS_URL": redis_url,
+            "ISOMATCH_BLOB_URL": blob_url,
+        }
         self._workers: list[_Worker] = []
         self.early_deaths = 0
         """Number of workers in a row that died early."""

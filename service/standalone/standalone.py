@@ -16,10 +16,11 @@ from typing import Final
 import uvicorn
 from redis.exceptions import RedisError
 
+from broker.blobs import BlobError
 from broker.queue import JobQueue
 from broker.store import Store
 from broker.telemetry import logger
-from broker.upkeep import unregister_workers
+from broker.upkeep import migrate, unregister_workers
 from service.app import create_app
 from service.settings import Settings
 from service.standalone.embedded import EmbeddedServer, EmbeddedServerError
@@ -68,6 +69,7 @@ async def serve(settings: Settings) -> None:
                 if redis is not None:
                     # The server is private: workers registered in it are from an earlier run.
                     unregister_workers(store)
+                    await asyncio.to_thread(_migrate, store)
                 await _run(settings, listener, JobQueue(store, settings), redis, stop)
             finally:
                 store.close()
@@ -81,6 +83,7 @@ async def _run(
     stop: asyncio.Event,
 ) -> None:
     assert settings.redis_url is not None
+    assert settings.blob_url is not None
     closing = asyncio.Event()
     config = uvicorn.Config(
         create_app(settings, closing),
@@ -90,7 +93,7 @@ async def _run(
         timeout_graceful_shutdown=DRAIN_SECONDS,
     )
     server = _Server(config)
-    pool = WorkerPool(settings.worker_count, settings.redis_url)
+    pool = WorkerPool(settings.worker_count, settings.redis_url, settings.blob_url)
     pool.start()
     serving = asyncio.create_task(server.serve(sockets=[listener]))
     stopping = asyncio.create_task(stop.wait())
@@ -150,6 +153,11 @@ def _alive(queue: JobQueue) -> int:
 @contextlib.asynccontextmanager
 async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedServer | None]]:
     if settings.redis_url is not None:
+        if settings.blob_url is None:
+            raise StartError(
+                "ISOMATCH_BLOB_URL is not set: with ISOMATCH_REDIS_URL, API and workers need one"
+                " place for meshes and results, file:///DIRECTORY or s3://BUCKET/PREFIX"
+            )
         yield settings, None
         return
     with _locked(settings.data_dir):
@@ -159,10 +167,28 @@ async def _redis(settings: Settings) -> AsyncIterator[tuple[Settings, EmbeddedSe
                 redis.start()
             except EmbeddedServerError as error:
                 raise StartError(str(error)) from error
-            found = {"redis_url": redis.url, "workers": settings.worker_count}
+            found = {
+                "redis_url": redis.url,
+                "blob_url": settings.blob_url or _beside(settings.data_dir),
+                "workers": settings.worker_count,
+            }
             yield settings.model_copy(update=found), redis
         finally:
             redis.stop()
+
+
+def _beside(directory: Path) -> str:
+    return (directory.resolve() / "blobs").as_uri()
+
+
+def _migrate(store: Store) -> None:
+    # Nobody else uses this store yet, and there is no other moment for it.
+    try:
+        moved = migrate(store)
+    except BlobError as error:
+        raise StartError(f"cannot use the blob store: {error}") from error
+    if moved.values:
+        log.info("moved what an earlier version kept in Redis", values=moved.values)
 
 
 @contextlib.contextmanager

@@ -18,6 +18,15 @@ COMPOSE = DOCKER / "compose.yaml"
 Json = dict[str, Any]
 
 
+OBJECT_STORAGE = (
+    "AWS_ENDPOINT_URL",
+    "AWS_REGION",
+    "AWS_ACCESS_KEY_ID",
+    "AWS_SECRET_ACCESS_KEY",
+)
+"""Variables that the library of object storage reads itself."""
+
+
 def settings_names(*classes: type[Settings] | type[WorkerSettings]) -> set[str]:
     """Names of the environment variables that settings are read from."""
     return {f"ISOMATCH_{name.upper()}" for each in classes for name in each.model_fields}

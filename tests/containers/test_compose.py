@@ -6,7 +6,7 @@ import pytest
 
 from service.settings import Settings
 from service.standalone import EmbeddedServer
-from tests.containers.manifests import DOCKER, Json, compose, settings_names, stages
+from tests.containers.manifests import DOCKER, OBJECT_STORAGE, Json, compose, settings_names, stages
 from worker.settings import WorkerSettings
 
 SERVICES: dict[str, Json] = compose()["services"]
@@ -50,11 +50,11 @@ def test_settings_have_the_names_that_are_read() -> None:
         ("api", settings_names(Settings)),
         ("worker", settings_names(WorkerSettings)),
     ):
-        assert set(SERVICES[name]["environment"]) <= read
+        assert set(SERVICES[name]["environment"]) <= read | set(OBJECT_STORAGE)
+        assert "blobs:/blobs" in SERVICES[name]["volumes"]
     agreed = SERVICES["worker"]["environment"].items() & SERVICES["api"]["environment"].items()
-    assert {"ISOMATCH_REDIS_URL", "ISOMATCH_CACHE_URL", "ISOMATCH_JOB_TIMEOUT"} <= dict(
-        agreed
-    ).keys()
+    same = {"ISOMATCH_REDIS_URL", "ISOMATCH_BLOB_URL", "ISOMATCH_CACHE_URL"}
+    assert {*same, *OBJECT_STORAGE, "ISOMATCH_JOB_TIMEOUT"} <= dict(agreed).keys()
 
 
 def default(value: str) -> str:
@@ -67,7 +67,7 @@ def test_defaults_are_those_of_the_settings() -> None:
     others = {"ISOMATCH_CACHE_BYTES", "ISOMATCH_JOB_MEMORY_MB"}
     for service in ("api", "worker"):
         for name, value in SERVICES[service]["environment"].items():
-            if name.endswith("_URL") or name in others:
+            if name.endswith("_URL") or name in (*others, *OBJECT_STORAGE):
                 continue
             known = fields[name.removeprefix("ISOMATCH_").lower()].default
             assert default(value) == str(known or ""), name

@@ -9,7 +9,14 @@ import yaml
 from broker.queue import QUEUES, QueueSettings
 from service.app import create_app
 from service.settings import Settings
-from tests.containers.manifests import KUBERNETES, Pod, objects, pods, settings_names
+from tests.containers.manifests import (
+    KUBERNETES,
+    OBJECT_STORAGE,
+    Pod,
+    objects,
+    pods,
+    settings_names,
+)
 from worker.settings import WorkerSettings
 
 OURS = ("isomatch-api", "isomatch-worker")
@@ -52,7 +59,9 @@ def test_pods_are_confined(pod: Pod) -> None:
 
 @pytest.mark.parametrize("pod", PODS.values(), ids=PODS)
 def test_probes_ask_what_is_there(pod: Pod) -> None:
-    paths = create_app(Settings(redis_url="redis://nowhere")).openapi()["paths"]
+    paths = create_app(Settings(redis_url="redis://nowhere", blob_url="s3://nowhere")).openapi()[
+        "paths"
+    ]
     probes = {name: probe for name, probe in pod.container.items() if name.endswith("Probe")}
     if pod.name == "isomatch-burst":
         assert not probes, "a job ends by itself"
@@ -71,9 +80,11 @@ def test_probes_ask_what_is_there(pod: Pod) -> None:
 
 
 def test_settings_have_the_names_that_are_read() -> None:
-    read = settings_names(Settings, WorkerSettings) | {"REDIS_PASSWORD"}
+    read = settings_names(Settings, WorkerSettings) | {"REDIS_PASSWORD", *OBJECT_STORAGE}
     for name in (*OURS, "isomatch-burst"):
-        assert set(PODS[name].environment()) <= read
+        found = set(PODS[name].environment())
+        assert found <= read
+        assert found >= {"ISOMATCH_BLOB_URL", *OBJECT_STORAGE}
 
 
 def test_secrets_are_named_and_not_told() -> None:

@@ -16,7 +16,7 @@ from rq import Worker
 
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer, listening
-from tests.append_only import until_written
+from tests.blobs import blob_url
 
 SETTINGS = {
     "ISOMATCH_HEARTBEAT": "2",
@@ -73,7 +73,6 @@ class Cluster:
     def restart_store(self) -> None:
         """Kill the store, and start it again with its data."""
         assert self.store.pid is not None
-        until_written(self.store.url)
         os.kill(self.store.pid, signal.SIGKILL)
         self.until(lambda: not self.store.alive(), 60)
         self.store.start()
@@ -165,7 +164,11 @@ class Cluster:
     def _start(
         self, command: list[str], settings: dict[str, str], log: str, stdout: int | None
     ) -> subprocess.Popen[str]:
-        environment = {"ISOMATCH_REDIS_URL": self.store.url, **SETTINGS, **settings}
+        stores = {
+            "ISOMATCH_REDIS_URL": self.store.url,
+            "ISOMATCH_BLOB_URL": blob_url(self._folder),
+        }
+        environment = {**stores, **SETTINGS, **settings}
         with (self._folder / log).open("a") as stderr:
             return subprocess.Popen(
                 [sys.executable, "-m", *command],

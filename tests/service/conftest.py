@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import cycle
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import httpx2
@@ -20,6 +22,7 @@ from broker.store import Store, connect, keys
 from service.app import create_app
 from service.settings import Settings
 from service.standalone import EmbeddedServer, WorkerPool
+from tests.blobs import blob_url
 from tests.worker.figures import blob_file
 from tests.worker.records import shape_record
 
@@ -96,15 +99,21 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedServer]
 
 
 @pytest.fixture(scope="session")
-def settings(server: EmbeddedServer) -> Settings:
-    return Settings(redis_url=server.url, max_upload_bytes=LIMIT, validation_wait=PATIENCE)
+def settings(server: EmbeddedServer, tmp_path_factory: pytest.TempPathFactory) -> Settings:
+    return Settings(
+        redis_url=server.url,
+        blob_url=blob_url(tmp_path_factory.mktemp("store")),
+        max_upload_bytes=LIMIT,
+        validation_wait=PATIENCE,
+    )
 
 
 @contextmanager
 def served_api(settings: Settings) -> Iterator[Api]:
     """Run an API with workers, which are there when it begins."""
     assert settings.redis_url is not None
-    pool = WorkerPool(WORKERS, settings.redis_url)
+    assert settings.blob_url is not None
+    pool = WorkerPool(WORKERS, settings.redis_url, settings.blob_url)
     with running_api(settings) as running:
         queue = JobQueue(running.store, settings)
         deadline = time.monotonic() + 540
@@ -168,8 +177,10 @@ def empty_database(server: EmbeddedServer) -> str:
 @contextmanager
 def idle_api(server: EmbeddedServer, **settings: Any) -> Iterator[Api]:
     """Run an API with settings of its own on an empty store that no worker serves."""
-    with running_api(Settings(redis_url=empty_database(server), **settings)) as api:
-        yield api
+    with TemporaryDirectory(prefix="isomatch-") as folder:
+        stores = {"redis_url": empty_database(server), "blob_url": blob_url(Path(folder))}
+        with running_api(Settings(**(stores | settings))) as api:
+            yield api
 
 
 def problem(answer: httpx2.Response, status: int, slug: str) -> Json:

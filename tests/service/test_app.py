@@ -17,6 +17,7 @@ from openapi_spec_validator import validate
 from broker.store import keys
 from service.settings import Settings
 from service.standalone import EmbeddedServer
+from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, idle_api, problem, running_api
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -77,7 +78,11 @@ def test_without_workers_it_is_not_ready(server: EmbeddedServer) -> None:
 
 
 def test_without_its_store(tmp_path: Path) -> None:
-    settings = Settings(redis_url=f"unix://{tmp_path}/nobody.sock", redis_patience=0.2)
+    settings = Settings(
+        redis_url=f"unix://{tmp_path}/nobody.sock",
+        blob_url=blob_url(tmp_path),
+        redis_patience=0.2,
+    )
     with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         for path in ("/health/ready", "/v1/shapes", "/v1/jobs/x", "/v1/shapes/x"):
             answer = http.get(path)
@@ -104,7 +109,7 @@ def test_a_store_that_is_there_and_says_nothing(
     server = EmbeddedServer(tmp_path)
     server.start()
     assert server.pid is not None
-    settings = Settings(redis_url=server.url, redis_patience=2.0)
+    settings = Settings(redis_url=server.url, blob_url=blob_url(tmp_path), redis_patience=2.0)
     try:
         with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
             until_answered(http)
@@ -243,6 +248,7 @@ def test_settings_that_mean_nothing_are_named() -> None:
         "ISOMATCH_MAX_UPLOAD_BYTES": "much",
         "ISOMATCH_LOG_LEVEL": "much",
         "ISOMATCH_REDIS_URL": "localhost",
+        "ISOMATCH_BLOB_URL": "file://relative",
         "ISOMATCH_CACHE_URL": "redis://localhost:much",
     }
     said = started("service", **wrong)
@@ -262,7 +268,11 @@ def test_a_worker_that_cannot_start_says_why_in_a_line(settings: dict[str, str])
 
 def test_a_store_that_nobody_runs_is_named(tmp_path: Path) -> None:
     nobody = f"unix://{tmp_path}/nobody.sock"
-    settings = {"ISOMATCH_REDIS_PATIENCE": "0.2", "ISOMATCH_PORT": "0"}
+    settings = {
+        "ISOMATCH_BLOB_URL": blob_url(tmp_path),
+        "ISOMATCH_REDIS_PATIENCE": "0.2",
+        "ISOMATCH_PORT": "0",
+    }
     said = started("service", ISOMATCH_REDIS_URL=nobody, **settings)
     assert said.returncode == 1
     assert "isomatch: no Redis answers at ISOMATCH_REDIS_URL" in said.stderr

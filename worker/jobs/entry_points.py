@@ -36,5 +36,6 @@ def run(job_id: str) -> None:
 def stopped(job: Job, connection: Redis) -> None:
     """Record that a cancelled job was killed because it did not stop; RQ's callback."""
     settings = worker_settings()
-    store = Store.over(connection, settings, settings.redis_patience)
+    # RQ calls it in the process that forks jobs.
+    store = Store.over(connection, settings, settings.redis_patience, forks=True)
     handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL)

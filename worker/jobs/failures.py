@@ -14,8 +14,10 @@ from typing import ClassVar
 
 from rq.timeouts import JobTimeoutException
 
+from broker.blobs import BlobError, BlobLost, BlobsFull
 from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem
 from broker.store import NewerRecord, Store
+from broker.upkeep import store_away
 from solver.errors import MeshError, OptionError, PrototypeError, SolverError, TransferError
 from worker.pictures import NoAlternative
 
@@ -218,7 +220,17 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             return Problem.of("webhook-not-delivered", "Webhook not delivered", 424, str(error))
         case Gone():
             return Problem.of(error.slug, error.title, 410, str(error))
-    return _unforeseen(record)
+    return _store_failed(error) or _unforeseen(record)
+
+
+def _store_failed(error: Exception) -> Problem | None:
+    if isinstance(error, BlobsFull):
+        detail = "There is no space left to store what this makes; try again later."
+        return Problem.of("storage-full", "Storage full", 507, detail)
+    if isinstance(error, BlobLost):
+        detail = f"The stored content that this needs is {error.reason}; upload or request it"
+        return Problem.of("content-lost", "Content lost", 410, f"{detail} again.")
+    return store_away() if isinstance(error, BlobError) else None
 
 
 def _impossible(error: OptionError, record: JobRecord) -> Problem:

@@ -11,6 +11,7 @@ from typing import Any, Final, TypeAlias
 
 from redis.exceptions import RedisError
 
+from broker.blobs import BlobsAway, NotMigrated
 from broker.contracts import JobKind, JobRecord, UploadPayload, subject_of
 from broker.queue import JobQueue
 from broker.store import Jobs, NewerRecord
@@ -78,7 +79,7 @@ class Runner:
 
         Raises
         ------
-        RedisError
+        RedisError, BlobsAway, NotMigrated
             The store has not answered for too long; the job can be queued again.
         """
         record = self._claim(job_id)
@@ -117,7 +118,8 @@ class Runner:
         record, jobs = context.record, context.store.jobs
         try:
             result = FUNCTIONS[record.kind](record.payload, context)
-        except RedisError:
+            kept = jobs.succeed(record.id, self.name, result)
+        except (RedisError, BlobsAway, NotMigrated):
             raise
         except Cancelled:
             jobs.finish_cancelled(record.id, self.name)
@@ -131,7 +133,6 @@ class Runner:
                 context.store.uploads.reject(upload.upload, upload.file_type, record.id)
             jobs.fail(record.id, self.name, problem)
         else:
-            kept = jobs.succeed(record.id, self.name, result)
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
 
 

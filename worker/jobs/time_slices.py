@@ -9,6 +9,7 @@ from typing import Final
 
 from redis.exceptions import RedisError
 
+from broker.blobs import BlobsAway, NotMigrated
 from broker.contracts import (
     RESULT,
     DissimilaritiesPayload,
@@ -40,7 +41,7 @@ def run_time_slice(payload: TimeSlicePayload, context: JobContext) -> None:
 
     Raises
     ------
-    RedisError
+    RedisError, BlobsAway, NotMigrated
         The store has not answered for too long; the time slice can be queued again.
     """
     store, job_id = context.store, payload.job
@@ -53,7 +54,7 @@ def run_time_slice(payload: TimeSlicePayload, context: JobContext) -> None:
             reporter = Reporter(store.jobs, job_id, job_id)
             control = Control(is_cancelled=reporter.control().is_cancelled)
             _work(Comparison(job, job.payload, context, control))
-    except RedisError:
+    except (RedisError, BlobsAway, NotMigrated):
         raise
     except NewerRecord:
         store.jobs.fail(job_id, job_id, newer_version())

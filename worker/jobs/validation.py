@@ -46,7 +46,7 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
         warnings=mesh.warnings,
         created=job.created,
     )
-    accepted = store.shapes.accept(record, mesh_to_bytes(mesh), packed_geometry(mesh), job.id)
+    accepted = store.shapes.accept(record, data, mesh_to_bytes(mesh), packed_geometry(mesh), job.id)
     # A run that was given up and came back may have stored the shape meanwhile.
     if not accepted and store.shapes.get(payload.shape) is None:
         raise UploadGone

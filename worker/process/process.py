@@ -13,12 +13,18 @@ from rq.exceptions import AbandonedJobError
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
+from broker.blobs import BlobError
 from broker.environment import setting_errors
 from broker.processes import die_with_parent, forks_die_with_parent
 from broker.queue import QUEUES
 from broker.store import CONNECT_TIMEOUT, Store, connect
 from broker.telemetry import configure_logging, logger
-from broker.upkeep import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, handle_lost_process
+from broker.upkeep import (
+    LOSSES_AFTER_KILL,
+    LOSSES_WITH_WORKER,
+    handle_lost_process,
+    store_away,
+)
 from worker.jobs import worker_settings
 from worker.process.warmup import compile_rest, warm_up
 
@@ -59,12 +65,15 @@ def main() -> int:
     if settings.redis_url is None:
         print("worker: ISOMATCH_REDIS_URL is not set", file=sys.stderr)
         return 2
+    if settings.blob_url is None:
+        print("worker: ISOMATCH_BLOB_URL is not set", file=sys.stderr)
+        return 2
     unreachable = redis_error(settings.redis_url)
     if unreachable is not None:
         # Logged before the warm-up, which takes a while.
         log.warning("Redis does not answer yet, and will be waited for", error=unreachable)
     warm_up()
-    store = Store.open(settings, settings.redis_patience)
+    store = Store.open(settings, settings.redis_patience, forks=True)
     # RQ logs several lines about each job; the jobs' own logs have the same information.
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
     try:
@@ -103,7 +112,8 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
         # The runner handles the errors of jobs; these are RQ's own, or the store's.
         how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
-        handle_lost_process(store, job, how, LOSSES_WITH_WORKER)
+        reason = store_away() if issubclass(kind, BlobError) else None
+        handle_lost_process(store, job, how, LOSSES_WITH_WORKER, reason)
 
     return Worker(
         [Queue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],

@@ -1,10 +1,13 @@
 -- End a job that this runner holds. The result is stored before the state can be seen.
--- ARGV  2 runner, 3 now, 4 record's ttl, 5 end state, 6 error or '', 7 result or '', 8 result's ttl
+-- ARGV  2 runner, 3 now, 4 record's ttl, 5 end state, 6 error or '', 7 reference to the result's
+--       blob or '', 8 result's ttl
 if state ~= 'running' or runner ~= ARGV[2] then
     return state
 end
 if ARGV[7] ~= '' then
-    redis.call('SET', KEYS[10], ARGV[7], 'EX', ARGV[8])
+    redis.call('DEL', KEYS[10])
+    redis.call('HSET', KEYS[10], 'blob', ARGV[7])
+    redis.call('EXPIRE', KEYS[10], ARGV[8])
 end
 if ARGV[6] ~= '' then
     set_error(ARGV[6])

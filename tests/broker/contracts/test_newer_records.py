@@ -147,7 +147,7 @@ def test_a_lost_process_of_an_unreadable_job_does_not_stop_the_worker(queue: Job
 
 def test_an_unreadable_shape_fails_its_job(queue: JobQueue) -> None:
     drawn = of_a_newer_version(queue, match())
-    queue.store.client.set(keys.job_result(drawn), b"")
+    queue.store.blobs.save(keys.job_result(drawn), b"", 1000)
     job = queue.submit(new_job(PicturePayload(job=drawn))).id
     Runner(queue, "runner").run(job)
     record = queue.store.jobs.get(job)

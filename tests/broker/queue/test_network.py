@@ -21,6 +21,7 @@ from broker.contracts import JobState
 from broker.queue import JobQueue
 from broker.store import Store, connect
 from service.standalone import listening, server_binary
+from tests.blobs import blob_url
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
 from worker.settings import WorkerSettings
@@ -97,8 +98,8 @@ async def _relay(port: int, context: ssl.SSLContext) -> asyncio.Server:
     return await asyncio.start_server(join, "127.0.0.1", 0, ssl=context)
 
 
-def test_a_worker_joins(secured: Secured) -> None:
-    settings = WorkerSettings(redis_url=secured.url())
+def test_a_worker_joins(secured: Secured, tmp_path: Path) -> None:
+    settings = WorkerSettings(redis_url=secured.url(), blob_url=blob_url(tmp_path))
     store = Store.open(settings, retry_seconds=1)
     queue = JobQueue(store, settings)
     with worker(queue):

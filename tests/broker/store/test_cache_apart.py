@@ -140,7 +140,10 @@ def test_backoff_of_a_cache_that_refuses_connections_is_throttled(
     assert throttled.compute(1) == 0.0
     always = ThrottledBackoff(0.5, interval=0.0)
     assert [always.compute(number) for number in (1, 2, 3)] == [0.5] * 3
-    store = Store.open(WorkerSettings(redis_url=server.url, cache_url=second.url), retry_seconds=1)
+    store = Store.open(
+        WorkerSettings(redis_url=server.url, cache_url=second.url, blob_url="file:///nowhere"),
+        retry_seconds=1,
+    )
     backoffs = [
         client.connection_pool.connection_kwargs["retry"]._backoff
         for client in (store.client, store.spectra.cache)
@@ -217,7 +220,9 @@ def test_a_cache_that_answers_again_is_used(apart: Store) -> None:
 
 
 def test_workers_have_a_timeout_for_the_cache(server: EmbeddedServer) -> None:
-    settings = WorkerSettings(redis_url=server.url, cache_url="redis://127.0.0.1:1")
+    settings = WorkerSettings(
+        redis_url=server.url, cache_url="redis://127.0.0.1:1", blob_url="file:///nowhere"
+    )
     opened = Store.open(settings, retry_seconds=30.0)
     options = opened.spectra.cache.connection_pool.connection_kwargs
     assert options["socket_timeout"] == CACHE_TIMEOUT

@@ -41,7 +41,7 @@ RECEIVER = Webhook(url="http://127.0.0.1:9/")
 def put_shape(store: Store) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
-    assert store.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
+    assert store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
 
 
 def ended_match(queue: JobQueue) -> JobRecord:
@@ -142,7 +142,7 @@ def test_an_upload_that_expires_during_validation_stores_no_partial_shape(queue:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = queue.submit_validation(payload, b"data")
     queue.store.client.delete(keys.candidate(SHAPE, "off", job))
-    assert not queue.store.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
+    assert not queue.store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
     assert queue.store.shapes.get(SHAPE) is None
     assert queue.store.shapes.mesh(SHAPE) is None
 
@@ -158,7 +158,7 @@ def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
 
     monkeypatch.setattr("broker.store.shapes.delete_candidate", die)
     with pytest.raises(SystemExit):
-        shapes.accept(shape_record(SHAPE), b"m", b"g", job)
+        shapes.accept(shape_record(SHAPE), b"data", b"m", b"g", job)
     left = queue.store.client.ttl(keys.candidate(SHAPE, "off", job))
     assert shapes.settings.candidate_ttl - 500 <= left <= shapes.settings.candidate_ttl
 
@@ -166,14 +166,16 @@ def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
 class StoredTwice(Shapes):
     """Shapes where a run that was given up stores the shape a moment earlier."""
 
-    def accept(self, record: ShapeRecord, mesh: bytes, geometry: bytes, job_id: str) -> bool:
+    def accept(
+        self, record: ShapeRecord, upload: bytes, mesh: bytes, geometry: bytes, job_id: str
+    ) -> bool:
         """Store the shape twice."""
-        assert super().accept(record, mesh, geometry, job_id)
-        return super().accept(record, mesh, geometry, job_id)
+        assert super().accept(record, upload, mesh, geometry, job_id)
+        return super().accept(record, upload, mesh, geometry, job_id)
 
 
 def test_an_upload_validated_by_two_runs_is_a_shape(store: Store) -> None:
-    shapes = StoredTwice(store.client, store.shapes.settings)
+    shapes = StoredTwice(store.client, store.shapes.settings, store.blobs)
     queue = JobQueue(replace(store, shapes=shapes), QueueSettings())
     data = blob_file(1)
     payload = ValidationPayload(shape=shape_id(data), name="x", file_type="off")

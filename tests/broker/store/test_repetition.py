@@ -36,7 +36,7 @@ def pass_on(client: socket.socket, server: socket.socket, until: bytes | None) -
 
 
 @pytest.fixture
-def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
+def forgetful(server: EmbeddedServer, store: Store, settings: WorkerSettings) -> Iterator[Store]:
     """The empty store, over a connection that breaks before the first transaction's reply."""
     with socket.create_server(("127.0.0.1", 0)) as listening:
         listening.settimeout(60.0)
@@ -51,7 +51,9 @@ def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
         thread = Thread(target=serve)
         thread.start()
         url = f"redis://127.0.0.1:{listening.getsockname()[1]}?db=1"
-        opened = Store.open(WorkerSettings(redis_url=url), retry_seconds=30, pause=0.05)
+        opened = Store.open(
+            settings.model_copy(update={"redis_url": url}), retry_seconds=30, pause=0.05
+        )
         yield opened
         opened.close()
         thread.join()
@@ -60,7 +62,7 @@ def forgetful(server: EmbeddedServer, store: Store) -> Iterator[Store]:
 def test_a_shape_is_stored_once(store: Store, forgetful: Store) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
-    assert forgetful.shapes.accept(shape_record(SHAPE), b"mesh", b"geometry", job)
+    assert forgetful.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
     assert store.shapes.get(SHAPE) == shape_record(SHAPE)
     assert (store.shapes.upload(SHAPE), store.shapes.mesh(SHAPE)) == (b"data", b"mesh")
     assert not store.client.exists(keys.candidate(SHAPE, "off", job))

@@ -191,10 +191,11 @@ def numbered(number: int, **after: float) -> ShapeRecord:
 
 
 def accepted(store: Store, record: ShapeRecord) -> ShapeRecord:
+    stored = store.uploads.put_candidate(record.id, "off", b"data", "job")
     with store.client.pipeline() as pipe:
-        store.uploads.add_candidate(record.id, "off", b"data", "job", pipe)
+        store.uploads.add_candidate(record.id, "off", stored, "job", pipe)
         pipe.execute()
-    store.shapes.accept(record, b"mesh", b"geometry", "job")
+    store.shapes.accept(record, b"data", b"mesh", b"geometry", "job")
     return record
 
 

@@ -38,7 +38,7 @@ def put_shape(store: Store, name: str = SHAPE) -> None:
     payload = ValidationPayload(shape=name, name="x", file_type="off")
     job = JobQueue(store, QueueSettings()).submit_validation(payload, b"data")
     record = shape_record(name, created=CREATED + timedelta(seconds=len(name)))
-    store.shapes.accept(record, b"mesh", b"geometry", job)
+    store.shapes.accept(record, b"data", b"mesh", b"geometry", job)
 
 
 def left(store: Store) -> list[int]:

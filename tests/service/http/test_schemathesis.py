@@ -12,6 +12,7 @@ import pytest
 
 from service.settings import Settings
 from service.standalone import EmbeddedServer
+from tests.blobs import blob_url
 from tests.service.conftest import LIMIT, PATIENCE, Api, empty_database, served_api
 from tests.worker.figures import blob_file
 
@@ -23,10 +24,13 @@ PHASES = ("examples", "coverage", "fuzzing", "stateful")
 
 
 @pytest.fixture(scope="module")
-def api(server: EmbeddedServer) -> Iterator[Api]:
+def api(server: EmbeddedServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
     """A service of its own: what it lists is followed, and deleted."""
     settings = Settings(
-        redis_url=empty_database(server), max_upload_bytes=LIMIT, validation_wait=PATIENCE
+        redis_url=empty_database(server),
+        blob_url=blob_url(tmp_path_factory.mktemp("store")),
+        max_upload_bytes=LIMIT,
+        validation_wait=PATIENCE,
     )
     with served_api(settings) as running:
         yield running

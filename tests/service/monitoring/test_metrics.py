@@ -17,6 +17,7 @@ from broker.queue import WORKER_TIMEOUT
 from broker.store import BUCKET_BOUNDS
 from service.settings import Settings
 from service.standalone import EmbeddedServer
+from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes, running_api
 from tests.worker.figures import blob_file
 
@@ -147,7 +148,11 @@ def test_measurements_of_workers_are_exported(
 
 
 def test_without_the_store_there_is_still_something_to_tell(tmp_path: Path) -> None:
-    settings = Settings(redis_url=f"unix://{tmp_path}/nobody.sock", redis_patience=0.2)
+    settings = Settings(
+        redis_url=f"unix://{tmp_path}/nobody.sock",
+        blob_url=blob_url(tmp_path),
+        redis_patience=0.2,
+    )
     with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         problem(http.get("/v1/jobs/x"), 503, "store-away")
         told = samples(http)

@@ -55,7 +55,8 @@ def test_shapes_that_were_stored_without(
     http: httpx2.Client, upload: Callable[..., Json], api: Api
 ) -> None:
     shape = upload(blob_file(2, seed=72))["id"]
-    packed = api.store.client.getdel(keys.shape_geometry(shape))
+    packed = api.store.shapes.geometry(shape)
+    api.store.client.delete(keys.shape_geometry(shape))
     assert isinstance(packed, bytes)
     assert gzip.decompress(packed).startswith(b"isogeom1")
     problem(http.get(f"/v1/shapes/{shape}/geometry"), 410, "geometry-not-kept")
@@ -74,6 +75,8 @@ def test_a_shape_that_is_deleted_meanwhile_is_not_there(server: EmbeddedServer) 
     with idle_api(server) as api:
         name, _ = put_shapes(api)
         settings = Settings()
-        store = replace(api.store, shapes=DeletedMeanwhile(api.store.client, settings))
+        store = replace(
+            api.store, shapes=DeletedMeanwhile(api.store.client, settings, api.store.blobs)
+        )
         with pytest.raises(ShapeNotFound):
             get_geometry(name, Service(settings, store, JobQueue(store, settings)))

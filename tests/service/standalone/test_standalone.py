@@ -19,7 +19,6 @@ import httpx2
 import pytest
 
 from service.standalone import listening
-from tests.append_only import until_written
 from tests.stack import PATIENT
 from tests.worker.figures import blob_file
 
@@ -69,13 +68,6 @@ class Running:
     def workers(self) -> set[int]:
         """Ids of its workers."""
         return {pid for pid in children(self.process.pid) if "worker" in command(pid)}
-
-    def store_url(self) -> str:
-        """Address of its store, as its worker was told."""
-        (worker,) = self.workers()
-        told = Path(f"/proc/{worker}/environ").read_text().split("\0")
-        (url,) = (entry for entry in told if entry.startswith("ISOMATCH_REDIS_URL="))
-        return url.partition("=")[2]
 
     def end(self, number: signal.Signals = signal.SIGTERM) -> float:
         """Stop the service; how many seconds that took."""
@@ -227,7 +219,6 @@ def test_stopped_or_killed_in_the_middle_of_a_job_it_goes_on_after_the_next_star
         until(lambda: running.http.get(path).json()["state"] == "running")
         until(lambda: len(running.family()) == 3)
         family = running.family()
-        until_written(running.store_url())
         running.end(signal.SIGKILL)
         assert gone(family)
     with service(tmp_path / "data", tmp_path / "log") as running:
@@ -254,7 +245,6 @@ def test_workers_and_a_store_that_die_are_replaced(tmp_path: Path) -> None:
         data = blob_file(2)
         answer = running.http.post("/v1/shapes", files={"file": ("a.off", data)})
         assert answer.status_code == 201
-        until_written(running.store_url())
         os.kill(store, signal.SIGKILL)
         assert running.http.get(answer.headers["location"]).json() == answer.json()
         answer = running.http.post("/v1/shapes", files={"file": ("a.off", blob_file(1))})

@@ -36,7 +36,7 @@ from solver.similarity import (
     dissimilarities,
     pairs_between,
 )
-from tests.append_only import until_written
+from tests.blobs import blob_url
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of
@@ -249,13 +249,12 @@ def test_an_ended_time_slice_that_counts_as_abandoned_does_no_harm(queue: JobQue
 def test_a_restart_of_the_store_loses_no_finished_chunk(tmp_path: Path) -> None:
     server = EmbeddedServer(tmp_path)
     server.start()
-    settings = WorkerSettings(redis_url=server.url)
+    settings = WorkerSettings(redis_url=server.url, blob_url=blob_url(tmp_path))
     queue = JobQueue(Store.open(settings, retry_seconds=20, pause=0.1), settings)
     try:
         with worker(queue):
             watched = begun(queue, seed=15)
             assert server.pid is not None
-            until_written(server.url)
             os.kill(server.pid, signal.SIGKILL)
             server.stop()
             server.start()

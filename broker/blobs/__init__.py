@@ -1,0 +1,21 @@
+"""The blob store: large bytes under paths, in a directory or in S3-compatible object storage."""
+
+from broker.blobs.addresses import BlobUrl, open_blobs
+from broker.blobs.blob_store import BlobEntry, BlobStore
+from broker.blobs.directory import DirectoryBlobs
+from broker.blobs.errors import BlobError, BlobLost, BlobsAway, BlobsFull, NotMigrated
+from broker.blobs.left_to_sweep import LeftToSweep
+
+__all__ = [
+    "BlobEntry",
+    "BlobError",
+    "BlobLost",
+    "BlobStore",
+    "BlobUrl",
+    "BlobsAway",
+    "BlobsFull",
+    "DirectoryBlobs",
+    "LeftToSweep",
+    "NotMigrated",
+    "open_blobs",
+]

@@ -1,0 +1,75 @@
+"""What a blob store does, whatever keeps its bytes."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from typing import BinaryIO, Protocol
+
+
+@dataclass(frozen=True)
+class BlobEntry:
+    """A blob in a listing.
+
+    Parameters
+    ----------
+    path
+        Its path.
+    size
+        Number of bytes.
+    modified
+        When it was written, by the clock of the store.
+    """
+
+    path: str
+    size: int
+    modified: datetime
+
+
+class BlobStore(Protocol):
+    """Bytes under paths; each is written once, whole or not at all.
+
+    A path consists of a folder and a name, ``FOLDER/NAME``. Every method may raise
+    :class:`~broker.blobs.BlobsAway`.
+    """
+
+    def put(self, path: str, data: bytes) -> None:
+        """Store bytes; they are on the disk, or with the server, when this returns.
+
+        Raises
+        ------
+        BlobsFull
+            There is no space left.
+        """
+
+    def read(self, path: str) -> bytes:
+        """Return the bytes of a blob.
+
+        Raises
+        ------
+        BlobLost
+            There is no such blob.
+        """
+
+    def open(self, path: str) -> BinaryIO:
+        """Return the bytes of a blob as a file, which stays readable if the blob is deleted.
+
+        Raises
+        ------
+        BlobLost
+            There is no such blob.
+        """
+
+    def delete(self, path: str) -> None:
+        """Delete a blob, if there is one."""
+
+    def list(self, folder: str) -> Iterator[BlobEntry]:
+        """Iterate over the blobs of a folder, in any order."""
+
+    def check(self) -> None:
+        """Check that blobs can be stored.
+
+        Raises
+        ------
+        BlobsFull
+            There is no space left.
+        """

@@ -1,0 +1,35 @@
+"""Answers that are files, sent a piece at a time."""
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import BinaryIO
+
+from fastapi.responses import StreamingResponse
+
+from broker.store import pieces
+
+
+def file_response(
+    file: BinaryIO, media_type: str, headers: Mapping[str, str] | None = None
+) -> StreamingResponse:
+    """Return an answer with the rest of a file, which is closed when it is sent.
+
+    Parameters
+    ----------
+    file
+        The file; a mesh may have 256 MiB, of which a piece at a time is in memory.
+    media_type
+        Its type.
+    headers
+        Further headers.
+    """
+    start = file.tell()
+    size = file.seek(0, os.SEEK_END) - start
+    file.seek(start)
+
+    def send() -> Iterator[bytes]:
+        with file:
+            yield from pieces(file)
+
+    every = {"Content-Length": str(size), **(headers or {})}
+    return StreamingResponse(send(), media_type=media_type, headers=every)

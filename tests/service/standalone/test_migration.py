@@ -1,0 +1,27 @@
+"""The service with a Redis of its own moves what an earlier version kept there when it starts."""
+
+from pathlib import Path
+
+from broker.store import connect, keys
+from service.standalone import EmbeddedServer
+from tests.service.standalone.test_standalone import service
+from tests.worker.records import shape_record
+
+SHAPE = "a" * 32
+
+
+def test_an_earlier_data_directory_is_migrated(tmp_path: Path) -> None:
+    data = tmp_path / "data"
+    server = EmbeddedServer(data / "redis")
+    server.start()
+    with connect(server.url, retry_seconds=5) as client:
+        client.set(keys.shape(SHAPE), shape_record(SHAPE).model_dump_json(), ex=1000)
+        client.set(keys.shape_upload(SHAPE), b"as it was uploaded", ex=1000)
+    server.stop()
+    for _ in range(2):
+        with service(data, tmp_path / "log") as running:
+            mesh = running.http.get(f"/v1/shapes/{SHAPE}/mesh")
+            assert (mesh.status_code, mesh.content) == (200, b"as it was uploaded")
+            running.end()
+    (blob,) = data.glob("blobs/*/shape!*")
+    assert blob.read_bytes() == b"as it was uploaded"

@@ -1,0 +1,184 @@
+"""A blob store that is away, full, or has lost something, over HTTP."""
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import httpx2
+import pytest
+
+from broker.blobs import DirectoryBlobs
+from broker.store import Store, keys
+from service.settings import Settings
+from service.standalone import EmbeddedServer
+from tests.blobs import blob_url
+from tests.service.conftest import (
+    PATIENCE,
+    Api,
+    Json,
+    empty_database,
+    idle_api,
+    problem,
+    served_api,
+)
+from tests.worker.figures import blob_file
+
+
+def path_of(store: Store, key: str) -> Path:
+    """Where the bytes of a key are."""
+    assert isinstance(store.blobs.store, DirectoryBlobs)
+    name = key.removeprefix(keys.PREFIX).replace(":", "!")
+    (found,) = store.blobs.store.root.glob(f"*/{name}!*")
+    return found
+
+
+def test_a_mesh_is_sent_in_pieces(http: httpx2.Client, upload: Callable[..., Json]) -> None:
+    data = blob_file(3, seed=5) + b"# and more\n" * 150_000
+    shape = upload(data)["id"]
+    with http.stream("GET", f"/v1/shapes/{shape}/mesh") as answer:
+        assert answer.headers["content-length"] == str(len(data))
+        assert b"".join(answer.iter_bytes()) == data
+    assert http.head(f"/v1/shapes/{shape}/mesh").headers["content-length"] == str(len(data))
+
+
+@pytest.mark.parametrize("harm", ["missing", "damaged"])
+def test_lost_content_is_told(
+    api: Api, http: httpx2.Client, upload: Callable[..., Json], harm: str
+) -> None:
+    data = blob_file(2, seed=300 + len(harm))
+    shape = upload(data)["id"]
+    for key, address in (
+        (keys.shape_upload(shape), f"/v1/shapes/{shape}/mesh"),
+        (keys.shape_geometry(shape), f"/v1/shapes/{shape}/geometry"),
+        (keys.shape_mesh(shape), None),
+    ):
+        found = path_of(api.store, key)
+        found.unlink() if harm == "missing" else found.write_bytes(b"other")
+        if address is not None:
+            told = problem(http.get(address), 410, "content-lost")
+            assert harm in told["detail"]
+    asked = http.post("/v1/matches", json={"source": shape, "target": shape, "points": 3})
+    assert asked.status_code == 202, asked.text
+    job = http.get(f"/v1/jobs/{asked.json()['id']}", params={"wait": 60}).json()
+    assert job["state"] == "failed"
+    assert job["error"]["type"] == "urn:isomatch:problem:content-lost"
+    # What the problem says to do helps.
+    assert http.delete(f"/v1/shapes/{shape}").status_code == 204
+    upload(data)
+    assert http.get(f"/v1/shapes/{shape}/mesh").content == data
+
+
+def test_results_that_are_lost_are_told(
+    api: Api, http: httpx2.Client, shapes: tuple[str, str]
+) -> None:
+    source, target = shapes
+    asked = http.post("/v1/matches", json={"source": source, "target": target, "points": 3})
+    job = asked.json()["id"]
+    assert http.get(f"/v1/jobs/{job}", params={"wait": 60}).json()["state"] == "succeeded"
+    picture = http.get(f"/v1/jobs/{job}/result.png")
+    assert picture.status_code == 200
+    # A picture is made again; arrays and the result itself are not.
+    path_of(api.store, keys.job_picture(job)).unlink()
+    assert http.get(f"/v1/jobs/{job}/result.png").status_code == 200
+    path_of(api.store, keys.job_arrays(job)).write_bytes(b"")
+    problem(http.get(f"/v1/jobs/{job}/result.npz"), 410, "content-lost")
+    path_of(api.store, keys.job_result(job)).unlink()
+    problem(http.get(f"/v1/jobs/{job}/result"), 410, "content-lost")
+
+
+def test_a_blob_store_that_is_away_is_named(server: EmbeddedServer, tmp_path: Path) -> None:
+    (tmp_path / "blobs").write_text("a file where a directory is to be")
+    blobs = blob_url(tmp_path)
+    with (
+        idle_api(server, blob_url=blobs, ready_workers=0) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        told = problem(http.get("/health/ready"), 503, "not-ready")
+        assert "blob directory" in told["detail"]
+        answer = http.post("/v1/shapes", files={"file": ("a.off", b"OFF")})
+        assert "meshes and results" in problem(answer, 503, "store-away")["detail"]
+        assert answer.headers["retry-after"]
+        assert list(api.store.jobs.active()) == [], "nothing was queued without its bytes"
+        (tmp_path / "blobs").unlink()
+        assert http.get("/health/ready").status_code == 200
+
+
+def test_bytes_that_are_not_migrated_are_told(
+    api: Api, http: httpx2.Client, upload: Callable[..., Json]
+) -> None:
+    shape = upload(blob_file(2, seed=310))["id"]
+    api.store.client.delete(keys.shape_upload(shape))
+    api.store.client.set(keys.shape_upload(shape), b"bytes", ex=1000)
+    told = problem(http.get(f"/v1/shapes/{shape}/mesh"), 503, "store-away")
+    assert "earlier version" in told["detail"]
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Iterator[Path]:
+    """A file system of 3 MiB, which takes root on Linux."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    command = ["mount", "-t", "tmpfs", "-o", "size=3m", "tmpfs", str(folder)]
+    if sys.platform != "linux" or subprocess.run(command, check=False).returncode:
+        pytest.skip("no file system can be mounted here")
+    yield folder
+    subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def test_a_full_disk_is_told_to_the_uploader(server: EmbeddedServer, small: Path) -> None:
+    settings = Settings(
+        redis_url=empty_database(server), blob_url=blob_url(small), validation_wait=PATIENCE
+    )
+    mesh = blob_file(2, seed=320)
+    with served_api(settings) as api, httpx2.Client(base_url=api.url, timeout=300.0) as http:
+
+        def sent(more: int) -> httpx2.Response:
+            data = mesh + b"#" * more
+            return http.post("/v1/shapes", files={"file": ("a.off", data)})
+
+        assert sent(0).status_code == 201
+        answer = sent(4 * 1024**2)
+        problem(answer, 507, "storage-full")
+        assert answer.headers["retry-after"]
+        # The upload finds its place, and what is made of it does not.
+        problem(sent(2 * 1024**2), 507, "storage-full")
+        assert len(http.get("/v1/shapes").json()["items"]) == 1
+        assert sent(10).status_code == 201, "nothing of the refused uploads is left"
+        filler = small / "filler"
+        with pytest.raises(OSError, match="space"):
+            filler.write_bytes(bytes(3 * 1024**2))
+        told = problem(http.get("/health/ready"), 503, "not-ready")
+        assert "No space left" in told["detail"]
+        problem(sent(20), 507, "storage-full")
+        filler.unlink()
+        assert http.get("/health/ready").status_code == 200
+        assert sent(20).status_code == 201
+
+
+def test_a_full_temporary_directory_is_told_to_the_uploader(
+    server: EmbeddedServer, small: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Uploads on their way are in a temporary directory."""
+    monkeypatch.setattr("tempfile.tempdir", str(small))
+    with (
+        idle_api(server, blob_url=blob_url(small)) as api,
+        httpx2.Client(base_url=api.url, timeout=60.0) as http,
+    ):
+        answer = http.post("/v1/shapes", files={"file": ("a.off", bytes(4 * 1024**2))})
+        problem(answer, 507, "storage-full")
+        assert list(api.store.jobs.active()) == []
+
+
+def test_an_api_of_another_redis_is_not_ready(server: EmbeddedServer, tmp_path: Path) -> None:
+    for ready in (True, False):
+        with (
+            idle_api(server, blob_url=blob_url(tmp_path), ready_workers=0) as api,
+            httpx2.Client(base_url=api.url, timeout=60.0) as http,
+        ):
+            answer = http.get("/health/ready")
+            if ready:
+                assert answer.status_code == 200
+            else:
+                told = problem(answer, 503, "not-ready")
+                assert "belongs to another Redis" in told["detail"]
