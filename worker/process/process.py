@@ -18,6 +18,7 @@ from broker.processes import die_with_parent, forks_die_with_parent
 from broker.queue import QUEUES
 from broker.store import CONNECT_TIMEOUT, Store, connect
 from broker.telemetry import configure_logging, logger
+from broker.tracing import exporting, prepare
 from broker.upkeep import LOSSES_AFTER_KILL, LOSSES_WITH_WORKER, handle_lost_process
 from worker.jobs import worker_settings
 from worker.process.warmup import compile_rest, warm_up
@@ -64,6 +65,7 @@ def main() -> int:
         # Logged before the warm-up, which takes a while.
         log.warning("Redis does not answer yet, and will be waited for", error=unreachable)
     warm_up()
+    prepare()
     store = Store.open(settings, settings.redis_patience)
     # RQ logs several lines about each job; the jobs' own logs have the same information.
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
@@ -98,12 +100,14 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
     client = store.client
 
     def killed(job: Job, pid: int, status: int, usage: object) -> None:
-        handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL)
+        with exporting("worker"):
+            handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL)
 
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
         # The runner handles the errors of jobs; these are RQ's own, or the store's.
         how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
-        handle_lost_process(store, job, how, LOSSES_WITH_WORKER)
+        with exporting("worker"):
+            handle_lost_process(store, job, how, LOSSES_WITH_WORKER)
 
     return Worker(
         [Queue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],
