@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Final
 
 from pydantic import ValidationError
-from redis.exceptions import RedisError
+from redis.exceptions import OutOfMemoryError, RedisError
 from rq import Queue, Worker
 from rq.exceptions import AbandonedJobError
 from rq.job import Job
@@ -72,7 +72,10 @@ def main() -> int:
     try:
         new_worker(store, settings.heartbeat).work(burst=options.burst, logging_level=level)
     except RedisError as error:
-        log.error("Redis has not answered for too long: stopping", error=str(error))
+        # A full store answers at once, and is not waited for: whoever starts workers does that.
+        full = isinstance(error, OutOfMemoryError) or "maxmemory" in str(error)
+        event = "the store is full" if full else "Redis has not answered for too long"
+        log.error(f"{event}: stopping", error=str(error))
         return 1
     return 0
 

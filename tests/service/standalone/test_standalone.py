@@ -18,8 +18,8 @@ from typing import Any
 import httpx2
 import pytest
 
+from bench.append_only import until_written
 from service.standalone import listening
-from tests.append_only import until_written
 from tests.stack import PATIENT
 from tests.worker.figures import blob_file
 

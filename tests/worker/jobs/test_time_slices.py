@@ -14,6 +14,7 @@ from rq import Worker
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
+from bench.append_only import until_written
 from broker.contracts import (
     PAIRS,
     DissimilaritiesPayload,
@@ -36,7 +37,6 @@ from solver.similarity import (
     dissimilarities,
     pairs_between,
 )
-from tests.append_only import until_written
 from tests.worker.collections import imagined, name_of
 from tests.worker.figures import blob_file
 from tests.worker.jobs.test_dissimilarities import forgotten, result_of

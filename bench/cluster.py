@@ -14,9 +14,9 @@ import httpx2
 from redis import Redis
 from rq import Worker
 
+from bench.append_only import until_written
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer, listening
-from tests.append_only import until_written
 
 SETTINGS = {
     "ISOMATCH_HEARTBEAT": "2",
