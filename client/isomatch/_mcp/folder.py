@@ -84,6 +84,22 @@ class Folder:
         _check_ending(path, ENDINGS)
         return path
 
+    def write_new(self, path: Path, content: bytes) -> None:
+        """Write a file that :meth:`writable` returned; minutes may have passed since.
+
+        Raises
+        ------
+        RefusedPath
+            It exists by now.
+        """
+        try:
+            with path.open("xb") as file:
+                file.write(content)
+        except FileExistsError as error:
+            raise RefusedPath(
+                f"{self.name(path)!r} was made meanwhile, and nothing is overwritten"
+            ) from error
+
     def name(self, path: Path) -> str:
         """Return a path in the folder as a name relative to it."""
         return path.relative_to(self.root).as_posix()

@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Annotated, Any, Final, Literal, cast
 
 from mcp.server.mcpserver import Context, Image
@@ -21,7 +22,7 @@ from isomatch._mcp.answers import (
     upload_answer,
 )
 from isomatch._mcp.errors import tool_errors
-from isomatch._mcp.folder import Folder
+from isomatch._mcp.folder import Folder, RefusedPath
 from isomatch._mcp.jobs import finished
 from isomatch._models import DissimilarityParameters, MatchParameters, Shape
 from isomatch._operations.results import View
@@ -223,10 +224,16 @@ class Tools:
         return None if name is None else self.folder.writable(name)
 
     async def _save(self, job: Any, file: Path | None) -> str | None:
-        """Write the result of a job to a file, and return the file's name in the folder."""
+        """Write the result of a job to a new file, and return the file's name in the folder."""
         if file is None:
             return None
-        await job.save(file)
+        with TemporaryDirectory(prefix="isomatch-") as elsewhere:
+            saved = Path(elsewhere, file.name)
+            await job.save(saved)
+            try:
+                self.folder.write_new(file, saved.read_bytes())
+            except RefusedPath as error:
+                raise ToolError(f"job {job.id} has succeeded, but {error}") from error
         return self.folder.name(file)
 
     async def _shape(self, given: str) -> Shape:

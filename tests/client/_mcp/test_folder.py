@@ -90,7 +90,15 @@ def test_new_files_are_written_in_the_folder_alone(folder: Folder) -> None:
     ):
         with pytest.raises(RefusedPath):
             folder.writable(name)
-    (root / "match.json").write_text("{}")
+    folder.write_new(root / "match.json", b"{}")
+    assert (root / "match.json").read_bytes() == b"{}"
+    # A file, or a link to one, that came between check and writing.
+    (root / "later.json").symlink_to(root.parent / "secret" / "new.json")
+    for name in ("match.json", "later.json"):
+        with pytest.raises(RefusedPath, match="nothing is overwritten"):
+            folder.write_new(root / name, b"other")
+    assert (root / "match.json").read_bytes() == b"{}"
+    assert not (root.parent / "secret" / "new.json").exists()
     with pytest.raises(RefusedPath, match="nothing is overwritten"):
         folder.writable("match.json")
 
