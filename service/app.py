@@ -15,6 +15,7 @@ from broker.blobs import BlobError
 from broker.queue import JobQueue
 from broker.store import Store
 from broker.telemetry import logger
+from broker.tracing import exporting
 from broker.upkeep import OrphanSweep, Sweep, recover
 from broker.webhooks import INTERVAL as WEBHOOK_INTERVAL
 from broker.webhooks import dispatch
@@ -122,7 +123,8 @@ def _lifespan(
             asyncio.create_task(_regularly(WEBHOOK_INTERVAL, _webhooks(service))),
         ]
         try:
-            yield {"service": service}
+            with exporting("api"):
+                yield {"service": service}
         finally:
             for task in tasks:
                 task.cancel()

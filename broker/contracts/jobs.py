@@ -374,6 +374,9 @@ class JobRecord(BaseModel):
     caller: str | None = None
     webhook: Webhook | None = None
     batch: str | None = Field(default=None, description="Id of the batch that it is a match of.")
+    traceparent: str | None = Field(
+        default=None, description="Span of the request (W3C Trace Context)."
+    )
     state: JobState = JobState.QUEUED
     progress: Progress = Progress(stage="queued", fraction=0.0)
     started: datetime | None = None

@@ -57,12 +57,15 @@ class RequestOrigin:
         Its idempotency record, if it has a key.
     webhook
         Receiver to notify when the job has ended.
+    traceparent
+        Span that the job belongs to (W3C Trace Context); None for the present one.
     """
 
     request_id: str | None = None
     caller: str | None = None
     idempotency: IdempotencyRecord | None = None
     webhook: Webhook | None = None
+    traceparent: str | None = None
 
 
 def _digest(*parts: bytes) -> str:

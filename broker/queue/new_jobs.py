@@ -5,6 +5,7 @@ from typing import Final
 from uuid import uuid4
 
 from broker.contracts import BatchPayload, JobRecord, Payload, RequestOrigin, TimeSlicePayload
+from broker.tracing import traceparent
 
 NO_REQUEST: Final = RequestOrigin()
 """Context of a job that no request submitted."""
@@ -28,6 +29,7 @@ def new_job(payload: Payload, context: RequestOrigin = NO_REQUEST) -> JobRecord:
         caller=context.caller,
         # Jobs that serve a listed one do not notify its receiver.
         webhook=context.webhook if payload.kind.has_result else None,
+        traceparent=context.traceparent or traceparent(),
     )
 
 
@@ -39,6 +41,7 @@ def new_time_slice(record: JobRecord, number: int) -> JobRecord:
         created=datetime.now(UTC),
         request_id=record.request_id,
         caller=record.caller,
+        traceparent=record.traceparent,
     )
 
 
@@ -52,6 +55,7 @@ def new_batch_match(record: JobRecord, place: int) -> JobRecord:
         request_id=record.request_id,
         caller=record.caller,
         batch=record.id,
+        traceparent=record.traceparent,
     )
 
 

@@ -14,7 +14,9 @@ from broker.contracts import JobRecord
 
 RecordT = TypeVar("RecordT", bound=BaseModel)
 
-_CONSTANT_FIELDS = {"id", "payload", "created", "request_id", "caller", "webhook", "batch"}
+_CONSTANT_FIELDS = {"id", "payload", "created", "request_id", "caller", "webhook", "batch"} | {
+    "traceparent"
+}
 """Fields of a job's record that never change."""
 
 

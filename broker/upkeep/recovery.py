@@ -35,6 +35,7 @@ from broker.contracts import (
 from broker.queue import JobQueue
 from broker.store import Store, keys, scripts, text
 from broker.telemetry import logger
+from broker.tracing import past_span
 
 LOSSES_AFTER_KILL: Final = 1
 """Times a job is queued again whose own process was killed, most likely because of the job."""
@@ -44,6 +45,9 @@ LOSSES_WITH_WORKER: Final = 3
 
 _LOCK_MS: Final = 15_000
 """Milliseconds after which the lock of a process that died during recovery expires."""
+
+_LOST_SPAN: Final = "lost_span"
+"""Field of a job's hash: ``traceparent`` of its first attempt that was lost."""
 
 log = logger("isomatch.recovery")
 
@@ -82,6 +86,7 @@ def handle_lost_process(
     """
     record = store.jobs.readable(job.id)
     state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how))
+    _trace_loss(store, record, state, how)
     _clean_up(store, record, state, how)
     job.retries_left = 1 if state is JobState.QUEUED else 0
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
@@ -185,6 +190,7 @@ def _requeue_lost(queue: JobQueue, timeout: timedelta) -> None:
             reason = lost_process(record, "its worker is gone")
             state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
             log.warning("job was lost", job_id=record.id, state=state)
+            _trace_loss(store, record, state, "its worker is gone")
             _clean_up(store, record, state, "its worker is gone")
             if state is JobState.QUEUED:
                 queue.resume(record)
@@ -220,6 +226,28 @@ def _kill_overdue(store: Store, timeout: timedelta) -> None:
 
 def _has_time_slices(store: Store, record: JobRecord) -> bool:
     return record.kind is JobKind.DISSIMILARITIES and bool(store.chunks.time_slices(record.id))
+
+
+def _trace_loss(store: Store, record: JobRecord | None, state: JobState | None, how: str) -> None:
+    """Record the span that a lost process could not; the next attempt links to the first one."""
+    if record is None or record.started is None:
+        return
+    lost = past_span(
+        f"{record.kind.value} lost",
+        record.traceparent,
+        record.started,
+        datetime.now(UTC),
+        error=how,
+        job_id=record.id,
+    )
+    if lost is not None and state is JobState.QUEUED:
+        store.client.hsetnx(keys.job(record.id), _LOST_SPAN, lost)
+
+
+def first_loss(store: Store, job_id: str) -> str | None:
+    """Return the span of the first lost attempt of a job, as ``traceparent``."""
+    lost = store.client.hget(keys.job(job_id), _LOST_SPAN)
+    return None if lost is None else text(lost)
 
 
 def _clean_up(store: Store, record: JobRecord | None, state: JobState | None, how: str) -> None:

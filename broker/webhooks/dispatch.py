@@ -105,7 +105,7 @@ def _queue_delivery(queue: JobQueue, record: JobRecord, settings: WebhookSetting
         webhooks.record(record.id, lost)
         log.warning("webhook given up", job_id=record.id, error=lost.error)
         return
-    context = RequestOrigin(record.request_id, record.caller)
+    context = RequestOrigin(record.request_id, record.caller, traceparent=record.traceparent)
     attempt = webhooks.attempts(record.id) + 1
     job = new_job(DeliveryPayload(job=record.id, attempt=attempt), context)
     if webhooks.begin(record.id, job.id, attempt):

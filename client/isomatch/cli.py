@@ -37,6 +37,7 @@ from isomatch._cli import (
     landmarks,
     leave,
     maps,
+    mcp,
     named_upload,
     names_prototype,
     parameter_options,
@@ -197,6 +198,7 @@ app.command(epilog=TRANSFER_EXAMPLES)(transfer)
 app.command(epilog=LANDMARKS_EXAMPLES)(landmarks)
 app.command(epilog=REGISTER_EXAMPLES)(register)
 app.command(epilog=MAPS_EXAMPLES)(maps)
+app.command()(mcp)
 
 
 @app.command()

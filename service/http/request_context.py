@@ -2,6 +2,8 @@
 
 import re
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Final
 from uuid import uuid4
 
@@ -10,6 +12,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from broker.telemetry import logger
+from broker.tracing import failed, span
 from service.http.problem_documents import response
 from service.http.problems import InternalError
 
@@ -48,7 +51,8 @@ class RequestContext:
             await send(message)
 
         start = time.perf_counter()
-        with structlog.contextvars.bound_contextvars(request_id=request_id):
+        quiet = scope["path"].startswith(_QUIET)
+        with structlog.contextvars.bound_contextvars(request_id=request_id), _traced(scope, quiet):
             try:
                 await self._app(scope, receive, named)
             except Exception:
@@ -59,7 +63,7 @@ class RequestContext:
                     )
                     await response(problem.problem(scope["path"]))(scope, receive, named)
             finally:
-                quiet = scope["path"].startswith(_QUIET)
+                scope["state"]["status"] = status
                 (log.debug if quiet else log.info)(
                     "request",
                     method=scope["method"],
@@ -67,3 +71,34 @@ class RequestContext:
                     status=status,
                     seconds=round(time.perf_counter() - start, 4),
                 )
+
+
+@contextmanager
+def _traced(scope: Scope, quiet: bool) -> Iterator[None]:
+    """Trace a request as a part of the trace that the caller names, if it names one."""
+    if quiet:
+        yield
+        return
+    parent = Headers(scope=scope).get("traceparent", "")
+    with span(scope["method"], kind="SERVER", parent=parent) as traced:
+        if traced is None:
+            yield
+            return
+        state = scope["state"]
+        state["trace_id"] = format(traced.get_span_context().trace_id, "032x")
+        try:
+            yield
+        finally:
+            route = getattr(scope.get("route"), "path", None)
+            traced.update_name(scope["method"] if route is None else f"{scope['method']} {route}")
+            traced.set_attributes(
+                {
+                    "http.request.method": scope["method"],
+                    "http.response.status_code": state.get("status", 0),
+                    "http.route": route or "",
+                    "url.path": scope["path"],
+                    "isomatch.request_id": state["request_id"],
+                }
+            )
+            if state.get("status", 0) >= 500:
+                failed(str(state["status"]))

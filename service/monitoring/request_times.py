@@ -62,7 +62,10 @@ class MeasureRequests:
             if message["type"] == "http.response.start":
                 method = scope["method"] if scope["method"] in _METHODS else "other"
                 labels = method, _route(scope), str(message["status"])
-                self._times.seconds.labels(*labels).observe(time.perf_counter() - start)
+                trace = scope.get("state", {}).get("trace_id")
+                self._times.seconds.labels(*labels).observe(
+                    time.perf_counter() - start, None if trace is None else {"trace_id": trace}
+                )
             await send(message)
 
         with self._times.open.track_inprogress():

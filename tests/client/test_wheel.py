@@ -156,8 +156,8 @@ def test_the_metadata_is_complete(built: Built) -> None:
     assert always == {
         *("anyio", "httpx2", "numpy", "pydantic", "rich", "typer", "typing-extensions"),
     }
-    assert {found.name for found in needed} - always == {"plotly"}
-    assert told.get_all("Provides-Extra") == ["plot"]
+    assert {found.name for found in needed} - always == {"plotly", "mcp"}
+    assert told.get_all("Provides-Extra") == ["mcp", "plot"]
     assert (ROOT / "client" / "LICENSE").read_text() == (ROOT / "LICENSE").read_text()
 
 

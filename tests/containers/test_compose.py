@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from broker.tracing import ENDPOINTS
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.containers.manifests import DOCKER, OBJECT_STORAGE, Json, compose, settings_names, stages
@@ -50,7 +51,7 @@ def test_settings_have_the_names_that_are_read() -> None:
         ("api", settings_names(Settings)),
         ("worker", settings_names(WorkerSettings)),
     ):
-        assert set(SERVICES[name]["environment"]) <= read | set(OBJECT_STORAGE)
+        assert set(SERVICES[name]["environment"]) <= read | {*OBJECT_STORAGE, *ENDPOINTS}
         assert "blobs:/blobs" in SERVICES[name]["volumes"]
     agreed = SERVICES["worker"]["environment"].items() & SERVICES["api"]["environment"].items()
     same = {"ISOMATCH_REDIS_URL", "ISOMATCH_BLOB_URL", "ISOMATCH_CACHE_URL"}
@@ -67,7 +68,7 @@ def test_defaults_are_those_of_the_settings() -> None:
     others = {"ISOMATCH_CACHE_BYTES", "ISOMATCH_JOB_MEMORY_MB"}
     for service in ("api", "worker"):
         for name, value in SERVICES[service]["environment"].items():
-            if name.endswith("_URL") or name in (*others, *OBJECT_STORAGE):
+            if name.endswith("_URL") or name in (*others, *OBJECT_STORAGE, *ENDPOINTS):
                 continue
             known = fields[name.removeprefix("ISOMATCH_").lower()].default
             assert default(value) == str(known or ""), name

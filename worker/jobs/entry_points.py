@@ -11,6 +11,7 @@ from rq.job import Job
 from broker.processes import limit_memory
 from broker.queue import JobQueue
 from broker.store import Store
+from broker.tracing import exporting
 from broker.upkeep import LOSSES_AFTER_KILL, handle_lost_process
 from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
@@ -30,7 +31,8 @@ def run(job_id: str) -> None:
     assert job is not None
     structlog.contextvars.bind_contextvars(job_id=job_id, **job.get_meta(refresh=False))
     store = Store.over(job.connection, settings, settings.redis_patience)
-    Runner(JobQueue(store, settings), uuid4().hex, settings).run(job_id)
+    with exporting("worker"):
+        Runner(JobQueue(store, settings), uuid4().hex, settings).run(job_id)
 
 
 def stopped(job: Job, connection: Redis) -> None:
@@ -38,4 +40,5 @@ def stopped(job: Job, connection: Redis) -> None:
     settings = worker_settings()
     # RQ calls it in the process that forks jobs.
     store = Store.over(connection, settings, settings.redis_patience, forks=True)
-    handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL)
+    with exporting("worker"):
+        handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL)

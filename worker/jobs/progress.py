@@ -5,6 +5,7 @@ from typing import Final
 
 from broker.contracts import Progress
 from broker.store import Jobs
+from broker.tracing import StageSpans
 from solver.control import Control
 
 REPORT_INTERVAL: Final = 0.25
@@ -43,6 +44,7 @@ class Reporter:
         self._cancelled = False
         self._since = time.monotonic()
         self._seconds: dict[str, float] = {}
+        self._spans = StageSpans()
 
     def seconds(self) -> dict[str, float]:
         """Return the seconds of each reported stage so far."""
@@ -63,11 +65,16 @@ class Reporter:
         if stage != self._progress.stage:
             self._seconds |= self._present()
             self._since = now
+            self._spans.enter(stage)
         due = stage != self._progress.stage or now - self._reported >= REPORT_INTERVAL
         self._progress = Progress(stage=stage, fraction=fraction)
         if due:
             self._reported = self._checked = now
             self._cancelled = not self._jobs.report(self._job_id, self._runner, self._progress)
+
+    def end(self) -> None:
+        """End the span of the last stage."""
+        self._spans.leave()
 
     def _present(self) -> dict[str, float]:
         stage = self._progress.stage

@@ -5,18 +5,20 @@ solves, stores what belongs in the store, and returns the result document of kin
 """
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Final, TypeAlias
 
 from redis.exceptions import RedisError
 
+from broker import tracing
 from broker.blobs import BlobsAway, NotMigrated
 from broker.contracts import JobKind, JobRecord, UploadPayload, subject_of
 from broker.queue import JobQueue
-from broker.store import Jobs, NewerRecord
+from broker.store import Jobs, NewerRecord, Store
 from broker.telemetry import logger
-from broker.upkeep import evict_deleted
+from broker.upkeep import evict_deleted, first_loss
 from broker.webhooks import WebhookSettings
 from solver.errors import Cancelled
 from worker.jobs.archives import validate_prototype
@@ -85,6 +87,10 @@ class Runner:
         record = self._claim(job_id)
         if record is None:
             return
+        with _traced(record, self.queue.store):
+            self._run(record)
+
+    def _run(self, record: JobRecord) -> None:
         log.info("begun")
         start = time.perf_counter()
         reporter = Reporter(self.queue.store.jobs, record.id, self.name)
@@ -117,8 +123,12 @@ class Runner:
     def _call(self, context: JobContext, start: float) -> None:
         record, jobs = context.record, context.store.jobs
         try:
-            result = FUNCTIONS[record.kind](record.payload, context)
-            kept = jobs.succeed(record.id, self.name, result)
+            try:
+                result = FUNCTIONS[record.kind](record.payload, context)
+            finally:
+                context.reporter.end()
+            with tracing.span("storing"):
+                kept = jobs.succeed(record.id, self.name, result)
         except (RedisError, BlobsAway, NotMigrated):
             raise
         except Cancelled:
@@ -131,9 +141,25 @@ class Runner:
             if isinstance(record.payload, UploadPayload):
                 upload = record.payload
                 context.store.uploads.reject(upload.upload, upload.file_type, record.id)
+            tracing.failed(problem.slug)
             jobs.fail(record.id, self.name, problem)
         else:
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+
+
+@contextmanager
+def _traced(record: JobRecord, store: Store) -> Iterator[None]:
+    """Trace a job as a part of its request, with the time it waited, linked to a lost attempt."""
+    if record.started is not None:
+        tracing.past_span("in the queue", record.traceparent, record.created, record.started)
+    with tracing.span(
+        record.kind.value,
+        kind="CONSUMER",
+        parent=record.traceparent,
+        linked=first_loss(store, record.id) if tracing.enabled() else None,
+        job_id=record.id,
+    ):
+        yield
 
 
 def _goes_on(batch: str, jobs: Jobs) -> bool:

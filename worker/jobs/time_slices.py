@@ -19,6 +19,7 @@ from broker.contracts import (
 )
 from broker.store import ClaimStatus, NewerRecord
 from broker.telemetry import logger
+from broker.tracing import span
 from broker.upkeep import evict_deleted
 from solver.control import Control
 from solver.errors import Cancelled
@@ -85,7 +86,8 @@ def _work(comparison: Comparison) -> None:
             return
         else:
             began = time.perf_counter()
-            result = comparison.compute(chunk)
+            with span(chunk.stage):
+                result = comparison.compute(chunk)
             chunks.complete(job.id, chunk, result, time.perf_counter() - began)
         worked = time.monotonic() - start
         if worked > MAX_SLICE_SECONDS or (

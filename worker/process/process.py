@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Final
 
 from pydantic import ValidationError
-from redis.exceptions import RedisError
+from redis.exceptions import OutOfMemoryError, RedisError
 from rq import Queue, Worker
 from rq.exceptions import AbandonedJobError
 from rq.job import Job
@@ -19,6 +19,7 @@ from broker.processes import die_with_parent, forks_die_with_parent
 from broker.queue import QUEUES
 from broker.store import CONNECT_TIMEOUT, Store, connect
 from broker.telemetry import configure_logging, logger
+from broker.tracing import exporting, prepare
 from broker.upkeep import (
     LOSSES_AFTER_KILL,
     LOSSES_WITH_WORKER,
@@ -73,13 +74,17 @@ def main() -> int:
         # Logged before the warm-up, which takes a while.
         log.warning("Redis does not answer yet, and will be waited for", error=unreachable)
     warm_up()
+    prepare()
     store = Store.open(settings, settings.redis_patience, forks=True)
     # RQ logs several lines about each job; the jobs' own logs have the same information.
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"
     try:
         new_worker(store, settings.heartbeat).work(burst=options.burst, logging_level=level)
     except RedisError as error:
-        log.error("Redis has not answered for too long: stopping", error=str(error))
+        # A full store answers at once, and is not waited for: whoever starts workers does that.
+        full = isinstance(error, OutOfMemoryError) or "maxmemory" in str(error)
+        event = "the store is full" if full else "Redis has not answered for too long"
+        log.error(f"{event}: stopping", error=str(error))
         return 1
     return 0
 
@@ -107,13 +112,15 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
     client = store.client
 
     def killed(job: Job, pid: int, status: int, usage: object) -> None:
-        handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL)
+        with exporting("worker"):
+            handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL)
 
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
         # The runner handles the errors of jobs; these are RQ's own, or the store's.
         how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
         reason = store_away() if issubclass(kind, BlobError) else None
-        handle_lost_process(store, job, how, LOSSES_WITH_WORKER, reason)
+        with exporting("worker"):
+            handle_lost_process(store, job, how, LOSSES_WITH_WORKER, reason)
 
     return Worker(
         [Queue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],

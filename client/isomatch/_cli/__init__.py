@@ -14,6 +14,7 @@ from isomatch._cli.job_commands import jobs
 from isomatch._cli.job_runs import echo_models, run
 from isomatch._cli.landmark_command import landmarks
 from isomatch._cli.maps_command import maps
+from isomatch._cli.mcp_command import mcp
 from isomatch._cli.options import (
     FORMATS,
     AsJson,
@@ -68,6 +69,7 @@ __all__ = [
     "landmarks",
     "leave",
     "maps",
+    "mcp",
     "named_upload",
     "names_prototype",
     "prototypes",

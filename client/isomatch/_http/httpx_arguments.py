@@ -1,6 +1,7 @@
 """Keyword arguments for httpx2, the same for blocking and asynchronous clients."""
 
 import json
+import sys
 from importlib.metadata import version
 from typing import Any, Final, TypedDict
 
@@ -36,12 +37,20 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
         "url": call.path,
         "params": {key: value for key, value in call.query.items() if value is not None},
         "timeout": None if timeout is None else timeout + call.patience,
-        "headers": dict(call.headers),
+        "headers": {**_trace_context(), **call.headers},
     }
     if call.body is not None:
         arguments["content"] = json.dumps(call.body, allow_nan=False).encode()
-        arguments["headers"] = {**call.headers, "content-type": "application/json"}
+        arguments["headers"]["content-type"] = "application/json"
     if call.file is not None:
         arguments["files"] = {"file": (call.file.name, call.file.content)}
         arguments["data"] = dict(call.form)
     return arguments
+
+
+def _trace_context() -> dict[str, str]:
+    """Return the headers of the present trace, in a program that uses OpenTelemetry."""
+    carrier: dict[str, str] = {}
+    if (propagate := sys.modules.get("opentelemetry.propagate")) is not None:
+        propagate.inject(carrier)
+    return carrier

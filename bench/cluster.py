@@ -16,7 +16,6 @@ from rq import Worker
 
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer, listening
-from tests.blobs import blob_url
 
 SETTINGS = {
     "ISOMATCH_HEARTBEAT": "2",
@@ -166,7 +165,7 @@ class Cluster:
     ) -> subprocess.Popen[str]:
         stores = {
             "ISOMATCH_REDIS_URL": self.store.url,
-            "ISOMATCH_BLOB_URL": blob_url(self._folder),
+            "ISOMATCH_BLOB_URL": (self._folder / "blobs").as_uri(),
         }
         environment = {**stores, **SETTINGS, **settings}
         with (self._folder / log).open("a") as stderr:

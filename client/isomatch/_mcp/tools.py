@@ -1,0 +1,250 @@
+"""The tools: upload, match, compare, transfer and picture."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any, Final, Literal, cast
+
+from mcp.server.mcpserver import Context, Image
+from mcp.server.mcpserver.exceptions import ToolError
+from pydantic import Field
+
+from isomatch._clients import AsyncClient
+from isomatch._mcp.answers import (
+    CompareAnswer,
+    MatchAnswer,
+    TransferAnswer,
+    UploadAnswer,
+    compare_answer,
+    match_answer,
+    transfer_answer,
+    upload_answer,
+)
+from isomatch._mcp.errors import tool_errors
+from isomatch._mcp.folder import Folder, RefusedPath
+from isomatch._mcp.jobs import finished
+from isomatch._models import DissimilarityParameters, MatchParameters, Shape
+from isomatch._operations.results import View
+from isomatch._results import Direction, Element, TransferKind
+
+_SHAPE_ID: Final = re.compile(r"[0-9a-f]{32}")
+_PROTOTYPE_ID: Final = re.compile(r"p-[0-9a-f]{32}")
+
+SHAPE: Final = "Path of a mesh file in the folder of this server, or the id of an uploaded shape."
+SAVE_TO: Final = (
+    "New file for the whole result, in the folder of this server, in the format of its ending"
+)
+
+Mesh = Annotated[str, Field(description=SHAPE)]
+MatchFile = Annotated[
+    str | None,
+    Field(
+        description=f"{SAVE_TO}: json, npz (arrays) or csv (pairs); ply, obj or glb need `dense`."
+    ),
+]
+
+
+@dataclass(frozen=True)
+class Tools:
+    """The tools, with what they share.
+
+    Attributes
+    ----------
+    client
+        Of the service.
+    folder
+        Folder of the files.
+    """
+
+    client: AsyncClient
+    folder: Folder
+
+    async def upload(
+        self, path: Annotated[str, Field(description="Path of a mesh file in the folder.")]
+    ) -> UploadAnswer:
+        """Upload a mesh: OFF, OBJ, PLY, STL, GLB, GLTF, ZIP, or points as PLY, XYZ, TXT, CSV.
+
+        The answer has its size and what was repaired. Other tools take paths as well, so this is
+        needed only to look at a mesh.
+        """
+        with tool_errors():
+            return upload_answer(await self.client.upload(self.folder.readable(path)))
+
+    async def match(
+        self,
+        source: Mesh,
+        target: Mesh,
+        context: Context[Any, Any],
+        dense: Annotated[
+            bool, Field(description="Map all vertices, not only points: `transfer` needs it.")
+        ] = False,
+        points: Annotated[
+            int | None, Field(description="Points to match, 3 to 256; 32 if left out.")
+        ] = None,
+        orientation: Annotated[
+            bool, Field(description="Match left with left; if false, a mirror image is as good.")
+        ] = True,
+        partial: Annotated[
+            Literal["detected", "source", "target", "none"],
+            Field(description="Which shape is only a part of the other, as of a scan with holes."),
+        ] = "detected",
+        landmarks: Annotated[
+            list[tuple[int, int]] | None,
+            Field(description="Pairs of vertices, source and target, known to correspond."),
+        ] = None,
+        simplify: Annotated[
+            int | None,
+            Field(description="Simplify larger shapes to this many vertices first: faster."),
+        ] = None,
+        time_limit: Annotated[
+            float | None,
+            Field(description="Seconds after which the best answer so far is returned."),
+        ] = None,
+        save_to: MatchFile = None,
+    ) -> MatchAnswer:
+        """Find corresponding points on two surfaces, one of which is a deformation of the other.
+
+        The answer has the energy (less is better), a certificate of what is proven of it, and the
+        probability that the match is right, with the reasons for doubt. Tell the user when it is
+        in doubt. Lasts seconds to minutes.
+        """
+        given = _given(
+            dense=dense,
+            points=points,
+            orientation=orientation,
+            partial=partial,
+            landmarks=landmarks,
+            simplify=simplify,
+            time_limit=time_limit,
+        )
+        parameters = cast(MatchParameters, given)
+        with tool_errors():
+            file = self._new_file(save_to)
+            first, second = await self._source(source), await self._shape(target)
+            job, result = await finished(self.client.match(first, second, **parameters), context)
+            return match_answer(job.id, result, await self._save(job, file))
+
+    async def compare(
+        self,
+        shapes: Annotated[list[str], Field(description=f"Two or more of: {SHAPE}")],
+        context: Context[Any, Any],
+        labels: Annotated[
+            list[str] | None,
+            Field(description="Class of each shape, by which retrieval is scored in the file."),
+        ] = None,
+        points: Annotated[
+            int | None, Field(description="Points of each shape, 3 to 10; 6 if left out.")
+        ] = None,
+        save_to: Annotated[
+            str | None, Field(description=f"{SAVE_TO}: json, npz or csv (matrix).")
+        ] = None,
+    ) -> CompareAnswer:
+        """Compare shapes, all with all: how dissimilar they are, and which are nearest to each."""
+        with tool_errors():
+            file = self._new_file(save_to)
+            compared = [await self._shape(shape) for shape in shapes]
+            parameters = cast(DissimilarityParameters, _given(points=points))
+            starting = self.client.dissimilarities(compared, labels, **parameters)
+            job, result = await finished(starting, context)
+            return compare_answer(job.id, result, await self._save(job, file))
+
+    async def transfer(
+        self,
+        match: Annotated[str, Field(description="`job` of a match with `dense`.")],
+        what: Annotated[TransferKind, Field(description="Kind of what is carried.")],
+        context: Context[Any, Any],
+        values: Annotated[
+            str | None,
+            Field(
+                description="Path of a file with a value for each vertex or face, in the folder:"
+                " npz, csv, ply, obj, glb, or seg or txt of a label a line. If left out, those in"
+                " the file of the shape itself."
+            ),
+        ] = None,
+        landmarks: Annotated[
+            list[int] | None, Field(description="Vertices to carry, with `what` landmarks.")
+        ] = None,
+        direction: Annotated[
+            Direction, Field(description="From which shape of the match to which.")
+        ] = "source_to_target",
+        on: Annotated[
+            Element | None, Field(description="What of the other shape takes the values.")
+        ] = None,
+        names: Annotated[
+            list[str] | None, Field(description="Only these attributes; all if left out.")
+        ] = None,
+        save_to: Annotated[
+            str | None,
+            Field(
+                description=f"{SAVE_TO}: npz or csv of the values, ply, obj or glb of the shape"
+                " with them. Needed for all but landmarks."
+            ),
+        ] = None,
+    ) -> TransferAnswer:
+        """Carry values or landmarks from one shape of a match to the other.
+
+        Values are written to a file; the images of landmarks are in the answer.
+        """
+        with tool_errors():
+            if what != "landmarks" and save_to is None:
+                raise ToolError(f"save_to: {what} are too many to be shown; name a file for them")
+            file = self._new_file(save_to)
+            source = None
+            if values is not None:
+                source = await self.client.upload_attributes(self.folder.readable(values))
+            starting = self.client.transfer(
+                match,
+                source,
+                what=what,
+                direction=direction,
+                on=on,
+                names=names or (),
+                points=landmarks or (),
+            )
+            job, result = await finished(starting, context)
+            return transfer_answer(job.id, result, await self._save(job, file))
+
+    async def picture(
+        self,
+        job: Annotated[str, Field(description="`job` of a match or a comparison.")],
+        view: Annotated[
+            View | None, Field(description="Side from which a match is seen; front if left out.")
+        ] = None,
+        alternative: Annotated[
+            int | None, Field(description="Which answer of a match: 0, or the number of another.")
+        ] = None,
+    ) -> Image:
+        """Draw the result of a job: both shapes in corresponding colours, or the matrix."""
+        with tool_errors():
+            found = await self.client.job(job)
+            return Image(data=await found.picture(alternative=alternative, view=view), format="png")
+
+    def _new_file(self, name: str | None) -> Path | None:
+        return None if name is None else self.folder.writable(name)
+
+    async def _save(self, job: Any, file: Path | None) -> str | None:
+        """Write the result of a job to a new file, and return the file's name in the folder."""
+        if file is None:
+            return None
+        with TemporaryDirectory(prefix="isomatch-") as elsewhere:
+            saved = Path(elsewhere, file.name)
+            await job.save(saved)
+            try:
+                self.folder.write_new(file, saved.read_bytes())
+            except RefusedPath as error:
+                raise ToolError(f"job {job.id} has succeeded, but {error}") from error
+        return self.folder.name(file)
+
+    async def _shape(self, given: str) -> Shape:
+        if _SHAPE_ID.fullmatch(given):
+            return await self.client.shape(given)
+        return await self.client.upload(self.folder.readable(given))
+
+    async def _source(self, given: str) -> Shape | str:
+        return given if _PROTOTYPE_ID.fullmatch(given) else await self._shape(given)
+
+
+def _given(**parameters: object) -> dict[str, object]:
+    """Return the parameters that are not None; for others the service has defaults."""
+    return {name: value for name, value in parameters.items() if value is not None}
