@@ -45,7 +45,7 @@ CALLERS: Final = 4
 
 PERMANENT: Final = re.compile(
     r"isomatch:(shapes|prototypes|jobs|jobs:(queued|running|succeeded|failed|cancelled)|tallies"
-    r"|spectra:counters|cache:(spectra|sizes))"
+    r"|spectra:counters|cache:(spectra|sizes)|blobs:(owner|sweep))"
     r"|rq:(queues|workers(:.*)?|queue:.*|finished:.*|failed:.*|wip:.*|deferred:.*|scheduled:.*"
     r"|canceled:.*|clean_registries:.*)"
 )
@@ -221,7 +221,7 @@ def take_stock(cluster: Cluster, account: Account, count: Count) -> None:
         f"key {key}: {sorted(jobs)}" for key, jobs in account.jobs.items() if len(jobs) > 1
     ]
     count.duplicated += [f"{job}: of no key" for job in _listed(cluster) - account.accepted]
-    settings = WorkerSettings(redis_url=cluster.store.url)
+    settings = WorkerSettings(redis_url=cluster.store.url, blob_url=cluster.blobs)
     store = Store.open(settings, retry_seconds=1)
     try:
         queue = JobQueue(store, settings)

@@ -37,6 +37,7 @@ class Cluster:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
+        self.blobs = (folder / "blobs").as_uri()
         self._environment = {
             name: value for name, value in os.environ.items() if not name.startswith("ISOMATCH_")
         }
@@ -165,7 +166,7 @@ class Cluster:
     ) -> subprocess.Popen[str]:
         stores = {
             "ISOMATCH_REDIS_URL": self.store.url,
-            "ISOMATCH_BLOB_URL": (self._folder / "blobs").as_uri(),
+            "ISOMATCH_BLOB_URL": self.blobs,
         }
         environment = {**stores, **SETTINGS, **settings}
         with (self._folder / log).open("a") as stderr:

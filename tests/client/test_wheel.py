@@ -184,9 +184,10 @@ def test_the_wheel_is_what_the_source_distribution_makes(built: Built, tmp_path:
     ours = contents(built.wheel)
     assert contents(again) == ours
     assert "isomatch/py.typed" in ours
-    package = ROOT / "client" / "isomatch"
-    modules = {str(path.relative_to(package)) for path in package.rglob("*.py")}
-    assert {name.removeprefix("isomatch/") for name in ours if name.endswith(".py")} == modules
+    client = ROOT / "client"
+    files = [client / "isomatch_command.py", *(client / "isomatch").rglob("*.py")]
+    modules = {str(path.relative_to(client)) for path in files}
+    assert {name for name in ours if name.endswith(".py")} == modules
 
 
 def test_the_wheel_works_with_its_dependencies_alone(
