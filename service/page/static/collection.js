@@ -1,7 +1,7 @@
 // Dissimilarities of a collection: a heat map whose cells can be chosen, and a table of nearest neighbours.
 
 import { get } from "./api.js";
-import { h, fill, table, warningList } from "./dom.js";
+import { h, fill, table, warningList, MOST_IN_FULL } from "./dom.js";
 import { download } from "./download.js";
 import { certifiedBadge, count, figure, percent } from "./format.js";
 import { dissimilarityPicture, drawHeatMap } from "./heat_map.js";
@@ -9,7 +9,7 @@ import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
 const NEIGHBOURS = 3;
-const MOST_ROWS = 200;
+const MOST_ROWS = 500;
 /** Least milliseconds between two drawings of a heat map that grows. */
 const PAUSE = 1500;
 
@@ -44,8 +44,12 @@ export async function collectionView(place, result, job, signal) {
   document.title = `${result.shapes.length} shapes – isomatch`;
   const map = h("div", { class: "heat", role: "img", "aria-label": "Heat map of the dissimilarities; the table below has the nearest of each shape" });
   const detail = h("section", { class: "card detail", "aria-live": "polite" },
-    h("p", { class: "faint" }, "Choose a cell, or a neighbour in the table."));
-  const choose = (i, j) => fill(detail, cell(result, names, i, j));
+    h("p", { class: "faint" }, "Choose a cell, two shapes, or a neighbour in the table."));
+  const chosen = twoShapes(names, (i, j) => choose(i, j));
+  const choose = (i, j) => {
+    chosen.show(i, j);
+    fill(detail, cell(result, names, i, j));
+  };
   fill(place,
     h("h2", {}, `Dissimilarities of ${result.shapes.length} shapes`),
     h("p", { class: "proof" },
@@ -54,12 +58,12 @@ export async function collectionView(place, result, job, signal) {
         `The dissimilarities of ${result.uncertified.length} pairs are not proven minimal.`),
     scores(result),
     warningList(result.warnings),
-    map, detail,
+    map, chosen.node, detail,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
       download(job.links.arrays, "Arrays (NPZ)", `${job.id}.npz`)),
-    neighbourTable(result, names, choose));
+    neighbours(result, names, choose));
   await drawHeatMap(map, dissimilarityPicture(result.matrix, names, result.labels), choose, signal);
 }
 
@@ -79,6 +83,31 @@ function cell(result, names, i, j) {
 
 const link = (result, names, i) => h("a", { href: `#/shapes/${result.shapes[i]}` }, names[i]);
 
+/** Fields for any two shapes: cells of large collections are small, and cannot be reached by keyboard. */
+function twoShapes(names, choose) {
+  const options = () => names.map((name, i) => h("option", { value: i }, name));
+  const [row, column] = ["shape-a", "shape-b"].map((id) => h("select", {
+    id, onchange: () => choose(Number(row.value), Number(column.value)),
+  }, options()));
+  const field = (label, select) => h("div", {}, h("label", { for: select.id }, label), select);
+  return {
+    node: h("div", { class: "two-shapes" }, field("Dissimilarity of", row), field("and", column)),
+    show: (i, j) => [row.value, column.value] = [i, j],
+  };
+}
+
+/** The nearest neighbours of each shape; of many shapes, one is found by its name. */
+export function neighbours(result, names, choose) {
+  const shown = neighbourTable(result, names, choose);
+  if (names.length <= MOST_IN_FULL) return shown;
+  const rows = [...shown.querySelectorAll("tbody tr")];
+  const find = (event) => {
+    const wanted = event.target.value.trim().toLowerCase();
+    for (const row of rows) row.hidden = !row.querySelector("th").textContent.toLowerCase().includes(wanted);
+  };
+  return [h("p", { class: "measure" }, h("label", { for: "find" }, "Find a shape "), h("input", { id: "find", type: "search", oninput: find })), shown];
+}
+
 function neighbourTable(result, names, choose) {
   const nearest = (i) => result.nearest[i].slice(0, NEIGHBOURS).map((j) => h("li", {},
     h("button", { type: "button", class: "small", onclick: () => choose(i, j) }, names[j]), " ",
@@ -90,5 +119,5 @@ function neighbourTable(result, names, choose) {
   const heads = ["Shape", ...(result.labels ? ["Class"] : []), "Nearest shapes"];
   const left = result.shapes.length - rows.length;
   const caption = ["Nearest neighbours", left > 0 ? ` of the first ${MOST_ROWS} shapes; the JSON has all` : ""];
-  return table(caption, heads, rows);
+  return table(caption, heads, rows, { class: "stacked" });
 }

@@ -31,8 +31,16 @@ export const warningList = (warnings) => (warnings.length === 0 ? null
 export const figureList = (entries) => h("dl", { class: "figures" }, entries.map(([term, value, field = null]) =>
   h("div", {}, h("dt", {}, term), h("dd", { "data-field": field }, value))));
 
-/** A table that scrolls if it is wide. */
-export const table = (caption, heads, rows, attributes = {}) => h("div", { class: "scroll" },
+/** Rows of a table, or entries of a list, up to which it is shown in full. */
+export const MOST_IN_FULL = 20;
+
+/** Attributes of an area that has its own scroll bar if it is long, and then can be reached by keyboard. */
+export const scrolled = (classes, count, label) => (count > MOST_IN_FULL
+  ? { class: `${classes} long`, tabindex: "0", role: "group", "aria-label": label } : { class: classes });
+
+/** A table that scrolls if it is wide or long. */
+export const table = (caption, heads, rows, attributes = {}) => h("div",
+  scrolled("scroll", rows.length, [caption].flat().join("")),
   h("table", attributes, h("caption", {}, caption),
     h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
     h("tbody", {}, rows)));

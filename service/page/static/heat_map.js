@@ -8,8 +8,10 @@ import { digits } from "./format.js";
 const COLORSCALE = "Viridis";
 /** Values above this quantile have the last colour. */
 const UPPER_QUANTILE = 0.98;
-/** Shapes up to which rows and columns are named. */
+/** Shapes up to which rows and columns are named; beyond, their classes are, if they are as few. */
 const MOST_NAMES = 40;
+/** Shapes up to which a gap is left between cells. */
+const MOST_GAPS = 80;
 /** Characters of a shortened name, and of one beside a narrow drawing. */
 const LONGEST = 18;
 const NARROW_LONGEST = 10;
@@ -31,9 +33,10 @@ export async function drawHeatMap(node, { names, labels = null, matrix, most, ti
   const short = narrow ? shortened(names.map(withoutEnding), NARROW_LONGEST) : shortened(names);
   // Names may repeat, so the axes are numeric and only their ticks are named.
   const ticks = names.length <= MOST_NAMES
-    ? { tickvals: order.map((_, at) => at), ticktext: order.map((i) => plain(short[i])) } : { showticklabels: false };
+    ? { tickvals: order.map((_, at) => at), ticktext: order.map((i) => plain(short[i])) } : classTicks(labels, narrow);
+  const gap = names.length <= MOST_GAPS ? 1 : 0;
   const data = {
-    type: "heatmap", colorscale: COLORSCALE, xgap: 1, ygap: 1, hoverinfo: "text",
+    type: "heatmap", colorscale: COLORSCALE, xgap: gap, ygap: gap, hoverinfo: "text",
     z: order.map((i) => order.map((j) => matrix[i][j])), zmin: 0, zmax: most,
     text: order.map((i) => order.map((j) => [names[i], names[j], text(i, j)].map(plain).join("<br>"))),
     colorbar: {
@@ -82,6 +85,20 @@ export function shortened(names, longest = LONGEST) {
 }
 
 const withoutEnding = (name) => name.replace(/(?<=.)\.[a-z]{3,4}$/i, "");
+
+/** Names of the classes, each in the middle of its rows. */
+function classTicks(labels, narrow) {
+  const sizes = new Map();
+  for (const label of labels ?? []) sizes.set(label, (sizes.get(label) ?? 0) + 1);
+  if (sizes.size === 0 || sizes.size > MOST_NAMES) return { showticklabels: false, ticks: "" };
+  const classes = [...sizes.keys()];
+  let before = 0;
+  const middles = classes.map((label) => {
+    before += sizes.get(label);
+    return before - sizes.get(label) / 2 - 0.5;
+  });
+  return { tickvals: middles, ticktext: shortened(classes, narrow ? NARROW_LONGEST : LONGEST).map(plain) };
+}
 
 function ordered(labels, count) {
   const order = Array.from({ length: count }, (_, i) => i);

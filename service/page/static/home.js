@@ -1,13 +1,16 @@
 // The start page: upload and choose shapes, and what is done with them.
 
 import { get } from "./api.js";
-import { h, fill, button } from "./dom.js";
+import { h, fill, button, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
 import { jobList, prototypeList, shapeList } from "./lists.js";
 import { isPrototype, jobForm } from "./job_form.js";
 import { problemBox } from "./problem.js";
 import { dropZone } from "./uploads.js";
 import { count } from "./format.js";
+
+/** Chosen shapes up to which their number is seen at once. */
+const MOST_UNCOUNTED = 4;
 
 /** @param {Array<string>} ids ids in the address, of shapes that are chosen already */
 export async function homeView(place, ids, signal) {
@@ -34,10 +37,7 @@ export async function homeView(place, ids, signal) {
     showChosen(selected, chosen, last, show, forms.signal);
   };
   const listShapes = async () => fill(shapes, await shapeList(choose, signal));
-  const uploads = dropZone(async (shape) => {
-    choose(shape);
-    await listShapes();
-  }, signal);
+  const uploads = dropZone(choose, listShapes, signal);
 
   fill(place,
     h("p", { class: "lead" },
@@ -74,8 +74,8 @@ function showChosen(node, chosen, last, changed, signal) {
     changed();
   };
   fill(node,
-    h("h2", { id: "chosen-title" }, "Chosen shapes"),
-    h("ol", { class: "chips" }, chosen.map((shape, at) => chip(shape, at, chosen, changed))),
+    h("h2", { id: "chosen-title" }, chosen.length > MOST_UNCOUNTED ? `${chosen.length} chosen shapes` : "Chosen shapes"),
+    h("ol", scrolled("chips", chosen.length, "Chosen shapes"), chosen.map((shape, at) => chip(shape, at, chosen, changed))),
     chosen.length === 2 && !isPrototype(chosen[0]) ? button("Swap source and target", swap) : null,
     chosen.length > 1 ? jobForm(chosen, last, signal) : h("p", { class: "faint" }, "Choose another shape."));
 }

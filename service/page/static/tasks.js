@@ -7,7 +7,6 @@ import { COMPARE, LEARN, MATCH } from "./parameters.js";
 
 const LARGE = 50000;
 const SIMPLIFIED = 20000;
-const FEW_POINTS = 16;
 
 const idsOf = (shapes) => shapes.map((shape) => shape.id);
 const pair = ([source, target]) => ({ source: source.id, target: target.id });
@@ -91,7 +90,7 @@ const learning = {
   named: (shapes) => ({ shapes: idsOf(shapes) }),
   fields: (_, shapes) => [
     textField("name", "Name", beginning(shapes), "A name that exists gets a next version."),
-    numberField("points", { ...LEARN.points, default: FEW_POINTS }),
+    numberField("points", LEARN.points),
     choiceField("correspondence", "Correspondence of the examples", [
       ["matches", "by matching with the first shape"],
       ["shared_connectivity", "by vertex number: the files share their triangles"],

@@ -5,33 +5,54 @@ import { h, fill, button } from "./dom.js";
 import { problemBox } from "./problem.js";
 import { percent } from "./format.js";
 
+/** Uploads up to which their list has no scroll bar. */
+const MOST_UNSCROLLED = 5;
+/** Uploads at a time: a browser has six connections to a service, and others need one meanwhile. */
+const AT_ONCE = 4;
 const ENDINGS = ".off,.obj,.ply,.stl,.glb,.gltf,.las,.laz,.xyz,.txt,.csv,.zip";
 
 /**
  * A drop zone.
  * @param {function(Object)} arrived called with each uploaded shape, in the order of the files
+ * @param {function()} complete called when all have arrived
  * @returns {Object} `node`; `take`, which uploads files; `begin`, from when on files dropped elsewhere are taken
  */
-export function dropZone(arrived, signal) {
-  const list = h("ul", { class: "uploads", "aria-live": "polite" });
+export function dropZone(arrived, complete, signal) {
+  const said = h("p", { class: "faint", role: "status" });
+  const list = h("ul", { class: "uploads", "aria-label": "Uploads" });
+  let [wanted, ended] = [0, 0];
+  const tell = () => {
+    said.textContent = ended < wanted ? `${ended} of ${wanted} files uploaded` : "";
+    if (ended === wanted) [wanted, ended] = [0, 0];
+    list.tabIndex = list.childElementCount > MOST_UNSCROLLED ? 0 : -1;
+  };
+  const inTurn = limited(AT_ONCE);
   // Names of the files by the ids of their shapes.
   const first = new Map();
   const take = async (files) => {
     const named = [...files];
-    const uploads = named.map((file) => sent(file, list, signal));
+    wanted += named.length;
+    const uploads = named.map(async (file) => {
+      const shape = await sent(file, list, inTurn, signal);
+      ended += 1;
+      tell();
+      return shape;
+    });
+    tell();
     for (const [at, shape] of uploads.entries()) {
       const found = await shape;
       if (found === null) continue;
       const same = first.get(found.id);
       if (same === undefined) first.set(found.id, named[at].name);
       else list.append(note(`${named[at].name} has the same content as ${same}: it is the same shape, and is used once.`));
-      await arrived(found);
+      arrived(found);
     }
+    await complete();
   };
   const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],
     "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP; points as PLY, XYZ, TXT or CSV", take);
   return {
-    node: h("section", { "aria-label": "Upload" }, zone, list), take, begin: () => takeFromElsewhere(take, signal),
+    node: h("section", { "aria-label": "Upload" }, zone, said, list), take, begin: () => takeFromElsewhere(take, signal),
   };
 }
 
@@ -95,16 +116,39 @@ function takeFromElsewhere(take, signal) {
   if (files.length > 0) take(files);
 }
 
-async function sent(file, list, signal) {
+/** A function that awaits the results of others, at most some at a time. */
+function limited(atOnce) {
+  const waiting = [];
+  let running = 0;
+  const next = () => {
+    if (running === atOnce || waiting.length === 0) return;
+    running += 1;
+    waiting.shift()();
+  };
+  return async (work) => {
+    await new Promise((begin) => {
+      waiting.push(begin);
+      next();
+    });
+    try {
+      return await work();
+    } finally {
+      running -= 1;
+      next();
+    }
+  };
+}
+
+async function sent(file, list, inTurn, signal) {
   const bar = h("progress", { max: 1, value: 0, "aria-label": `Upload of ${file.name}` });
-  const said = h("span", { class: "faint" }, "uploading");
+  const said = h("span", { class: "faint" }, "waiting");
   const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
   list.append(line);
   try {
-    const shape = await upload("/v1/shapes", file, (share) => {
+    const shape = await inTurn(() => upload("/v1/shapes", file, (share) => {
       bar.value = share;
       said.textContent = share < 1 ? percent(share) : "validating";
-    }, signal);
+    }, signal));
     line.remove();
     for (const warning of shape.warnings) list.append(note(`${shape.name}: ${warning}`));
     return shape;

@@ -1,13 +1,16 @@
 """Files of landmarks on the page: what the client writes it reads, and the other way round."""
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from isomatch import LandmarkSet, read_landmarks, write_landmarks
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 
+from tests.service.conftest import Api
+from tests.service.page.conftest import SMALL, opened
 from tests.service.page.test_modules import call
 
 GIVEN = LandmarkSet.of(
@@ -43,6 +46,13 @@ WRONG = {
     "i.fcsv": ("# CoordinateSystem = voxels\n", "line 1: The coordinate system"),
     "j.tps": ("LM3=0\n", "ends with none of"),
 }
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, api: Api) -> Iterator[Page]:
+    """One tab for all tests, which call functions and leave nothing."""
+    with opened(browser, api.url, viewport=SMALL) as tab:
+        yield tab
 
 
 def by_page(page: Page, name: str, text: str, system: str) -> LandmarkSet:

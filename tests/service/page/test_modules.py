@@ -3,7 +3,7 @@
 import base64
 import gzip
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -12,14 +12,22 @@ import numpy.typing as npt
 import pytest
 from isomatch._landmarks.surface_points import nearest_points
 from isomatch._results import Geometry
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page
 from scipy.spatial.transform import Rotation
 
 from solver.arrays import FloatArray
 from solver.mesh import triangle_mesh
-from tests.service.page.conftest import PATIENCE
+from tests.service.conftest import Api
+from tests.service.page.conftest import PATIENCE, SMALL, opened
 from tests.worker.figures import blob
 from worker.pictures import packed_geometry
+
+
+@pytest.fixture(scope="module")
+def page(browser: Browser, api: Api) -> Iterator[Page]:
+    """One tab for all tests, which call functions and leave nothing."""
+    with opened(browser, api.url, viewport=SMALL) as tab:
+        yield tab
 
 
 def call(page: Page, module: str, body: str, given: Any) -> Any:
@@ -107,6 +115,28 @@ def test_arrays_are_read(page: Page, save: Callable[..., None]) -> None:
 )
 def test_long_names_are_told_apart(page: Page, names: list[str], expected: list[str]) -> None:
     assert call(page, "heat_map", "return m.shortened(given)", names) == expected
+
+
+def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
+    body = """
+        const names = Array.from({ length: given }, (_, i) => `Shape ${i}`);
+        const result = {
+          shapes: names, labels: null, nearest: names.map((_, i) => [(i + 1) % given]),
+          matrix: names.map((_, i) => names.map((_, j) => Math.abs(i - j))),
+        };
+        const nodes = [m.neighbours(result, names, () => {})].flat();
+        document.body.replaceChildren(...nodes);
+        const field = document.querySelector("#find");
+        if (field === null) return null;
+        field.value = " shape 2";
+        field.dispatchEvent(new Event("input"));
+        const table = document.querySelector("table");
+        const found = table.querySelectorAll("tbody tr:not([hidden])").length;
+        return [table.parentElement.tabIndex, found];
+    """
+    assert call(page, "collection", body, 20) is None
+    # Shapes 2, and 20 to 29; the table is scrolled by keyboard.
+    assert call(page, "collection", body, 100) == [0, 11]
 
 
 def test_large_meshes_are_simplified(page: Page) -> None:

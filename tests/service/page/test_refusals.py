@@ -209,6 +209,9 @@ def test_a_collection_is_compared_on_a_telephone(
         said = detail.locator("data").get_attribute("value")
         assert said is not None
         assert float(said) == result["matrix"][1][3]
+        page.get_by_label("Dissimilarity of").select_option("horse-standing.off")
+        page.get_by_label("and", exact=True).select_option("cat-standing.off")
+        expect(detail).to_contain_text("horse-standing.off and cat-standing.off")
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
         detail.get_by_role("link", name="Match these two").click()
         expect(page.locator(".chips li")).to_have_count(2)
