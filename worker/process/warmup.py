@@ -2,8 +2,8 @@
 
 import gc
 import time
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from broker.contracts import (
     DissimilarityParameters,
     MatchParameters,
     MatchPayload,
+    MatchResult,
 )
 from broker.telemetry import logger
 from solver.control import Control, iterate
@@ -55,6 +56,9 @@ from worker.pictures import draw_match, draw_matrix, hypothesis_of
 
 log = logger("isomatch.worker")
 
+_SLOW: Final = 2.0
+"""Seconds from which on a step is told: it was compiled."""
+
 _ITERATIONS = 150
 """Iterations of the dual decomposition until it has added all its subproblems."""
 
@@ -66,28 +70,58 @@ def warm_up() -> None:
     """
     start = time.perf_counter()
     log.info("warming up; where nothing is compiled yet, this takes minutes")
-    binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
     mesh = mesh_from_bytes(mesh_to_bytes(read_mesh(torus_file(), "off")))
-    source = MatchInput(simplified(mesh, mesh.n_vertices - 1), None)
-    # Stretched: a match of a shape with itself is optimal before any bound is computed.
-    target = MatchInput(_stretched(mesh), None)
-    few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
-    for structures in (
-        # One registration is enough, which takes most of a match.
-        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
-        | {"orientation": False},
-        {"descriptor": ("si_hks", "geodesic_histogram"), "dense": True, "refine": "gmds"},
-    ):
-        result = match_shapes(source, target, _payload(few, structures), Control())
-    draw_match(mesh, target.mesh, hypothesis_of(result, None))
-    _compare(mesh)
-    _learn(mesh)
-    _register(mesh)
-    _decompose()
+    steps: tuple[tuple[str, Callable[[TriangleMesh], None]], ...] = (
+        ("reading", _read),
+        ("matching", _match),
+        ("dense maps", _map),
+        ("comparing", _compare),
+        ("learning", _learn),
+        ("registering", _register),
+        ("proving", _decompose),
+    )
+    for number, (name, step) in enumerate(steps, 1):
+        begun = time.perf_counter()
+        step(mesh)
+        seconds = time.perf_counter() - begun
+        if seconds > _SLOW:
+            log.info(
+                "compiled", what=name, step=f"{number} of {len(steps)}", seconds=round(seconds, 1)
+            )
     # Garbage collection in a fork would copy the pages of all objects that exist now.
     gc.collect()
     gc.freeze()
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
+
+
+def _read(mesh: TriangleMesh) -> None:
+    binary_columns((Element("face", 1, {"vertex_indices": Property("i4", "u1")}),), b"\0", "<")
+    simplified(mesh, mesh.n_vertices - 1)
+
+
+def _match(mesh: TriangleMesh) -> None:
+    # One registration is enough, which takes most of a match.
+    _match_with(
+        mesh,
+        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
+        | {"orientation": False},
+    )
+
+
+def _map(mesh: TriangleMesh) -> None:
+    structures = {"descriptor": ("si_hks", "geodesic_histogram"), "dense": True, "refine": "gmds"}
+    target, result = _match_with(mesh, structures)
+    draw_match(mesh, target, hypothesis_of(result, None))
+
+
+def _match_with(
+    mesh: TriangleMesh, structures: Mapping[str, Any]
+) -> tuple[TriangleMesh, MatchResult]:
+    source = MatchInput(simplified(mesh, mesh.n_vertices - 1), None)
+    # Stretched: a match of a shape with itself is optimal before any bound is computed.
+    target = MatchInput(_stretched(mesh), None)
+    few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
+    return target.mesh, match_shapes(source, target, _payload(few, structures), Control())
 
 
 def compile_rest() -> None:
@@ -146,7 +180,7 @@ def _register(mesh: TriangleMesh) -> None:
     shape_statistics(np.stack([positions, mesh.vertices]))
 
 
-def _decompose() -> None:
+def _decompose(mesh: TriangleMesh) -> None:
     """Bound a problem that cannot be enumerated, as few matches need: one of random distances."""
     random = np.random.default_rng(0)
     places = random.normal(size=(2, 12, 3))
