@@ -29,11 +29,11 @@ from typing import Any, Final
 import httpx2
 from redis import Redis
 
-from bench.cluster import Cluster, running_cluster
 from bench.faults import FAULTS, restored
 from bench.load import Account, Callers
+from bench.machines import Cluster, running_cluster
 from broker.queue import JobQueue
-from broker.store import Store, keys, text
+from broker.store import Keys, Store, text
 from worker.jobs import torus_file
 from worker.settings import WorkerSettings
 
@@ -44,12 +44,15 @@ SHAPES: Final = 3
 CALLERS: Final = 4
 
 PERMANENT: Final = re.compile(
-    r"isomatch:(shapes|prototypes|jobs|jobs:(queued|running|succeeded|failed|cancelled)|tallies"
-    r"|spectra:counters|cache:(spectra|sizes)|blobs:(owner|sweep))"
+    r"isomatch:(tenant:[^:]+:)?"
+    r"(shapes|prototypes|jobs|jobs:(queued|running|succeeded|failed|cancelled)|held)"
+    r"|isomatch:(tallies|spectra:counters|cache:(spectra|sizes)|blobs:(owner|sweep))"
+    r"|isomatch:(tenants|quotas|keys|keys:ever)"
     r"|rq:(queues|workers(:.*)?|queue:.*|finished:.*|failed:.*|wip:.*|deferred:.*|scheduled:.*"
     r"|canceled:.*|clean_registries:.*)"
 )
-"""Listings and counters, which belong to no single job or shape; RQ's queues and registries."""
+"""Listings and counters, which belong to no single job or shape, and what administrators set; RQ's
+queues and registries."""
 
 
 @dataclass
@@ -265,9 +268,9 @@ def _left(queue: JobQueue) -> list[str]:
 
 def _without_ttl(client: Redis) -> list[str]:
     """Return the keys that stay for ever, besides those that are listed where they are dropped."""
-    members: list[bytes] = client.zrange(keys.CACHED_SPECTRA, 0, -1)  # type: ignore[assignment]
+    members: list[bytes] = client.zrange(Keys.CACHED_SPECTRA, 0, -1)  # type: ignore[assignment]
     # Cached blobs are dropped when they are unused for long or the cache is full.
-    cached = {keys.cached_spectrum(text(member)) for member in members}
+    cached = {Keys.cached_spectrum(text(member)) for member in members}
     return sorted(
         name
         for name in map(text, client.scan_iter(count=1000))

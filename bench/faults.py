@@ -13,7 +13,7 @@ from typing import Final
 from redis import Redis
 from redis.exceptions import RedisError
 
-from bench.cluster import Cluster
+from bench.machines import Cluster
 
 LONGEST_STOP: Final = 14.0
 """Seconds that a process is stopped at most: longer than four heartbeats of a cluster, so that the

@@ -28,7 +28,7 @@ import httpx2
 from redis import Redis
 
 from broker.contracts import ShapeRecord
-from broker.store import connect, keys
+from broker.store import DEFAULT_KEYS, connect
 from demo.stack import LISTENS, ROOT
 from service.standalone import EmbeddedServer
 
@@ -91,7 +91,7 @@ def api(folder: Path, server: EmbeddedServer) -> Iterator[str]:
             id=_SHAPE, name="x", file_type="off", bytes=1, vertices=30, faces=56, area=1.0,
             components=1, closed=True, has_colors=False, warnings=(), created=datetime.now(UTC),
         )  # fmt: skip
-        client.set(keys.shape(_SHAPE), shape.model_dump_json(warnings=False))
+        client.set(DEFAULT_KEYS.shape(_SHAPE), shape.model_dump_json(warnings=False))
     others = {name: to for name, to in os.environ.items() if not name.startswith("ISOMATCH_")}
     settings = {
         "ISOMATCH_REDIS_URL": server.url,
@@ -142,7 +142,7 @@ def killed_while_accepting(
                         time.sleep(0.001)
                     server.start()
             with connect(server.url, retry_seconds=10) as client:
-                lost = [job for job in clients.accepted if not client.exists(keys.job(job))]
+                lost = [job for job in clients.accepted if not client.exists(DEFAULT_KEYS.job(job))]
             return len(clients.accepted), lost
     finally:
         server.stop()

@@ -32,7 +32,7 @@ from broker.contracts import (
     spectrum_key,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, Store
 from demo.stack import running_stack
 from service.standalone import EmbeddedServer, WorkerPool
 from solver.shape import Shape
@@ -151,7 +151,7 @@ def made_up(
             id=shape, name=shape, file_type="off", bytes=1, vertices=10, faces=10, area=1.0,
             components=1, closed=True, has_colors=False, warnings=(), created=datetime.now(UTC),
         )  # fmt: skip
-        store.client.set(keys.shape(shape), record.model_dump_json())
+        store.client.set(DEFAULT_KEYS.shape(shape), record.model_dump_json())
         points = random.standard_normal((len(SAMPLINGS), 10, int(random.integers(2, 6))))
         distances = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)
         indices = np.zeros(distances.shape[:2], dtype=np.int64)

@@ -19,7 +19,7 @@ from uuid import uuid4
 from bench.service import workers
 from broker.contracts import JobRecord, MatchParameters, MatchPayload, ValidationPayload, shape_id
 from broker.queue import JobQueue, new_job
-from broker.store import Store, keys, text
+from broker.store import DEFAULT_KEYS, Store, text
 from demo.figures import generate, write_off
 
 _IN_ONE_GO = 200
@@ -79,7 +79,11 @@ def known(store: Store, shape: str, job: str) -> Known:
     """Return the keys of a shape and of a job."""
     found = {
         text(key)
-        for prefix in (keys.shape(shape), keys.job(job), keys.jobs_of(shape))
+        for prefix in (
+            DEFAULT_KEYS.shape(shape),
+            DEFAULT_KEYS.job(job),
+            DEFAULT_KEYS.jobs_of(shape),
+        )
         for key in store.client.scan_iter(f"{prefix}*", count=1000)
     }
     references = {}
@@ -109,8 +113,8 @@ def copied(store: Store, one: Known, count: int, with_bytes: bool) -> float:
                     else:
                         pipe.copy(key, name)
                 now = time.time()
-                pipe.zadd(keys.SHAPES, {shape: now})
-                for listing in (keys.JOBS, keys.jobs_in("succeeded")):
+                pipe.zadd(DEFAULT_KEYS.shapes, {shape: now})
+                for listing in (DEFAULT_KEYS.jobs, DEFAULT_KEYS.jobs_in("succeeded")):
                     pipe.zadd(listing, {job: now})
             pipe.execute()
     grown = (used(store) - before) / count

@@ -7,8 +7,8 @@ import pytest
 from redis import Redis
 
 from bench.chaos import Count, chaos, table, take_stock
-from bench.cluster import Cluster, running_cluster
 from bench.load import Account
+from bench.machines import Cluster, running_cluster
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
