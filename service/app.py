@@ -2,7 +2,8 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
-from contextlib import AbstractAsyncContextManager, asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager, suppress
+from functools import partial
 from typing import Any, Final
 
 from fastapi import FastAPI
@@ -34,13 +35,23 @@ from service import (
     transfers,
 )
 from service.dependencies import Service, State
-from service.http import Authentication, BodyLimit, HeadLikeGet, RequestContext, error_handlers
+from service.http import (
+    Authentication,
+    BodyLimit,
+    HeadLikeGet,
+    KeyRing,
+    RequestContext,
+    error_handlers,
+)
 from service.http.openapi import document
 from service.monitoring import MeasureRequests, RequestTimes, StoreCollector
 from service.settings import Settings
 
 BODY_LIMIT: Final = 1024**2
 """Most bytes of a body that is not an upload."""
+
+KEYS_INTERVAL: Final = 2.0
+"""Seconds between two readings of the API keys in the store."""
 
 REDIS_TIMEOUT: Final = 30.0
 """Seconds after which a Redis that is connected but does not answer is given up; long enough for
@@ -60,15 +71,16 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
         Set by the server when it stops, so that long polls end.
     """
     registry = CollectorRegistry()
+    ring = KeyRing(settings.api_keys, settings.auth)
     app = FastAPIOffline(
         title="isomatch",
         version="1",
-        lifespan=_lifespan(settings, closing or asyncio.Event(), registry),
+        lifespan=_lifespan(settings, closing or asyncio.Event(), registry, ring),
         redirect_slashes=False,
     )
     error_handlers.install(app)
     app.add_middleware(HeadLikeGet, routes=app.router.routes)
-    app.add_middleware(Authentication, keys=settings.api_keys)
+    app.add_middleware(Authentication, keys=ring)
     app.add_middleware(
         BodyLimit,
         limit=BODY_LIMIT,
@@ -111,16 +123,20 @@ def create_app(settings: Settings, closing: asyncio.Event | None = None) -> Fast
 
 
 def _lifespan(
-    settings: Settings, closing: asyncio.Event, registry: CollectorRegistry
+    settings: Settings, closing: asyncio.Event, registry: CollectorRegistry, ring: KeyRing
 ) -> Callable[[FastAPI], AbstractAsyncContextManager[State]]:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[State]:
         store = Store.open(settings, settings.redis_patience, pause=0.2, timeout=REDIS_TIMEOUT)
         service = Service(settings, store, JobQueue(store, settings), closing, registry)
         registry.register(StoreCollector(service.queue))
+        with suppress(RedisError):
+            # Whether keys are needed should be known before the first request.
+            await run_in_threadpool(ring.refresh, store.api_keys)
         tasks = [
             asyncio.create_task(_regularly(settings.heartbeat, _recovery(service))),
             asyncio.create_task(_regularly(WEBHOOK_INTERVAL, _webhooks(service))),
+            asyncio.create_task(_regularly(KEYS_INTERVAL, partial(ring.refresh, store.api_keys))),
         ]
         try:
             with exporting("api"):

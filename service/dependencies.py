@@ -2,14 +2,14 @@
 
 import asyncio
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
-from typing import Annotated, Final, TypedDict, TypeVar, cast
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Final, Self, TypedDict, TypeVar, cast
 
 from fastapi import Depends, Request
 from prometheus_client import CollectorRegistry
 from starlette.concurrency import run_in_threadpool
 
-from broker.contracts import JobRecord
+from broker.contracts import DEFAULT_TENANT, JobRecord
 from broker.queue import JobQueue
 from broker.store import Store
 from service.settings import Settings
@@ -36,9 +36,9 @@ class Service:
     settings
         The settings in force.
     store
-        Shapes, prototypes, jobs and results.
+        Shapes, prototypes, jobs and results of the tenant who asks.
     queue
-        The queue of the workers.
+        The queue of the workers, for jobs of this tenant.
     closing
         Set when the server stops, so that waiting requests are answered.
     metrics
@@ -53,6 +53,10 @@ class Service:
     closing: asyncio.Event = field(default_factory=asyncio.Event)
     metrics: CollectorRegistry = field(default_factory=CollectorRegistry)
     uploading: asyncio.Semaphore = field(default_factory=lambda: asyncio.Semaphore(UPLOADS_AT_ONCE))
+
+    def of(self, tenant: str) -> Self:
+        """Return the service as a tenant sees it."""
+        return replace(self, store=self.store.of(tenant), queue=self.queue.of(tenant))
 
     async def wait_for(self, job_id: str, seconds: float, request: Request) -> JobRecord | None:
         """Wait until a job has ended, at most `seconds`, and return its state then.
@@ -95,7 +99,11 @@ class State(TypedDict):
 
 
 def _service(request: Request) -> Service:
-    return cast(Service, request.state.service)
+    return cast(Service, request.state.service).of(_tenant(request))
+
+
+def _tenant(request: Request) -> str:
+    return cast(str, getattr(request.state, "tenant", DEFAULT_TENANT))
 
 
 def _request_id(request: Request) -> str:

@@ -3,13 +3,13 @@
 import os
 from pathlib import Path
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from broker.environment import FROM_ENVIRONMENT, LogLevel
 from broker.queue import QueueSettings
 from broker.store import StoreSettings
 from broker.webhooks import WebhookSettings
-from service.http import ApiKeys
+from service.http import ApiKeys, Auth
 
 
 class Settings(StoreSettings, QueueSettings, WebhookSettings):
@@ -55,8 +55,13 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
     api_keys: ApiKeys = Field(
         default=(),
         repr=False,
-        description="Who may call, as NAME:KEY or NAME:sha256:DIGEST, separated by commas; none:"
-        " everybody.",
+        description="Who may call, as NAME:KEY or NAME:sha256:DIGEST, separated by commas; names"
+        " may be preceded by that of a tenant, TENANT/NAME.",
+    )
+    auth: Auth | None = Field(
+        default=None,
+        description="Whether calls need an API key: keys or none. Default: keys where"
+        " ISOMATCH_API_KEYS is set, or a key was ever created.",
     )
     idempotency_ttl: int = Field(
         default=86400, ge=1, description="Seconds an Idempotency-Key is remembered."
@@ -72,6 +77,13 @@ class Settings(StoreSettings, QueueSettings, WebhookSettings):
         description="Seconds of silence after which a stream of events sends a comment.",
     )
     log_level: LogLevel = Field(default="INFO", description="Lowest level that is logged.")
+
+    @field_validator("auth")
+    @classmethod
+    def _means_one_thing(cls, auth: Auth | None, info: ValidationInfo) -> Auth | None:
+        if auth == "none" and info.data.get("api_keys"):
+            raise ValueError("none, but ISOMATCH_API_KEYS has keys; unset one of them")
+        return auth
 
     @property
     def worker_count(self) -> int:

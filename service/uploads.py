@@ -23,7 +23,7 @@ from broker.contracts import (
     ShapeRecord,
     UploadPayload,
 )
-from broker.store import Store, keys
+from broker.store import Keys, Store
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
     INVALID,
@@ -34,6 +34,7 @@ from service.http import (
     EncodedBody,
     IdempotencyKeyReused,
     InvalidRequest,
+    QuotaUsedUp,
     Reported,
     StorageFull,
     UploadCancelled,
@@ -107,7 +108,7 @@ class UploadKind(Generic[RecordT]):
     records
         The part of the store that keeps them.
     key
-        Returns the key of a record.
+        Returns the key of a record of a tenant.
     deleted
         The problem reported if the record is deleted before the upload is answered.
     """
@@ -116,7 +117,7 @@ class UploadKind(Generic[RecordT]):
     path: str
     location: str
     records: Callable[[Store], _Records[RecordT]]
-    key: Callable[[str], str]
+    key: Callable[[Keys, str], str]
     deleted: type[ApiProblem]
 
     @staticmethod
@@ -172,6 +173,7 @@ class UploadKind(Generic[RecordT]):
                 IdempotencyKeyReused,
                 UploadCancelled,
                 StorageFull,
+                QuotaUsedUp,
                 self.deleted,
             ),
         }
@@ -265,7 +267,7 @@ class UploadKind(Generic[RecordT]):
             raise Reported(job.error)
         record = self.records(service.store).get(payload.upload)
         if record is not None:
-            service.store.durability.wait(self.key(payload.upload))
+            service.store.durability.wait(self.key(service.store.keys, payload.upload))
             return self.show(self.named(record, payload.name), 201)
         if job is not None and job.state is JobState.SUCCEEDED:
             raise self.deleted(
@@ -276,7 +278,7 @@ class UploadKind(Generic[RecordT]):
                 "The upload was cancelled before it was validated; send it again."
             )
         service.store.uploads.defer(payload.upload, job_id)
-        service.store.durability.wait(keys.job(job_id))
+        service.store.durability.wait(service.store.keys.job(job_id))
         return self._still_validating(service, payload.upload, job)
 
     def _still_validating(self, service: Service, record_id: str, job: JobRecord) -> Response:

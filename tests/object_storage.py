@@ -75,6 +75,8 @@ class ObjectServer:
             "ip.bind": "127.0.0.1",
             # Otherwise it reports statistics to its makers.
             "master.telemetry": "false",
+            # A master that was killed waits so long before it elects itself: 10 s otherwise.
+            "master.electionTimeout": "1s",
             "master.volumeSizeLimitMB": 64,
             "volume.max": 20,
             "volume.preStopSeconds": 0,

@@ -91,6 +91,7 @@ from broker.contracts.strict import BoundedModel
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
 from broker.contracts.subjects import Subject, subject_of
+from broker.contracts.tenants import DEFAULT_TENANT, TENANT_NAME
 from broker.contracts.transfers import (
     ATTRIBUTE_FORMATS,
     LANDMARKS,
@@ -112,6 +113,7 @@ from broker.contracts.webhooks import Delivery, DeliveryState, Webhook, WebhookE
 __all__ = [
     "ARCHIVE_TYPE",
     "ATTRIBUTE_FORMATS",
+    "DEFAULT_TENANT",
     "DESCRIPTORS",
     "GREATEST",
     "LANDMARKS",
@@ -130,6 +132,7 @@ __all__ = [
     "SPECTRUM_VERSION",
     "STAGES",
     "STRUCTURES",
+    "TENANT_NAME",
     "TEXTURE",
     "UNUSABLE",
     "URN",

@@ -25,7 +25,7 @@ from broker.contracts import (
 from broker.queue.new_jobs import batch_match_id, new_batch_match
 from broker.queue.rq_queues import RqQueues
 from broker.queue.workers import worker_states
-from broker.store import Store, keys, text
+from broker.store import Store, text
 
 _EXPIRED = Problem.of(
     "job-expired", "Job expired", 410, "The match ended long ago and is no longer kept."
@@ -95,8 +95,8 @@ class Batches:
         names = [batch_match_id(record.id, place) for place in range(count)]
         with self.store.client.pipeline(transaction=False) as pipe:
             for name in names:
-                pipe.hget(keys.job(name), "state")
-                pipe.exists(keys.job_tombstone(name))
+                pipe.hget(self.store.keys.job(name), "state")
+                pipe.exists(self.store.keys.job_tombstone(name))
             replies = pipe.execute()
         found = zip(replies[::2], replies[1::2], strict=True)
         return [
@@ -108,6 +108,7 @@ class Batches:
         """Queue a match, unless another process has, or the batch has changed meanwhile."""
         match = new_batch_match(record, place)
         with self.store.client.pipeline() as pipe:
+            keys = self.store.keys
             pipe.watch(keys.job(record.id), keys.job_tombstone(match.id))
             state = self.store.jobs.state(record.id)
             if state is None or state.ended or self.store.jobs.expired(match.id):

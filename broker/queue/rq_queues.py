@@ -1,18 +1,19 @@
-"""The queues of RQ. Jobs name the function that runs them, so the API need not import it."""
+"""The queue in RQ. Jobs name the function that runs them, so the API need not import it."""
 
 from dataclasses import dataclass
 from typing import Final
 
 from redis import Redis
 from redis.client import Pipeline
-from rq import Queue, Retry
+from rq import Retry
 from rq.exceptions import InvalidJobOperation, NoSuchJobError
 from rq.job import Callback, Job
 from rq.serializers import JSONSerializer
 
-from broker.contracts import JobKind, JobRecord
+from broker.contracts import DEFAULT_TENANT, JobKind, JobRecord
+from broker.queue.fair_queue import FairQueue, Share
 from broker.queue.new_jobs import batch_match_id, time_slice_id
-from broker.queue.settings import QUEUE_OF, QUEUES, QueueSettings
+from broker.queue.settings import JOBS, LANE_OF, QUEUES, QueueSettings
 from broker.queue.workers import depths
 
 _ENTRY_POINT: Final = "worker.jobs.run"
@@ -32,7 +33,7 @@ _RQ_RETRIES: Final = 10
 
 @dataclass(frozen=True)
 class RqQueues:
-    """The queues in which jobs wait for workers.
+    """The queue in which jobs wait for workers, and those of older versions.
 
     Parameters
     ----------
@@ -40,14 +41,17 @@ class RqQueues:
         Connection to Redis.
     settings
         Timeouts of jobs.
+    tenant
+        Whose jobs are queued.
     """
 
     client: Redis
     settings: QueueSettings
+    tenant: str = DEFAULT_TENANT
 
     def enqueue(self, record: JobRecord, pipe: Pipeline | None = None) -> None:
         """Queue a job that has a record, as part of a transaction if one is given."""
-        self.of(record.kind).enqueue_call(
+        self.current.enqueue_call(
             _ENTRY_POINT,
             args=(record.id,),
             job_id=record.id,
@@ -61,6 +65,8 @@ class RqQueues:
                 "kind": record.kind.value,
                 "request_id": record.request_id,
                 "caller": record.caller,
+                "tenant": self.tenant,
+                **self._share(record.kind).meta(),
             },
             pipeline=pipe,
         )
@@ -69,33 +75,44 @@ class RqQueues:
         """Remove a cancelled job from its queue."""
         try:
             job = Job.fetch(job_id, connection=self.client, serializer=JSONSerializer)
-            job.delete()
+            self.current.withdraw(job)
         except (NoSuchJobError, InvalidJobOperation):
             return
 
     def position(self, record: JobRecord) -> int | None:
         """Return the number of jobs before a queued one; None once it has started."""
-        queue = self.of(record.kind)
-        place = queue.get_job_position(_first_queued(record))
-        if place is None:
-            return None
-        served_before = QUEUES[: QUEUES.index(queue.name)]
-        return int(place) + sum(self._named(name).count for name in served_before)
+        job_id, served_before = _first_queued(record), 0
+        for queue in self.all():
+            place = queue.get_job_position(job_id)
+            if place is not None:
+                return served_before + int(place)
+            served_before += queue.count
+        return None
 
     def waiting(self) -> int:
         """Return the number of jobs that wait in all queues."""
         return sum(waits for waits, _ in depths(self.all()).values())
 
-    def of(self, kind: JobKind) -> Queue:
-        """Return the queue of a kind of jobs."""
-        return self._named(QUEUE_OF[kind])
+    @property
+    def current(self) -> FairQueue:
+        """The queue that jobs are put in."""
+        return self._named(JOBS)
 
-    def all(self) -> list[Queue]:
+    def all(self) -> list[FairQueue]:
         """Return all queues, in the order they are served."""
         return [self._named(name) for name in QUEUES]
 
-    def _named(self, name: str) -> Queue:
-        return Queue(name, connection=self.client, serializer=JSONSerializer)
+    def _share(self, kind: JobKind) -> Share:
+        lane = LANE_OF[kind]
+        return Share(f"{self.tenant}/{lane.name}", lane.cost, lane.lead)
+
+    def _named(self, name: str) -> FairQueue:
+        return FairQueue(name, connection=self.client, serializer=JSONSerializer)
+
+
+def tenant_of(job: Job) -> str:
+    """Return the tenant of a job of RQ; those of versions without tenants are the default one's."""
+    return str(job.get_meta(refresh=False).get("tenant", DEFAULT_TENANT))
 
 
 def _first_queued(record: JobRecord) -> str:

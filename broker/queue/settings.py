@@ -1,9 +1,6 @@
-"""The queues, and the limits of the jobs in them.
+"""The queue, its lanes, and the limits of the jobs in it."""
 
-Three queues, served in this order: ``interactive`` (a request waits for the job, or it is short),
-``structures`` (spectra that matches will need), ``matches``.
-"""
-
+from dataclasses import dataclass
 from typing import Final
 
 from pydantic import Field
@@ -12,12 +9,41 @@ from pydantic_settings import BaseSettings
 from broker.contracts import JobKind
 from broker.environment import FROM_ENVIRONMENT
 
-INTERACTIVE: Final = "interactive"
-STRUCTURES: Final = "structures"
-MATCHES: Final = "matches"
-QUEUES: Final = (INTERACTIVE, STRUCTURES, MATCHES)
+JOBS: Final = "matches"
+"""The queue of all jobs. Running systems hold jobs under this name, from when there were three."""
 
-QUEUE_OF: Final = {
+QUEUES: Final = ("interactive", "structures", JOBS)
+"""The queues that workers serve: the first two may hold jobs of an API of an older version."""
+
+
+@dataclass(frozen=True)
+class Lane:
+    """What jobs of some kinds of one tenant count in the queue; each tenant has its own lanes.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    cost
+        What a job takes of the lane's share: about its time, in times of a match.
+    lead
+        How far its jobs may come before those of lanes that had their share.
+    """
+
+    name: str
+    cost: float
+    lead: float
+
+
+INTERACTIVE: Final = Lane("interactive", 1 / 16, 1.0)
+"""A request waits for the job, or it is short: sixteen may come before any match."""
+
+STRUCTURES: Final = Lane("structures", 1 / 2, 1.0)
+"""Spectra that matches will need, two for each."""
+
+MATCHES: Final = Lane("matches", 1.0, 0.0)
+
+LANE_OF: Final = {
     JobKind.VALIDATION: INTERACTIVE,
     JobKind.PROTOTYPE_VALIDATION: INTERACTIVE,
     JobKind.ATTRIBUTES_VALIDATION: INTERACTIVE,
@@ -59,5 +85,5 @@ class QueueSettings(BaseSettings):
 
     def timeout(self, kind: JobKind) -> int:
         """Return the seconds a job of this kind may take."""
-        interactive = QUEUE_OF[kind] == INTERACTIVE
+        interactive = LANE_OF[kind] is INTERACTIVE
         return self.interactive_timeout if interactive else self.job_timeout

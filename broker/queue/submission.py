@@ -4,7 +4,8 @@ A job that is done in time slices is not queued itself: its time slices are, and
 the next. Nor is a batch: its matches are.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 from redis.client import Pipeline
 from redis.exceptions import WatchError
@@ -19,6 +20,7 @@ from broker.contracts import (
     SpectrumKey,
     SpectrumPayload,
     UploadPayload,
+    ValidationPayload,
 )
 from broker.queue.batches import Batches
 from broker.queue.new_jobs import NO_REQUEST, new_batch_match, new_job, new_time_slice
@@ -26,7 +28,7 @@ from broker.queue.prefetch import SpectralPayload, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
 from broker.queue.workers import worker_states
-from broker.store import Store, keys
+from broker.store import QuotaExceeded, Store
 from broker.telemetry import logger
 
 log = logger("isomatch.queue")
@@ -58,8 +60,14 @@ class JobQueue:
 
     def __post_init__(self) -> None:
         """Open the queues in the store's Redis."""
-        object.__setattr__(self, "rq", RqQueues(self.store.client, self.settings))
+        object.__setattr__(
+            self, "rq", RqQueues(self.store.client, self.settings, self.store.keys.tenant)
+        )
         object.__setattr__(self, "batches", Batches(self.store, self.rq))
+
+    def of(self, tenant: str) -> Self:
+        """Return the submission of a tenant's jobs."""
+        return replace(self, store=self.store.of(tenant))
 
     def submit(self, record: JobRecord, idempotency: IdempotencyRecord | None = None) -> JobRecord:
         """Store a new job and queue it, both or neither.
@@ -76,14 +84,16 @@ class JobQueue:
         KeyReused
             The idempotency key was used for a different request.
         TooManyQueued
-            The caller has as many jobs queued as it may have.
+            The caller has as many jobs queued as it may have, or its tenant as many jobs.
+        QuotaExceeded
+            The tenant has as many bytes as it may have.
         """
         record = self._with_reserved_id(record, idempotency)
         self._admit(record)
         with self.store.client.pipeline() as pipe:
             while True:
                 if idempotency is not None:
-                    pipe.watch(keys.job(record.id))
+                    pipe.watch(self.store.keys.job(record.id))
                     known = self.store.jobs.get(record.id)
                     if known is not None:
                         return known
@@ -135,8 +145,12 @@ class JobQueue:
         ------
         BlobsFull, BlobsAway
             The bytes cannot be stored.
+        QuotaExceeded
+            The tenant has as many shapes or bytes as it may have.
         """
         record, stored = new_job(payload, context), None
+        is_shape = isinstance(payload, ValidationPayload)
+        self.store.quotas.check(len(data), is_shape)
         uploads, named = self.store.uploads, (payload.upload, payload.file_type)
         with self.store.client.pipeline() as pipe:
             while True:
@@ -148,13 +162,18 @@ class JobQueue:
                     return holder
                 stored = stored or uploads.put_candidate(*named, data, record.id)
                 try:
+                    # Once more, in the transaction: others may have been taken meanwhile.
+                    self.store.quotas.check(len(data), is_shape, pipe)
                     self.rq.enqueue(record, pipe)
                     self.store.jobs.create(record, pipe)
                     uploads.add_candidate(*named, stored, record.id, pipe)
                     pipe.execute()
                 except WatchError:
-                    # An equal upload was first.
+                    # An equal upload was first, or the tenant got something else.
                     continue
+                except QuotaExceeded:
+                    uploads.discard_candidate(*named, stored, record.id)
+                    raise
                 _log_queued(record)
                 return record.id
 
@@ -246,7 +265,10 @@ class JobQueue:
     def _admit(self, record: JobRecord) -> None:
         if record.is_listed:
             limit = self.settings.max_queued_jobs
-            self.store.admission.admit(record.caller, record.id, limit)
+            if self.store.jobs.state(record.id) is None:
+                self.store.quotas.check(size=1)
+            mine = self.store.quotas.get().jobs
+            self.store.admission.admit(record.caller, record.id, limit, mine)
 
     def _with_reserved_id(
         self, record: JobRecord, idempotency: IdempotencyRecord | None
@@ -267,7 +289,10 @@ class JobQueue:
             ),
             context,
         )
-        if not spectra.has(key) and spectra.mark_queued(key, job.id, self.settings.job_timeout):
+        # One that only another tenant has used is queued, too: this tenant must not see that there
+        # is one, by its place in the queue.
+        cached = spectra.known([key])[0] and spectra.has(key)
+        if not cached and spectra.mark_queued(key, job.id, self.settings.job_timeout):
             self.submit(job)
 
 

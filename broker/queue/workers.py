@@ -6,6 +6,7 @@ from typing import Final
 
 from redis import Redis
 from rq import Queue, Worker
+from rq.job import Job
 from rq.utils import utcparse
 
 from broker.store import text
@@ -34,6 +35,26 @@ def worker_states(client: Redis) -> list[str]:
         for death, heartbeat, state in replies
         if death is None and heartbeat is not None and utcparse(text(heartbeat)) >= oldest
     ]
+
+
+def longest_wait(queues: Sequence[Queue], most: int = 200) -> float:
+    """Return the seconds for which the oldest of the next jobs has waited; 0 if none waits.
+
+    Parameters
+    ----------
+    queues
+        The queues.
+    most
+        Number of jobs at the front of each that are looked at.
+    """
+    waiting = [job for queue in queues for job in queue.get_job_ids(0, most)]
+    with queues[0].connection.pipeline(transaction=False) as pipe:
+        for job in waiting:
+            pipe.hget(Job.key_for(job), "enqueued_at")
+        replies = pipe.execute()
+    times = [utcparse(text(reply)) for reply in replies if reply is not None]
+    # The clock of the machine that queued it may be ahead.
+    return max(((datetime.now(UTC) - min(times)).total_seconds(), 0.0)) if times else 0.0
 
 
 def depths(queues: Sequence[Queue]) -> dict[str, tuple[int, int]]:

@@ -1,13 +1,14 @@
 """The store: shapes, prototypes, jobs, results, spectra; records in Redis, large bytes as blobs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 from redis import Redis
 
 from broker.blobs import open_blobs
-from broker.store import keys
+from broker.contracts import DEFAULT_TENANT
 from broker.store.admission import Admission, KeyReused, TooManyQueued
+from broker.store.api_keys import ApiKeys, NameTaken, NoSuchKey, StoredKey
 from broker.store.attributes import Attributes
 from broker.store.blobs import FOLDERS, BlobReference, Blobs, pieces
 from broker.store.chunks import Chunks, ClaimedChunk, ClaimStatus, StageCounts
@@ -24,8 +25,10 @@ from broker.store.connections import (
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
 from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk
 from broker.store.jobs import Jobs
+from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
+from broker.store.quotas import Quota, QuotaExceeded, Quotas
 from broker.store.records import NewerRecord
 from broker.store.replies import text
 from broker.store.results import Results
@@ -38,8 +41,11 @@ __all__ = [
     "BUCKET_BOUNDS",
     "CACHE_TIMEOUT",
     "CONNECT_TIMEOUT",
+    "DEFAULT_KEYS",
     "FOLDERS",
+    "PREFIX",
     "Admission",
+    "ApiKeys",
     "Attributes",
     "BlobReference",
     "Blobs",
@@ -54,11 +60,17 @@ __all__ = [
     "InvalidCursor",
     "Jobs",
     "KeyReused",
+    "Keys",
     "Listing",
+    "NameTaken",
     "NewerRecord",
+    "NoSuchKey",
     "NotOnDisk",
     "Page",
     "Prototypes",
+    "Quota",
+    "QuotaExceeded",
+    "Quotas",
     "Results",
     "Shapes",
     "Spectra",
@@ -66,6 +78,7 @@ __all__ = [
     "StageCounts",
     "Store",
     "StoreSettings",
+    "StoredKey",
     "ThrottledBackoff",
     "TooManyQueued",
     "Uploads",
@@ -78,7 +91,7 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Store:
-    """Everything that is kept, by subject.
+    """Everything that is kept of a tenant, by subject; spectra and counters are common to all.
 
     Parameters
     ----------
@@ -91,6 +104,12 @@ class Store:
         Its subjects.
     durability
         Waiting until they are on the disk.
+    api_keys
+        The API keys of all tenants.
+    quotas
+        The tenant's quota.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
@@ -107,6 +126,9 @@ class Store:
     counters: Counters
     webhooks: Webhooks
     durability: Durability
+    api_keys: ApiKeys
+    quotas: Quotas
+    keys: Keys = DEFAULT_KEYS
 
     @classmethod
     def open(
@@ -179,7 +201,34 @@ class Store:
             Counters(client),
             Webhooks(client),
             Durability(client, max(retry_seconds, LEAST_WAIT)),
+            ApiKeys(client),
+            Quotas(client, settings),
         )
+
+    def of(self, tenant: str) -> Self:
+        """Return the store of a tenant, over the same connections."""
+        keys = Keys(tenant)
+        if keys == self.keys:
+            return self
+        return replace(
+            self,
+            shapes=replace(self.shapes, keys=keys),
+            prototypes=replace(self.prototypes, keys=keys),
+            attributes=replace(self.attributes, keys=keys),
+            uploads=replace(self.uploads, keys=keys),
+            jobs=replace(self.jobs, keys=keys),
+            results=replace(self.results, keys=keys),
+            admission=replace(self.admission, keys=keys),
+            chunks=replace(self.chunks, keys=keys),
+            spectra=replace(self.spectra, keys=keys),
+            webhooks=replace(self.webhooks, keys=keys),
+            quotas=replace(self.quotas, keys=keys),
+            keys=keys,
+        )
+
+    def tenants(self) -> list[str]:
+        """Return the names of all tenants that have had jobs, and of the default one."""
+        return [DEFAULT_TENANT, *sorted(map(text, self.client.smembers(Keys.TENANTS)))]
 
     def check(self) -> None:
         """Check that Redis and the blob store answer and accept writes.
@@ -191,7 +240,7 @@ class Store:
         BlobError
             The blob store does not answer, is full, or is that of another Redis.
         """
-        self.client.set(keys.READY, b"", ex=60)
+        self.client.set(Keys.READY, b"", ex=60)
         self.blobs.check()
 
     def close(self) -> None:

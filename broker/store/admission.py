@@ -8,7 +8,8 @@ from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import IdempotencyRecord
-from broker.store import keys, scripts
+from broker.store import scripts
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import text
 
 RESERVATION_SECONDS: Final = 60
@@ -20,17 +21,19 @@ class KeyReused(ValueError):
 
 
 class TooManyQueued(Exception):
-    """A caller has as many jobs queued as it may have.
+    """A caller has as many jobs queued as it may have, or its tenant as many that have not ended.
 
     Parameters
     ----------
     limit
-        Number of jobs the caller may have queued.
+        Number of jobs the caller or the tenant may have.
+    of_tenant
+        Whether it is the tenant's limit.
     """
 
-    def __init__(self, limit: int) -> None:
+    def __init__(self, limit: int, of_tenant: bool = False) -> None:
         super().__init__(f"{limit} jobs are queued already")
-        self.limit = limit
+        self.limit, self.of_tenant = limit, of_tenant
 
 
 @dataclass(frozen=True)
@@ -41,9 +44,12 @@ class Admission:
     ----------
     client
         Connection to Redis.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
+    keys: Keys = DEFAULT_KEYS
 
     def job_of(self, idempotency: IdempotencyRecord) -> str | None:
         """Return the job of an equal request, or None if there was no such request.
@@ -53,7 +59,7 @@ class Admission:
         KeyReused
             The key was used for a different request.
         """
-        noted = text(self.client.get(keys.idempotency_record(idempotency.name)))
+        noted = text(self.client.get(self.keys.idempotency_record(idempotency.name)))
         if noted is None:
             return None
         content, _, job_id = noted.partition(":")
@@ -81,13 +87,13 @@ class Admission:
         """
         reserved = min(RESERVATION_SECONDS, idempotency.seconds)
         entry = f"{idempotency.content}:{job_id}"
-        self.client.set(keys.idempotency_record(idempotency.name), entry, nx=True, ex=reserved)
+        self.client.set(self.keys.idempotency_record(idempotency.name), entry, nx=True, ex=reserved)
         return self.job_of(idempotency) or job_id
 
     def remember(self, idempotency: IdempotencyRecord, job_id: str, pipe: Pipeline) -> None:
         """Store the record of a request and its job, as part of a transaction."""
         entry = f"{idempotency.content}:{job_id}"
-        pipe.set(keys.idempotency_record(idempotency.name), entry, ex=idempotency.seconds)
+        pipe.set(self.keys.idempotency_record(idempotency.name), entry, ex=idempotency.seconds)
 
     def bind(self, idempotency: IdempotencyRecord) -> None:
         """Store the record of a request that makes no job of its own.
@@ -97,12 +103,12 @@ class Admission:
         KeyReused
             The key was used for a different request.
         """
-        key, entry = keys.idempotency_record(idempotency.name), f"{idempotency.content}:"
+        key, entry = self.keys.idempotency_record(idempotency.name), f"{idempotency.content}:"
         self.client.set(key, entry, nx=True, ex=idempotency.seconds)
         self.job_of(idempotency)
 
-    def admit(self, caller: str | None, job_id: str, limit: int) -> None:
-        """Count a job that is about to be stored towards its caller's quota.
+    def admit(self, caller: str | None, job_id: str, limit: int, tenant_limit: int = 0) -> None:
+        """Count a job that is about to be stored towards its caller's and its tenant's quota.
 
         Parameters
         ----------
@@ -112,13 +118,17 @@ class Admission:
             The job; it is counted once.
         limit
             Number of jobs the caller may have queued; 0 for no limit.
+        tenant_limit
+            Number of jobs the tenant may have queued or running; 0 for no limit.
 
         Raises
         ------
         TooManyQueued
             The quota is used up.
         """
-        queued = [keys.queued_by(caller)]
-        arguments = job_id, time.time(), limit, keys.job(""), RESERVATION_SECONDS
-        if not scripts.ADMIT_JOB(self.client, queued, *arguments):
-            raise TooManyQueued(limit)
+        counted = [self.keys.queued_by(caller), self.keys.admitted]
+        limits = limit, tenant_limit
+        arguments = job_id, time.time(), *limits, self.keys.job(""), RESERVATION_SECONDS
+        answer = scripts.ADMIT_JOB(self.client, counted, *arguments)
+        if answer <= 0:
+            raise TooManyQueued(limit if answer == 0 else tenant_limit, of_tenant=answer < 0)

@@ -22,7 +22,7 @@ from redis.client import Pipeline
 from redis.exceptions import ResponseError
 
 from broker.blobs import BlobEntry, BlobError, BlobLost, BlobsAway, BlobStore, NotMigrated
-from broker.store import keys
+from broker.store.keys import PREFIX, Keys
 from broker.store.replies import text
 from broker.telemetry import logger
 
@@ -77,7 +77,7 @@ class BlobReference:
         ValueError
             The key has characters that paths do not have.
         """
-        name = key.removeprefix(keys.PREFIX)
+        name = key.removeprefix(PREFIX)
         if not _NAME.fullmatch(name):
             raise ValueError(f"no blob can be kept under the key {key!r}")
         return f"{self.token[:2]}/{name.replace(':', '!')}!{self.token}"
@@ -89,7 +89,7 @@ def referring_key(path: str) -> tuple[str, str]:
     Of another file, both are those of no reference.
     """
     name, _, token = path.rpartition("/")[2].rpartition("!")
-    return keys.PREFIX + name.replace("!", ":"), token
+    return PREFIX + name.replace("!", ":"), token
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,13 @@ class Blobs:
         """Store a reference in place of an earlier one, as part of a transaction."""
         pipe.delete(key)
         pipe.hset(key, _FIELD, str(reference))
+        pipe.zadd(Keys.owning(key).held, {key: reference.size})
+
+    def unlink(self, keys: Iterable[str], pipe: Pipeline) -> None:
+        """Delete references, as part of a transaction; their blobs are to be discarded."""
+        for key in keys:
+            pipe.delete(key)
+            pipe.zrem(Keys.owning(key).held, key)
 
     def save(self, key: str, data: bytes, seconds: int) -> None:
         """Store bytes and the reference to them, for some seconds."""
@@ -150,6 +157,19 @@ class Blobs:
     def look_up(self, key: str, pipe: Pipeline) -> None:
         """Read a reference, as part of a transaction: its reply is for :meth:`read`."""
         pipe.hget(key, _FIELD)
+
+    def reference(self, key: str) -> BlobReference | None:
+        """Return the reference that is stored under a key.
+
+        Raises
+        ------
+        NotMigrated
+            The bytes are still in Redis.
+        """
+        with self.client.pipeline(transaction=False) as pipe:
+            self.look_up(key, pipe)
+            (reply,) = pipe.execute(raise_on_error=False)
+        return _reference(key, reply)
 
     def get(self, key: str) -> bytes | None:
         """Return the bytes that are referred to under a key, None if there is no reference."""
@@ -175,7 +195,7 @@ class Blobs:
             data = self.store.read(reference.path(key))
         except BlobLost:
             # Deleted, or replaced, after its reference was read?
-            if self._now(key) != reference:
+            if self.reference(key) != reference:
                 return self.get(key)
             raise
         if len(data) != reference.size or hashlib.sha256(data).hexdigest() != reference.digest:
@@ -190,13 +210,13 @@ class Blobs:
         BlobLost
             The bytes are missing or damaged.
         """
-        reference = self._now(key)
+        reference = self.reference(key)
         if reference is None:
             return None
         try:
             file = self.store.open(reference.path(key))
         except BlobLost:
-            if self._now(key) != reference:
+            if self.reference(key) != reference:
                 return self.open(key)
             raise
         digest = hashlib.sha256()
@@ -231,17 +251,25 @@ class Blobs:
                 log.warning("a blob is left to the sweep", key=key, error=str(error))
 
     def orphans(self, entries: list[BlobEntry]) -> Iterator[BlobEntry]:
-        """Return the blobs of a listing that no reference names."""
+        """Return the blobs of a listing that no reference names; count the others as held.
+
+        They are counted when they are linked: here those are that earlier versions have linked.
+        """
         named = [referring_key(entry.path) for entry in entries]
         with self.client.pipeline(transaction=False) as pipe:
             for key, _ in named:
                 self.look_up(key, pipe)
             replies = pipe.execute(raise_on_error=False)
-        for entry, (_, token), reply in zip(entries, named, replies, strict=True):
-            if isinstance(reply, Exception) and not _is_wrong_type(reply):
-                raise reply
-            if not isinstance(reply, bytes) or BlobReference.read(reply).token != token:
-                yield entry
+        with self.client.pipeline(transaction=False) as pipe:
+            for entry, (key, token), reply in zip(entries, named, replies, strict=True):
+                if isinstance(reply, Exception) and not _is_wrong_type(reply):
+                    raise reply
+                reference = BlobReference.read(reply) if isinstance(reply, bytes) else None
+                if reference is None or reference.token != token:
+                    yield entry
+                else:
+                    pipe.zadd(Keys.owning(key).held, {key: reference.size}, nx=True)
+            pipe.execute()
 
     def check(self) -> None:
         """Check that blobs can be stored, and that the blob store belongs to this Redis.
@@ -265,8 +293,8 @@ class Blobs:
         BlobsAway
             The blob store belongs to another Redis, or is not the one that was used before.
         """
-        self.client.hsetnx(keys.BLOB_OWNER, "id", uuid4().hex)
-        owner, marked = self.client.hmget(keys.BLOB_OWNER, ["id", "marked"])
+        self.client.hsetnx(Keys.BLOB_OWNER, "id", uuid4().hex)
+        owner, marked = self.client.hmget(Keys.BLOB_OWNER, ["id", "marked"])
         assert owner is not None
         mark = self._mark()
         if mark is None and marked is None:
@@ -279,19 +307,13 @@ class Blobs:
                 " same installation (docs/operations.md, Backup and restore)"
             )
         if marked is None:
-            self.client.hset(keys.BLOB_OWNER, "marked", "1")
+            self.client.hset(Keys.BLOB_OWNER, "marked", "1")
 
     def _mark(self) -> str | None:
         try:
             return self.store.read(_MARK).decode()
         except BlobLost:
             return None
-
-    def _now(self, key: str) -> BlobReference | None:
-        with self.client.pipeline(transaction=False) as pipe:
-            self.look_up(key, pipe)
-            (reply,) = pipe.execute(raise_on_error=False)
-        return _reference(key, reply)
 
 
 def pieces(file: BinaryIO) -> Iterator[bytes]:

@@ -18,8 +18,9 @@ from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import STAGES, JobState
-from broker.store import keys, scripts
+from broker.store import scripts
 from broker.store.connections import DAY, StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import blob, text
 
 _LEAST_TTL: Final = 30 * DAY
@@ -95,10 +96,13 @@ class Chunks:
         Connection to Redis.
     settings
         Times to live.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
     settings: StoreSettings
+    keys: Keys = DEFAULT_KEYS
 
     @property
     def _ttl(self) -> int:
@@ -106,14 +110,14 @@ class Chunks:
 
     def create(self, job_id: str, pipe: Pipeline) -> None:
         """Begin with a stage without name and chunks, as part of a transaction."""
-        pipe.hset(keys.job_chunks(job_id), mapping={"stage": "", **dict.fromkeys(_NUMBERS, 0)})
-        pipe.expire(keys.job_chunks(job_id), self._ttl)
+        pipe.hset(self.keys.job_chunks(job_id), mapping={"stage": "", **dict.fromkeys(_NUMBERS, 0)})
+        pipe.expire(self.keys.job_chunks(job_id), self._ttl)
 
     def claim(self, job_id: str, time_slice: str, runner: str) -> ClaimedChunk:
         """Claim a chunk for a time slice that this runner runs."""
-        prefixes = keys.job(""), keys.chunk_results(job_id, "")
+        prefixes = self.keys.job(""), self.keys.chunk_results(job_id, "")
         status, stage, number = scripts.CLAIM_CHUNK(
-            self.client, _keys(job_id), time_slice, runner, *prefixes
+            self.client, self._names(job_id), time_slice, runner, *prefixes
         )
         return ClaimedChunk(ClaimStatus(text(status)), text(stage), int(number))
 
@@ -135,39 +139,39 @@ class Chunks:
         size
             Size of a chunk, for :meth:`counts`.
         """
-        names = [*_keys(job_id), keys.chunk_results(job_id, stage)]
+        names = [*self._names(job_id), self.keys.chunk_results(job_id, stage)]
         arguments = previous, stage, count, share, size, self._ttl
         return bool(scripts.OPEN_STAGE(self.client, names, *arguments) == 1)
 
     def complete(self, job_id: str, chunk: ClaimedChunk, result: bytes, seconds: float) -> bool:
         """Store the result of a chunk; False if it is known already, or not wanted any more."""
-        names = [*_keys(job_id), keys.chunk_results(job_id, chunk.stage)]
+        names = [*self._names(job_id), self.keys.chunk_results(job_id, chunk.stage)]
         arguments = chunk.stage, chunk.number, result, seconds, self._ttl
         return bool(scripts.COMPLETE_CHUNK(self.client, names, *arguments) == 1)
 
     def supply(self, job_id: str, stage: str, known: Mapping[int, bytes]) -> None:
         """Store results of chunks that are known before their stage is opened."""
         if known:
-            key = keys.chunk_results(job_id, stage)
+            key = self.keys.chunk_results(job_id, stage)
             self.client.hset(key, mapping={str(number): data for number, data in known.items()})
             self.client.expire(key, self._ttl)
 
     def results(self, job_id: str, stage: str) -> dict[int, bytes]:
         """Return the results of a stage's chunks that are done, by number."""
-        found: dict[bytes, bytes] = self.client.hgetall(keys.chunk_results(job_id, stage))  # type: ignore[assignment]
+        found: dict[bytes, bytes] = self.client.hgetall(self.keys.chunk_results(job_id, stage))  # type: ignore[assignment]
         return {int(number): result for number, result in found.items()}
 
     def set_input(self, job_id: str, stage: str, data: bytes) -> None:
         """Store the common input of a stage's chunks."""
-        self.client.set(keys.stage_input(job_id, stage), data, ex=self._ttl)
+        self.client.set(self.keys.stage_input(job_id, stage), data, ex=self._ttl)
 
     def input(self, job_id: str, stage: str) -> bytes | None:
         """Return the common input of a stage's chunks."""
-        return blob(self.client.get(keys.stage_input(job_id, stage)))
+        return blob(self.client.get(self.keys.stage_input(job_id, stage)))
 
     def counts(self, job_id: str) -> StageCounts:
         """Return the progress of the present stage."""
-        reply = self.client.hgetall(keys.job_chunks(job_id))
+        reply = self.client.hgetall(self.keys.job_chunks(job_id))
         fields = {text(name): text(value) for name, value in reply.items()}
         seconds = {
             name.partition(":")[2]: float(value)
@@ -181,23 +185,23 @@ class Chunks:
 
     def add_time_slice(self, job_id: str, time_slice: str, pipe: Pipeline) -> None:
         """Record that a time slice is queued, as part of a transaction."""
-        pipe.sadd(keys.time_slices(job_id), time_slice)
-        pipe.expire(keys.time_slices(job_id), self._ttl)
+        pipe.sadd(self.keys.time_slices(job_id), time_slice)
+        pipe.expire(self.keys.time_slices(job_id), self._ttl)
 
     def end_time_slice(self, job_id: str, time_slice: str) -> None:
         """Record that a time slice has ended."""
-        self.client.srem(keys.time_slices(job_id), time_slice)
+        self.client.srem(self.keys.time_slices(job_id), time_slice)
 
     def number_time_slice(self, job_id: str) -> int | None:
         """Return the number of a new time slice, from 2; None if the job has ended."""
-        return scripts.NUMBER_TIME_SLICE(self.client, [keys.job_chunks(job_id)]) or None
+        return scripts.NUMBER_TIME_SLICE(self.client, [self.keys.job_chunks(job_id)]) or None
 
     def time_slices(self, job_id: str) -> dict[str, JobState]:
         """Return the states of the time slices that have not ended, by id."""
         found: dict[str, JobState] = {}
-        for member in self.client.smembers(keys.time_slices(job_id)):
+        for member in self.client.smembers(self.keys.time_slices(job_id)):
             time_slice = text(member)
-            state = self.client.hget(keys.job(time_slice), "state")
+            state = self.client.hget(self.keys.job(time_slice), "state")
             if state is not None and not JobState(text(state)).ended:
                 found[time_slice] = JobState(text(state))
             else:
@@ -206,11 +210,18 @@ class Chunks:
 
     def delete(self, job_id: str) -> None:
         """Delete the chunks of a job that has ended."""
-        names = [keys.job_chunks(job_id), keys.chunk_holders(job_id), keys.time_slices(job_id)]
+        names = [
+            self.keys.job_chunks(job_id),
+            self.keys.chunk_holders(job_id),
+            self.keys.time_slices(job_id),
+        ]
         for stage in STAGES:
-            names += [keys.chunk_results(job_id, stage), keys.stage_input(job_id, stage)]
+            names += [self.keys.chunk_results(job_id, stage), self.keys.stage_input(job_id, stage)]
         self.client.delete(*names)
 
-
-def _keys(job_id: str) -> list[str]:
-    return [keys.job(job_id), keys.job_chunks(job_id), keys.chunk_holders(job_id)]
+    def _names(self, job_id: str) -> list[str]:
+        return [
+            self.keys.job(job_id),
+            self.keys.job_chunks(job_id),
+            self.keys.chunk_holders(job_id),
+        ]

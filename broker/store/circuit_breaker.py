@@ -12,7 +12,7 @@ from typing import Final
 
 from redis import Redis
 
-from broker.store import keys
+from broker.store.keys import Keys
 from broker.store.replies import text
 
 _KEPT_SECONDS: Final = 10
@@ -32,7 +32,7 @@ class CircuitBreaker:
 
     def __init__(self, client: Redis, machine: str | None = None) -> None:
         self._client = client
-        self._key = keys.cache_circuit(machine or socket.gethostname())
+        self._key = Keys.cache_circuit(machine or socket.gethostname())
         self._was_open = False
 
     def open(self, seconds: float) -> None:

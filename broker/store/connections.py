@@ -71,6 +71,19 @@ class StoreSettings(BaseSettings):
         description="Seconds for which it is remembered that there was a shape or a job that has"
         " expired.",
     )
+    tenant_shapes: int = Field(
+        default=0, ge=0, description="Shapes a tenant may keep; 0 for any number."
+    )
+    tenant_bytes: int = Field(
+        default=0,
+        ge=0,
+        description="Bytes a tenant may keep, of uploads, meshes and results; 0 for any number.",
+    )
+    tenant_jobs: int = Field(
+        default=0,
+        ge=0,
+        description="Jobs a tenant may have queued or running at a time; 0 for any number.",
+    )
     candidate_ttl: int = Field(
         default=3600, ge=1, description="Seconds an upload waits for its validation at most."
     )

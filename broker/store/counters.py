@@ -14,7 +14,7 @@ from typing import Final
 from redis import Redis
 
 from broker.contracts import URN, JobKind
-from broker.store import keys
+from broker.store.keys import Keys
 from broker.store.replies import text
 
 BUCKET_BOUNDS: Final = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0)
@@ -82,14 +82,14 @@ class Counters:
                 # Numbers in the names of stages would make any number of histograms.
                 name = f"{kind.value}|{_NUMBER.sub('n', stage)}"
                 index = bisect_left(BUCKET_BOUNDS, seconds)
-                pipe.hincrby(keys.COUNTERS, f"class|{name}|{index}", 1)
-                pipe.hincrbyfloat(keys.COUNTERS, f"seconds|{name}", round(seconds, 6))
+                pipe.hincrby(Keys.COUNTERS, f"class|{name}|{index}", 1)
+                pipe.hincrbyfloat(Keys.COUNTERS, f"seconds|{name}", round(seconds, 6))
             pipe.execute()
 
     def read(self) -> CounterValues:
         """Return the values of all counters that this version knows."""
         counts = CounterValues()
-        for field_name, value in self.client.hgetall(keys.COUNTERS).items():
+        for field_name, value in self.client.hgetall(Keys.COUNTERS).items():
             match text(field_name).split("|"):
                 case ["submitted", kind]:
                     counts.submitted[kind] = int(value)

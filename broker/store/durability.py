@@ -11,7 +11,7 @@ from typing import Final
 from redis import Redis
 from redis.exceptions import RedisError, ResponseError
 
-from broker.store import keys
+from broker.store.keys import Keys
 from broker.telemetry import logger
 
 LEAST_WAIT: Final = 2.0
@@ -59,7 +59,7 @@ class Durability:
         """
         with self.client.pipeline(transaction=False) as pipe:
             # The command waits for the writes of its own connection, and all before them.
-            pipe.set(keys.READY, b"", ex=60)
+            pipe.set(Keys.READY, b"", ex=60)
             pipe.execute_command("WAITAOF", 1, 0, max(1, round(1000 * self.seconds)))
             # A connection that broke is opened again, maybe to a server that lost the record.
             pipe.exists(key)

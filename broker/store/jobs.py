@@ -21,9 +21,10 @@ from redis import Redis
 from redis.client import Pipeline
 
 from broker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress, subject_of
-from broker.store import keys, scripts
+from broker.store import scripts
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
 from broker.store.records import NewerRecord, job_document, read_record
 from broker.store.replies import text
@@ -42,11 +43,14 @@ class Jobs:
         Times to live.
     blobs
         The results.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
     settings: StoreSettings
     blobs: Blobs
+    keys: Keys = DEFAULT_KEYS
 
     def create(self, record: JobRecord, pipe: Pipeline) -> None:
         """Store a new, queued job, as part of a transaction."""
@@ -62,19 +66,21 @@ class Jobs:
         if record.webhook is not None:
             fields["webhook"] = record.webhook.url
         if record.is_listed:
-            fields["quota"] = keys.queued_by(record.caller)
-        pipe.hset(keys.job(record.id), mapping=fields)
+            fields["quota"] = self.keys.queued_by(record.caller)
+        pipe.hset(self.keys.job(record.id), mapping=fields)
         ttl = self.settings.job_ttl + self.settings.trace_ttl
-        pipe.set(keys.job_tombstone(record.id), b"", ex=ttl)
-        pipe.hincrby(keys.COUNTERS, f"submitted|{record.kind.value}", 1)
-        pipe.zadd(keys.ACTIVE_JOBS, {record.id: created})
+        pipe.set(self.keys.job_tombstone(record.id), b"", ex=ttl)
+        pipe.hincrby(Keys.COUNTERS, f"submitted|{record.kind.value}", 1)
+        pipe.zadd(self.keys.active_jobs, {record.id: created})
+        if self.keys != DEFAULT_KEYS:
+            pipe.sadd(Keys.TENANTS, self.keys.tenant)
         if record.is_listed:
-            pipe.zadd(keys.JOBS, {record.id: created})
-            pipe.zadd(keys.jobs_in(JobState.QUEUED), {record.id: created})
+            pipe.zadd(self.keys.jobs, {record.id: created})
+            pipe.zadd(self.keys.jobs_in(JobState.QUEUED), {record.id: created})
             for name in subject_of(record.payload).named:
-                pipe.zadd(keys.jobs_of(name), {record.id: created})
-                pipe.zremrangebyscore(keys.jobs_of(name), "-inf", created - ttl)
-                pipe.expire(keys.jobs_of(name), ttl)
+                pipe.zadd(self.keys.jobs_of(name), {record.id: created})
+                pipe.zremrangebyscore(self.keys.jobs_of(name), "-inf", created - ttl)
+                pipe.expire(self.keys.jobs_of(name), ttl)
 
     def get(self, job_id: str) -> JobRecord | None:
         """Return a job in its present state, or None if it does not exist (any more).
@@ -84,14 +90,14 @@ class Jobs:
         NewerRecord
             A newer version wrote something that this one does not know.
         """
-        fields = self.client.hgetall(keys.job(job_id))
+        fields = self.client.hgetall(self.keys.job(job_id))
         return _record(fields) if b"record" in fields else None
 
     def records(self, job_ids: Sequence[str]) -> list[JobRecord | None]:
         """Return several jobs, each as :meth:`readable` does."""
         with self.client.pipeline(transaction=False) as pipe:
             for job_id in job_ids:
-                pipe.hgetall(keys.job(job_id))
+                pipe.hgetall(self.keys.job(job_id))
             replies = pipe.execute()
         return [_readable(fields) for fields in replies]
 
@@ -104,11 +110,11 @@ class Jobs:
 
     def expired(self, job_id: str) -> bool:
         """Return whether a job that does not exist has expired."""
-        return bool(self.client.exists(keys.job_tombstone(job_id)))
+        return bool(self.client.exists(self.keys.job_tombstone(job_id)))
 
     def state(self, job_id: str) -> JobState | None:
         """Return the state of a job."""
-        state = self.client.hget(keys.job(job_id), "state")
+        state = self.client.hget(self.keys.job(job_id), "state")
         return None if state is None else JobState(text(state))
 
     def page(
@@ -141,20 +147,20 @@ class Jobs:
         def matches(record: JobRecord) -> bool:
             return state in (None, record.state) and kind in (None, record.kind)
 
-        key = keys.JOBS if state is None else keys.jobs_in(state)
-        listing = Listing(self.client, key if of is None else keys.jobs_of(of), keys.job)
+        key = self.keys.jobs if state is None else self.keys.jobs_in(state)
+        listing = Listing(self.client, key if of is None else self.keys.jobs_of(of), self.keys.job)
         return listing.page(limit, cursor, self.get, matches)
 
     def active(self) -> Iterator[JobRecord]:
         """Iterate over all jobs that have not ended and can be read."""
-        members: list[bytes] = self.client.zrange(keys.ACTIVE_JOBS, 0, -1)  # type: ignore[assignment]
+        members: list[bytes] = self.client.zrange(self.keys.active_jobs, 0, -1)  # type: ignore[assignment]
         for job_id in map(text, members):
             try:
                 record = self.get(job_id)
             except NewerRecord:
                 continue  # left to processes of the newer version
             if record is None or record.state.ended:
-                self.client.zrem(keys.ACTIVE_JOBS, job_id)
+                self.client.zrem(self.keys.active_jobs, job_id)
             else:
                 yield record
 
@@ -167,7 +173,7 @@ class Jobs:
         """End a job with its result (JSON); False if the runner no longer holds it."""
         if result is None:
             return self._finish(job_id, runner, JobState.SUCCEEDED)
-        key, packed = keys.job_result(job_id), gzip.compress(result, compresslevel=6, mtime=0)
+        key, packed = self.keys.job_result(job_id), gzip.compress(result, compresslevel=6, mtime=0)
         stored = self.blobs.put(key, packed)
         kept = self._finish(job_id, runner, JobState.SUCCEEDED, result=str(stored))
         if not kept:
@@ -206,17 +212,19 @@ class Jobs:
     def report(self, job_id: str, runner: str, progress: Progress) -> bool:
         """Store progress; False if the job is cancelled or no longer held by this runner."""
         said = runner, progress.stage, str(progress.fraction)
-        return bool(scripts.REPORT_PROGRESS(self.client, [keys.job(job_id)], *said))
+        return bool(scripts.REPORT_PROGRESS(self.client, [self.keys.job(job_id)], *said))
 
     def is_held(self, job_id: str, runner: str) -> bool:
         """Whether this runner holds a job that is running and not to be cancelled."""
-        state, holder, cancel = self.client.hmget(keys.job(job_id), ["state", "runner", "cancel"])
+        state, holder, cancel = self.client.hmget(
+            self.keys.job(job_id), ["state", "runner", "cancel"]
+        )
         held = holder is not None and text(holder) == runner
         return held and state == b"running" and cancel is None
 
     def cancel_requested(self, job_id: str) -> datetime | None:
         """Return the time of a running job's cancellation, None if it is not cancelled."""
-        requested = self.client.hget(keys.job(job_id), "cancel")
+        requested = self.client.hget(self.keys.job(job_id), "cancel")
         return None if requested is None else datetime.fromisoformat(text(requested))
 
     def _finish(
@@ -236,9 +244,10 @@ class Jobs:
         return _state(answer) is state
 
     def _run(self, script: LuaScript, job_id: str, *arguments: str | bytes | int) -> object:
-        names = [keys.job(job_id), keys.ACTIVE_JOBS]
-        names += [keys.jobs_in(state) for state in JobState]
-        names += [keys.COUNTERS, keys.WEBHOOKS, keys.job_result(job_id)]
+        names = [self.keys.job(job_id), self.keys.active_jobs]
+        names += [self.keys.jobs_in(state) for state in JobState]
+        names += [Keys.COUNTERS, self.keys.webhooks, self.keys.job_result(job_id)]
+        names += [self.keys.held, self.keys.admitted]
         return script(self.client, names, job_id, *arguments)
 
 

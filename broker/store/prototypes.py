@@ -8,10 +8,11 @@ from redis.client import Pipeline
 from redis.exceptions import WatchError
 
 from broker.contracts import ARCHIVE_TYPE, PrototypeRecord
-from broker.store import keys
 from broker.store.blobs import BlobReference, Blobs
 from broker.store.connections import StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.listings import Listing, Page
+from broker.store.quotas import QuotaExceeded, Quotas
 from broker.store.records import read_record
 from broker.store.uploads import delete_candidate
 
@@ -31,15 +32,18 @@ class Prototypes:
         Times to live.
     blobs
         The bytes.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
     settings: StoreSettings
     blobs: Blobs
+    keys: Keys = DEFAULT_KEYS
 
     def get(self, prototype_id: str) -> PrototypeRecord | None:
         """Return the record of a prototype, or None if it does not exist."""
-        data = self.client.get(keys.prototype(prototype_id))
+        data = self.client.get(self.keys.prototype(prototype_id))
         return None if data is None else read_record(PrototypeRecord, data)
 
     def use(self, prototype_id: str) -> PrototypeRecord | None:
@@ -54,16 +58,16 @@ class Prototypes:
     def archive(self, prototype_id: str) -> bytes | None:
         """Return the archive of a prototype, npz, and extend its life."""
         self.use(prototype_id)
-        return self.blobs.get(keys.prototype_archive(prototype_id))
+        return self.blobs.get(self.keys.prototype_archive(prototype_id))
 
     def geometry(self, prototype_id: str) -> bytes | None:
         """Return the points and a surface of a prototype, JSON in gzip, and keep it for longer."""
         self.use(prototype_id)
-        return self.blobs.get(keys.prototype_geometry(prototype_id))
+        return self.blobs.get(self.keys.prototype_geometry(prototype_id))
 
     def expired(self, prototype_id: str) -> bool:
         """Whether a prototype that does not exist has expired (and was not deleted)."""
-        return bool(self.client.exists(keys.prototype_tombstone(prototype_id)))
+        return bool(self.client.exists(self.keys.prototype_tombstone(prototype_id)))
 
     def page(
         self, limit: int, cursor: str | None, name: str | None = None
@@ -75,13 +79,13 @@ class Prototypes:
         InvalidCursor
             No page has this cursor.
         """
-        key = keys.PROTOTYPES if name is None else keys.prototypes_named(name)
+        key = self.keys.prototypes if name is None else self.keys.prototypes_named(name)
 
         def matches(record: PrototypeRecord) -> bool:
             # An expired prototype may have been stored again under another name.
             return name in (None, record.name)
 
-        return Listing(self.client, key, keys.prototype).page(limit, cursor, self.get, matches)
+        return Listing(self.client, key, self.keys.prototype).page(limit, cursor, self.get, matches)
 
     def add(
         self,
@@ -107,20 +111,29 @@ class Prototypes:
         -------
         PrototypeRecord
             The record as it is stored, which may be an earlier one.
+
+        Raises
+        ------
+        QuotaExceeded
+            The tenant has as many bytes as it may have.
         """
-        name, key = record.name, keys.prototype(record.id)
-        candidates = [] if job_id is None else [keys.candidate(record.id, ARCHIVE_TYPE, job_id)]
+        name, key = record.name, self.keys.prototype(record.id)
+        candidates = (
+            [] if job_id is None else [self.keys.candidate(record.id, ARCHIVE_TYPE, job_id)]
+        )
         # If they are not needed, they are left to the sweep: the record may be ours, of a
         # transaction whose reply was lost.
-        contents = zip(_bytes_of(record.id), (archive, geometry), strict=True)
+        contents = zip(self._bytes_of(record.id), (archive, geometry), strict=True)
         parts = self.blobs.put_all(dict(contents))
         with self.client.pipeline() as pipe:
             while True:
-                pipe.watch(key, keys.prototype_versions(name))
+                pipe.watch(key, self.keys.prototype_versions(name))
                 known = self.get(record.id)
-                last = int(self.client.get(keys.prototype_versions(name)) or 0)
+                last = int(self.client.get(self.keys.prototype_versions(name)) or 0)
                 stored = known or record.model_copy(update={"version": last + 1})
                 try:
+                    if known is None:
+                        self._check_quota(parts, archive if candidates else b"", pipe)
                     pipe.multi()
                     for candidate in candidates:
                         self.blobs.look_up(candidate, pipe)
@@ -128,7 +141,7 @@ class Prototypes:
                         self._put(stored, parts, pipe)
                     self._extend(stored, pipe)
                     if job_id is not None:
-                        delete_candidate(record.id, ARCHIVE_TYPE, job_id, pipe)
+                        delete_candidate(self.keys, record.id, ARCHIVE_TYPE, job_id, pipe)
                     validated = pipe.execute()
                 except WatchError:
                     # Another prototype of this name, or the same, was stored meanwhile.
@@ -137,17 +150,29 @@ class Prototypes:
         self.blobs.discard(zip(candidates, validated, strict=False))
         return stored
 
+    def _check_quota(
+        self, parts: Mapping[str, BlobReference], candidate: bytes, pipe: Pipeline
+    ) -> None:
+        # The candidate has been counted, and is deleted.
+        size = sum(reference.size for reference in parts.values()) - len(candidate)
+        try:
+            Quotas(self.client, self.settings, self.keys).check(size, pipe=pipe)
+        except QuotaExceeded:
+            self.blobs.discard(parts.items())
+            raise
+
     def delete(self, prototype_id: str) -> bool:
         """Delete a prototype; False if it did not exist. Its version is not used again."""
-        record, names = self.get(prototype_id), _bytes_of(prototype_id)
+        record, names = self.get(prototype_id), self._bytes_of(prototype_id)
         with self.client.pipeline() as pipe:
-            pipe.delete(keys.prototype(prototype_id))
+            pipe.delete(self.keys.prototype(prototype_id))
             for name in names:
                 self.blobs.look_up(name, pipe)
-            pipe.delete(*names, keys.prototype_tombstone(prototype_id))
-            pipe.zrem(keys.PROTOTYPES, prototype_id)
+            pipe.delete(self.keys.prototype_tombstone(prototype_id))
+            pipe.zrem(self.keys.prototypes, prototype_id)
+            self.blobs.unlink(names, pipe)
             if record is not None:
-                pipe.zrem(keys.prototypes_named(record.name), prototype_id)
+                pipe.zrem(self.keys.prototypes_named(record.name), prototype_id)
             existed, *stored = pipe.execute(raise_on_error=False)
         self.blobs.discard(zip(names, stored, strict=False))
         return bool(existed)
@@ -158,21 +183,20 @@ class Prototypes:
         created = record.created.timestamp()
         for name, reference in parts.items():
             self.blobs.link(name, reference, pipe)
-        pipe.set(keys.prototype(record.id), record.model_dump_json())
-        pipe.set(keys.prototype_tombstone(record.id), b"")
-        pipe.set(keys.prototype_versions(record.name), record.version)
-        pipe.zadd(keys.PROTOTYPES, {record.id: created})
-        pipe.zadd(keys.prototypes_named(record.name), {record.id: created})
+        pipe.set(self.keys.prototype(record.id), record.model_dump_json())
+        pipe.set(self.keys.prototype_tombstone(record.id), b"")
+        pipe.set(self.keys.prototype_versions(record.name), record.version)
+        pipe.zadd(self.keys.prototypes, {record.id: created})
+        pipe.zadd(self.keys.prototypes_named(record.name), {record.id: created})
 
     def _extend(self, record: PrototypeRecord, pipe: Pipeline) -> None:
         ttl, longer = self.settings.shape_ttl, self.settings.shape_ttl + self.settings.trace_ttl
-        for key in (keys.prototype, keys.prototype_archive, keys.prototype_geometry):
+        for key in (self.keys.prototype, self.keys.prototype_archive, self.keys.prototype_geometry):
             pipe.expire(key(record.id), ttl)
         # What belongs to a name outlives the last prototype that has it.
-        pipe.expire(keys.prototype_tombstone(record.id), longer)
-        pipe.expire(keys.prototypes_named(record.name), longer)
-        pipe.expire(keys.prototype_versions(record.name), longer)
+        pipe.expire(self.keys.prototype_tombstone(record.id), longer)
+        pipe.expire(self.keys.prototypes_named(record.name), longer)
+        pipe.expire(self.keys.prototype_versions(record.name), longer)
 
-
-def _bytes_of(prototype_id: str) -> tuple[str, str]:
-    return keys.prototype_archive(prototype_id), keys.prototype_geometry(prototype_id)
+    def _bytes_of(self, prototype_id: str) -> tuple[str, str]:
+        return self.keys.prototype_archive(prototype_id), self.keys.prototype_geometry(prototype_id)

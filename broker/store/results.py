@@ -7,9 +7,9 @@ from typing import BinaryIO
 from redis import Redis
 
 from broker.contracts import JobState, MatchSummary, PicturePayload
-from broker.store import keys
 from broker.store.blobs import Blobs
 from broker.store.connections import StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import text
 
 
@@ -25,59 +25,64 @@ class Results:
         Times to live.
     blobs
         The bytes; summaries are short, and read many at a time: they are in Redis.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
     settings: StoreSettings
     blobs: Blobs
+    keys: Keys = DEFAULT_KEYS
 
     def document(self, job_id: str) -> bytes | None:
         """Return the result of a job, JSON in gzip."""
-        return self.blobs.get(keys.job_result(job_id))
+        return self.blobs.get(self.keys.job_result(job_id))
 
     def arrays(self, job_id: str) -> bytes | None:
         """Return the result of a job as arrays, npz."""
-        return self.blobs.get(keys.job_arrays(job_id))
+        return self.blobs.get(self.keys.job_arrays(job_id))
 
     def open_arrays(self, job_id: str) -> BinaryIO | None:
         """Return the result of a job as arrays, npz, in a file."""
-        return self.blobs.open(keys.job_arrays(job_id))
+        return self.blobs.open(self.keys.job_arrays(job_id))
 
     def set_arrays(self, job_id: str, arrays: bytes) -> None:
         """Store the result of a job as arrays, before the job succeeds."""
-        self.blobs.save(keys.job_arrays(job_id), arrays, self.settings.result_ttl)
+        self.blobs.save(self.keys.job_arrays(job_id), arrays, self.settings.result_ttl)
 
     def set_summary(self, job_id: str, summary: MatchSummary) -> None:
         """Store a match in brief, before it succeeds."""
         document = summary.model_dump_json()
-        self.client.set(keys.job_summary(job_id), document, ex=self.settings.result_ttl)
+        self.client.set(self.keys.job_summary(job_id), document, ex=self.settings.result_ttl)
 
     def summaries(self, job_ids: Sequence[str]) -> list[MatchSummary | None]:
         """Return matches in brief; None for those that have none, or none any more."""
-        found: list[bytes | None] = self.client.mget([keys.job_summary(one) for one in job_ids])  # type: ignore[assignment]
+        found: list[bytes | None] = self.client.mget(
+            [self.keys.job_summary(one) for one in job_ids]
+        )  # type: ignore[assignment]
         return [None if one is None else MatchSummary.model_validate_json(one) for one in found]
 
     def picture(self, payload: PicturePayload) -> bytes | None:
         """Return a picture of a result, or the result in another format."""
-        return self.blobs.get(keys.job_picture(payload.job, payload.variant))
+        return self.blobs.get(self.keys.job_picture(payload.job, payload.variant))
 
     def open_picture(self, payload: PicturePayload) -> BinaryIO | None:
         """Return a picture of a result, or the result in another format, as a file."""
-        return self.blobs.open(keys.job_picture(payload.job, payload.variant))
+        return self.blobs.open(self.keys.job_picture(payload.job, payload.variant))
 
     def set_picture(self, payload: PicturePayload, picture: bytes) -> None:
         """Store a picture for as long as the result itself."""
-        left = self.client.ttl(keys.job_result(payload.job))
+        left = self.client.ttl(self.keys.job_result(payload.job))
         if left > 0:
-            self.blobs.save(keys.job_picture(payload.job, payload.variant), picture, left)
+            self.blobs.save(self.keys.job_picture(payload.job, payload.variant), picture, left)
 
     def picture_job(self, payload: PicturePayload, job_id: str) -> str:
         """Return the job that draws a picture: `job_id`, or an earlier one that has not ended."""
-        key = keys.picture_job(payload.job, payload.variant)
+        key = self.keys.picture_job(payload.job, payload.variant)
         if self.client.set(key, job_id, nx=True, ex=self.settings.candidate_ttl):
             return job_id
         holder = text(self.client.get(key))
-        state = None if holder is None else text(self.client.hget(keys.job(holder), "state"))
+        state = None if holder is None else text(self.client.hget(self.keys.job(holder), "state"))
         if holder is not None and state is not None and not JobState(state).ended:
             return holder
         self.client.set(key, job_id, ex=self.settings.candidate_ttl)

@@ -1,7 +1,11 @@
 """The spectrum cache in Redis: least recently used, bounded in bytes; locks and counters.
 
 Signatures, simplified meshes and the spectra of prototypes' surfaces are cached with the spectra,
-under names of their own.
+under names of their own, which begin with the shape's or prototype's id.
+
+The cache is common to all tenants. What is shown of a job must not depend on whether another tenant
+has the same shape, so it is noted which blobs a tenant has used: only of those it learns that they
+are cached (:meth:`Spectra.known`).
 """
 
 import time
@@ -15,9 +19,10 @@ from redis.exceptions import RedisError
 from redis.exceptions import TimeoutError as RedisTimeoutError
 
 from broker.contracts import SpectrumKey
-from broker.store import keys, scripts
+from broker.store import scripts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import blob, text
 from broker.telemetry import logger
 
@@ -55,11 +60,14 @@ class Spectra:
         Connection to the Redis of the queue.
     settings
         Budget and time to live.
+    keys
+        The tenant's keys.
     """
 
     cache: Redis
     client: Redis
     settings: StoreSettings
+    keys: Keys = DEFAULT_KEYS
     circuit: CircuitBreaker = field(init=False)
 
     def __post_init__(self) -> None:
@@ -74,8 +82,30 @@ class Spectra:
     def has(self, key: SpectrumKey) -> bool:
         """Whether a spectrum is cached."""
         with self._tolerating_failure():
-            return bool(self._available_cache().exists(keys.cached_spectrum(key)))
+            return bool(self._available_cache().exists(Keys.cached_spectrum(key)))
         return False
+
+    def known(self, names: Sequence[SpectrumKey | str]) -> list[bool]:
+        """Whether this tenant has used these blobs of its shapes, which may still be cached."""
+        with self.client.pipeline(transaction=False) as pipe:
+            for name in map(str, names):
+                pipe.sismember(self.keys.cached_of(_subject(name)), name)
+            return [bool(reply) for reply in pipe.execute()]
+
+    def forget(self, names: Sequence[str]) -> None:
+        """Forget which blobs of deleted shapes and prototypes this tenant has used."""
+        if names:
+            self.client.delete(*map(self.keys.cached_of, names))
+
+    def _note(self, names: Sequence[str]) -> None:
+        if not names:
+            return
+        with self.client.pipeline(transaction=False) as pipe:
+            for name in names:
+                key = self.keys.cached_of(_subject(name))
+                pipe.sadd(key, name)
+                pipe.expire(key, self.settings.cache_ttl)
+            pipe.execute()
 
     def get(self, key: SpectrumKey | str) -> bytes | None:
         """Return a cached spectrum, npz, or another cached blob by its name, and record the use."""
@@ -87,32 +117,34 @@ class Spectra:
         found: list[bytes | None] = [None] * len(names)
         with self._tolerating_failure():
             if names:
-                replies = self._available_cache().mget([*map(keys.cached_spectrum, names)])
+                replies = self._available_cache().mget([*map(Keys.cached_spectrum, names)])
                 found = [blob(reply) for reply in replies]
             now = time.time()
             used = {name: now for name, data in zip(names, found, strict=True) if data is not None}
             if used:
-                self.cache.zadd(keys.CACHED_SPECTRA, used, xx=True)
+                self.cache.zadd(Keys.CACHED_SPECTRA, used, xx=True)
+        self._note([name for name, data in zip(names, found, strict=True) if data is not None])
         return found
 
     def put(self, key: SpectrumKey | str, spectrum: bytes) -> bool:
         """Cache a spectrum, or another blob by its name; False if it cannot be cached."""
         if len(spectrum) > _LARGEST:
             return False
-        now = time.time()
+        now, stored = time.time(), False
         with self._tolerating_failure():
             stored = scripts.CACHE_PUT(
                 self._available_cache(),
-                [keys.CACHED_SPECTRA, keys.CACHED_SIZES, keys.cached_spectrum(key)],
+                [Keys.CACHED_SPECTRA, Keys.CACHED_SIZES, Keys.cached_spectrum(key)],
                 str(key),
-                keys.cached_spectrum(""),
+                Keys.cached_spectrum(""),
                 now,
                 now - self.settings.cache_ttl,
                 self.settings.cache_bytes,
                 spectrum,
             )
-            return bool(stored)
-        return False
+        if stored:
+            self._note([str(key)])
+        return bool(stored)
 
     def drop(self, shape_id: str) -> None:
         """Remove all blobs of a shape or prototype from the cache."""
@@ -121,18 +153,18 @@ class Spectra:
             for name in self._names(shape_id):
                 scripts.CACHE_DROP(
                     cache,
-                    [keys.CACHED_SPECTRA, keys.CACHED_SIZES],
+                    [Keys.CACHED_SPECTRA, Keys.CACHED_SIZES],
                     name,
-                    keys.cached_spectrum(""),
+                    Keys.cached_spectrum(""),
                 )
 
     def _names(self, shape_id: str) -> Iterator[str]:
         if not self.is_separate:
-            for name, _ in self.cache.zscan_iter(keys.CACHED_SPECTRA, match=f"{shape_id}:*"):
+            for name, _ in self.cache.zscan_iter(Keys.CACHED_SPECTRA, match=f"{shape_id}:*"):
                 yield text(name)
             return
         # The list of cached names may itself have been evicted.
-        prefix = keys.cached_spectrum("")
+        prefix = Keys.cached_spectrum("")
         for key in self.cache.scan_iter(f"{prefix}{shape_id}:*", count=1000):
             yield text(key).removeprefix(prefix)
 
@@ -167,46 +199,51 @@ class Spectra:
     def lock(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
         """Lock the computation of a spectrum for some seconds; False if another process has."""
         milliseconds = int(seconds * 1000)
-        return bool(self.client.set(keys.spectrum_lock(key), holder, nx=True, px=milliseconds))
+        return bool(self.client.set(Keys.spectrum_lock(key), holder, nx=True, px=milliseconds))
 
     def renew(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
         """Extend the lock of a spectrum; False if it was lost."""
         milliseconds = int(seconds * 1000)
         return bool(
-            scripts.RENEW_LOCK(self.client, [keys.spectrum_lock(key)], holder, milliseconds)
+            scripts.RENEW_LOCK(self.client, [Keys.spectrum_lock(key)], holder, milliseconds)
         )
 
     def release(self, key: SpectrumKey, holder: str) -> None:
         """Release the lock of a spectrum."""
-        scripts.RELEASE_LOCK(self.client, [keys.spectrum_lock(key)], holder)
+        scripts.RELEASE_LOCK(self.client, [Keys.spectrum_lock(key)], holder)
 
     def locked(self, key: SpectrumKey) -> bool:
         """Whether a live process computes a spectrum."""
-        return bool(self.client.exists(keys.spectrum_lock(key)))
+        return bool(self.client.exists(Keys.spectrum_lock(key)))
 
     def mark_queued(self, key: SpectrumKey, job_id: str, seconds: int) -> bool:
         """Record that a job is queued to compute a spectrum; False if another one is."""
-        return bool(self.client.set(keys.spectrum_job(key), job_id, nx=True, ex=seconds))
+        return bool(self.client.set(self.keys.spectrum_job(key), job_id, nx=True, ex=seconds))
 
     def unmark_queued(self, key: SpectrumKey) -> None:
         """Record that no job is queued to compute a spectrum any more."""
-        self.client.delete(keys.spectrum_job(key))
+        self.client.delete(self.keys.spectrum_job(key))
 
     def count_computed(self) -> None:
         """Count a computed spectrum."""
-        self.client.hincrby(keys.SPECTRUM_COUNTERS, "computed", 1)
+        self.client.hincrby(Keys.SPECTRUM_COUNTERS, "computed", 1)
 
     def count_hit(self) -> None:
         """Count a spectrum read from the cache."""
-        self.client.hincrby(keys.SPECTRUM_COUNTERS, "hits", 1)
+        self.client.hincrby(Keys.SPECTRUM_COUNTERS, "hits", 1)
 
     def cached_bytes(self) -> int:
         """Return the size of all cached blobs, as far as it is known."""
         with self._tolerating_failure():
-            return int(self._available_cache().hget(keys.CACHED_SIZES, "total") or 0)
+            return int(self._available_cache().hget(Keys.CACHED_SIZES, "total") or 0)
         return 0
 
     def counts(self) -> SpectrumCounts:
         """Return the counters."""
-        computed, hits = self.client.hmget(keys.SPECTRUM_COUNTERS, ["computed", "hits"])
+        computed, hits = self.client.hmget(Keys.SPECTRUM_COUNTERS, ["computed", "hits"])
         return SpectrumCounts(int(computed or 0), int(hits or 0))
+
+
+def _subject(name: str) -> str:
+    """Return the id of the shape or prototype that a cached blob is of."""
+    return name.partition(":")[0]

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from redis import Redis
 from redis.client import Pipeline
 
-from broker.store import keys, scripts
+from broker.store import scripts
 from broker.store.blobs import BlobReference, Blobs
 from broker.store.connections import StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import text
 
 
@@ -23,15 +24,18 @@ class Uploads:
         Times to live.
     blobs
         The bytes.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
     settings: StoreSettings
     blobs: Blobs
+    keys: Keys = DEFAULT_KEYS
 
     def validating_job(self, upload_id: str, file_type: str, pipe: Pipeline) -> str | None:
         """Return the job that validates an equal upload, if any, and watch its key."""
-        key = keys.candidate_job(upload_id, file_type)
+        key = self.keys.candidate_job(upload_id, file_type)
         pipe.watch(key)
         return text(self.client.get(key))
 
@@ -39,7 +43,13 @@ class Uploads:
         self, upload_id: str, file_type: str, data: bytes, job_id: str
     ) -> BlobReference:
         """Store uploaded bytes for the job that validates them."""
-        return self.blobs.put(keys.candidate(upload_id, file_type, job_id), data)
+        return self.blobs.put(self.keys.candidate(upload_id, file_type, job_id), data)
+
+    def discard_candidate(
+        self, upload_id: str, file_type: str, stored: BlobReference, job_id: str
+    ) -> None:
+        """Delete uploaded bytes that no job will validate."""
+        self.blobs.discard([(self.keys.candidate(upload_id, file_type, job_id), stored)])
 
     def add_candidate(
         self,
@@ -50,34 +60,38 @@ class Uploads:
         pipe: Pipeline,
     ) -> None:
         """Name uploaded bytes to the job that validates them, as part of a transaction."""
-        ttl, key = self.settings.candidate_ttl, keys.candidate(upload_id, file_type, job_id)
-        pipe.set(keys.candidate_job(upload_id, file_type), job_id, ex=ttl)
+        ttl, key = self.settings.candidate_ttl, self.keys.candidate(upload_id, file_type, job_id)
+        pipe.set(self.keys.candidate_job(upload_id, file_type), job_id, ex=ttl)
         self.blobs.link(key, stored, pipe)
         pipe.expire(key, ttl)
 
     def candidate(self, upload_id: str, file_type: str, job_id: str) -> bytes | None:
         """Return the uploaded bytes that a job validates."""
-        return self.blobs.get(keys.candidate(upload_id, file_type, job_id))
+        return self.blobs.get(self.keys.candidate(upload_id, file_type, job_id))
 
     def reject(self, upload_id: str, file_type: str, job_id: str) -> None:
         """Delete a job's candidate; an equal one that another job validates stays."""
-        key = keys.candidate(upload_id, file_type, job_id)
+        key = self.keys.candidate(upload_id, file_type, job_id)
         with self.client.pipeline() as pipe:
             self.blobs.look_up(key, pipe)
-            delete_candidate(upload_id, file_type, job_id, pipe)
+            delete_candidate(self.keys, upload_id, file_type, job_id, pipe)
             stored, *_ = pipe.execute(raise_on_error=False)
         self.blobs.discard([(key, stored)])
 
     def defer(self, upload_id: str, job_id: str) -> None:
         """Store the validation job of an upload whose response did not wait for it."""
-        self.client.set(keys.deferred(upload_id), job_id, ex=self.settings.candidate_ttl)
+        self.client.set(self.keys.deferred(upload_id), job_id, ex=self.settings.candidate_ttl)
 
     def deferred(self, upload_id: str) -> str | None:
         """Return the validation job of an upload whose response did not wait for it."""
-        return text(self.client.get(keys.deferred(upload_id)))
+        return text(self.client.get(self.keys.deferred(upload_id)))
 
 
-def delete_candidate(upload_id: str, file_type: str, job_id: str, pipe: Pipeline) -> None:
+def delete_candidate(
+    keys: Keys, upload_id: str, file_type: str, job_id: str, pipe: Pipeline
+) -> None:
     """Delete a job's candidate, as part of a transaction."""
-    pipe.delete(keys.candidate(upload_id, file_type, job_id))
+    key = keys.candidate(upload_id, file_type, job_id)
+    pipe.delete(key)
+    pipe.zrem(keys.held, key)
     scripts.RELEASE_LOCK(pipe, [keys.candidate_job(upload_id, file_type)], job_id)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from redis import Redis
 
 from broker.contracts import Delivery
-from broker.store import keys, scripts
+from broker.store import scripts
+from broker.store.keys import DEFAULT_KEYS, Keys
 from broker.store.replies import text
 
 
@@ -19,44 +20,47 @@ class Webhooks:
     ----------
     client
         Connection to Redis.
+    keys
+        The tenant's keys.
     """
 
     client: Redis
+    keys: Keys = DEFAULT_KEYS
 
     def due(self, now: float, most: int) -> list[tuple[str, float]]:
         """Return jobs whose webhook is due, and since when, the earliest first."""
         entries: list[tuple[bytes, float]] = self.client.zrangebyscore(  # type: ignore[assignment]
-            keys.WEBHOOKS, "-inf", now, start=0, num=most, withscores=True
+            self.keys.webhooks, "-inf", now, start=0, num=most, withscores=True
         )
         return [(text(job), since) for job, since in entries]
 
     def claim(self, job_id: str, since: float, until: float) -> bool:
         """Postpone a webhook that is due; False if another process has."""
-        return bool(scripts.CLAIM_WEBHOOK(self.client, [keys.WEBHOOKS], job_id, since, until))
+        return bool(scripts.CLAIM_WEBHOOK(self.client, [self.keys.webhooks], job_id, since, until))
 
     def begin(self, job_id: str, delivery_job: str, attempt: int) -> bool:
         """Store the delivery's job and attempt; False if the job itself has expired."""
-        names = [keys.job(job_id)]
+        names = [self.keys.job(job_id)]
         return bool(scripts.BEGIN_DELIVERY(self.client, names, delivery_job, attempt))
 
     def delivery_job(self, job_id: str) -> str | None:
         """Return the job of the last attempt."""
-        return text(self.client.hget(keys.job(job_id), "delivery_job"))
+        return text(self.client.hget(self.keys.job(job_id), "delivery_job"))
 
     def attempts(self, job_id: str) -> int:
         """Return the number of attempts."""
-        return int(self.client.hget(keys.job(job_id), "attempts") or 0)
+        return int(self.client.hget(self.keys.job(job_id), "attempts") or 0)
 
     def record(self, job_id: str, delivery: Delivery) -> None:
         """Store the outcome of an attempt, and schedule the next one if there is to be one."""
         due = "" if delivery.next_attempt is None else delivery.next_attempt.timestamp()
-        names = [keys.job(job_id), keys.WEBHOOKS]
+        names = [self.keys.job(job_id), self.keys.webhooks]
         scripts.RECORD_DELIVERY(self.client, names, job_id, delivery.model_dump_json(), due)
 
     def remove(self, job_id: str) -> None:
         """Remove a webhook from the list."""
-        self.client.zrem(keys.WEBHOOKS, job_id)
+        self.client.zrem(self.keys.webhooks, job_id)
 
     def pending(self) -> int:
         """Return the number of webhooks that are not delivered yet."""
-        return int(self.client.zcard(keys.WEBHOOKS))
+        return int(self.client.zcard(self.keys.webhooks))

@@ -12,11 +12,11 @@ from typing import Final
 
 from redis.exceptions import WatchError
 
-from broker.store import Store, keys, text
+from broker.store import PREFIX, Store, text
 from broker.telemetry import logger
 
 _BYTES: Final = re.compile(
-    re.escape(keys.PREFIX)
+    re.escape(PREFIX)
     + r"(shape:[^:]+:(upload|mesh|geometry)"
     + r"|prototype:[^:]+:(archive|geometry)"
     + r"|attributes:[^:]+:file"
@@ -52,7 +52,7 @@ def migrate(store: Store) -> Migrated:
     """
     store.blobs.check()
     values = size = 0
-    for name in store.client.scan_iter(f"{keys.PREFIX}*", count=_SCANNED, _type="string"):
+    for name in store.client.scan_iter(f"{PREFIX}*", count=_SCANNED, _type="string"):
         key = text(name)
         if _BYTES.fullmatch(key) is None:
             continue

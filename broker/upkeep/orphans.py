@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Final
 
-from broker.store import FOLDERS, Store, keys
+from broker.store import FOLDERS, Keys, Store
 from broker.telemetry import logger
 
 SAFE_AGE: Final = 3600.0
@@ -57,7 +57,7 @@ class OrphanSweep:
         """
         blobs = self.store.blobs
         blobs.check_owner()
-        folder = _SWEPT[int(self.store.client.incr(keys.BLOB_SWEEP)) % len(_SWEPT)]
+        folder = _SWEPT[int(self.store.client.incr(Keys.BLOB_SWEEP)) % len(_SWEPT)]
         latest = time.time() - self.safe_age
         deleted = 0
         old = (one for one in blobs.store.list(folder) if one.modified.timestamp() <= latest)

@@ -32,8 +32,8 @@ from broker.contracts import (
     TimeSlicePayload,
     UploadPayload,
 )
-from broker.queue import JobQueue
-from broker.store import Store, keys, scripts, text
+from broker.queue import JobQueue, tenant_of
+from broker.store import Keys, Store, scripts, text
 from broker.telemetry import logger
 from broker.tracing import past_span
 
@@ -74,7 +74,7 @@ def handle_lost_process(
     Parameters
     ----------
     store
-        The jobs' records.
+        The store, of any tenant.
     job
         The job, which RQ is about to repeat or to fail.
     how
@@ -84,6 +84,7 @@ def handle_lost_process(
     reason
         Why it fails if it is not; by default that its process was killed.
     """
+    store = store.of(tenant_of(job))
     record = store.jobs.readable(job.id)
     state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how))
     _trace_loss(store, record, state, how)
@@ -125,15 +126,17 @@ def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
     store = queue.store
     timeouts = timeouts or RecoveryTimeouts.of(queue.settings.heartbeat)
     token = uuid4().hex
-    if not store.client.set(keys.RECOVERY, token, nx=True, px=_LOCK_MS):
+    if not store.client.set(Keys.RECOVERY, token, nx=True, px=_LOCK_MS):
         return
     try:
         for rq_queue in queue.rq.all():
             _release_dead_executions(store, rq_queue, timeouts.heartbeat)
-        _requeue_lost(queue, timeouts.unknown)
-        _kill_overdue(store, timeouts.cancellation)
+        known = _known_to_rq(queue)
+        for tenant in store.tenants():
+            _requeue_lost(queue.of(tenant), known, timeouts.unknown)
+            _kill_overdue(store.of(tenant), timeouts.cancellation)
     finally:
-        scripts.RELEASE_LOCK(store.client, [keys.RECOVERY], token)
+        scripts.RELEASE_LOCK(store.client, [Keys.RECOVERY], token)
 
 
 def unregister_workers(store: Store) -> None:
@@ -168,9 +171,9 @@ def _alive(store: Store, job_id: str, execution_id: str, timeout: timedelta) -> 
     return bool(now() - execution.last_heartbeat < timeout)
 
 
-def _requeue_lost(queue: JobQueue, timeout: timedelta) -> None:
-    store, known = queue.store, _known_to_rq(queue)
-    stored = store.client.hgetall(keys.UNSEEN_JOBS).items()
+def _requeue_lost(queue: JobQueue, known: set[str], timeout: timedelta) -> None:
+    store = queue.store
+    stored = store.client.hgetall(store.keys.unseen_jobs).items()
     first_noticed = {text(job_id): float(when) for job_id, when in stored}
     unknown: set[str] = set()
     for record in store.jobs.active():
@@ -185,7 +188,7 @@ def _requeue_lost(queue: JobQueue, timeout: timedelta) -> None:
             continue
         since = first_noticed.get(record.id)
         if since is None:
-            store.client.hset(keys.UNSEEN_JOBS, record.id, str(time.time()))
+            store.client.hset(store.keys.unseen_jobs, record.id, str(time.time()))
         elif time.time() - since > timeout.total_seconds():
             reason = lost_process(record, "its worker is gone")
             state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
@@ -198,7 +201,7 @@ def _requeue_lost(queue: JobQueue, timeout: timedelta) -> None:
         unknown.add(record.id)
     cleared = set(first_noticed) - unknown
     if cleared:
-        store.client.hdel(keys.UNSEEN_JOBS, *cleared)
+        store.client.hdel(store.keys.unseen_jobs, *cleared)
 
 
 def _known_to_rq(queue: JobQueue) -> set[str]:
@@ -241,12 +244,12 @@ def _trace_loss(store: Store, record: JobRecord | None, state: JobState | None, 
         job_id=record.id,
     )
     if lost is not None and state is JobState.QUEUED:
-        store.client.hsetnx(keys.job(record.id), _LOST_SPAN, lost)
+        store.client.hsetnx(store.keys.job(record.id), _LOST_SPAN, lost)
 
 
 def first_loss(store: Store, job_id: str) -> str | None:
     """Return the span of the first lost attempt of a job, as ``traceparent``."""
-    lost = store.client.hget(keys.job(job_id), _LOST_SPAN)
+    lost = store.client.hget(store.keys.job(job_id), _LOST_SPAN)
     return None if lost is None else text(lost)
 
 

@@ -4,31 +4,42 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from broker.contracts import JobState, is_prototype
-from broker.store import Listing, Store, keys
+from broker.store import Keys, Listing, Store
 
 
 def evict_deleted(store: Store, ids: Sequence[str]) -> None:
-    """Drop cached blobs of shapes and prototypes that were deleted while a job used them.
+    """Drop cached blobs of shapes and prototypes that no tenant has (any more).
+
+    A job may have used one while it was deleted, and another tenant may have the same.
 
     Parameters
     ----------
     store
-        The store.
+        The store of the tenant that deleted them, maybe while a job used them.
     ids
-        Ids of the job's shapes and prototype.
+        Ids of the shapes and prototypes.
     """
+    left = _not_in([store.keys], ids, store)
+    store.spectra.forget(left)
+    if left:
+        left = _not_in([Keys(tenant) for tenant in store.tenants()], left, store)
+    for one in left:
+        store.spectra.drop(one)
+
+
+def _not_in(tenants: Sequence[Keys], ids: Sequence[str], store: Store) -> list[str]:
+    """Return the shapes and prototypes that none of these tenants has."""
     with store.client.pipeline(transaction=False) as pipe:
         for one in ids:
-            pipe.exists(keys.prototype(one) if is_prototype(one) else keys.shape(one))
+            record = Keys.prototype if is_prototype(one) else Keys.shape
+            pipe.exists(*(record(keys, one) for keys in tenants))
         found = pipe.execute()
-    for one, exists in zip(ids, found, strict=True):
-        if not exists:
-            store.spectra.drop(one)
+    return [one for one, exists in zip(ids, found, strict=True) if not exists]
 
 
 @dataclass
 class Sweep:
-    """Removal of expired entries from the listings, a part at a time.
+    """Removal of expired entries from the listings of all tenants, a part at a time.
 
     Parameters
     ----------
@@ -41,9 +52,12 @@ class Sweep:
 
     def step(self) -> None:
         """Sweep the next part of each listing."""
-        jobs = [keys.JOBS, *(keys.jobs_in(state) for state in JobState)]
-        records: dict[str, Callable[[str], str]] = dict.fromkeys(jobs, keys.job)
-        records |= {keys.SHAPES: keys.shape, keys.PROTOTYPES: keys.prototype}
-        for key, record in records.items():
-            listing = Listing(self.store.client, key, record)
-            self._cursors[key] = listing.sweep(self._cursors.get(key, 0))
+        for tenant in self.store.tenants():
+            keys = Keys(tenant)
+            jobs = [keys.jobs, *(keys.jobs_in(state) for state in JobState)]
+            records: dict[str, Callable[[str], str]] = dict.fromkeys(jobs, keys.job)
+            records |= {keys.shapes: keys.shape, keys.prototypes: keys.prototype}
+            records[keys.held] = str
+            for key, record in records.items():
+                listing = Listing(self.store.client, key, record)
+                self._cursors[key] = listing.sweep(self._cursors.get(key, 0))

@@ -58,7 +58,7 @@ class WebhookSettings(BaseSettings):
 
 
 def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
-    """Queue a delivery job for each webhook that is due.
+    """Queue a delivery job for each webhook of any tenant that is due.
 
     Parameters
     ----------
@@ -67,6 +67,11 @@ def dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     settings
         Limit of the attempts.
     """
+    for tenant in queue.store.tenants():
+        _dispatch(queue.of(tenant), settings)
+
+
+def _dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     webhooks, now = queue.store.webhooks, time.time()
     for job_id, since in webhooks.due(now, _BATCH_SIZE):
         if not webhooks.claim(job_id, since, now + LEASE):

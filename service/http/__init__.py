@@ -28,6 +28,7 @@ from service.http.problems import (
     PrototypeDeleted,
     PrototypeExpired,
     PrototypeNotFound,
+    QuotaUsedUp,
     Reported,
     ResultExpired,
     ResultNotReady,
@@ -47,7 +48,15 @@ from service.http.problems import (
     UploadTooLarge,
 )
 from service.http.request_context import RequestContext
-from service.http.security import ApiKey, ApiKeys, Authentication, caller_of, read_keys
+from service.http.security import (
+    ApiKey,
+    ApiKeys,
+    Auth,
+    Authentication,
+    KeyRing,
+    accepted_key,
+    read_keys,
+)
 from service.http.validation_errors import MOST_FIELDS, field_problems
 
 __all__ = [
@@ -60,6 +69,7 @@ __all__ = [
     "AttributesDeleted",
     "AttributesExpired",
     "AttributesNotFound",
+    "Auth",
     "Authentication",
     "BadRequest",
     "BodyLimit",
@@ -74,6 +84,7 @@ __all__ = [
     "JobExpired",
     "JobNotFound",
     "JobWithoutResult",
+    "KeyRing",
     "Limit",
     "NotFound",
     "NotReady",
@@ -81,6 +92,7 @@ __all__ = [
     "PrototypeDeleted",
     "PrototypeExpired",
     "PrototypeNotFound",
+    "QuotaUsedUp",
     "Reported",
     "RequestContext",
     "ResultExpired",
@@ -99,9 +111,9 @@ __all__ = [
     "UnusablePrototype",
     "UploadCancelled",
     "UploadTooLarge",
+    "accepted_key",
     "binary_file",
     "body_wanted",
-    "caller_of",
     "etag_matches",
     "field_problems",
     "file_response",

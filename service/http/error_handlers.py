@@ -12,7 +12,7 @@ from starlette.routing import Match
 
 from broker.blobs import BlobError, BlobLost, BlobsFull, NotMigrated
 from broker.contracts import Problem
-from broker.store import KeyReused, NewerRecord, NotOnDisk, TooManyQueued
+from broker.store import KeyReused, NewerRecord, NotOnDisk, QuotaExceeded, TooManyQueued
 from broker.telemetry import logger
 from service.http.problem_documents import response
 from service.http.problems import (
@@ -25,6 +25,7 @@ from service.http.problems import (
     MethodNotAllowed,
     NewerVersion,
     NotFound,
+    QuotaUsedUp,
     StorageFull,
     StoreAway,
     TooManyJobs,
@@ -53,6 +54,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(OSError, _system)
     app.add_exception_handler(KeyReused, _key_reused)
     app.add_exception_handler(TooManyQueued, _too_many)
+    app.add_exception_handler(QuotaExceeded, _used_up)
     app.add_exception_handler(NewerRecord, _newer)
 
 
@@ -69,7 +71,17 @@ def _key_reused(request: Request, error: Exception) -> Response:
 def _too_many(request: Request, error: Exception) -> Response:
     assert isinstance(error, TooManyQueued)
     detail = f"You have {error.limit} queued jobs, the most allowed; wait until some have begun."
+    if error.of_tenant:
+        detail = (
+            f"Your tenant has {error.limit} jobs queued or running, the most allowed; wait until"
+            " some have ended."
+        )
     return _refused(request, TooManyJobs(detail))
+
+
+def _used_up(request: Request, error: Exception) -> Response:
+    assert isinstance(error, QuotaExceeded)
+    return _refused(request, QuotaUsedUp(error.detail))
 
 
 def _newer(request: Request, error: Exception) -> Response:

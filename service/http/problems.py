@@ -42,6 +42,7 @@
     ├── NewerVersion                503  stored by a newer version; this one cannot read it
     ├── PictureNotReady             503  the picture is still being drawn
     ├── NotReady                    503  stopping, the store takes nothing, or no worker
+    ├── QuotaUsedUp                 507  the tenant has as much as it may have
     └── StorageFull                 507  the disk, or the object storage, is full
 """
 
@@ -314,6 +315,12 @@ class NotReady(ApiProblem):
     """The service is stopping, its store takes nothing, or no worker is alive."""
 
     status, slug, title = 503, "not-ready", "Not ready"
+
+
+class QuotaUsedUp(ApiProblem):
+    """The tenant keeps as many shapes or bytes as it may keep."""
+
+    status, slug, title = 507, "quota-exceeded", "Quota used up"
 
 
 class StorageFull(ApiProblem):

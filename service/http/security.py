@@ -1,16 +1,19 @@
 """Authentication with API keys.
 
-Without ``ISOMATCH_API_KEYS`` everybody may call. With it, everything under ``/v1`` needs a key;
-probes, metrics and pages need none, as they show nothing that was uploaded. A key identifies the
-caller, for the log, for jobs and for the limit of queued jobs; shapes and jobs are shared by all
-keys of a service.
+Keys are named by ``ISOMATCH_API_KEYS``, or created in the store while the service runs
+(:mod:`service.admin`). Where there are none, everybody may call; else everything under ``/v1``
+needs one. Probes, metrics and pages need none, as they show nothing that was uploaded.
+
+A key identifies the caller, for the log, for jobs and for the limit of queued jobs, and the
+caller's tenant, whose shapes, jobs and prototypes are all that it can see, cancel and delete.
 """
 
 import hashlib
 import hmac
 import re
 from dataclasses import dataclass, field
-from typing import Annotated, Final, TypeAlias
+from datetime import UTC, datetime
+from typing import Annotated, Final, Literal, TypeAlias
 
 import structlog
 from pydantic import BeforeValidator
@@ -18,14 +21,21 @@ from pydantic_settings import NoDecode
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from broker.contracts import DEFAULT_TENANT, TENANT_NAME
+from broker.store import ApiKeys as StoredKeys
+from broker.store import StoredKey
+from broker.telemetry import logger
 from service.http.problem_documents import response
-from service.http.problems import Unauthorized
+from service.http.problems import StoreAway, Unauthorized
 
 PROTECTED: Final = "/v1"
 """Paths below this need a key, if there are keys."""
 
+_NOT_KNOWN: Final = "The API keys are not known before the store answers; try again."
+
+log = logger("isomatch.keys")
+
 _HASHED: Final = "sha256:"
-_NAME: Final = re.compile(r"[A-Za-z0-9._-]{1,64}")
 _DIGEST: Final = re.compile(r"[0-9a-f]{64}")
 
 
@@ -39,14 +49,19 @@ class ApiKey:
         Name of the caller, as jobs and logs show it.
     digest
         SHA-256 of the key, which is not stored itself.
+    tenant
+        Whose shapes, jobs and prototypes the key gives access to.
     """
 
     name: str
     digest: bytes = field(repr=False)
+    tenant: str = DEFAULT_TENANT
 
 
 def read_keys(listing: object) -> object:
     """Read ``NAME:KEY`` or ``NAME:sha256:DIGEST``, separated by commas or white space.
+
+    A name may be preceded by that of the tenant, ``TENANT/NAME``.
 
     Raises
     ------
@@ -56,33 +71,39 @@ def read_keys(listing: object) -> object:
     if not isinstance(listing, str):
         return listing
     keys = tuple(_read_key(entry) for entry in re.split(r"[,\s]+", listing) if entry)
-    for values in ([key.name for key in keys], [key.digest for key in keys]):
-        if len(set(values)) < len(values):
+    for values in ({(key.tenant, key.name) for key in keys}, {key.digest for key in keys}):
+        if len(values) < len(keys):
             raise ValueError("a name or a key is repeated; give each once")
     return keys
 
 
 def _read_key(entry: str) -> ApiKey:
-    name, colon, key = entry.partition(":")
-    if not colon or not key or not _NAME.fullmatch(name):
+    owner, colon, key = entry.partition(":")
+    tenant, slash, name = owner.rpartition("/")
+    tenant = tenant if slash else DEFAULT_TENANT
+    if not colon or not key or not all(map(TENANT_NAME.fullmatch, (tenant, name))):
         raise ValueError(
-            "write NAME:KEY or NAME:sha256:DIGEST, separated by commas; names have letters,"
-            " digits, dots, dashes and underscores"
+            "write NAME:KEY, TENANT/NAME:KEY or [TENANT/]NAME:sha256:DIGEST, separated by commas;"
+            " names have letters, digits, dots, dashes and underscores"
         )
     if not key.startswith(_HASHED):
-        return ApiKey(name, hashlib.sha256(key.encode()).digest())
+        return ApiKey(name, hashlib.sha256(key.encode()).digest(), tenant)
     digest = key.removeprefix(_HASHED).lower()
     if not _DIGEST.fullmatch(digest):
         raise ValueError(f"the digest of {name} does not have 64 hexadecimal digits")
-    return ApiKey(name, bytes.fromhex(digest))
+    return ApiKey(name, bytes.fromhex(digest), tenant)
 
 
 ApiKeys: TypeAlias = Annotated[tuple[ApiKey, ...], NoDecode, BeforeValidator(read_keys)]
 """The accepted keys; none: everybody may call."""
 
 
-def caller_of(authorization: str, keys: tuple[ApiKey, ...]) -> str | None:
-    """Return the name of the key in an ``Authorization`` header, or None if it has no accepted one.
+Auth: TypeAlias = Literal["keys", "none"]
+"""Whether keys are needed."""
+
+
+def accepted_key(authorization: str, keys: tuple[ApiKey, ...]) -> ApiKey | None:
+    """Return the key in an ``Authorization`` header, or None if it has no accepted one.
 
     Parameters
     ----------
@@ -97,8 +118,64 @@ def caller_of(authorization: str, keys: tuple[ApiKey, ...]) -> str | None:
     for key in keys:
         # All keys are compared, in constant time, so that the time reveals nothing about them.
         if hmac.compare_digest(digest, key.digest):
-            found = key.name
+            found = key
     return found if scheme.lower() == "bearer" else None
+
+
+class KeyRing:
+    """The accepted keys: those of the settings, and those in the store as they were last read.
+
+    Parameters
+    ----------
+    settings
+        Keys of the settings.
+    auth
+        Whether keys are needed: ``keys`` or ``none``. None: where the settings have some, or one
+        was ever created; until the store has told whether, nobody may call.
+
+    Attributes
+    ----------
+    known
+        Whether the keys in the store were read since the process started.
+    """
+
+    def __init__(self, settings: tuple[ApiKey, ...], auth: Auth | None) -> None:
+        self._settings = settings
+        self._auth = auth
+        self._stored: tuple[StoredKey, ...] = ()
+        self._ever: bool | None = None
+        self.known = False
+
+    def refresh(self, stored: StoredKeys) -> None:
+        """Read the keys in the store; those known before are accepted until it has answered.
+
+        Raises
+        ------
+        RedisError
+            It does not answer.
+        """
+        ever, found = stored.ever(), tuple(stored.all())
+        if self.known:
+            _log_changes(self._stored, found, "key revoked" if ever else "key lost by the store")
+        # A store that has lost its data must not let everybody in.
+        self._ever, self._stored, self.known = self._ever or ever, found, True
+
+    @property
+    def needed(self) -> bool | None:
+        """Whether a key is needed; None if that is not known yet."""
+        if self._auth is not None:
+            return self._auth == "keys"
+        return True if self._settings else self._ever
+
+    def find(self, authorization: str) -> ApiKey | None:
+        """Return the key in an ``Authorization`` header, or None if it has no accepted one."""
+        now = datetime.now(UTC)
+        stored = (
+            ApiKey(one.name, bytes.fromhex(one.digest), one.tenant)
+            for one in self._stored
+            if one.valid(now)
+        )
+        return accepted_key(authorization, (*self._settings, *stored))
 
 
 class Authentication:
@@ -109,28 +186,47 @@ class Authentication:
     app
         The application.
     keys
-        The accepted keys; none: everybody may call.
+        The accepted keys.
     """
 
-    def __init__(self, app: ASGIApp, keys: tuple[ApiKey, ...]) -> None:
+    def __init__(self, app: ASGIApp, keys: KeyRing) -> None:
         self._app = app
         self._keys = keys
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on if it is authorised."""
-        if scope["type"] != "http" or not self._keys or not _protected(scope["path"]):
+        needed = self._keys.needed
+        if scope["type"] != "http" or needed is False or not _protected(scope["path"]):
             await self._app(scope, receive, send)
             return
         authorization = Headers(scope=scope).get("authorization", "")
-        caller = caller_of(authorization, self._keys)
-        if caller is None:
-            refused = Unauthorized(_reason(authorization))
-            answer = response(refused.problem(scope["path"]), refused.headers)
+        key = self._keys.find(authorization) if needed else None
+        if key is None:
+            # Until the store was read, a key that is not found may be one of its keys.
+            told = needed and (self._keys.known or not authorization)
+            refused = Unauthorized(_reason(authorization)) if told else StoreAway(_NOT_KNOWN)
+            later = {} if told else {"Retry-After": "5"}
+            answer = response(refused.problem(scope["path"]), {**refused.headers, **later})
             await answer(scope, receive, send)
             return
-        scope["state"] = {**scope.get("state", {}), "caller": caller}
-        with structlog.contextvars.bound_contextvars(caller=caller):
+        known = {"caller": key.name, "tenant": key.tenant}
+        scope["state"] = {**scope.get("state", {}), **known}
+        with structlog.contextvars.bound_contextvars(**known):
             await self._app(scope, receive, send)
+
+
+def _log_changes(before: tuple[StoredKey, ...], after: tuple[StoredKey, ...], gone: str) -> None:
+    """Log the callers whose keys were created or rotated, have expired, or are gone."""
+    old, new = {key.digest: key for key in before}, {key.digest: key for key in after}
+    now = datetime.now(UTC)
+    for digest in new.keys() - old.keys():
+        key = new[digest]
+        event = "key created" if key.rotated is None else "key rotated"
+        log.info(event, tenant=key.tenant, name=key.name)
+    for digest in old.keys() - new.keys():
+        key = old[digest]
+        event = gone if key.valid(now) else "key expired"
+        log.info(event, tenant=key.tenant, name=key.name)
 
 
 def _protected(path: str) -> bool:

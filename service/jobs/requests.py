@@ -16,7 +16,6 @@ from broker.contracts import (
     RequestOrigin,
     Webhook,
 )
-from broker.store import keys
 from broker.webhooks import literal_address, permitted
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
@@ -27,6 +26,7 @@ from service.http import (
     EncodedBody,
     IdempotencyKeyReused,
     InvalidRequest,
+    QuotaUsedUp,
     TooManyJobs,
     UnknownShape,
     UploadTooLarge,
@@ -63,6 +63,7 @@ def answers(*further: type[ApiProblem]) -> dict[int | str, dict[str, Any]]:
             EncodedBody,
             IdempotencyKeyReused,
             TooManyJobs,
+            QuotaUsedUp,
         ),
     }
 
@@ -164,7 +165,7 @@ def requested_job(
     record = service.queue.earlier_job(order)
     if record is None:
         record = submit(_with_webhook(service, asked, order))
-    service.store.durability.wait(keys.job(record.id))
+    service.store.durability.wait(service.store.keys.job(record.id))
     job = Job.of(record, service.queue)
     response.headers["Location"] = job.links.self
     return job

@@ -1,6 +1,7 @@
 """Metrics of jobs, workers and caches, read from the store when Prometheus scrapes."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import accumulate
 
 from prometheus_client.core import (
@@ -13,8 +14,8 @@ from prometheus_client.registry import Collector
 from redis.exceptions import RedisError
 
 from broker.contracts import JobState
-from broker.queue import JobQueue, depths, worker_states
-from broker.store import BUCKET_BOUNDS, CounterValues, Histogram, Store, keys
+from broker.queue import JobQueue, depths, longest_wait, worker_states
+from broker.store import BUCKET_BOUNDS, CounterValues, Histogram, Keys, Store
 from broker.telemetry import logger
 
 log = logger("isomatch.api")
@@ -57,6 +58,11 @@ def _present(queue: JobQueue) -> Iterator[Metric]:
     for name, (waits, runs) in depths(queue.rq.all()).items():
         waiting.add_metric([name], waits)
         running.add_metric([name], runs)
+    age = GaugeMetricFamily(
+        "isomatch_queue_age_seconds",
+        "Seconds for which the oldest of the next 200 jobs has waited.",
+        value=longest_wait(queue.rq.all()),
+    )
     states = worker_states(queue.store.client)
     workers = GaugeMetricFamily("isomatch_workers", "Workers alive.", labels=["state"])
     for state in sorted({"idle", "busy", *states}):
@@ -64,21 +70,27 @@ def _present(queue: JobQueue) -> Iterator[Metric]:
     kept = GaugeMetricFamily(
         "isomatch_jobs", "Jobs that were asked for and are remembered.", labels=["state"]
     )
-    client = queue.store.client
+    everyone = [queue.store.of(tenant) for tenant in queue.store.tenants()]
+
+    def listed(key: Callable[[Keys], str]) -> int:
+        return sum(int(queue.store.client.zcard(key(one.keys))) for one in everyone)
+
     for state in JobState:
-        kept.add_metric([state.value], client.zcard(keys.jobs_in(state)))
+        kept.add_metric([state.value], listed(partial(Keys.jobs_in, state=state)))
     shapes = GaugeMetricFamily(
-        "isomatch_shapes", "Shapes that are kept.", value=client.zcard(keys.SHAPES)
+        "isomatch_shapes", "Shapes that are kept.", value=listed(lambda keys: keys.shapes)
     )
     prototypes = GaugeMetricFamily(
-        "isomatch_prototypes", "Prototypes that are kept.", value=client.zcard(keys.PROTOTYPES)
+        "isomatch_prototypes",
+        "Prototypes that are kept.",
+        value=listed(lambda keys: keys.prototypes),
     )
     webhooks = GaugeMetricFamily(
         "isomatch_webhooks_pending",
         "Jobs that have ended and whose webhook is still to be delivered.",
-        value=queue.store.webhooks.pending(),
+        value=sum(one.webhooks.pending() for one in everyone),
     )
-    yield from (waiting, running, workers, kept, shapes, prototypes, webhooks)
+    yield from (waiting, running, age, workers, kept, shapes, prototypes, webhooks)
 
 
 def _counted(counts: CounterValues) -> Iterator[Metric]:

@@ -11,7 +11,7 @@ from broker.contracts import (
     PrototypeValidationPayload,
     prototype_id,
 )
-from broker.store import keys
+from broker.store import Keys
 from service.dependencies import ServiceOf
 from service.http import (
     AcceptEncoding,
@@ -37,7 +37,7 @@ PATH: Final = "/v1/prototype-archives"
 router = APIRouter(tags=["prototypes"])
 
 UPLOADS: Final = UploadKind[PrototypeRecord](
-    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, keys.prototype, PrototypeDeleted
+    "prototype", PATH, PROTOTYPES, lambda store: store.prototypes, Keys.prototype, PrototypeDeleted
 )
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Final
 from fastapi import APIRouter, Query, Response
 
 from broker.contracts import FieldProblem, JobRecord, PrototypePayload, RequestOrigin, ShapeRecord
+from broker.upkeep import evict_deleted
 from service.dependencies import Service, ServiceOf
 from service.http import (
     Cursor,
@@ -104,7 +105,7 @@ def delete_prototype(prototype: PrototypeId, service: ServiceOf) -> None:
     """
     if not service.store.prototypes.delete(prototype):
         raise PrototypeNotFound(f"There is no prototype {prototype}.")
-    service.store.spectra.drop(prototype)
+    evict_deleted(service.store, [prototype])
 
 
 def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:

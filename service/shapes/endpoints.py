@@ -11,7 +11,8 @@ from broker.contracts import (
     file_type_of,
     shape_id,
 )
-from broker.store import keys
+from broker.store import Keys
+from broker.upkeep import evict_deleted
 from service.dependencies import ServiceOf
 from service.http import (
     Cursor,
@@ -35,7 +36,7 @@ PATH: Final = "/v1/shapes"
 router = APIRouter(prefix=PATH, tags=["shapes"])
 
 _UPLOADS: Final = UploadKind[ShapeRecord](
-    "shape", PATH, PATH, lambda store: store.shapes, keys.shape, ShapeDeleted
+    "shape", PATH, PATH, lambda store: store.shapes, Keys.shape, ShapeDeleted
 )
 
 
@@ -116,4 +117,4 @@ def delete_shape(shape: ShapeId, service: ServiceOf) -> None:
     """Delete a shape; queued matches of it will fail with `shape-deleted`."""
     if not service.store.shapes.delete(shape):
         raise ShapeNotFound(f"There is no shape {shape}.")
-    service.store.spectra.drop(shape)
+    evict_deleted(service.store, [shape])

@@ -12,7 +12,7 @@ from broker.contracts import (
     attribute_format_of,
     attributes_id,
 )
-from broker.store import keys
+from broker.store import Keys
 from service.dependencies import Service, ServiceOf
 from service.http import (
     AttributesDeleted,
@@ -33,7 +33,7 @@ PATH: Final = "/v1/attributes"
 router = APIRouter(prefix=PATH, tags=["transfers"])
 
 _UPLOADS: Final = UploadKind[AttributesRecord](
-    "attribute file", PATH, PATH, lambda store: store.attributes, keys.attributes, AttributesDeleted
+    "attribute file", PATH, PATH, lambda store: store.attributes, Keys.attributes, AttributesDeleted
 )
 AttributesId = Annotated[str, Path(description="Id of the attribute file.", pattern=ID_PATTERN)]
 

@@ -58,6 +58,14 @@ def test_settings_have_the_names_that_are_read() -> None:
     assert {*same, *OBJECT_STORAGE, "ISOMATCH_JOB_TIMEOUT"} <= dict(agreed).keys()
 
 
+def test_who_may_call_and_what_tenants_may_have_reaches_the_containers() -> None:
+    quotas = {"ISOMATCH_TENANT_SHAPES", "ISOMATCH_TENANT_BYTES", "ISOMATCH_TENANT_JOBS"}
+    api, worker = (set(SERVICES[name]["environment"]) for name in ("api", "worker"))
+    # A setting that is not passed on would leave the service open without a word.
+    assert {"ISOMATCH_AUTH", "ISOMATCH_API_KEYS", *quotas} <= api
+    assert quotas <= worker
+
+
 def default(value: str) -> str:
     """What a variable of the compose file is, where the environment does not say."""
     return value.split(":-")[1].removesuffix("}")

@@ -6,7 +6,7 @@ import kubernetes_validate
 import pytest
 import yaml
 
-from broker.queue import QUEUES, QueueSettings
+from broker.queue import JOBS, QueueSettings
 from service.app import create_app
 from service.settings import Settings
 from tests.containers.manifests import (
@@ -141,13 +141,17 @@ def test_no_busy_worker_is_stopped() -> None:
     assert not of_kind("ScaledObject")
 
 
-def test_the_scaling_looks_at_the_queues_that_there_are() -> None:
+def test_the_scaling_looks_at_the_queue() -> None:
     (scaled,) = of_kind("ScaledJob")
-    lists = [trigger["metadata"]["listName"] for trigger in scaled["spec"]["triggers"]]
-    assert lists == [f"rq:queue:{name}" for name in QUEUES]
+    length, age = scaled["spec"]["triggers"]
+    assert length["metadata"]["listName"] == f"rq:queue:{JOBS}"
     (password,) = of_kind("TriggerAuthentication")
-    for trigger in scaled["spec"]["triggers"]:
-        assert trigger["authenticationRef"]["name"] == password["metadata"]["name"]
+    assert length["authenticationRef"]["name"] == password["metadata"]["name"]
+    services = {each["metadata"]["name"]: each for each in of_kind("Service")}
+    assert [port["port"] for port in services["isomatch-api"]["spec"]["ports"]] == [80]
+    assert age["metadata"]["url"] == "http://isomatch-api.isomatch.svc/metrics"
+    assert age["metadata"]["valueLocation"] == "isomatch_queue_age_seconds"
+    assert scaled["spec"]["scalingStrategy"]["multipleScalersCalculation"] == "max"
     # There is no schema of KEDA's own objects here; the job that it makes of this is Kubernetes'.
     job = {
         "apiVersion": "batch/v1",

@@ -4,11 +4,13 @@ import os
 import re
 import subprocess
 import sys
+from itertools import takewhile
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = re.compile(r"(?:\./)?[\w.-]+(?:/[\w.-]+)+/?|[\w-]+\.(?:ya?ml|toml|md|py|txt|json)")
-LONG_RUNNING = re.compile(r"bench\.|demo$|service$|worker$")
+NOT_RUN = re.compile(r"bench\.|demo$|service$|service\.admin$|worker$")
+"""Modules that run for long, or change the store of a service."""
 
 
 def main(name: str, arguments: list[str]) -> int:
@@ -20,12 +22,14 @@ def main(name: str, arguments: list[str]) -> int:
     if name == "make":
         # The targets and their recipes are there; nothing is made.
         return subprocess.call(["make", "-n", "-C", str(ROOT), *arguments])
-    if name == "python" and not (arguments[:1] == ["-m"] and LONG_RUNNING.match(arguments[1])):
+    if name == "python" and not (arguments[:1] == ["-m"] and NOT_RUN.match(arguments[1])):
         return subprocess.call([sys.executable, *arguments])
     if name == "python":
         options = [word for word in arguments[2:] if word.startswith("-")]
+        # Actions have options of their own.
+        actions = list(takewhile(lambda word: not word.startswith("-"), arguments[2:]))
         said = subprocess.run(
-            [sys.executable, *arguments[:2], "--help"],
+            [sys.executable, *arguments[:2], *actions, "--help"],
             cwd=ROOT,
             capture_output=True,
             text=True,

@@ -11,7 +11,7 @@ import httpx2
 import pytest
 from redis import Redis
 
-from bench.cluster import Cluster, running_cluster
+from bench.machines import Cluster, running_cluster
 from tests.worker.figures import blob_file
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

@@ -13,7 +13,7 @@ from typing import Any
 import httpx2
 import pytest
 
-from bench.cluster import Cluster, end, running_cluster
+from bench.machines import Cluster, end, running_cluster
 from broker.contracts import MatchResult
 from tests.worker.families import family
 from tests.worker.figures import blob_file

@@ -18,7 +18,7 @@ import structlog
 import uvicorn
 
 from broker.queue import JobQueue
-from broker.store import Store, connect, keys
+from broker.store import DEFAULT_KEYS, Store, connect
 from service.app import create_app
 from service.settings import Settings
 from service.standalone import EmbeddedServer, WorkerPool
@@ -162,7 +162,7 @@ def put_shapes(api: Api) -> tuple[str, str]:
     """Put the records of two shapes in the store, for jobs that nobody runs."""
     names = "a" * 32, "b" * 32
     for name in names:
-        api.store.client.set(keys.shape(name), shape_record(name).model_dump_json())
+        api.store.client.set(DEFAULT_KEYS.shape(name), shape_record(name).model_dump_json())
     return names
 
 

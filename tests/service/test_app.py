@@ -14,7 +14,7 @@ import pytest
 from openapi_schema_validator import OAS31Validator, oas31_format_checker
 from openapi_spec_validator import validate
 
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
@@ -128,13 +128,13 @@ def test_a_store_that_is_there_and_says_nothing(
 
 def test_unexpected_errors_are_problem_documents(http: httpx2.Client, api: Api) -> None:
     # A record that this program never wrote.
-    api.store.client.set(keys.shape("broken"), b"{")
+    api.store.client.set(DEFAULT_KEYS.shape("broken"), b"{")
     answer = http.get("/v1/shapes/broken", headers={"X-Request-ID": "the-one"})
     document = problem(answer, 500, "internal-error")
     assert "the-one" in document["detail"]
     assert "pydantic" not in answer.text
     assert answer.headers["x-request-id"] == "the-one"
-    api.store.client.delete(keys.shape("broken"))
+    api.store.client.delete(DEFAULT_KEYS.shape("broken"))
 
 
 def test_the_api_process_knows_no_numerics() -> None:

@@ -9,7 +9,7 @@ import httpx2
 import pytest
 
 from broker.blobs import DirectoryBlobs
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, PREFIX, Store
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.blobs import blob_url
@@ -28,7 +28,7 @@ from tests.worker.figures import blob_file
 def path_of(store: Store, key: str) -> Path:
     """Where the bytes of a key are."""
     assert isinstance(store.blobs.store, DirectoryBlobs)
-    name = key.removeprefix(keys.PREFIX).replace(":", "!")
+    name = key.removeprefix(PREFIX).replace(":", "!")
     (found,) = store.blobs.store.root.glob(f"*/{name}!*")
     return found
 
@@ -49,9 +49,9 @@ def test_lost_content_is_told(
     data = blob_file(2, seed=300 + len(harm))
     shape = upload(data)["id"]
     for key, address in (
-        (keys.shape_upload(shape), f"/v1/shapes/{shape}/mesh"),
-        (keys.shape_geometry(shape), f"/v1/shapes/{shape}/geometry"),
-        (keys.shape_mesh(shape), None),
+        (DEFAULT_KEYS.shape_upload(shape), f"/v1/shapes/{shape}/mesh"),
+        (DEFAULT_KEYS.shape_geometry(shape), f"/v1/shapes/{shape}/geometry"),
+        (DEFAULT_KEYS.shape_mesh(shape), None),
     ):
         found = path_of(api.store, key)
         found.unlink() if harm == "missing" else found.write_bytes(b"other")
@@ -79,11 +79,11 @@ def test_results_that_are_lost_are_told(
     picture = http.get(f"/v1/jobs/{job}/result.png")
     assert picture.status_code == 200
     # A picture is made again; arrays and the result itself are not.
-    path_of(api.store, keys.job_picture(job)).unlink()
+    path_of(api.store, DEFAULT_KEYS.job_picture(job)).unlink()
     assert http.get(f"/v1/jobs/{job}/result.png").status_code == 200
-    path_of(api.store, keys.job_arrays(job)).write_bytes(b"")
+    path_of(api.store, DEFAULT_KEYS.job_arrays(job)).write_bytes(b"")
     problem(http.get(f"/v1/jobs/{job}/result.npz"), 410, "content-lost")
-    path_of(api.store, keys.job_result(job)).unlink()
+    path_of(api.store, DEFAULT_KEYS.job_result(job)).unlink()
     problem(http.get(f"/v1/jobs/{job}/result"), 410, "content-lost")
 
 
@@ -108,8 +108,8 @@ def test_bytes_that_are_not_migrated_are_told(
     api: Api, http: httpx2.Client, upload: Callable[..., Json]
 ) -> None:
     shape = upload(blob_file(2, seed=310))["id"]
-    api.store.client.delete(keys.shape_upload(shape))
-    api.store.client.set(keys.shape_upload(shape), b"bytes", ex=1000)
+    api.store.client.delete(DEFAULT_KEYS.shape_upload(shape))
+    api.store.client.set(DEFAULT_KEYS.shape_upload(shape), b"bytes", ex=1000)
     told = problem(http.get(f"/v1/shapes/{shape}/mesh"), 503, "store-away")
     assert "earlier version" in told["detail"]
 

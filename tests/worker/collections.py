@@ -3,7 +3,7 @@
 import numpy as np
 
 from broker.contracts import DissimilaritiesPayload, DissimilarityParameters, spectrum_key
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, Store
 from solver.mesh import triangle_mesh
 from solver.similarity import SAMPLINGS, Signature
 from tests.solver.shapes import blob, cube, moved, torus
@@ -45,7 +45,7 @@ def imagined(
     shapes = tuple(f"imagined-{seed}-{k}" for k in range(count))
     for shape in shapes:
         record = shape_record(shape, vertices=VERTICES, faces=100)
-        store.client.set(keys.shape(shape), record.model_dump_json())
+        store.client.set(DEFAULT_KEYS.shape(shape), record.model_dump_json())
         points = random.standard_normal((len(SAMPLINGS), 10, int(random.integers(2, 6))))
         distances = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)
         nothing = np.zeros((len(SAMPLINGS), 10, 0))

@@ -9,7 +9,7 @@ from rq import get_current_job
 from rq.job import Job
 
 from broker.processes import limit_memory
-from broker.queue import JobQueue
+from broker.queue import JobQueue, tenant_of
 from broker.store import Store
 from broker.tracing import exporting
 from broker.upkeep import LOSSES_AFTER_KILL, handle_lost_process
@@ -29,8 +29,10 @@ def run(job_id: str) -> None:
     limit_memory(settings.job_memory_mb)
     job = get_current_job()
     assert job is not None
-    structlog.contextvars.bind_contextvars(job_id=job_id, **job.get_meta(refresh=False))
-    store = Store.over(job.connection, settings, settings.redis_patience)
+    meta, tenant = job.get_meta(refresh=False), tenant_of(job)
+    told = {name: meta.get(name) for name in ("kind", "request_id", "caller")}
+    structlog.contextvars.bind_contextvars(job_id=job_id, tenant=tenant, **told)
+    store = Store.over(job.connection, settings, settings.redis_patience).of(tenant)
     with exporting("worker"):
         Runner(JobQueue(store, settings), uuid4().hex, settings).run(job_id)
 

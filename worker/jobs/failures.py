@@ -16,7 +16,7 @@ from rq.timeouts import JobTimeoutException
 
 from broker.blobs import BlobError, BlobLost, BlobsFull
 from broker.contracts import UNUSABLE, FieldProblem, JobKind, JobRecord, Problem
-from broker.store import NewerRecord, Store
+from broker.store import NewerRecord, QuotaExceeded, Store
 from broker.upkeep import store_away
 from solver.errors import MeshError, OptionError, PrototypeError, SolverError, TransferError
 from worker.pictures import NoAlternative
@@ -227,6 +227,8 @@ def _store_failed(error: Exception) -> Problem | None:
     if isinstance(error, BlobsFull):
         detail = "There is no space left to store what this makes; try again later."
         return Problem.of("storage-full", "Storage full", 507, detail)
+    if isinstance(error, QuotaExceeded):
+        return Problem.of("quota-exceeded", "Quota used up", 507, error.detail)
     if isinstance(error, BlobLost):
         detail = f"The stored content that this needs is {error.reason}; upload or request it"
         return Problem.of("content-lost", "Content lost", 410, f"{detail} again.")

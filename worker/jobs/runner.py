@@ -137,7 +137,7 @@ class Runner:
         except Exception as error:
             problem = problem_of(error, record)
             # A traceback only of unforeseen errors.
-            log.warning("failed", problem=problem.slug, exc_info=problem.status >= 500)
+            log.warning("failed", problem=problem.slug, exc_info=problem.status == 500)
             if isinstance(record.payload, UploadPayload):
                 upload = record.payload
                 context.store.uploads.reject(upload.upload, upload.file_type, record.id)

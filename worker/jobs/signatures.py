@@ -19,7 +19,7 @@ from worker.jobs.spectra import spectrum_of
 
 
 def cached_signatures(payload: DissimilaritiesPayload, store: Store) -> dict[int, bytes]:
-    """Return the cached signatures, by the places of their shapes.
+    """Return the cached signatures that this tenant has used before, by their shapes' places.
 
     Raises
     ------
@@ -32,14 +32,19 @@ def cached_signatures(payload: DissimilaritiesPayload, store: Store) -> dict[int
         for record, shape in zip(records, payload.shapes, strict=True)
     ]
     points = payload.parameters.points
-    found = enumerate(store.spectra.get_many(names))
-    return {place: data for place, data in found if data is not None and _suits(data, points)}
+    places = [place for place, known in enumerate(store.spectra.known(names)) if known]
+    found = store.spectra.get_many([names[place] for place in places])
+    return {
+        place: data
+        for place, data in zip(places, found, strict=True)
+        if data is not None and _suits(data, points)
+    }
 
 
 def compute_signature(
     payload: DissimilaritiesPayload, place: int, context: JobContext, control: Control
 ) -> bytes:
-    """Compute and cache the signature of a shape.
+    """Return the signature of a shape: cached by a job of another tenant, or computed.
 
     Parameters
     ----------
@@ -66,6 +71,9 @@ def compute_signature(
     shape, parameters, spectra = payload.shapes[place], payload.parameters, context.store.spectra
     whole = stored_mesh(shape, context.store.shapes)
     key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
+    cached = spectra.get(parameters.signature_name(key))
+    if cached is not None and _suits(cached, parameters.points):
+        return cached
     field = f"shapes.{place}"
     try:
         with attributed_to(field):

@@ -1,8 +1,12 @@
 """Validation of an uploaded mesh: it is read, repaired, measured and stored as a shape."""
 
+from datetime import UTC, datetime
+
 from broker.contracts import ShapeRecord, ValidationPayload
+from solver.control import Control
 from solver.mesh import read_mesh
 from worker.jobs.context import JobContext
+from worker.jobs.equal_shapes import ValidatedShape, equal_shape
 from worker.jobs.failures import UploadGone
 from worker.jobs.meshes import mesh_to_bytes
 from worker.pictures import packed_geometry
@@ -26,6 +30,15 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
             raise UploadGone
         return
     control.report("reading the mesh", 0.0)
+    shape = equal_shape(payload, data, store) or _validated(payload, data, control)
+    record = shape.record.model_copy(update={"name": payload.name, "created": job.created})
+    accepted = store.shapes.accept(record, data, shape.mesh, shape.geometry, job.id)
+    # A run that was given up and came back may have stored the shape meanwhile.
+    if not accepted and store.shapes.get(payload.shape) is None:
+        raise UploadGone
+
+
+def _validated(payload: ValidationPayload, data: bytes, control: Control) -> ValidatedShape:
     mesh = read_mesh(data, payload.file_type)
     control.report("measuring the mesh", 0.5)
     vertices, faces = mesh.file_rows or (None, None)
@@ -44,9 +57,6 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
         closed=mesh.closed,
         has_colors=mesh.colors is not None,
         warnings=mesh.warnings,
-        created=job.created,
+        created=datetime.now(UTC),
     )
-    accepted = store.shapes.accept(record, data, mesh_to_bytes(mesh), packed_geometry(mesh), job.id)
-    # A run that was given up and came back may have stored the shape meanwhile.
-    if not accepted and store.shapes.get(payload.shape) is None:
-        raise UploadGone
+    return ValidatedShape(record, mesh_to_bytes(mesh), packed_geometry(mesh))

@@ -8,7 +8,7 @@ from typing import Final
 
 from pydantic import ValidationError
 from redis.exceptions import OutOfMemoryError, RedisError
-from rq import Queue, Worker
+from rq import Worker
 from rq.exceptions import AbandonedJobError
 from rq.job import Job
 from rq.serializers import JSONSerializer
@@ -16,7 +16,7 @@ from rq.serializers import JSONSerializer
 from broker.blobs import BlobError
 from broker.environment import setting_errors
 from broker.processes import die_with_parent, forks_die_with_parent
-from broker.queue import QUEUES
+from broker.queue import QUEUES, FairQueue
 from broker.store import CONNECT_TIMEOUT, Store, connect
 from broker.telemetry import configure_logging, logger
 from broker.tracing import exporting, prepare
@@ -123,8 +123,9 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
             handle_lost_process(store, job, how, LOSSES_WITH_WORKER, reason)
 
     return Worker(
-        [Queue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],
+        [FairQueue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],
         connection=client,
+        queue_class=FairQueue,
         serializer=JSONSerializer,
         exception_handlers=[raised],
         work_horse_killed_handler=killed,

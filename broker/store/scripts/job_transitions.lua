@@ -1,6 +1,7 @@
 -- Prelude of the scripts that move a job from one state to another.
 --
--- KEYS  1 job, 2 active jobs, 3 to 7 index of each state, 8 counters, 9 webhooks, 10 result
+-- KEYS  1 job, 2 active jobs, 3 to 7 index of each state, 8 counters, 9 webhooks, 10 result,
+--       11 sizes of the tenant's blobs, 12 jobs that count towards the tenant's quota
 -- ARGV  1 job's id
 -- Each script returns the state the job is in afterwards, false if there is no such job.
 local INDEX = {queued = 3, running = 4, succeeded = 5, failed = 6, cancelled = 7}
@@ -43,6 +44,7 @@ end
 local function finish(from, to, now, ttl)
     move(from, to)
     count('ended', to)
+    redis.call('ZREM', KEYS[12], ARGV[1])
     redis.call('ZREM', KEYS[2], ARGV[1])
     redis.call('HSET', KEYS[1], 'ended', now)
     redis.call('EXPIRE', KEYS[1], ttl)

@@ -20,7 +20,7 @@ from broker.contracts import (
     TimeSlicePayload,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import BUCKET_BOUNDS, NewerRecord, keys
+from broker.store import BUCKET_BOUNDS, DEFAULT_KEYS, Keys, NewerRecord
 from broker.upkeep import LOSSES_WITH_WORKER, handle_lost_process, recover
 from broker.webhooks import WebhookSettings, dispatch
 from worker.jobs import Runner
@@ -35,7 +35,7 @@ def match(**parameters: object) -> MatchPayload:
 
 def kept(queue: JobQueue, job: str) -> dict[str, object]:
     """The parameters in the record of a job."""
-    found = queue.store.client.hget(keys.job(job), "record")
+    found = queue.store.client.hget(DEFAULT_KEYS.job(job), "record")
     assert found is not None
     parameters: dict[str, object] = json.loads(found)["payload"]["parameters"]
     return parameters
@@ -44,11 +44,11 @@ def kept(queue: JobQueue, job: str) -> dict[str, object]:
 def of_a_newer_version(queue: JobQueue, payload: Payload) -> str:
     """Queue a job with an unknown parameter."""
     job = queue.submit(new_job(payload)).id
-    found = queue.store.client.hget(keys.job(job), "record")
+    found = queue.store.client.hget(DEFAULT_KEYS.job(job), "record")
     assert found is not None
     document = json.loads(found)
     document["payload"]["parameters"]["novel"] = 1
-    queue.store.client.hset(keys.job(job), "record", json.dumps(document))
+    queue.store.client.hset(DEFAULT_KEYS.job(job), "record", json.dumps(document))
     return job
 
 
@@ -88,7 +88,7 @@ def test_an_unreadable_job_fails_with_the_reason(queue: JobQueue) -> None:
         queue.store.jobs.get(job)
     Runner(queue, "runner").run(job)
     assert queue.store.jobs.state(job) is JobState.FAILED
-    error = queue.store.client.hget(keys.job(job), "error")
+    error = queue.store.client.hget(DEFAULT_KEYS.job(job), "error")
     assert error is not None
     assert json.loads(error)["type"] == "urn:isomatch:problem:newer-version"
 
@@ -107,7 +107,7 @@ def test_an_unreadable_comparison_fails_with_the_reason(queue: JobQueue) -> None
 )
 def test_an_unreadable_job_does_not_hide_others(queue: JobQueue, field: str, value: str) -> None:
     unread, other = (queue.submit(new_job(match())).id for _ in range(2))
-    queue.store.client.hset(keys.job(unread), field, value)
+    queue.store.client.hset(DEFAULT_KEYS.job(unread), field, value)
     with pytest.raises(NewerRecord):
         queue.store.jobs.get(unread)
     assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
@@ -119,7 +119,7 @@ def test_unknown_counters_are_ignored(queue: JobQueue) -> None:
     counters.observe(JobKind.MATCH, {"total": 2.0})
     before = counters.read()
     for novel in (f"class|match|total|{len(BUCKET_BOUNDS) + 1}", "novel|match", "novel"):
-        queue.store.client.hset(keys.COUNTERS, novel, "1")
+        queue.store.client.hset(Keys.COUNTERS, novel, "1")
     assert counters.read() == before
 
 
@@ -129,11 +129,11 @@ def test_upkeep_skips_unreadable_records(queue: JobQueue) -> None:
     recover(queue)
     assert [record.id for record in queue.store.jobs.page(10, None).items] == [other]
     # It stays in the listings, for those who can read it.
-    assert queue.store.client.zscore(keys.JOBS, unread) is not None
-    assert queue.store.client.zscore(keys.ACTIVE_JOBS, unread) is not None
-    queue.store.client.zadd(keys.WEBHOOKS, {unread: 0.0})
+    assert queue.store.client.zscore(DEFAULT_KEYS.jobs, unread) is not None
+    assert queue.store.client.zscore(DEFAULT_KEYS.active_jobs, unread) is not None
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {unread: 0.0})
     dispatch(queue, WebhookSettings())
-    assert queue.store.client.zscore(keys.WEBHOOKS, unread) is not None
+    assert queue.store.client.zscore(DEFAULT_KEYS.webhooks, unread) is not None
 
 
 def test_a_lost_process_of_an_unreadable_job_does_not_stop_the_worker(queue: JobQueue) -> None:
@@ -147,7 +147,7 @@ def test_a_lost_process_of_an_unreadable_job_does_not_stop_the_worker(queue: Job
 
 def test_an_unreadable_shape_fails_its_job(queue: JobQueue) -> None:
     drawn = of_a_newer_version(queue, match())
-    queue.store.blobs.save(keys.job_result(drawn), b"", 1000)
+    queue.store.blobs.save(DEFAULT_KEYS.job_result(drawn), b"", 1000)
     job = queue.submit(new_job(PicturePayload(job=drawn))).id
     Runner(queue, "runner").run(job)
     record = queue.store.jobs.get(job)

@@ -5,7 +5,7 @@ from datetime import UTC, datetime
 import numpy as np
 
 from broker.contracts import PrototypeRecord, PrototypeStructures
-from broker.store import Store, keys, text
+from broker.store import DEFAULT_KEYS, Keys, Store, text
 from solver.mesh import triangle_mesh
 from solver.prototype import ExampleSurface
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
@@ -48,7 +48,7 @@ def test_versions_are_counted_by_name_and_never_reused(store: Store) -> None:
 
 def cached(store: Store) -> list[str]:
     """Names of what is in the cache."""
-    prefix = keys.cached_spectrum("")
+    prefix = Keys.cached_spectrum("")
     return [text(key).removeprefix(prefix) for key in store.client.scan_iter(f"{prefix}*")]
 
 
@@ -89,11 +89,15 @@ def test_what_belongs_to_a_name_outlives_what_has_it(
     changed = settings.model_copy(update={"shape_ttl": TTL, "trace_ttl": TRACE})
     prototypes = Store.over(store.client, changed, retry_seconds=1).prototypes
     prototypes.add(record("a", "1"), b"archive", b"geometry")
-    kept = (keys.prototype("p-1"), keys.prototype_archive("p-1"), keys.prototype_geometry("p-1"))
+    kept = (
+        DEFAULT_KEYS.prototype("p-1"),
+        DEFAULT_KEYS.prototype_archive("p-1"),
+        DEFAULT_KEYS.prototype_geometry("p-1"),
+    )
     longer = (
-        keys.prototype_tombstone("p-1"),
-        keys.prototypes_named("a"),
-        keys.prototype_versions("a"),
+        DEFAULT_KEYS.prototype_tombstone("p-1"),
+        DEFAULT_KEYS.prototypes_named("a"),
+        DEFAULT_KEYS.prototype_versions("a"),
     )
     for use in (prototypes.use, prototypes.archive, prototypes.geometry):
         for key in (*kept, *longer):

@@ -10,7 +10,7 @@ from broker.contracts import (
     attributes_id,
 )
 from broker.queue import JobQueue, QueueSettings
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, Store
 from tests.worker.records import CREATED
 
 DATA = b"part\n1\n2\n"
@@ -39,22 +39,25 @@ def test_a_file_is_kept_with_its_record(stored: Store) -> None:
     assert stored.attributes.file(NAME) == DATA
     assert not [key for key in stored.client.keys("*") if b"candidate" in key]
     ttl = stored.attributes.settings.shape_ttl
-    for key in (keys.attributes(NAME), keys.attributes_file(NAME)):
+    for key in (DEFAULT_KEYS.attributes(NAME), DEFAULT_KEYS.attributes_file(NAME)):
         assert (
-            0 < stored.client.ttl(key) <= ttl < stored.client.ttl(keys.attributes_tombstone(NAME))
+            0
+            < stored.client.ttl(key)
+            <= ttl
+            < stored.client.ttl(DEFAULT_KEYS.attributes_tombstone(NAME))
         )
 
 
 def test_use_extends_the_life(stored: Store) -> None:
-    stored.client.expire(keys.attributes(NAME), 10)
-    stored.client.expire(keys.attributes_file(NAME), 10)
+    stored.client.expire(DEFAULT_KEYS.attributes(NAME), 10)
+    stored.client.expire(DEFAULT_KEYS.attributes_file(NAME), 10)
     stored.attributes.use(NAME)
-    assert stored.client.ttl(keys.attributes(NAME)) > 10
-    assert stored.client.ttl(keys.attributes_file(NAME)) > 10
+    assert stored.client.ttl(DEFAULT_KEYS.attributes(NAME)) > 10
+    assert stored.client.ttl(DEFAULT_KEYS.attributes_file(NAME)) > 10
 
 
 def test_an_expired_file_is_told_from_a_deleted_one(stored: Store) -> None:
-    stored.client.delete(keys.attributes(NAME), keys.attributes_file(NAME))
+    stored.client.delete(DEFAULT_KEYS.attributes(NAME), DEFAULT_KEYS.attributes_file(NAME))
     assert stored.attributes.file(NAME) is None
     assert stored.attributes.expired(NAME)
     stored.attributes.add(RECORD, DATA, "job")

@@ -5,11 +5,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from broker.blobs import BlobLost, BlobsAway, DirectoryBlobs, NotMigrated
-from broker.store import BlobReference, Blobs, Store, keys
+from broker.store import DEFAULT_KEYS, PREFIX, BlobReference, Blobs, Keys, Store
 from broker.store.blobs import referring_key
 from tests.broker.upkeep.test_retention import SHAPE, put_shape
 
-KEY = keys.job_arrays("1")
+KEY = DEFAULT_KEYS.job_arrays("1")
 PARTS = st.text("abcdefghijklmnopqrstuvwxyzABCXYZ0189-._", min_size=1, max_size=40)
 
 
@@ -30,7 +30,7 @@ def damage(store: Store, data: bytes) -> None:
 
 @given(st.lists(PARTS, min_size=1, max_size=5), st.integers(0, 2**128 - 1))
 def test_the_path_of_a_blob_names_its_reference(parts: list[str], number: int) -> None:
-    key = keys.PREFIX + ":".join(parts)
+    key = PREFIX + ":".join(parts)
     reference = BlobReference(f"{number:032x}", 1, "0" * 64)
     path = reference.path(key)
     assert referring_key(path) == (key, reference.token)
@@ -41,7 +41,7 @@ def test_the_path_of_a_blob_names_its_reference(parts: list[str], number: int) -
 @pytest.mark.parametrize("name", ["", "a/b", "a!b", "..\\x", "a b", "ä"])
 def test_keys_that_are_no_paths_are_refused(store: Store, name: str) -> None:
     with pytest.raises(ValueError, match="no blob can be kept"):
-        store.blobs.put(keys.PREFIX + name, b"data")
+        store.blobs.put(PREFIX + name, b"data")
     assert files(store) == []
 
 
@@ -55,8 +55,8 @@ def test_bytes_are_kept_apart_from_their_record(store: Store) -> None:
         assert file.read() == data
     assert 0 < store.client.ttl(KEY) <= 100
     assert int(store.client.memory_usage(KEY) or 0) < 500
-    assert store.blobs.get(keys.job_arrays("2")) is None
-    assert store.blobs.open(keys.job_arrays("2")) is None
+    assert store.blobs.get(DEFAULT_KEYS.job_arrays("2")) is None
+    assert store.blobs.open(DEFAULT_KEYS.job_arrays("2")) is None
 
 
 def test_what_is_replaced_is_deleted(store: Store) -> None:
@@ -135,7 +135,7 @@ def test_a_result_of_a_job_that_was_taken_away_leaves_no_bytes(store: Store) -> 
 
 def test_bytes_of_an_earlier_version_are_told(store: Store) -> None:
     put_shape(store)
-    store.client.set(keys.shape_mesh(SHAPE), b"mesh")
+    store.client.set(DEFAULT_KEYS.shape_mesh(SHAPE), b"mesh")
     store.client.set(KEY, b"arrays")
     for read in (store.shapes.mesh, store.results.arrays, store.results.open_arrays):
         with pytest.raises(NotMigrated, match=r"broker\.migrate"):
@@ -143,13 +143,13 @@ def test_bytes_of_an_earlier_version_are_told(store: Store) -> None:
     store.results.set_arrays("1", b"new arrays")
     assert store.results.arrays("1") == b"new arrays"
     assert store.shapes.delete(SHAPE)
-    assert not store.client.exists(keys.shape_mesh(SHAPE))
+    assert not store.client.exists(DEFAULT_KEYS.shape_mesh(SHAPE))
 
 
 def test_a_blob_store_belongs_to_one_redis(store: Store) -> None:
     for _ in range(2):
         store.check()
-    store.client.delete(keys.BLOB_OWNER)
+    store.client.delete(Keys.BLOB_OWNER)
     with pytest.raises(BlobsAway, match="belongs to another Redis"):
         store.check()
 
@@ -166,6 +166,6 @@ def test_a_blob_store_that_was_exchanged_is_told(store: Store) -> None:
 def test_a_mark_that_was_interrupted_is_set_again(store: Store) -> None:
     """The process is killed after it has written the mark, and before Redis knows."""
     store.check()
-    store.client.hdel(keys.BLOB_OWNER, "marked")
+    store.client.hdel(Keys.BLOB_OWNER, "marked")
     store.check()
-    assert store.client.hexists(keys.BLOB_OWNER, "marked")
+    assert store.client.hexists(Keys.BLOB_OWNER, "marked")

@@ -22,12 +22,13 @@ from broker.contracts import (
 from broker.queue import JobQueue
 from broker.store import (
     CACHE_TIMEOUT,
+    DEFAULT_KEYS,
     CircuitBreaker,
+    Keys,
     Store,
     ThrottledBackoff,
     circuit_breaker,
     connect,
-    keys,
 )
 from broker.store import spectra as spectra_module
 from service.standalone import EmbeddedServer
@@ -81,10 +82,11 @@ def test_the_cache_holds_only_blobs_and_their_list(apart: Store, cache: Redis) -
     apart.spectra.count_computed()
     assert sorted(cache.scan_iter()) == sorted(
         name.encode()
-        for name in (keys.CACHED_SPECTRA, keys.CACHED_SIZES, keys.cached_spectrum(key))
+        for name in (Keys.CACHED_SPECTRA, Keys.CACHED_SIZES, Keys.cached_spectrum(key))
     )
     assert sorted(apart.client.scan_iter()) == sorted(
-        name.encode() for name in (keys.spectrum_lock(key), keys.SPECTRUM_COUNTERS)
+        name.encode()
+        for name in (DEFAULT_KEYS.cached_of("a"), Keys.spectrum_lock(key), Keys.SPECTRUM_COUNTERS)
     )
 
 
@@ -106,7 +108,7 @@ def test_a_shape_is_dropped_although_the_list_was_evicted(apart: Store, cache: R
     mine, others = SpectrumKey("a" * 32, 10), SpectrumKey("b" * 32, 10)
     for key in (mine, others):
         apart.spectra.put(key, b"spectrum")
-    cache.delete(keys.CACHED_SPECTRA, keys.CACHED_SIZES)
+    cache.delete(Keys.CACHED_SPECTRA, Keys.CACHED_SIZES)
     apart.spectra.drop("a" * 32)
     assert not apart.spectra.has(mine)
     assert apart.spectra.has(others)
@@ -207,7 +209,7 @@ def test_one_process_probes_the_cache_for_all(
     others.close()
     assert [mine.is_open(), others.is_open()] == [False, False]
     mine.open(0.0)
-    assert store.client.ttl(keys.cache_circuit("here")) != -1
+    assert store.client.ttl(Keys.cache_circuit("here")) != -1
 
 
 def test_a_cache_that_answers_again_is_used(apart: Store) -> None:

@@ -26,7 +26,7 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import ClaimStatus, Listing, Shapes, Store, keys
+from broker.store import DEFAULT_KEYS, ClaimStatus, Listing, Shapes, Store
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from broker.webhooks import WebhookSettings, dispatch
 from tests.worker.figures import blob_file
@@ -62,13 +62,13 @@ def compared(queue: JobQueue) -> JobRecord:
 
 def lasting(store: Store) -> set[str]:
     """Keys of single jobs without a time to live."""
-    names = {key.decode() for key in store.client.scan_iter(f"{keys.job('')}*")}
+    names = {key.decode() for key in store.client.scan_iter(f"{DEFAULT_KEYS.job('')}*")}
     return {name for name in names if store.client.ttl(name) == -1}
 
 
 def test_a_shape_uploaded_again_during_a_listing_stays_listed(store: Store) -> None:
     put_shape(store)
-    listing = Listing(store.client, keys.SHAPES, keys.shape)
+    listing = Listing(store.client, DEFAULT_KEYS.shapes, DEFAULT_KEYS.shape)
 
     def come_again(name: str) -> None:
         store.shapes.delete(name)
@@ -76,9 +76,9 @@ def test_a_shape_uploaded_again_during_a_listing_stays_listed(store: Store) -> N
 
     assert listing.page(10, None, come_again).items == ()
     assert [shape.id for shape in store.shapes.page(10, None).items] == [SHAPE]
-    store.client.delete(keys.shape(SHAPE))
+    store.client.delete(DEFAULT_KEYS.shape(SHAPE))
     assert store.shapes.page(10, None).items == ()
-    assert store.client.zscore(keys.SHAPES, SHAPE) is None
+    assert store.client.zscore(DEFAULT_KEYS.shapes, SHAPE) is None
 
 
 @pytest.mark.parametrize("kind", ["spectrum", "turn"])
@@ -131,7 +131,7 @@ def test_a_prototype_stored_again_under_another_name_is_listed_there(
 
     prototypes = store.prototypes
     prototypes.add(named("cat"), b"archive", b"geometry")
-    store.client.delete(keys.prototype("p-" + SHAPE))
+    store.client.delete(DEFAULT_KEYS.prototype("p-" + SHAPE))
     prototypes.add(named("animal"), b"archive", b"geometry")
     assert [one.name for one in prototypes.page(10, None, "animal").items] == ["animal"]
     assert prototypes.page(10, None, "cat").items == ()
@@ -141,7 +141,7 @@ def test_a_prototype_stored_again_under_another_name_is_listed_there(
 def test_an_upload_that_expires_during_validation_stores_no_partial_shape(queue: JobQueue) -> None:
     payload = ValidationPayload(shape=SHAPE, name="x", file_type="off")
     job = queue.submit_validation(payload, b"data")
-    queue.store.client.delete(keys.candidate(SHAPE, "off", job))
+    queue.store.client.delete(DEFAULT_KEYS.candidate(SHAPE, "off", job))
     assert not queue.store.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
     assert queue.store.shapes.get(SHAPE) is None
     assert queue.store.shapes.mesh(SHAPE) is None
@@ -159,7 +159,7 @@ def test_a_candidate_outlives_a_process_that_dies_before_it_stores_the_shape(
     monkeypatch.setattr("broker.store.shapes.delete_candidate", die)
     with pytest.raises(SystemExit):
         shapes.accept(shape_record(SHAPE), b"data", b"m", b"g", job)
-    left = queue.store.client.ttl(keys.candidate(SHAPE, "off", job))
+    left = queue.store.client.ttl(DEFAULT_KEYS.candidate(SHAPE, "off", job))
     assert shapes.settings.candidate_ttl - 500 <= left <= shapes.settings.candidate_ttl
 
 
@@ -191,7 +191,7 @@ def test_an_upload_that_expires_before_validation_is_reported(queue: JobQueue, k
     if kind == "prototype":
         payload = PrototypeValidationPayload(prototype="p-" + SHAPE, name="x")
     job = queue.submit_validation(payload, b"data")
-    queue.store.client.delete(keys.candidate(payload.upload, payload.file_type, job))
+    queue.store.client.delete(DEFAULT_KEYS.candidate(payload.upload, payload.file_type, job))
     Runner(queue, "runner").run(job)
     record = queue.store.jobs.get(job)
     assert record is not None
@@ -205,9 +205,9 @@ def test_a_webhook_of_an_expired_job_leaves_nothing(queue: JobQueue) -> None:
     record = ended_match(queue)
     assert webhooks.begin(record.id, "delivery", 1)
     assert (webhooks.delivery_job(record.id), webhooks.attempts(record.id)) == ("delivery", 1)
-    client.delete(keys.job(record.id))
+    client.delete(DEFAULT_KEYS.job(record.id))
     assert not webhooks.begin(record.id, "delivery", 2)
-    assert not client.exists(keys.job(record.id))
+    assert not client.exists(DEFAULT_KEYS.job(record.id))
     dispatch(queue, WebhookSettings())
     assert webhooks.pending() == 0
 
@@ -224,7 +224,9 @@ def test_an_ended_job_gets_no_further_time_slices(queue: JobQueue) -> None:
     for number in (1, 2):
         Runner(queue, "runner").run(f"{record.id}-{number}")
     assert lasting(store) == set()
-    assert not store.client.exists(keys.job_chunks(record.id), keys.time_slices(record.id))
+    assert not store.client.exists(
+        DEFAULT_KEYS.job_chunks(record.id), DEFAULT_KEYS.time_slices(record.id)
+    )
 
 
 def test_a_comparison_lost_too_often_leaves_nothing(queue: JobQueue) -> None:
@@ -236,7 +238,7 @@ def test_a_comparison_lost_too_often_leaves_nothing(queue: JobQueue) -> None:
         assert store.chunks.claim(record.id, "slice", "runner").status is ClaimStatus.CLAIMED
         for time_slice in store.chunks.time_slices(record.id):
             queue.rq.withdraw(time_slice)
-            store.client.delete(keys.job(time_slice))
+            store.client.delete(DEFAULT_KEYS.job(time_slice))
         # Noticed in the first pass, lost in the second.
         recover(queue, now)
         recover(queue, now)
@@ -257,13 +259,13 @@ def test_a_comparison_may_take_longer_than_job_ttl(brief: JobQueue) -> None:
     store.chunks.set_input(record.id, PAIRS, b"collection")
     store.chunks.supply(record.id, STRUCTURES, {0: b"signature"})
     long = 86400
-    assert store.client.ttl(keys.stage_input(record.id, PAIRS)) > long
-    assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long
-    assert store.client.ttl(keys.time_slices(record.id)) > long
+    assert store.client.ttl(DEFAULT_KEYS.stage_input(record.id, PAIRS)) > long
+    assert store.client.ttl(DEFAULT_KEYS.chunk_results(record.id, STRUCTURES)) > long
+    assert store.client.ttl(DEFAULT_KEYS.time_slices(record.id)) > long
     assert store.jobs.claim(record.id, record.id)
     assert store.chunks.open_stage(record.id, "", STRUCTURES, 2, 0.5)
     chunk = store.chunks.claim(record.id, "slice", "runner")
     assert (chunk.status, chunk.number) == (ClaimStatus.CLAIMED, 1)
     assert store.chunks.complete(record.id, chunk, b"signature", 0.1)
-    assert store.client.ttl(keys.job_chunks(record.id)) > long
-    assert store.client.ttl(keys.chunk_results(record.id, STRUCTURES)) > long
+    assert store.client.ttl(DEFAULT_KEYS.job_chunks(record.id)) > long
+    assert store.client.ttl(DEFAULT_KEYS.chunk_results(record.id, STRUCTURES)) > long

@@ -9,7 +9,7 @@ import pytest
 
 from broker.contracts import ValidationPayload
 from broker.queue import JobQueue, QueueSettings
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, Store
 from service.standalone import EmbeddedServer
 from tests.worker.records import shape_record
 from worker.settings import WorkerSettings
@@ -65,4 +65,4 @@ def test_a_shape_is_stored_once(store: Store, forgetful: Store) -> None:
     assert forgetful.shapes.accept(shape_record(SHAPE), b"data", b"mesh", b"geometry", job)
     assert store.shapes.get(SHAPE) == shape_record(SHAPE)
     assert (store.shapes.upload(SHAPE), store.shapes.mesh(SHAPE)) == (b"data", b"mesh")
-    assert not store.client.exists(keys.candidate(SHAPE, "off", job))
+    assert not store.client.exists(DEFAULT_KEYS.candidate(SHAPE, "off", job))

@@ -22,7 +22,7 @@ from broker.contracts import (
     ValidationPayload,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import InvalidCursor, Jobs, Spectra, Store, keys
+from broker.store import DEFAULT_KEYS, InvalidCursor, Jobs, Keys, Spectra, Store
 from tests.worker.records import CREATED, shape_record
 from worker.settings import WorkerSettings
 
@@ -177,12 +177,12 @@ def test_listings_follow_the_states(store: Store) -> None:
 
 def test_records_of_ended_jobs_expire_and_leave_the_listings(store: Store) -> None:
     job = in_state(store.jobs, JobState.SUCCEEDED)
-    assert 0 < store.client.ttl(keys.job(job)) <= store.jobs.settings.job_ttl
-    assert 0 < store.client.ttl(keys.job_result(job)) <= store.jobs.settings.result_ttl
-    assert store.client.ttl(keys.job(stored(store.jobs))) == -1
-    store.client.delete(keys.job(job))
+    assert 0 < store.client.ttl(DEFAULT_KEYS.job(job)) <= store.jobs.settings.job_ttl
+    assert 0 < store.client.ttl(DEFAULT_KEYS.job_result(job)) <= store.jobs.settings.result_ttl
+    assert store.client.ttl(DEFAULT_KEYS.job(stored(store.jobs))) == -1
+    store.client.delete(DEFAULT_KEYS.job(job))
     assert job not in [record.id for record in store.jobs.page(10, None, None).items]
-    assert store.client.zscore(keys.JOBS, job) is None
+    assert store.client.zscore(DEFAULT_KEYS.jobs, job) is None
 
 
 def numbered(number: int, **after: float) -> ShapeRecord:
@@ -269,7 +269,7 @@ def test_equal_uploads_at_the_same_time_have_one_job(store: Store) -> None:
         with ThreadPoolExecutor(16) as threads:
             asked = [threads.submit(queue.submit_validation, payload, b"data") for _ in range(16)]
         assert len({answer.result() for answer in asked}) == 1
-    assert queue.rq.of(JobKind.VALIDATION).count == 10
+    assert queue.rq.current.count == 10
 
 
 def small_cache(store: Store, settings: WorkerSettings, **changes: int) -> Spectra:
@@ -284,10 +284,10 @@ def test_the_cache_evicts_the_least_recently_used(store: Store, settings: Worker
     assert spectra.get(a) is not None
     assert spectra.put(d, bytes(150))
     assert [spectra.has(key) for key in (a, b, c, d)] == [True, False, False, True]
-    assert store.client.hget(keys.CACHED_SIZES, "total") == b"250"
+    assert store.client.hget(Keys.CACHED_SIZES, "total") == b"250"
     # The same again takes the place of the old.
     assert spectra.put(d, bytes(200))
-    assert store.client.hget(keys.CACHED_SIZES, "total") == b"300"
+    assert store.client.hget(Keys.CACHED_SIZES, "total") == b"300"
     assert not spectra.put(c, bytes(301))
     assert spectra.has(a)
 
@@ -313,8 +313,8 @@ def test_the_cache_drops_a_shape(store: Store) -> None:
         store.spectra.put(key, bytes(10))
     store.spectra.drop("a")
     assert store.spectra.has(kept)
-    assert store.client.zcard(keys.CACHED_SPECTRA) == 1
-    assert store.client.hgetall(keys.CACHED_SIZES) == {str(kept).encode(): b"10", b"total": b"10"}
+    assert store.client.zcard(Keys.CACHED_SPECTRA) == 1
+    assert store.client.hgetall(Keys.CACHED_SIZES) == {str(kept).encode(): b"10", b"total": b"10"}
 
 
 def test_a_spectrum_key_has_all_that_the_spectrum_depends_on() -> None:

@@ -14,7 +14,7 @@ from broker.contracts import (
     attributes_id,
 )
 from broker.queue import JobQueue
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, Keys, Store
 from broker.upkeep import Migrated, migrate
 from tests.worker.records import shape_record
 from worker.settings import WorkerSettings
@@ -22,32 +22,32 @@ from worker.settings import WorkerSettings
 SHAPE, PROTOTYPE, FILE = "a" * 32, "p-" + "b" * 32, attributes_id(b"file")
 PICTURE = PicturePayload(job="1", format="glb", specimen=3)
 BYTES = {
-    keys.shape_upload(SHAPE): b"upload",
-    keys.shape_mesh(SHAPE): b"mesh",
-    keys.shape_geometry(SHAPE): b"",
-    keys.prototype_archive(PROTOTYPE): b"archive",
-    keys.prototype_geometry(PROTOTYPE): b"points",
-    keys.attributes_file(FILE): b"file",
-    keys.candidate(SHAPE, "off", "job-of-it"): b"candidate",
-    keys.job_result("1"): gzip.compress(b"{}"),
-    keys.job_result("1-0"): b"of a batch",
-    keys.job_arrays("1"): b"arrays",
-    keys.job_picture("1"): b"picture",
-    keys.job_picture("1", PICTURE.variant): b"variant",
+    DEFAULT_KEYS.shape_upload(SHAPE): b"upload",
+    DEFAULT_KEYS.shape_mesh(SHAPE): b"mesh",
+    DEFAULT_KEYS.shape_geometry(SHAPE): b"",
+    DEFAULT_KEYS.prototype_archive(PROTOTYPE): b"archive",
+    DEFAULT_KEYS.prototype_geometry(PROTOTYPE): b"points",
+    DEFAULT_KEYS.attributes_file(FILE): b"file",
+    DEFAULT_KEYS.candidate(SHAPE, "off", "job-of-it"): b"candidate",
+    DEFAULT_KEYS.job_result("1"): gzip.compress(b"{}"),
+    DEFAULT_KEYS.job_result("1-0"): b"of a batch",
+    DEFAULT_KEYS.job_arrays("1"): b"arrays",
+    DEFAULT_KEYS.job_picture("1"): b"picture",
+    DEFAULT_KEYS.job_picture("1", PICTURE.variant): b"variant",
 }
 """What the earlier layout kept, by its keys."""
 
 OTHERS = {
-    keys.shape(SHAPE): shape_record(SHAPE).model_dump_json().encode(),
-    keys.shape_tombstone(SHAPE): b"",
-    keys.prototype_versions("x"): b"3",
-    keys.candidate_job(SHAPE, "off"): b"job-of-it",
-    keys.picture_job("1"): b"job",
-    keys.picture_job("1", PICTURE.variant): b"job",
-    keys.job_summary("1"): b"{}",
-    keys.job_tombstone("1"): b"",
-    keys.deferred(SHAPE): b"job",
-    keys.cached_spectrum(f"{SHAPE}:10"): b"spectrum",
+    DEFAULT_KEYS.shape(SHAPE): shape_record(SHAPE).model_dump_json().encode(),
+    DEFAULT_KEYS.shape_tombstone(SHAPE): b"",
+    DEFAULT_KEYS.prototype_versions("x"): b"3",
+    DEFAULT_KEYS.candidate_job(SHAPE, "off"): b"job-of-it",
+    DEFAULT_KEYS.picture_job("1"): b"job",
+    DEFAULT_KEYS.picture_job("1", PICTURE.variant): b"job",
+    DEFAULT_KEYS.job_summary("1"): b"{}",
+    DEFAULT_KEYS.job_tombstone("1"): b"",
+    DEFAULT_KEYS.deferred(SHAPE): b"job",
+    Keys.cached_spectrum(f"{SHAPE}:10"): b"spectrum",
     "rq:job:1": b"of RQ",
 }
 """What stays as it is."""
@@ -58,7 +58,7 @@ def earlier(store: Store) -> Store:
     """A store as an earlier version left it."""
     for key, data in (BYTES | OTHERS).items():
         store.client.set(key, data, ex=1000)
-    store.client.persist(keys.shape_mesh(SHAPE))
+    store.client.persist(DEFAULT_KEYS.shape_mesh(SHAPE))
     return store
 
 
@@ -80,9 +80,9 @@ def test_everything_is_readable_afterwards(earlier: Store) -> None:
 def test_what_was_to_expire_still_does(earlier: Store) -> None:
     migrate(earlier)
     for key in BYTES:
-        if key != keys.shape_mesh(SHAPE) and not key.startswith(keys.shape("")):
+        if key != DEFAULT_KEYS.shape_mesh(SHAPE) and not key.startswith(DEFAULT_KEYS.shape("")):
             assert 0 < earlier.client.ttl(key) <= 1000
-    assert earlier.client.ttl(keys.shape_mesh(SHAPE)) == -1
+    assert earlier.client.ttl(DEFAULT_KEYS.shape_mesh(SHAPE)) == -1
 
 
 def test_it_can_be_repeated(earlier: Store) -> None:
@@ -141,7 +141,7 @@ def test_a_job_that_was_queued_before_is_validated_afterwards(queue: JobQueue) -
     job = queue.submit_validation(
         ValidationPayload(shape=SHAPE, name="x", file_type="off"), b"data"
     )
-    key = keys.candidate(SHAPE, "off", job)
+    key = DEFAULT_KEYS.candidate(SHAPE, "off", job)
     store.client.delete(key)
     store.client.set(key, b"data", ex=100)
     migrate(store)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from broker.blobs import BlobsAway, DirectoryBlobs
-from broker.store import FOLDERS, Store, keys
+from broker.store import DEFAULT_KEYS, FOLDERS, Store
 from broker.upkeep import OrphanSweep
 from broker.upkeep.orphans import SAFE_AGE
 
@@ -52,7 +52,7 @@ def test_blobs_expire_with_their_references(store: Store) -> None:
     fill(store, range(30))
     make_old(store)
     for number in range(20):
-        store.client.delete(keys.job_arrays(f"{number}"))
+        store.client.delete(DEFAULT_KEYS.job_arrays(f"{number}"))
     assert sweep(store) == 20
     assert len(blobs_of(store)) == 10
     assert store.results.arrays("25") == bytes([25])
@@ -60,10 +60,10 @@ def test_blobs_expire_with_their_references(store: Store) -> None:
 
 def test_a_blob_waits_for_its_reference(store: Store) -> None:
     """An upload at the same time has written its bytes, and not yet its record."""
-    reference = store.blobs.put(keys.job_arrays("1"), b"arrays")
+    reference = store.blobs.put(DEFAULT_KEYS.job_arrays("1"), b"arrays")
     assert sweep(store) == 0
     with store.client.pipeline() as pipe:
-        store.blobs.link(keys.job_arrays("1"), reference, pipe)
+        store.blobs.link(DEFAULT_KEYS.job_arrays("1"), reference, pipe)
         pipe.execute()
     make_old(store)
     assert sweep(store) == 0
@@ -71,7 +71,7 @@ def test_a_blob_waits_for_its_reference(store: Store) -> None:
 
 
 def test_what_was_replaced_or_left_unfinished_is_deleted(store: Store) -> None:
-    store.blobs.put(keys.job_arrays("1"), b"of a run that was killed")
+    store.blobs.put(DEFAULT_KEYS.job_arrays("1"), b"of a run that was killed")
     fill(store, range(1, 2))
     (root(store) / "00").mkdir(exist_ok=True)
     (root(store) / "00" / "job!1!arrays!00.part").write_bytes(b"half")

@@ -11,7 +11,7 @@ import pytest
 
 from broker.contracts import JobState, MatchParameters, MatchPayload, shape_id
 from broker.queue import JobQueue
-from broker.store import keys
+from broker.store import DEFAULT_KEYS, Keys
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from tests.worker.figures import blob_file
 from tests.workers import ended, horses, validation, worker
@@ -24,24 +24,24 @@ LONG = MatchParameters(points=256, coarse_points=10, alternatives=32)
 
 
 def test_a_job_dequeued_but_never_registered_is_queued_again(queue: JobQueue) -> None:
-    client = queue.store.client
+    client, waiting = queue.store.client, queue.rq.current.key
     job = validation(queue, blob_file(1))
     for _ in range(LOSSES_WITH_WORKER):
         # A worker takes it from the queue, and dies before it can say so.
-        assert client.lpop("rq:queue:interactive") == job.encode()
+        assert client.lpop(waiting) == job.encode()
         recover(queue, NOW)
-        assert client.llen("rq:queue:interactive") == 0
+        assert client.llen(waiting) == 0
         recover(queue, NOW)
-        assert client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
+        assert client.lrange(waiting, 0, -1) == [job.encode()]
         assert queue.store.jobs.state(job) is JobState.QUEUED
-    client.lpop("rq:queue:interactive")
+    client.lpop(waiting)
     recover(queue, NOW)
     recover(queue, NOW)
     record = queue.store.jobs.get(job)
     assert record is not None
     assert record.state is JobState.FAILED
     assert record.error is not None
-    assert client.hlen(keys.UNSEEN_JOBS) == 0
+    assert client.hlen(DEFAULT_KEYS.unseen_jobs) == 0
     # What was uploaded is not kept for a job that will never be.
     assert client.keys("isomatch:candidate:*") == []
 
@@ -50,21 +50,21 @@ def test_a_queued_job_is_not_recovered(queue: JobQueue) -> None:
     job = validation(queue, blob_file(1))
     for _ in range(3):
         recover(queue, NOW)
-    assert queue.store.client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
-    assert queue.store.client.hlen(keys.UNSEEN_JOBS) == 0
+    assert queue.store.client.lrange(queue.rq.current.key, 0, -1) == [job.encode()]
+    assert queue.store.client.hlen(DEFAULT_KEYS.unseen_jobs) == 0
 
 
 def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
     job = validation(queue, blob_file(1))
-    queue.store.client.lpop("rq:queue:interactive")
-    queue.store.client.set(keys.RECOVERY, "somebody else")
+    queue.store.client.lpop(queue.rq.current.key)
+    queue.store.client.set(Keys.RECOVERY, "somebody else")
     for _ in range(2):
         recover(queue, NOW)
-    assert queue.store.client.llen("rq:queue:interactive") == 0
-    queue.store.client.delete(keys.RECOVERY)
+    assert queue.store.client.llen(queue.rq.current.key) == 0
+    queue.store.client.delete(Keys.RECOVERY)
     for _ in range(2):
         recover(queue, NOW)
-    assert queue.store.client.lrange("rq:queue:interactive", 0, -1) == [job.encode()]
+    assert queue.store.client.lrange(queue.rq.current.key, 0, -1) == [job.encode()]
 
 
 def begun(queue: JobQueue, data: bytes) -> str:

@@ -12,7 +12,7 @@ from broker.contracts import (
     ValidationPayload,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import Store, keys, listings
+from broker.store import DEFAULT_KEYS, Store, listings
 from broker.upkeep import Sweep
 from tests.worker.records import CREATED, shape_record
 from worker.jobs import newer_version
@@ -21,7 +21,13 @@ from worker.settings import WorkerSettings
 TTL, TRACE = 1000, 5000
 SHAPE = "a" * 32
 PARTS = tuple(
-    key(SHAPE) for key in (keys.shape, keys.shape_upload, keys.shape_mesh, keys.shape_geometry)
+    key(SHAPE)
+    for key in (
+        DEFAULT_KEYS.shape,
+        DEFAULT_KEYS.shape_upload,
+        DEFAULT_KEYS.shape_mesh,
+        DEFAULT_KEYS.shape_geometry,
+    )
 )
 
 
@@ -47,7 +53,7 @@ def left(store: Store) -> list[int]:
 
 def test_use_extends_the_life_of_a_shape(kept: Store) -> None:
     assert all(TTL - 100 <= ttl <= TTL for ttl in left(kept))
-    tombstone = kept.client.ttl(keys.shape_tombstone(SHAPE))
+    tombstone = kept.client.ttl(DEFAULT_KEYS.shape_tombstone(SHAPE))
     assert TTL + TRACE - 100 <= tombstone <= TTL + TRACE
     uses = (kept.shapes.use, kept.shapes.upload, kept.shapes.mesh)
     for use in uses:
@@ -75,9 +81,9 @@ def test_expired_jobs_have_a_tombstone(kept: Store) -> None:
     job = queue.submit(new_job(PicturePayload(job="x"))).id
     kept.jobs.claim(job, "me")
     kept.jobs.succeed(job, "me")
-    assert TTL - 100 <= kept.client.ttl(keys.job(job)) <= TTL
-    assert TTL + TRACE - 100 <= kept.client.ttl(keys.job_tombstone(job)) <= TTL + TRACE
-    kept.client.delete(keys.job(job))
+    assert TTL - 100 <= kept.client.ttl(DEFAULT_KEYS.job(job)) <= TTL
+    assert TTL + TRACE - 100 <= kept.client.ttl(DEFAULT_KEYS.job_tombstone(job)) <= TTL + TRACE
+    kept.client.delete(DEFAULT_KEYS.job(job))
     assert kept.jobs.get(job) is None
     assert kept.jobs.expired(job)
     assert not kept.jobs.expired("nobody")
@@ -88,7 +94,7 @@ def test_the_tombstone_of_a_job_outlives_it_however_long_it_took(kept: Store, wa
     queue = JobQueue(kept, QueueSettings())
     job = queue.submit(new_job(PicturePayload(job="x"))).id
     kept.jobs.claim(job, "me")
-    kept.client.delete(keys.job_tombstone(job))
+    kept.client.delete(DEFAULT_KEYS.job_tombstone(job))
     match way:
         case "done":
             assert kept.jobs.succeed(job, "me")
@@ -97,7 +103,7 @@ def test_the_tombstone_of_a_job_outlives_it_however_long_it_took(kept: Store, wa
             assert kept.jobs.finish_cancelled(job, "me")
         case "lost":
             assert kept.jobs.lose(job, 0, newer_version()) is JobState.FAILED
-    assert TTL + TRACE - 500 <= kept.client.ttl(keys.job_tombstone(job)) <= TTL + TRACE
+    assert TTL + TRACE - 500 <= kept.client.ttl(DEFAULT_KEYS.job_tombstone(job)) <= TTL + TRACE
 
 
 def test_expired_entries_leave_the_listings(kept: Store, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,12 +113,12 @@ def test_expired_entries_leave_the_listings(kept: Store, monkeypatch: pytest.Mon
     jobs = [queue.submit(new_job(payload)).id for _ in range(300)]
     put_shape(kept, "b" * 32)
     gone = jobs[::2]
-    kept.client.delete(*map(keys.job, gone), *PARTS)
+    kept.client.delete(*map(DEFAULT_KEYS.job, gone), *PARTS)
     sweep = Sweep(kept)
     sweep.step()
-    assert kept.client.zcard(keys.JOBS) > 150
+    assert kept.client.zcard(DEFAULT_KEYS.jobs) > 150
     for _ in range(300):
         sweep.step()
-    for listing in (keys.JOBS, keys.jobs_in(JobState.QUEUED)):
+    for listing in (DEFAULT_KEYS.jobs, DEFAULT_KEYS.jobs_in(JobState.QUEUED)):
         assert {*kept.client.zrange(listing, 0, -1)} == {job.encode() for job in jobs[1::2]}
-    assert kept.client.zrange(keys.SHAPES, 0, -1) == [b"b" * 32]
+    assert kept.client.zrange(DEFAULT_KEYS.shapes, 0, -1) == [b"b" * 32]

@@ -17,7 +17,7 @@ from broker.contracts import (
     JobState,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.dependencies import Service
 from service.dissimilarities import (
     PartialDissimilarities,
@@ -212,10 +212,10 @@ def test_partial_dissimilarities_when_the_job_ends_meanwhile(server: EmbeddedSer
         everything = [[0.0, 2.0], [2.0, 0.0]], 1
         assert known_so_far(service, running, 2) == everything
         assert store.jobs.succeed(job, job, b'{"matrix": [[0.0, 2.0], [2.0, 0.0]]}')
-        store.client.delete(keys.chunk_results(job, PAIRS))
+        store.client.delete(DEFAULT_KEYS.chunk_results(job, PAIRS))
         assert known_so_far(service, running, 2) == everything
         store.chunks.delete(job)
         assert known_so_far(service, running, 2) == everything
-        store.client.delete(keys.job(job))
+        store.client.delete(DEFAULT_KEYS.job(job))
         with pytest.raises(JobExpired):
             known_so_far(service, running, 2)

@@ -13,7 +13,7 @@ import httpx2
 import pytest
 from pydantic import ValidationError
 
-from service.http import caller_of
+from service.http import accepted_key
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, idle_api, problem, put_shapes
@@ -94,8 +94,8 @@ def test_those_who_have_none_may_not(api: Api, authorization: str) -> None:
 
 def test_the_scheme_is_a_word_in_any_case() -> None:
     keys = Settings(api_keys=KEYS).api_keys
-    assert caller_of("bearer alices-key", keys) == "alice"
-    assert caller_of("BEARER  alices-key ", keys) == "alice"
+    assert accepted_key("bearer alices-key", keys) == keys[0]
+    assert accepted_key("BEARER  alices-key ", keys) == keys[0]
 
 
 def test_an_upload_without_a_key_is_told_so(api: Api) -> None:
@@ -149,6 +149,10 @@ def test_limits_and_idempotency_keys_are_each_callers_own(api: Api) -> None:
         "alice:key-one,bob:key-one",
         "alice:sha256:0123",
         f"alice:sha256:{DIGEST[:-1]}g",
+        "/alice:key",
+        "a/b/alice:key",
+        "blue/:key",
+        "blue/alice:key-one,blue/alice:key-two",
     ],
 )
 def test_keys_that_are_none_are_refused_without_showing_them(keys: str) -> None:
@@ -157,6 +161,17 @@ def test_keys_that_are_none_are_refused_without_showing_them(keys: str) -> None:
     message = refusal.value.errors()[0]["msg"]
     assert "key-" not in message
     assert refusal.value.errors()[0]["loc"] == ("api_keys",)
+
+
+def test_names_are_those_of_a_tenant() -> None:
+    keys = Settings(api_keys=f"alice:a/b:c, blue/alice:key-one red/alice:sha256:{DIGEST}").api_keys
+    assert [(key.tenant, key.name) for key in keys] == [
+        ("default", "alice"),
+        ("blue", "alice"),
+        ("red", "alice"),
+    ]
+    assert accepted_key("Bearer a/b:c", keys) == keys[0]
+    assert accepted_key("Bearer bobs-key", keys) == keys[2]
 
 
 def test_keys_come_from_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:

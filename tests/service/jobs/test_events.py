@@ -10,7 +10,7 @@ import httpx2
 import pytest
 
 from broker.contracts import Progress
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 
@@ -136,7 +136,7 @@ def test_a_record_that_expires_ends_it(http: httpx2.Client, api: Api, job: Json)
     with follow(http, job) as stream:
         coming = events(stream)
         next(coming)
-        api.store.client.delete(keys.job(job["id"]))
+        api.store.client.delete(DEFAULT_KEYS.job(job["id"]))
         assert all("data" not in event for event in coming)
     problem(http.get(job["links"]["events"]), 410, "job-expired")
 
@@ -148,7 +148,7 @@ def test_a_record_that_a_newer_version_goes_on_with_ends_it(
     with follow(http, job) as stream:
         coming = events(stream)
         next(coming)
-        api.store.client.hset(keys.job(job["id"]), "state", "paused")
+        api.store.client.hset(DEFAULT_KEYS.job(job["id"]), "state", "paused")
         # The stream ends as it should: one that broke off would be an error here.
         assert all("data" not in event for event in coming)
     problem(http.get(job["links"]["events"]), 503, "newer-version")

@@ -7,7 +7,7 @@ import httpx2
 import pytest
 
 from broker.contracts import Problem, shape_id
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file
@@ -55,7 +55,7 @@ def test_a_repeated_request_makes_no_second_job(http: httpx2.Client, api: Api) -
     assert first.headers["location"] == again.headers["location"]
     assert len({answer.json()["id"] for answer in (first, other, none)}) == 3
     assert len(listed(http)) == 3
-    for key in api.store.client.scan_iter(keys.idempotency_record("*")):
+    for key in api.store.client.scan_iter(DEFAULT_KEYS.idempotency_record("*")):
         assert 0 < api.store.client.ttl(key) <= 100
 
 
@@ -91,11 +91,11 @@ def test_repetitions_at_the_same_time_make_one_job(http: httpx2.Client) -> None:
 
 def test_a_key_outlives_neither_its_time_nor_its_job(http: httpx2.Client, api: Api) -> None:
     first = ask(http, "a").json()["id"]
-    api.store.client.delete(keys.job(first))
+    api.store.client.delete(DEFAULT_KEYS.job(first))
     second = ask(http, "a").json()
     assert second["state"] == "queued"
     assert ask(http, "a").json() == second
-    (key,) = api.store.client.scan_iter(keys.idempotency_record("*"))
+    (key,) = api.store.client.scan_iter(DEFAULT_KEYS.idempotency_record("*"))
     api.store.client.delete(key)
     assert ask(http, "a", points=16).json()["id"] != second["id"]
 
@@ -128,7 +128,7 @@ def test_uploads_take_a_key_as_well(http: httpx2.Client, api: Api) -> None:
 
     # Nobody validates it here, and a known one need not be.
     data = blob_file(1)
-    api.store.client.copy(keys.shape(BODY["source"]), keys.shape(shape_id(data)))
+    api.store.client.copy(DEFAULT_KEYS.shape(BODY["source"]), DEFAULT_KEYS.shape(shape_id(data)))
     assert [upload(data, "a").status_code for _ in range(2)] == [200, 200]
     problem(upload(data + b"\n", "a"), 409, "idempotency-key-reused")
     problem(ask(http, "a"), 409, "idempotency-key-reused")
@@ -159,5 +159,5 @@ def test_places_of_those_who_died_before_they_used_them(http: httpx2.Client, api
     for name in ("x", "y", "z"):
         api.store.admission.admit(None, name, LIMIT)
     assert ask(http).status_code == 429
-    api.store.client.zincrby(keys.queued_by(None), -100, "y")
+    api.store.client.zincrby(DEFAULT_KEYS.queued_by(None), -100, "y")
     assert [ask(http).status_code for _ in range(2)] == [202, 429]

@@ -14,7 +14,7 @@ from broker.contracts import (
     PrototypeValidationPayload,
     subject_of,
 )
-from broker.store import keys, listings
+from broker.store import DEFAULT_KEYS, listings
 from service.jobs.endpoints import ListedKind
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
@@ -100,7 +100,7 @@ def test_collections_are_told_in_short(http: httpx2.Client, api: Api) -> None:
     assert record is not None
     for shape in shapes:
         changed = record.model_copy(update={"id": shape, "vertices": 9})
-        api.store.client.set(keys.shape(shape), changed.model_dump_json())
+        api.store.client.set(DEFAULT_KEYS.shape(shape), changed.model_dump_json())
     job = ask(http, "dissimilarities", shapes=shapes)
     assert job["shapes"] == shapes[:20]
     assert job["shape_count"] == 30
@@ -149,14 +149,14 @@ def test_filtered_listing_pages_through_rare_jobs(
 
 def test_listing_by_shape_is_forgotten_with_its_jobs(http: httpx2.Client, api: Api) -> None:
     job = match(http)
-    key = keys.jobs_of(A)
+    key = DEFAULT_KEYS.jobs_of(A)
     settings = api.store.jobs.settings
     left = settings.job_ttl + settings.trace_ttl
     assert left - 60 < api.store.client.ttl(key) <= left
     api.store.client.zadd(key, {"long-ago": 1.0})
     other = match(http)
     assert api.store.client.zcard(key) == 2
-    api.store.client.delete(keys.job(job["id"]))
+    api.store.client.delete(DEFAULT_KEYS.job(job["id"]))
     assert ids(http, shape=A) == [other["id"]]
     assert api.store.client.zcard(key) == 1
     (found,) = api.store.jobs.page(9, None, JobState.QUEUED, of=A).items

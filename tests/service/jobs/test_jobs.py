@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from broker.contracts import JobKind, MatchResult, PicturePayload
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob, blob_file, off
@@ -107,11 +107,11 @@ def test_records_of_a_newer_version_do_not_break_listings(server: EmbeddedServer
     with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         shapes = put_shapes(api)
         unread, other = (ask(http, shapes)["id"] for _ in range(2))
-        record = api.store.client.hget(keys.job(unread), "record")
+        record = api.store.client.hget(DEFAULT_KEYS.job(unread), "record")
         assert record is not None
         document = json.loads(record)
         document["payload"]["parameters"]["novel"] = 1
-        api.store.client.hset(keys.job(unread), "record", json.dumps(document))
+        api.store.client.hset(DEFAULT_KEYS.job(unread), "record", json.dumps(document))
         assert [job["id"] for job in http.get("/v1/jobs").json()["items"]] == [other]
         refused = http.get(f"/v1/jobs/{unread}")
         assert "upgraded" in problem(refused, 503, "newer-version")["detail"]
@@ -230,7 +230,7 @@ def test_jobs_of_nobody(http: httpx2.Client) -> None:
 
 def test_results_expire(http: httpx2.Client, shapes: Shapes, api: Api) -> None:
     job = matched(http, shapes, **QUICK)
-    api.store.client.delete(keys.job_result(job["id"]))
+    api.store.client.delete(DEFAULT_KEYS.job_result(job["id"]))
     problem(http.get(job["links"]["result"]), 410, "result-expired")
     problem(http.get(job["links"]["picture"]), 410, "result-expired")
 

@@ -88,6 +88,7 @@ def test_jobs_are_counted_from_their_queue_to_their_end(
     for slug in ("timed-out", "worker-lost"):
         assert told[f"isomatch_job_failures_total{{kind=match,problem={slug}}}"] == 1
     assert told["isomatch_queue_jobs{queue=matches}"] == 4
+    assert 0 < told["isomatch_queue_age_seconds"] < 240
     assert told["isomatch_store_up"] == 1
 
 
@@ -152,6 +153,7 @@ def test_without_the_store_there_is_still_something_to_tell(tmp_path: Path) -> N
         redis_url=f"unix://{tmp_path}/nobody.sock",
         blob_url=blob_url(tmp_path),
         redis_patience=0.2,
+        auth="none",
     )
     with running_api(settings) as api, httpx2.Client(base_url=api.url, timeout=60.0) as http:
         problem(http.get("/v1/jobs/x"), 503, "store-away")

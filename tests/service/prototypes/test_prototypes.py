@@ -11,7 +11,7 @@ import pytest
 
 from broker.contracts import MatchResult, PrototypeRecord, PrototypeResult
 from broker.queue import JobQueue, QueueSettings
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from solver.mesh import read_mesh
 from solver.prototype import match_prototype, prototype_from_bytes, prototype_to_bytes
@@ -344,7 +344,7 @@ def test_a_shape_is_not_simplified_below_the_points_of_a_prototype(
     with idle_api(server) as api, httpx2.Client(base_url=api.url, timeout=60.0) as idle:
         (target, other) = put_shapes(api)
         large = shape_record(target).model_copy(update={"vertices": 500})
-        api.store.client.set(keys.shape(target), large.model_dump_json())
+        api.store.client.set(DEFAULT_KEYS.shape(target), large.model_dump_json())
         record = PrototypeRecord.model_validate_json(send(http, archive).content)
         api.store.prototypes.add(record.model_copy(update={"points": 120}), archive, b"")
         body = {"source": record.id, "target": target, "simplify": 100, "points": 101}
@@ -438,8 +438,16 @@ def test_an_expired_prototype_is_reported_as_expired(
     record = send(http, archive).json()
     path = f"/v1/prototypes/{record['id']}"
     store = api.store.client
-    assert 0 < store.ttl(keys.prototype(record["id"])) <= api.store.prototypes.settings.shape_ttl
-    names = (keys.prototype, keys.prototype_archive, keys.prototype_geometry)
+    assert (
+        0
+        < store.ttl(DEFAULT_KEYS.prototype(record["id"]))
+        <= api.store.prototypes.settings.shape_ttl
+    )
+    names = (
+        DEFAULT_KEYS.prototype,
+        DEFAULT_KEYS.prototype_archive,
+        DEFAULT_KEYS.prototype_geometry,
+    )
     store.delete(*(name(record["id"]) for name in names))
     for gone in (http.get(path), http.get(f"{path}/archive"), http.get(f"{path}/geometry")):
         problem(gone, 410, "prototype-expired")

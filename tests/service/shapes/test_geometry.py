@@ -9,7 +9,7 @@ import httpx2
 import pytest
 
 from broker.queue import JobQueue
-from broker.store import Shapes, keys
+from broker.store import DEFAULT_KEYS, Shapes
 from service.dependencies import Service
 from service.http import ShapeNotFound
 from service.settings import Settings
@@ -56,7 +56,7 @@ def test_shapes_that_were_stored_without(
 ) -> None:
     shape = upload(blob_file(2, seed=72))["id"]
     packed = api.store.shapes.geometry(shape)
-    api.store.client.delete(keys.shape_geometry(shape))
+    api.store.client.delete(DEFAULT_KEYS.shape_geometry(shape))
     assert isinstance(packed, bytes)
     assert gzip.decompress(packed).startswith(b"isogeom1")
     problem(http.get(f"/v1/shapes/{shape}/geometry"), 410, "geometry-not-kept")

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import httpx2
 import pytest
 
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, idle_api, problem, put_shapes
 
@@ -31,12 +31,12 @@ def test_shapes(http: httpx2.Client, api: Api) -> None:
         "descriptor": "none",
         "orientation": False,
     }
-    assert api.store.client.ttl(keys.shape(shape)) == -1
+    assert api.store.client.ttl(DEFAULT_KEYS.shape(shape)) == -1
     assert http.post("/v1/matches", json=body).status_code == 202
-    assert 0 < api.store.client.ttl(keys.shape(shape)) <= 1000
+    assert 0 < api.store.client.ttl(DEFAULT_KEYS.shape(shape)) <= 1000
     # Its time is over.
-    api.store.client.set(keys.shape_tombstone(shape), b"")
-    api.store.client.delete(keys.shape(shape))
+    api.store.client.set(DEFAULT_KEYS.shape_tombstone(shape), b"")
+    api.store.client.delete(DEFAULT_KEYS.shape(shape))
     problem(http.get(f"/v1/shapes/{shape}"), 410, "shape-expired")
     problem(http.get(f"/v1/shapes/{shape}/mesh"), 410, "shape-expired")
     document = problem(http.post("/v1/matches", json=body), 422, "unknown-shape")
@@ -59,7 +59,7 @@ def test_jobs(http: httpx2.Client, api: Api) -> None:
         "orientation": False,
     }
     job = http.post("/v1/matches", json=body).json()["links"]["self"]
-    api.store.client.delete(keys.job(job.rpartition("/")[2]))
+    api.store.client.delete(DEFAULT_KEYS.job(job.rpartition("/")[2]))
     for path in ("", "/result", "/result.png", "/events"):
         problem(http.get(job + path), 410, "job-expired")
         problem(http.get(f"/v1/jobs/nobody{path}"), 404, "job-not-found")

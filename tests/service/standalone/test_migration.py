@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from broker.store import connect, keys
+from broker.store import DEFAULT_KEYS, connect
 from service.standalone import EmbeddedServer
 from tests.service.standalone.test_standalone import service
 from tests.worker.records import shape_record
@@ -15,8 +15,8 @@ def test_an_earlier_data_directory_is_migrated(tmp_path: Path) -> None:
     server = EmbeddedServer(data / "redis")
     server.start()
     with connect(server.url, retry_seconds=5) as client:
-        client.set(keys.shape(SHAPE), shape_record(SHAPE).model_dump_json(), ex=1000)
-        client.set(keys.shape_upload(SHAPE), b"as it was uploaded", ex=1000)
+        client.set(DEFAULT_KEYS.shape(SHAPE), shape_record(SHAPE).model_dump_json(), ex=1000)
+        client.set(DEFAULT_KEYS.shape_upload(SHAPE), b"as it was uploaded", ex=1000)
     server.stop()
     for _ in range(2):
         with service(data, tmp_path / "log") as running:

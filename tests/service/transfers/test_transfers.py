@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 
 from broker.contracts import ATTRIBUTE_FORMATS as CONTRACT_FORMATS
 from broker.contracts import MatchResult, TransferKind
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh, triangle_areas
 from solver.transfer import KINDS, Attribute
 from solver.transfer.files import (
@@ -465,7 +465,7 @@ def test_matches_that_cannot_be_carried_along(
         http.post("/v1/transfers", json={"match": other, "what": "colors"}), 422, "invalid-request"
     )
     assert "job of no match" in refused["errors"][0]["message"]
-    api.store.client.delete(keys.job_result(dense))
+    api.store.client.delete(DEFAULT_KEYS.job_result(dense))
     problem(
         http.post("/v1/transfers", json={"match": dense, "what": "colors"}), 410, "result-expired"
     )

@@ -40,7 +40,7 @@ def result_of(queue: JobQueue, batch: str) -> BatchResult:
 
 
 def queued(queue: JobQueue) -> list[str]:
-    return [text(name) for name in queue.store.client.lrange("rq:queue:matches", 0, -1)]
+    return [text(name) for name in queue.store.client.lrange(queue.rq.current.key, 0, -1)]
 
 
 @linux
@@ -86,7 +86,7 @@ def test_recovery_goes_on_with_a_batch_that_everybody_left(queue: JobQueue) -> N
     reason = Problem.of("worker-lost", "Lost", 500, "It is lost.")
     for place in (1, 2):
         assert queued(queue) == [f"{batch.id}-{place}"]
-        client.delete("rq:queue:matches")
+        client.delete(queue.rq.current.key)
         jobs.claim(batch.id, batch.id)
         jobs.claim(f"{batch.id}-{place}", "a worker")
         jobs.fail(f"{batch.id}-{place}", "a worker", reason)

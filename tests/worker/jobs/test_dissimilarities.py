@@ -18,7 +18,7 @@ from broker.contracts import (
     PicturePayload,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from solver.shape import Shape
 from solver.similarity import SimilarityOptions, dissimilarity_matrix, signature
@@ -54,7 +54,10 @@ def result_of(queue: JobQueue, job: JobRecord) -> DissimilarityResult:
 def forgotten(queue: JobQueue, job: JobRecord) -> bool:
     """Whether the chunks of a job are deleted, as they are soon after its end."""
     deadline = time.monotonic() + 240
-    while queue.store.client.keys(keys.job_chunks(job.id) + "*") and time.monotonic() < deadline:
+    while (
+        queue.store.client.keys(DEFAULT_KEYS.job_chunks(job.id) + "*")
+        and time.monotonic() < deadline
+    ):
         time.sleep(0.01)
     return time.monotonic() < deadline
 

@@ -23,7 +23,7 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
 from tests.workers import ended, horses, validation
@@ -158,7 +158,7 @@ def test_a_picture(served: JobQueue, run: Run, name: str) -> None:
     picture = served.store.results.picture(PicturePayload(job=match.id))
     assert picture is not None
     assert picture.startswith(b"\x89PNG")
-    assert served.store.client.ttl(keys.job_picture(match.id)) > 0
+    assert served.store.client.ttl(DEFAULT_KEYS.job_picture(match.id)) > 0
 
 
 def test_a_mesh_too_large_for_the_memory_fails_alone(served: JobQueue, upload: Upload) -> None:

@@ -25,7 +25,7 @@ from broker.contracts import (
     MatchPayload,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import Store, keys
+from broker.store import DEFAULT_KEYS, Store
 from broker.upkeep import RecoveryTimeouts, handle_lost_process, recover
 from service.standalone import EmbeddedServer
 from solver.arrays import FloatArray
@@ -225,13 +225,13 @@ def test_a_comparison_whose_time_slices_are_lost_gets_another(queue: JobQueue) -
     client = queue.store.client
     for _ in range(2):
         recover(queue, NOW)
-    assert queue.store.client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-1".encode()]
+    assert queue.store.client.lrange(queue.rq.current.key, 0, -1) == [f"{job.id}-1".encode()]
     assert queue.rq.position(job) == 0
     # Delete the time slice from queue and store.
-    client.delete("rq:queue:matches", keys.job(f"{job.id}-1"))
+    client.delete(queue.rq.current.key, DEFAULT_KEYS.job(f"{job.id}-1"))
     recover(queue, NOW)
     recover(queue, NOW)
-    assert client.lrange("rq:queue:matches", 0, -1) == [f"{job.id}-2".encode()]
+    assert client.lrange(queue.rq.current.key, 0, -1) == [f"{job.id}-2".encode()]
     assert queue.store.jobs.state(job.id) is JobState.QUEUED
 
 

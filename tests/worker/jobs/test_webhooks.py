@@ -30,7 +30,7 @@ from broker.contracts import (
     Webhook,
 )
 from broker.queue import JobQueue, new_job
-from broker.store import keys
+from broker.store import DEFAULT_KEYS
 from broker.webhooks import LEASE, WebhookSettings, dispatch, retry_delay
 from tests.receiver import Receiver, receiving
 from worker.jobs import Runner
@@ -77,8 +77,8 @@ def told(queue: JobQueue, job: str) -> JobRecord:
 
 def tries(queue: JobQueue) -> list[str]:
     """The queued delivery jobs."""
-    ids = queue.rq.all()[0].get_job_ids()
-    return [job for job in ids if told(queue, job).kind is JobKind.WEBHOOK]
+    records = map(queue.store.jobs.get, queue.rq.current.get_job_ids())
+    return [job.id for job in records if job is not None and job.kind is JobKind.WEBHOOK]
 
 
 def go_round(queue: JobQueue, settings: WebhookSettings = SETTINGS) -> int:
@@ -86,7 +86,7 @@ def go_round(queue: JobQueue, settings: WebhookSettings = SETTINGS) -> int:
     dispatch(queue, settings)
     queued = tries(queue)
     for job in queued:
-        queue.store.client.lrem("rq:queue:interactive", 1, job)
+        queue.store.client.lrem(queue.rq.current.key, 1, job)
         Runner(queue, "me", settings).run(job)
     return len(queued)
 
@@ -383,10 +383,10 @@ def test_a_delivery_in_progress_is_not_queued_again(queue: JobQueue, receiver: R
         dispatch(queue, SETTINGS)
     (first,) = tries(queue)
     # Long after, it still waits in the queue.
-    queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
     dispatch(queue, SETTINGS)
     assert tries(queue) == [first]
-    due = queue.store.client.zscore(keys.WEBHOOKS, job)
+    due = queue.store.client.zscore(DEFAULT_KEYS.webhooks, job)
     assert due is not None
     assert due > time.time() + LEASE / 2
 
@@ -396,15 +396,15 @@ def test_a_lost_delivery_is_repeated_a_limited_number_of_times(
 ) -> None:
     job = ended(queue, here(receiver))
     for count in range(1, SETTINGS.webhook_attempts + 1):
-        queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+        queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
         dispatch(queue, SETTINGS)
         (attempt,) = tries(queue)
         payload = told(queue, attempt).payload
         assert isinstance(payload, DeliveryPayload)
         assert payload.attempt == count
-        queue.store.client.lrem("rq:queue:interactive", 1, attempt)
+        queue.store.client.lrem(queue.rq.current.key, 1, attempt)
         queue.store.jobs.lose(attempt, 0, LOST)
-    queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
     assert go_round(queue) == 0
     delivery = told(queue, job).delivery
     assert delivery is not None
@@ -421,18 +421,18 @@ def test_a_claim_without_a_delivery_job_expires(queue: JobQueue, receiver: Recei
     assert not queue.store.webhooks.claim(job, since, time.time() + LEASE)
     assert go_round(queue) == 0
     # Nothing was heard of it when its time was over.
-    queue.store.client.zadd(keys.WEBHOOKS, {job: 1.0})
+    queue.store.client.zadd(DEFAULT_KEYS.webhooks, {job: 1.0})
     assert until_settled(queue, job) == 1
     assert len(receiver.received) == 1
 
 
 def test_an_expired_job_is_not_delivered(queue: JobQueue, receiver: Receiver) -> None:
     early, late = ended(queue, here(receiver)), ended(queue, here(receiver))
-    queue.store.client.delete(keys.job(early))
+    queue.store.client.delete(DEFAULT_KEYS.job(early))
     dispatch(queue, SETTINGS)
-    queue.store.client.delete(keys.job(late))
+    queue.store.client.delete(DEFAULT_KEYS.job(late))
     (attempt,) = tries(queue)
     Runner(queue, "me", SETTINGS).run(attempt)
     assert queue.store.webhooks.pending() == 0
     assert receiver.received == []
-    assert queue.store.client.exists(keys.job(late)) == 0
+    assert queue.store.client.exists(DEFAULT_KEYS.job(late)) == 0

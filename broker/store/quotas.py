@@ -1,0 +1,144 @@
+"""Quotas of tenants: how many shapes they may keep, how many bytes, and how many jobs at a time.
+
+What a tenant has is counted where it is: its listing of shapes, its jobs, and the sizes in the
+references to its blobs. Nothing is counted up and down, so that no process that dies, and no record
+that expires, leaves a count that is wrong.
+"""
+
+import json
+from dataclasses import asdict, dataclass
+
+from redis import Redis
+from redis.client import Pipeline
+
+from broker.store import scripts
+from broker.store.connections import StoreSettings
+from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.replies import text
+
+
+class QuotaExceeded(Exception):
+    """A tenant has as much as it may have.
+
+    Parameters
+    ----------
+    what
+        Of what: "shapes" or "bytes".
+    used, limit
+        What it has, and what it may have.
+
+    Attributes
+    ----------
+    detail
+        What to do about it.
+    """
+
+    def __init__(self, what: str, used: int, limit: int) -> None:
+        super().__init__(f"{used} of {limit} {what} are used")
+        self.detail = (
+            f"Your tenant keeps {used} {what}, and may keep {limit}: delete shapes, or wait until"
+            " results expire."
+        )
+
+
+@dataclass(frozen=True)
+class Quota:
+    """What a tenant may have; 0 for no limit.
+
+    Parameters
+    ----------
+    shapes
+        Shapes that are kept.
+    bytes
+        Bytes of what is kept: uploads, meshes, results.
+    jobs
+        Listed jobs that are queued or running.
+    """
+
+    shapes: int = 0
+    bytes: int = 0
+    jobs: int = 0
+
+
+@dataclass(frozen=True)
+class Quotas:
+    """The quota of a tenant, and what it uses of it.
+
+    Parameters
+    ----------
+    client
+        Connection to Redis.
+    settings
+        The quota of tenants that have none of their own.
+    keys
+        The tenant's keys.
+    """
+
+    client: Redis
+    settings: StoreSettings
+    keys: Keys = DEFAULT_KEYS
+
+    def get(self) -> Quota:
+        """Return the tenant's quota."""
+        own = text(self.client.hget(Keys.QUOTAS, self.keys.tenant))
+        if own is not None:
+            return Quota(**json.loads(own))
+        found = self.settings
+        return Quota(found.tenant_shapes, found.tenant_bytes, found.tenant_jobs)
+
+    def set(self, quota: Quota) -> None:
+        """Give the tenant a quota of its own."""
+        self.client.hset(Keys.QUOTAS, self.keys.tenant, json.dumps(asdict(quota)))
+
+    def unset(self) -> None:
+        """Return the tenant to the quota of the settings."""
+        self.client.hdel(Keys.QUOTAS, self.keys.tenant)
+
+    def shapes(self, limit: int = 0) -> int:
+        """Return the number of shapes that the tenant has.
+
+        Parameters
+        ----------
+        limit
+            Shapes that have expired may be counted up to here.
+        """
+        prefix = self.keys.shape("")
+        return int(scripts.COUNT_LISTED(self.client, [self.keys.shapes], prefix, limit))
+
+    def bytes(self, limit: int = 0) -> int:
+        """Return the number of bytes that the tenant has.
+
+        Parameters
+        ----------
+        limit
+            Bytes that have expired may be counted up to here, and of the last second.
+        """
+        names = [self.keys.held, self.keys.held_counted]
+        return int(scripts.COUNT_HELD(self.client, names, limit))
+
+    def check(self, size: int = 0, shapes: int = 0, pipe: Pipeline | None = None) -> None:
+        """Refuse to keep more than the tenant may have.
+
+        Parameters
+        ----------
+        size, shapes
+            Bytes and shapes that are to be kept besides those that are.
+        pipe
+            Of the transaction that stores them, which fails if the tenant gets others meanwhile.
+
+        Raises
+        ------
+        QuotaExceeded
+            It would be more.
+        """
+        quota = self.get()
+        if pipe is not None and (quota.shapes or quota.bytes):
+            pipe.watch(self.keys.shapes, self.keys.held)
+        if quota.shapes and shapes:
+            used = self.shapes(quota.shapes - shapes)
+            if used + shapes > quota.shapes:
+                raise QuotaExceeded("shapes", used, quota.shapes)
+        if quota.bytes:
+            used = self.bytes(quota.bytes - size)
+            if used + size > quota.bytes:
+                raise QuotaExceeded("bytes", used, quota.bytes)

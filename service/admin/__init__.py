@@ -1,0 +1,1 @@
+"""Administration of tenants and their API keys: ``python -m service.admin``."""

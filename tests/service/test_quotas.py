@@ -1,0 +1,131 @@
+"""Quotas: what a tenant may have, however many ask at once, and when it gets it back."""
+
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import httpx2
+import pytest
+
+from broker.store import Quota, Quotas
+from service.settings import Settings
+from tests.service.conftest import Api, problem, running_api
+from tests.worker.figures import blob_file
+
+MATCH = {"points": 8, "coarse_points": 8}
+
+
+@pytest.fixture(scope="module")
+def shared(api: Api, settings: Settings) -> Iterator[Api]:
+    keys = "small/ann:anns-key, other/bob:bobs-key"
+    with running_api(Settings(**(settings.model_dump() | {"api_keys": keys}))) as running:
+        yield running
+
+
+@pytest.fixture
+def ann(shared: Api) -> Iterator[httpx2.Client]:
+    """A client of a tenant that has nothing."""
+    headers = {"Authorization": "Bearer anns-key"}
+    with httpx2.Client(base_url=shared.url, headers=headers, timeout=300.0) as http:
+        yield http
+        quotas(shared).unset()
+        for shape in http.get("/v1/shapes").json()["items"]:
+            http.delete(f"/v1/shapes/{shape['id']}")
+
+
+def quotas(api: Api) -> Quotas:
+    return api.store.of("small").quotas
+
+
+def sent(http: httpx2.Client, seed: int) -> httpx2.Response:
+    return http.post("/v1/shapes", files={"file": ("blob.off", blob_file(2, seed))})
+
+
+def test_shapes_never_pass_the_quota(shared: Api, ann: httpx2.Client) -> None:
+    quotas(shared).set(Quota(shapes=3))
+    start = threading.Barrier(8)
+
+    def upload(seed: int) -> httpx2.Response:
+        start.wait()
+        return sent(ann, seed)
+
+    with ThreadPoolExecutor(8) as threads:
+        answers = [one.result() for one in [threads.submit(upload, n) for n in range(200, 208)]]
+    assert sorted(answer.status_code for answer in answers) == [201] * 3 + [507] * 5
+    refused = next(answer for answer in answers if answer.status_code == 507)
+    said = problem(refused, 507, "quota-exceeded")["detail"]
+    assert "3 shapes, and may keep 3" in said
+    listed = ann.get("/v1/shapes").json()["items"]
+    assert len(listed) == 3
+    # What is there already is no more than it was.
+    known = next(n for n, answer in enumerate(answers, 200) if answer.status_code == 201)
+    assert sent(ann, known).status_code == 200
+    assert ann.delete(f"/v1/shapes/{listed[0]['id']}").status_code == 204
+    assert sent(ann, 210).status_code == 201
+    problem(sent(ann, 211), 507, "quota-exceeded")
+    # An expired shape is one less.
+    shared.store.client.delete(shared.store.of("small").keys.shape(listed[1]["id"]))
+    assert sent(ann, 211).status_code == 201
+
+
+def test_other_tenants_have_their_own_quota(shared: Api, ann: httpx2.Client) -> None:
+    quotas(shared).set(Quota(shapes=1))
+    assert sent(ann, 220).status_code == 201
+    problem(sent(ann, 221), 507, "quota-exceeded")
+    headers = {"Authorization": "Bearer bobs-key"}
+    with httpx2.Client(base_url=shared.url, headers=headers, timeout=300.0) as bob:
+        assert sent(bob, 221).status_code == 201
+
+
+def test_uploads_at_once_do_not_pass_the_quota_of_bytes(shared: Api, ann: httpx2.Client) -> None:
+    store, size = shared.store.of("small"), len(blob_file(2, 240))
+    limit = store.quotas.bytes() + 3 * size
+    quotas(shared).set(Quota(bytes=limit))
+    most = [0]
+    done = threading.Event()
+
+    def watch() -> None:
+        while not done.is_set():
+            held: list[tuple[bytes, float]] = store.client.zrange(  # type: ignore[assignment]
+                store.keys.held, 0, -1, withscores=True
+            )
+            most[0] = max(most[0], int(sum(score for _, score in held)))
+
+    with ThreadPoolExecutor(9) as threads:
+        watching = threads.submit(watch)
+        answers = [threads.submit(sent, ann, seed) for seed in range(240, 248)]
+        codes = {answer.result().status_code for answer in answers}
+        done.set()
+        watching.result()
+    assert 507 in codes
+    assert most[0] <= limit
+
+
+def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> None:
+    store = shared.store.of("small")
+    before = store.quotas.bytes()
+    first = sent(ann, 230).json()["id"]
+    parts = (store.shapes.upload(first), store.shapes.mesh(first), store.shapes.geometry(first))
+    size = sum(len(part) for part in parts if part is not None)
+    assert store.quotas.bytes() - before == size
+    quotas(shared).set(Quota(bytes=before + size + len(blob_file(2, 231))))
+    # The upload would fit, but not with what is made of it.
+    problem(sent(ann, 231), 507, "quota-exceeded")
+    assert store.quotas.bytes() == before + size
+    quotas(shared).set(Quota(bytes=before + 2 * size + 2000))
+    second = sent(ann, 231)
+    assert second.status_code == 201
+    body = {"source": first, "target": second.json()["id"], **MATCH}
+    quotas(shared).set(Quota(bytes=store.quotas.bytes()))
+    problem(ann.post("/v1/matches", json=body), 507, "quota-exceeded")
+    quotas(shared).set(Quota(bytes=store.quotas.bytes() + 1))
+    job = ann.post("/v1/matches", json=body)
+    assert job.status_code == 202
+    done = ann.get(job.json()["links"]["self"], params={"wait": 60}).json()
+    assert done["state"] == "succeeded"
+    result = store.results.document(done["id"])
+    assert result is not None
+    assert store.quotas.bytes() >= quotas(shared).get().bytes - 1 + len(result)
+    held = store.quotas.bytes()
+    ann.delete(f"/v1/shapes/{first}")
+    assert store.quotas.bytes() == held - size
