@@ -8,6 +8,7 @@ fork (see :class:`~broker.blobs.LeftToSweep`).
 """
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from datetime import timedelta
@@ -35,8 +36,11 @@ _LONGEST_PAUSE: Final = 2.0
 _MANY_ATTEMPTS: Final = 1000
 """The time limits the attempts, not their number."""
 
-_FULL: Final = ("507", "StorageFull", "QuotaExceeded", "InsufficientStorage", "EntityTooLarge")
-"""Marks in the error of a server that has no space left."""
+_FULL: Final = re.compile(
+    r"status code: 507\b"
+    r"|<Code>(StorageFull|QuotaExceeded|InsufficientStorage|EntityTooLarge)</Code>"
+)
+"""What a server without space answers. Any digits may be in its address and in a path."""
 
 ResultT = TypeVar("ResultT")
 
@@ -124,8 +128,7 @@ class ObjectStorage:
             raise BlobLost(path, "missing") from error
         except (BaseError, OSError, ValueError) as error:
             reason = f"the object storage at {self._address} cannot be used: {_first_line(error)}"
-            full = any(mark in str(error) for mark in _FULL)
-            raise (BlobsFull if full else BlobsAway)(reason) from error
+            raise (BlobsFull if _FULL.search(str(error)) else BlobsAway)(reason) from error
 
 
 def _first_line(error: Exception) -> str:

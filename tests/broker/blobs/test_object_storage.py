@@ -126,4 +126,4 @@ def test_refused_credentials_and_missing_buckets_are_not_lost_blobs(
             ObjectStorage("s3://isomatch", 0.0).open("ab/1")
     (nobody,) = free_ports(1)
     with pytest.raises(BlobsAway):
-        behind(f"http://127.0.0.1:{nobody}", 0.0).put("ab/1", b"x")
+        behind(f"http://127.0.0.1:{nobody}", 0.0).put("ab/507", b"x")
