@@ -12,11 +12,10 @@ from broker.contracts import (
     DissimilarityParameters,
     MatchParameters,
     MatchPayload,
-    MatchResult,
 )
 from broker.telemetry import logger
 from solver.control import Control, iterate
-from solver.gmds import SurfacePoints
+from solver.gmds import SurfacePoints, refine_by_gmds
 from solver.labelling import LabellingProblem
 from solver.matching import MatchOptions
 from solver.mesh import TriangleMesh, read_mesh, simplified, triangle_mesh
@@ -32,7 +31,7 @@ from solver.prototype import (
     prototype_from_bytes,
     prototype_to_bytes,
 )
-from solver.registration import DenseCorrespondence
+from solver.registration import DenseCorrespondence, register
 from solver.shape import Shape
 from solver.similarity import (
     SignatureCollection,
@@ -100,28 +99,35 @@ def _read(mesh: TriangleMesh) -> None:
 
 
 def _match(mesh: TriangleMesh) -> None:
-    # One registration is enough, which takes most of a match.
-    _match_with(
-        mesh,
-        {"metric": ("diffusion", "geodesic"), "descriptor": ("photometric", "conformal_factor")}
-        | {"orientation": False},
-    )
+    source, target = _two(mesh)
+    structures = {
+        "metric": ("diffusion", "geodesic"),
+        "descriptor": ("photometric", "conformal_factor", "si_hks", "geodesic_histogram"),
+        "orientation": False,
+    }
+    few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
+    inputs = MatchInput(source, None), MatchInput(target, None)
+    result = match_shapes(*inputs, _payload(few, structures), Control())
+    draw_match(source, target, hypothesis_of(result, None))
 
 
 def _map(mesh: TriangleMesh) -> None:
-    structures = {"descriptor": ("si_hks", "geodesic_histogram"), "dense": True, "refine": "gmds"}
-    target, result = _match_with(mesh, structures)
-    draw_match(mesh, target, hypothesis_of(result, None))
+    source, target = _two(mesh)
+    found = register(Shape(source), Shape(target), (), _one_of_each())
+    assert found is not None
+    found.dense(Control())
+    refine_by_gmds(found, np.arange(8), control=_one_of_each())
 
 
-def _match_with(
-    mesh: TriangleMesh, structures: Mapping[str, Any]
-) -> tuple[TriangleMesh, MatchResult]:
-    source = MatchInput(simplified(mesh, mesh.n_vertices - 1), None)
+def _two(mesh: TriangleMesh) -> tuple[TriangleMesh, TriangleMesh]:
     # Stretched: a match of a shape with itself is optimal before any bound is computed.
-    target = MatchInput(_stretched(mesh), None)
-    few = MatchParameters(points=24, coarse_points=4, eigenpairs=20)
-    return target.mesh, match_shapes(source, target, _payload(few, structures), Control())
+    stretched = triangle_mesh(mesh.vertices * [1.0, 1.3, 0.8], mesh.faces, mesh.colors)
+    return simplified(mesh, mesh.n_vertices - 1), stretched
+
+
+def _one_of_each() -> Control:
+    """Past its deadline, a registration tries one candidate: many would load nothing more."""
+    return Control(deadline=time.monotonic())
 
 
 def compile_rest() -> None:
@@ -141,10 +147,6 @@ def _payload(parameters: MatchParameters, changes: Mapping[str, Any]) -> MatchPa
     return MatchPayload(source="warm-up", target="warm-up", parameters=changed)
 
 
-def _stretched(mesh: TriangleMesh) -> TriangleMesh:
-    return triangle_mesh(mesh.vertices * [1.0, 1.3, 0.8], mesh.faces, mesh.colors)
-
-
 def _compare(mesh: TriangleMesh) -> None:
     parameters = DissimilarityParameters(first_order_weight=0.1)
     payload = DissimilaritiesPayload(shapes=("a", "b"), labels=("a", "a"), parameters=parameters)
@@ -161,10 +163,11 @@ def _compare(mesh: TriangleMesh) -> None:
 
 def _learn(mesh: TriangleMesh) -> None:
     shape = Shape(mesh, eigenpairs=20)
-    options = PrototypeOptions(points=12, components=1)
-    examples = connected_examples([shape, shape], options).examples
-    prototype = prototype_from_bytes(prototype_to_bytes(learn_prototype(examples, options)))
-    match_prototype(prototype, shape, MatchOptions(points=12, coarse_points=4))
+    learning = PrototypeOptions(points=12, components=1)
+    examples = connected_examples([shape, shape], learning).examples
+    prototype = prototype_from_bytes(prototype_to_bytes(learn_prototype(examples, learning)))
+    options = MatchOptions(points=12, coarse_points=4)
+    match_prototype(prototype, shape, options, _one_of_each())
 
 
 def _register(mesh: TriangleMesh) -> None:
