@@ -142,7 +142,7 @@ def test_more_subproblems_bound_better() -> None:
         "two sides": COMBINATIONS["both"],
         "triples": Subproblems(triples=10),
     }
-    for seed in range(4):
+    for seed in range(2):
         problem = metric_instance(8, 10, seed, noise=0.3, occlusion_cost=0.5)
         for name, subproblems in combinations.items():
             found = dual_decomposition(problem, subproblems=subproblems, iterations=600)

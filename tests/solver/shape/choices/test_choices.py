@@ -109,7 +109,7 @@ def test_motion_numbering_and_size_do_not_matter(
 def test_a_shape_matches_itself_by_any_descriptor(
     name: str, unit: Shape, plain: tuple[Shape, Shape]
 ) -> None:
-    options = MatchOptions(points=8, descriptor=(name,), first_order_weight=1.0)
+    options = MatchOptions(points=8, orientation=False, descriptor=(name,), first_order_weight=1.0)
     for shape in (unit, plain[1]):
         found = match(shape, shape, options)
         assert (found.best.source == found.best.target).all()
@@ -124,7 +124,12 @@ def test_a_descriptor_alone_finds_the_points(
     """Without a second-order term each point goes where its descriptor says."""
     other, where = renumbered
     options = MatchOptions(
-        points=8, descriptor=(name,), first_order_weight=1.0, beta=0.0, alternatives=1
+        points=8,
+        descriptor=(name,),
+        first_order_weight=1.0,
+        beta=0.0,
+        alternatives=1,
+        orientation=False,
     )
     found = match(unit, other, options)
     assert (found.best.target == where[found.best.source]).all()
@@ -145,7 +150,11 @@ def test_differences_of_scale_count_when_shapes_are_not_normalised(
 ) -> None:
     """Figure 2, third row: parameters left out are the same for both, and so do not hide them."""
     options = MatchOptions(
-        points=8, metric=(metric,), descriptor=(descriptor,), first_order_weight=1.0
+        points=8,
+        metric=(metric,),
+        descriptor=(descriptor,),
+        first_order_weight=1.0,
+        orientation=False,
     )
     energy = match(*plain, options).best.energy
     assert energy > 0.1 if sees else energy < 1e-6
@@ -155,7 +164,9 @@ def test_signs_of_eigenfunctions_do_not_matter(unit: Shape, original: TriangleMe
     spectrum = unit.spectrum()
     flipped = spectrum.eigenfunctions * np.where(np.arange(100) % 2, -1.0, 1.0)
     unlike = Shape(original, Spectrum(spectrum.eigenvalues, flipped, spectrum.mass))
-    options = MatchOptions(points=8, descriptor=(Eigenfunctions(12),), first_order_weight=1.0)
+    options = MatchOptions(
+        points=8, orientation=False, descriptor=(Eigenfunctions(12),), first_order_weight=1.0
+    )
     found = match(unit, unlike, options)
     assert (found.best.source == found.best.target).all()
     assert found.best.energy < 1e-9
@@ -163,15 +174,20 @@ def test_signs_of_eigenfunctions_do_not_matter(unit: Shape, original: TriangleMe
 
 def test_colours_are_needed_where_they_are_compared(unit: Shape) -> None:
     bare, coloured = Shape(shapes.blob(), unit.spectrum()), unit
-    options = MatchOptions(points=8, descriptor=("none", "photometric"))
+    options = MatchOptions(points=8, orientation=False, descriptor=("none", "photometric"))
     assert match(bare, bare, options).best.energy < 1e-9  # one level: nothing photometric
     for pair, name in (((bare, coloured), "source"), ((coloured, bare), "target")):
         with pytest.raises(OptionError, match=f"{name} has no vertex colours") as caught:
-            match(*pair, MatchOptions(points=16, descriptor=("none", "photometric")))
+            match(
+                *pair,
+                MatchOptions(points=16, orientation=False, descriptor=("none", "photometric")),
+            )
         assert caught.value.field == "descriptor.1"
     with pytest.raises(OptionError, match="no vertex colours"):
         bare.descriptor("photometric")
-    unweighed = MatchOptions(points=8, descriptor=("photometric",), first_order_weight=0.0)
+    unweighed = MatchOptions(
+        points=8, orientation=False, descriptor=("photometric",), first_order_weight=0.0
+    )
     assert match(bare, bare, unweighed).best.energy < 1e-9
 
 
