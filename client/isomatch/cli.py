@@ -40,6 +40,7 @@ from isomatch._cli import (
     mcp,
     named_upload,
     names_prototype,
+    output_given,
     parameter_options,
     prototypes,
     register,
@@ -50,7 +51,6 @@ from isomatch._cli import (
     takes,
     transfer,
     uploaded,
-    writable,
 )
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
@@ -115,7 +115,11 @@ def match(
             message = "of several targets there are pictures by --output FOLDER --format png"
             raise typer.BadParameter(message, param_hint="--picture")
         folder = MatchFolder.checked(output, targets, file_format, dense)
-    elif (file := _file(output)) is not None and file.suffix[1:].lower() in SURFACES and not dense:
+    elif (
+        (file := output_given(output)) is not None
+        and file.suffix[1:].lower() in SURFACES
+        and not dense
+    ):
         message = f"{file.suffix} shows a map of all vertices; add --dense"
         raise typer.BadParameter(message, param_hint="--output")
     with connected(url, as_json) as client:
@@ -138,14 +142,6 @@ def match(
             page=client.base_url,
             view=view,
         )
-
-
-def _file(output: Path | None) -> Path | None:
-    try:
-        return writable(output)
-    except typer.BadParameter as error:
-        error.param_hint = "--output"
-        raise
 
 
 @app.command(epilog=COMPARE_EXAMPLES)

@@ -30,7 +30,7 @@ from isomatch._cli.options import (
     Url,
     Wait,
     names_prototype,
-    writable,
+    output_given,
 )
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
@@ -72,6 +72,7 @@ __all__ = [
     "mcp",
     "named_upload",
     "names_prototype",
+    "output_given",
     "prototypes",
     "register",
     "run",
@@ -81,5 +82,4 @@ __all__ = [
     "takes",
     "transfer",
     "uploaded",
-    "writable",
 ]

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Final, TypeVar
 
@@ -60,9 +61,22 @@ def writable(given: Path | None) -> Path | None:
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
     if given is not None and given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is a folder")
-    if given is not None and not os.access(given if given.exists() else given.parent, os.W_OK):
+    return None if given is None else _permitted(given)
+
+
+def _permitted(given: Path) -> Path:
+    if not os.access(given if given.exists() else given.parent, os.W_OK):
         raise typer.BadParameter(f"{str(given)!r} cannot be written: no permission")
     return given
+
+
+def output_given(given: Path | None) -> Path | None:
+    """Return the file of ``--output``, which is a file only with some arguments."""
+    try:
+        return writable(given)
+    except typer.BadParameter as error:
+        error.param_hint = "--output"
+        raise
 
 
 def picture_given(given: Path | None) -> Path | None:
@@ -108,12 +122,19 @@ Meshes = Annotated[
 
 
 def folder_given(given: Path) -> Path:
-    """Refuse the name of a file, or of a folder in a folder that does not exist."""
+    """Refuse a file, a folder that cannot be written, and one in a folder that does not exist."""
     if given.exists() and not given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is not a folder")
     if not given.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
-    return given
+    return _permitted(given)
+
+
+def files_given(folder: Path, names: Iterable[str]) -> None:
+    """Refuse names of files that cannot be written in a folder, which may be missing."""
+    if folder.is_dir():
+        for name in names:
+            output_given(folder / name)
 
 
 Targets = Annotated[

@@ -145,7 +145,7 @@ const components = (shapes) => (shapes.some((shape) => shape.components > 1)
 
 // Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
 function classes(shapes) {
-  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].trim() ?? "");
+  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].replace(/[\s_]+$/, "") ?? "");
   const useful = labels.every((label) => label) && new Set(labels).size < labels.length;
   if (!useful) return null;
   return checkbox("labels", JSON.stringify(labels), `Names begin with the class: ${[...new Set(labels)].join(", ")}`, true);
