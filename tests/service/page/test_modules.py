@@ -139,6 +139,22 @@ def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
     assert call(page, "collection", body, 100) == [0, 11]
 
 
+def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
+    body = """
+        const shapes = given.map((vertices, at) => ({ id: `s${at}`, name: `s${at}.off`, vertices,
+          faces: 2 * vertices, file_vertices: vertices, components: 1, has_colors: false }));
+        const known = { metrics: [], descriptors: [] };
+        return ["match", "compare", "batch", "learn"].map((name) => {
+          const form = document.createElement("form");
+          form.append(...m.fieldsOf(m.TASKS[name], known, shapes, new AbortController().signal));
+          return [...form.querySelectorAll("[name=simplify]")].map((field) =>
+            [field.type, field.checked]);
+        });
+    """
+    assert call(page, "tasks", body, [60000, 5000]) == [[["checkbox", False]]] * 4
+    assert call(page, "tasks", body, [20000, 5000]) == [[["number", False]]] * 4
+
+
 def test_large_meshes_are_simplified(page: Page) -> None:
     # A sphere of 200,000 vertices on circles of latitude.
     body = """
