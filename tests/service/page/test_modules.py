@@ -139,6 +139,43 @@ def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
     assert call(page, "collection", body, 100) == [0, 11]
 
 
+def test_the_focus_is_kept(page: Page) -> None:
+    body = """
+        const area = document.createElement("div");
+        area.tabIndex = -1;
+        area.id = "area";
+        document.body.append(area);
+        const draw = (names) => area.replaceChildren(...names.map((name) => {
+          const button = document.createElement("button");
+          button.textContent = name;
+          return button;
+        }));
+        const found = given.map(([before, at, after]) => {
+          draw(before);
+          area.children[at].focus();
+          m.keepFocus(area, () => draw(after));
+          return document.activeElement.id || document.activeElement.textContent;
+        });
+        draw(["a", "b"]);
+        area.children[0].focus();
+        m.keepFocus(area, () => { area.children[0].hidden = true; });
+        found.push(document.activeElement.textContent);
+        m.keepFocus(area.children[0], () => draw([]));
+        found.push(document.activeElement === document.body);
+        area.remove();
+        return found;
+    """
+    drawn: list[tuple[list[str], int, list[str]]] = [
+        (["a", "b", "c"], 1, ["c", "b", "a"]),
+        (["a", "b", "c"], 1, ["a", "c", "d"]),
+        (["a", "b", "c"], 2, ["a", "b"]),
+        (["a"], 0, []),
+    ]
+    # What is called the same, what is at its place, what is last, the area, and what is not hidden;
+    # what has no focus in it gives none.
+    assert call(page, "focus", body, drawn) == ["b", "c", "b", "area", "b", True]
+
+
 def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
     body = """
         const shapes = given.map((vertices, at) => ({ id: `s${at}`, name: `s${at}.off`, vertices,
