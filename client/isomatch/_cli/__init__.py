@@ -31,6 +31,7 @@ from isomatch._cli.options import (
     Wait,
     names_prototype,
     output_given,
+    output_option,
 )
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
@@ -73,6 +74,7 @@ __all__ = [
     "named_upload",
     "names_prototype",
     "output_given",
+    "output_option",
     "prototypes",
     "register",
     "run",

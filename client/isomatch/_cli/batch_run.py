@@ -10,7 +10,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED
 from isomatch._cli.job_runs import cancelled_by_interrupt
-from isomatch._cli.options import files_given
+from isomatch._cli.options import files_given, output_folder_given
 from isomatch._clients import Client, Job
 from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._models import MatchParameters, Shape
@@ -60,7 +60,7 @@ class MatchFolder:
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
             _refuse(f"two targets are called {twice!r}, and would have one file", "TARGETS")
-        _make(folder)
+        output_folder_given(folder).mkdir(exist_ok=True)
         files_given(folder, (f"{name}.{ending}" for name in names))
         return cls(folder, ending)
 
@@ -142,13 +142,6 @@ def _written(job: Job[Batch], targets: Sequence[str], output: MatchFolder, as_js
             failed = True
             typer.echo(f"isomatch: {file}: {error}", err=True)
     return failed
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        _refuse(f"{str(folder)!r} cannot be made: {error.strerror}", "--output")
 
 
 def _refuse(message: str, option: str) -> NoReturn:

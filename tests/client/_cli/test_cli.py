@@ -238,16 +238,18 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
 def test_what_cannot_be_written_is_refused_before_anything_is_sent(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    mesh, some_id = tmp_path / "a.off", 32 * "0"
+    mesh, other, some_id = tmp_path / "a.off", tmp_path / "b.off", 32 * "0"
     locked, taken = tmp_path / "locked", tmp_path / "taken"
     locked.mkdir()
-    for file in (mesh, locked / "old.png"):
+    for file in (mesh, other, locked / "old.png"):
         file.touch(0o400)
     locked.chmod(0o500)
     (taken / "a.mrk.json").mkdir(parents=True)
     taken.with_suffix(".png").mkdir()
     # Root may write everywhere; others, where the mode says so.
-    monkeypatch.setattr(os, "access", lambda path, _: bool(Path(path).stat().st_mode & 0o200))
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: Path(path).stat().st_mode >> 6 & mode == mode
+    )
     files: list[list[str | Path]] = [
         ["match", mesh, mesh, "-o"],
         ["match", mesh, mesh, "--picture"],
@@ -261,7 +263,7 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         ["jobs", "result", some_id, "--picture"],
     ]
     folders: list[list[str | Path]] = [
-        ["match", mesh, mesh, mesh, "-o"],
+        ["match", mesh, mesh, other, "-o"],
         ["landmarks", mesh, mesh, mesh, "-o"],
         ["register", mesh, mesh, "-o"],
     ]
@@ -274,6 +276,12 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         for command, path in itertools.product(commands, wrong):
             done = run(*command, path, url="http://127.0.0.1:9")
             assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
+            said = " ".join(done.stderr.replace("│", " ").split())
+            assert re.search("no folder|(is|not) a folder|no permission", said), said
+    for command, name in ((files[2], "a.ply"), (files[4], "a.csv"), (files[6], "a.npz")):
+        done = run(*command, tmp_path / name, url="http://127.0.0.1:9")
+        assert done.returncode == 2
+        assert "this result has no" in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
