@@ -22,7 +22,6 @@ from isomatch._cli import (
     MatchFolder,
     MatchOutput,
     Meshes,
-    Output,
     Picture,
     Quiet,
     SeenFrom,
@@ -40,6 +39,8 @@ from isomatch._cli import (
     mcp,
     named_upload,
     names_prototype,
+    output_given,
+    output_option,
     parameter_options,
     prototypes,
     register,
@@ -50,7 +51,6 @@ from isomatch._cli import (
     takes,
     transfer,
     uploaded,
-    writable,
 )
 from isomatch._cli import serve as start_service
 from isomatch._http import DEFAULT_URL
@@ -115,7 +115,11 @@ def match(
             message = "of several targets there are pictures by --output FOLDER --format png"
             raise typer.BadParameter(message, param_hint="--picture")
         folder = MatchFolder.checked(output, targets, file_format, dense)
-    elif (file := _file(output)) is not None and file.suffix[1:].lower() in SURFACES and not dense:
+    elif (
+        (file := output_given(output)) is not None
+        and file.suffix[1:].lower() in SURFACES
+        and not dense
+    ):
         message = f"{file.suffix} shows a map of all vertices; add --dense"
         raise typer.BadParameter(message, param_hint="--output")
     with connected(url, as_json) as client:
@@ -140,14 +144,6 @@ def match(
         )
 
 
-def _file(output: Path | None) -> Path | None:
-    try:
-        return writable(output)
-    except typer.BadParameter as error:
-        error.param_hint = "--output"
-        raise
-
-
 @app.command(epilog=COMPARE_EXAMPLES)
 @takes(parameter_options.COMPARE)
 def compare(
@@ -164,7 +160,7 @@ def compare(
         typer.Option(help="Class of each mesh, as in cat,cat,dog: retrieval is scored by them."),
     ] = None,
     picture: Picture = None,
-    output: Output = None,
+    output: Annotated[Path | None, output_option("npz", "csv", "png")] = None,
     as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,

@@ -30,7 +30,8 @@ from isomatch._cli.options import (
     Url,
     Wait,
     names_prototype,
-    writable,
+    output_given,
+    output_option,
 )
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_commands import prototypes
@@ -72,6 +73,8 @@ __all__ = [
     "mcp",
     "named_upload",
     "names_prototype",
+    "output_given",
+    "output_option",
     "prototypes",
     "register",
     "run",
@@ -81,5 +84,4 @@ __all__ = [
     "takes",
     "transfer",
     "uploaded",
-    "writable",
 ]

@@ -1,6 +1,5 @@
 """Matches of one source with several targets, as one job: a file for each in a folder."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED
 from isomatch._cli.job_runs import cancelled_by_interrupt
+from isomatch._cli.options import files_given, output_folder_given
 from isomatch._clients import Client, Job
 from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._models import MatchParameters, Shape
@@ -60,9 +60,8 @@ class MatchFolder:
         if len(set(names)) < len(names):
             twice = next(name for name in names if names.count(name) > 1)
             _refuse(f"two targets are called {twice!r}, and would have one file", "TARGETS")
-        _make(folder)
-        for name in names:
-            _check(folder / f"{name}.{ending}")
+        output_folder_given(folder).mkdir(exist_ok=True)
+        files_given(folder, (f"{name}.{ending}" for name in names))
         return cls(folder, ending)
 
     def file_of(self, target: str) -> Path | None:
@@ -143,20 +142,6 @@ def _written(job: Job[Batch], targets: Sequence[str], output: MatchFolder, as_js
             failed = True
             typer.echo(f"isomatch: {file}: {error}", err=True)
     return failed
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        _refuse(f"{str(folder)!r} cannot be made: {error.strerror}", "--output")
-
-
-def _check(file: Path) -> None:
-    if file.is_dir():
-        _refuse(f"{str(file)!r} is a folder", "--output")
-    if not os.access(file if file.exists() else file.parent, os.W_OK):
-        _refuse(f"{str(file)!r} cannot be written", "--output")
 
 
 def _refuse(message: str, option: str) -> NoReturn:

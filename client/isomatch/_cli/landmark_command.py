@@ -13,7 +13,7 @@ from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, connected, leave
 from isomatch._cli.job_runs import echo_models, interrupts_deferred
 from isomatch._cli.landmark_output import TABLE, LandmarkOutput, document_of, print_landmarks
-from isomatch._cli.options import AsJson, Mesh, Meshes, Url, folder_given, shapes_given
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given, shapes_given
 from isomatch._cli.parameter_options import MATCH
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.uploads import uploaded
@@ -174,6 +174,7 @@ def landmarks(
         raise typer.BadParameter(f"two specimens are called {twice!r}", param_hint="SPECIMENS")
     if file_format == "csv" and TABLE in (f"{name}.csv" for name in names):
         raise typer.BadParameter(f"{TABLE} is the table of all specimens", param_hint="SPECIMENS")
+    files_given(folder, [TABLE, *LandmarkOutput.files(names, file_format)])
     with connected(url, as_json) as client:
         sets = with_same_labels([_of_template(file, shape, coordinates) for shape, file in files])
         shapes = uploaded(client, [shape for shape, _ in files], as_json)

@@ -2,7 +2,7 @@
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -47,6 +47,12 @@ class LandmarkOutput:
     file_format: LandmarkFormat
     coordinates: CoordinateSystem
     found: dict[str, CarriedLandmarks] = field(default_factory=dict)
+
+    @staticmethod
+    def files(names: Iterable[str], file_format: LandmarkFormat) -> list[str]:
+        """Return the names of the files of landmarks of specimens, in the folder."""
+        each = (*names,) if file_format in PER_SPECIMEN else ("landmarks",)
+        return [f"{name}.{file_format}" for name in each]
 
     def add(self, name: str, landmarks: CarriedLandmarks) -> None:
         """Write the landmarks of a specimen, and the table anew."""

@@ -1,12 +1,13 @@
 """``isomatch maps``: consistent maps between all meshes of a collection."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import run
-from isomatch._cli.options import AsJson, Meshes, Output, Url, Wait
+from isomatch._cli.options import AsJson, Meshes, Url, Wait, output_option
 from isomatch._cli.uploads import uploaded
 from isomatch._http import DEFAULT_URL
 
@@ -16,7 +17,7 @@ def maps(
     largest_component: Annotated[
         bool, typer.Option("--largest-component", help="Take the largest of several components.")
     ] = False,
-    output: Output = None,
+    output: Annotated[Path | None, output_option("npz")] = None,
     as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,

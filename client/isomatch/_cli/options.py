@@ -2,13 +2,16 @@
 
 import os
 import re
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Final, TypeVar
+from typing import Annotated, Any, Final, TypeVar
 
 import typer
 
 from isomatch._http import URL_VARIABLE
 from isomatch._models import StructureChoice, structure_choice
+from isomatch._operations.results import ENDINGS
 
 _SHAPE_ID = re.compile(r"[0-9a-f]{32}")
 _PROTOTYPE_ID = re.compile(r"p-[0-9a-f]{32}")
@@ -60,9 +63,28 @@ def writable(given: Path | None) -> Path | None:
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
     if given is not None and given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is a folder")
-    if given is not None and not os.access(given if given.exists() else given.parent, os.W_OK):
+    return None if given is None else _permitted(given)
+
+
+def _permitted(given: Path) -> Path:
+    if not os.access(given if given.exists() else given.parent, os.W_OK):
         raise typer.BadParameter(f"{str(given)!r} cannot be written: no permission")
     return given
+
+
+def output_given(given: Path | None) -> Path | None:
+    """Return the file of ``--output``, which is a file only with some arguments."""
+    with _of_output():
+        return writable(given)
+
+
+@contextmanager
+def _of_output() -> Iterator[None]:
+    try:
+        yield
+    except typer.BadParameter as error:
+        error.param_hint = "--output"
+        raise
 
 
 def picture_given(given: Path | None) -> Path | None:
@@ -108,12 +130,25 @@ Meshes = Annotated[
 
 
 def folder_given(given: Path) -> Path:
-    """Refuse the name of a file, or of a folder in a folder that does not exist."""
+    """Refuse a file, a folder that cannot be written, and one in a folder that does not exist."""
     if given.exists() and not given.is_dir():
         raise typer.BadParameter(f"{str(given)!r} is not a folder")
     if not given.parent.is_dir():
         raise typer.BadParameter(f"there is no folder {str(given.parent)!r}")
-    return given
+    return _permitted(given)
+
+
+def output_folder_given(given: Path) -> Path:
+    """Return the folder of ``--output``, which is a folder only with some arguments."""
+    with _of_output():
+        return folder_given(given)
+
+
+def files_given(folder: Path, names: Iterable[str]) -> None:
+    """Refuse names of files that cannot be written in a folder, which may be missing."""
+    if folder.is_dir():
+        for name in names:
+            output_given(folder / name)
 
 
 Targets = Annotated[
@@ -124,16 +159,31 @@ Targets = Annotated[
         help=f"A file ({FORMATS}) or a shape's id, or several: each is matched with the source.",
     ),
 ]
-Output = Annotated[
-    Path | None,
-    typer.Option(
+
+
+def output_option(*formats: str) -> Any:
+    """Return the option of a file for a result that is written in these formats besides JSON."""
+    others = " or ".join(", ".join(formats).upper().rsplit(", ", 1))
+
+    def checked(given: Path | None) -> Path | None:
+        file = writable(given)
+        ending = "" if file is None else file.suffix.lower().removeprefix(".")
+        if ending in set(ENDINGS) - {"json", *formats}:
+            written = f"JSON, {others}" if formats else "JSON"
+            raise typer.BadParameter(f"this result has no {ending.upper()} file: give {written}")
+        return file
+
+    by_ending = f", or {others} by its ending" if formats else ""
+    return typer.Option(
         "--output",
         "-o",
-        callback=writable,
-        help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending.",
+        callback=checked,
+        help=f"Write the result to this file: JSON{by_ending}.",
         rich_help_panel=OUTPUT,
-    ),
-]
+    )
+
+
+Output = Annotated[Path | None, output_option(*ENDINGS[1:])]
 MatchOutput = Annotated[
     Path | None,
     typer.Option(

@@ -8,7 +8,7 @@ import typer
 from isomatch._cli.examples import LEARN_EXAMPLES
 from isomatch._cli.exit_codes import EXIT_CODES, connected
 from isomatch._cli.job_runs import echo_models, run
-from isomatch._cli.options import AsJson, Meshes, Output, Quiet, Url, Wait
+from isomatch._cli.options import AsJson, Meshes, Quiet, Url, Wait, output_option, writable
 from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
@@ -43,7 +43,7 @@ def learn(
             help="The same vertex of every mesh corresponds; by default the first is matched.",
         ),
     ] = False,
-    output: Output = None,
+    output: Annotated[Path | None, output_option()] = None,
     as_json: AsJson = False,
     wait: Wait = True,
     url: Url = DEFAULT_URL,
@@ -96,7 +96,9 @@ def show(prototype_id: PrototypeId, as_json: AsJson = False, url: Url = DEFAULT_
 @prototypes.command()
 def download(
     prototype_id: PrototypeId,
-    path: Annotated[Path, typer.Argument(help="The NumPy file (.npz) to write.")],
+    path: Annotated[
+        Path, typer.Argument(callback=writable, help="The NumPy file (.npz) to write.")
+    ],
     url: Url = DEFAULT_URL,
 ) -> None:
     """Write a prototype to a file, which can be uploaded to any isomatch service."""

@@ -8,7 +8,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED, connected
 from isomatch._cli.job_runs import interrupts_deferred
-from isomatch._cli.options import AsJson, Mesh, Meshes, Url, folder_given
+from isomatch._cli.options import AsJson, Mesh, Meshes, Url, files_given, folder_given
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._cli.uploads import shape_name, uploaded
 from isomatch._clients import Client, Job
@@ -16,6 +16,7 @@ from isomatch._http import DEFAULT_URL
 from isomatch._results import Registration
 
 PICTURE = "components.png"
+ARRAYS = "components.npz"
 
 
 def register(
@@ -46,6 +47,7 @@ def register(
         shapes = uploaded(client, specimens, as_json)
         names = [Path(shape_name(*one)).stem for one in zip(specimens, shapes, strict=True)]
         _check_names(names)
+        files_given(folder, [PICTURE, ARRAYS, *(f"{name}.ply" for name in ("mean", *names))])
         job = _started(client, source.id, [one.id for one in shapes], scale, largest_component)
         try:
             found = job.result(progress=not as_json)

@@ -7,7 +7,7 @@ import typer
 
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import run
-from isomatch._cli.options import OUTPUT, AsJson, Url, Wait, landmark_points, shapes_given, writable
+from isomatch._cli.options import AsJson, Url, Wait, landmark_points, output_option, shapes_given
 from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
@@ -50,17 +50,7 @@ Points = Annotated[
         " may be repeated.",
     ),
 ]
-Written = Annotated[
-    Path | None,
-    typer.Option(
-        "--output",
-        "-o",
-        callback=writable,
-        help="Write the values to this NPZ or CSV file, or the shape with them to this PLY, OBJ or"
-        " GLB file.",
-        rich_help_panel=OUTPUT,
-    ),
-]
+Written = Annotated[Path | None, output_option("npz", "csv", "ply", "obj", "glb", "zip")]
 
 
 def transfer(

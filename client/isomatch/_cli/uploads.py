@@ -81,6 +81,6 @@ def shape_name(source: str, shape: Shape) -> str:
 
 
 def class_of(name: str) -> str:
-    """Return the class of a shape: its name up to the first digit."""
+    """Return the class of a shape: its name up to the first digit, without a separator there."""
     stem = Path(name).stem
-    return re.split(r"\d", stem, maxsplit=1)[0] or stem
+    return re.split(r"[\s_.-]*\d", stem, maxsplit=1)[0] or stem

@@ -43,12 +43,17 @@ export async function collectionView(place, result, job, signal) {
   const names = await namesOf(result.shapes, signal);
   document.title = `${result.shapes.length} shapes – isomatch`;
   const map = h("div", { class: "heat", role: "img", "aria-label": "Heat map of the dissimilarities; the table below has the nearest of each shape" });
-  const detail = h("section", { class: "card detail", "aria-live": "polite" },
+  const detail = h("section", { class: "card detail", "aria-live": "polite", "aria-label": "The chosen pair", tabindex: -1 },
     h("p", { class: "faint" }, "Choose a cell, two shapes, or a neighbour in the table."));
   const chosen = twoShapes(names, (i, j) => choose(i, j));
   const choose = (i, j) => {
     chosen.show(i, j);
     fill(detail, cell(result, names, i, j));
+  };
+  // The table may be far below.
+  const reveal = (i, j) => {
+    choose(i, j);
+    detail.focus();
   };
   fill(place,
     h("h2", {}, `Dissimilarities of ${result.shapes.length} shapes`),
@@ -63,7 +68,7 @@ export async function collectionView(place, result, job, signal) {
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
       download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
       download(job.links.arrays, "Arrays (NPZ)", `${job.id}.npz`)),
-    neighbours(result, names, choose));
+    neighbours(result, names, reveal));
   await drawHeatMap(map, dissimilarityPicture(result.matrix, names, result.labels), choose, signal);
 }
 

@@ -99,7 +99,7 @@ async function drawn(place, shape, result, signal) {
 
 function slider(c, explained, changed) {
   const id = `component-${c + 1}`;
-  const said = h("output", { for: id });
+  const said = h("output", { for: id, "aria-live": "off" });
   const input = h("input", {
     id, type: "range", min: -ENDS, max: ENDS, step: 0.1, value: 0,
     oninput: () => changed(Number(input.value)),

@@ -1,5 +1,7 @@
 // Elements of the page, made of text and other elements, never of markup: names cannot inject any.
 
+import { keepFocus, occupied } from "./focus.js";
+
 /**
  * Make an element.
  * @param {string} tag
@@ -19,7 +21,7 @@ export function h(tag, attributes = {}, ...children) {
 
 /** Put these, and nothing else, into an element. */
 export function fill(node, ...children) {
-  node.replaceChildren(...children.flat(Infinity).filter((child) => child !== null));
+  keepFocus(node, () => node.replaceChildren(...children.flat(Infinity).filter((child) => child !== null)));
   return node;
 }
 
@@ -34,28 +36,28 @@ export const figureList = (entries) => h("dl", { class: "figures" }, entries.map
 /** Rows of a table, or entries of a list, up to which it is shown in full. */
 export const MOST_IN_FULL = 20;
 
+/** Columns that are beside one another on a phone, too. */
+const MOST_BESIDE = 3;
+
 /** Attributes of an area that has its own scroll bar if it is long, and then can be reached by keyboard. */
 export const scrolled = (classes, count, label) => (count > MOST_IN_FULL
   ? { class: `${classes} long`, tabindex: "0", role: "group", "aria-label": label } : { class: classes });
 
-/** A table that scrolls if it is wide or long. */
-export const table = (caption, heads, rows, attributes = {}) => h("div",
-  scrolled("scroll", rows.length, [caption].flat().join("")),
-  h("table", attributes, h("caption", {}, caption),
-    h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
-    h("tbody", {}, rows)));
+/** A table that scrolls if it is wide or long. On a phone, cells of several columns are below one another, each with its head. */
+export function table(caption, heads, rows, attributes = {}) {
+  for (const row of rows) {
+    for (const cell of row.cells) if (cell.colSpan === 1) cell.dataset.head = heads[cell.cellIndex];
+  }
+  return h("div", scrolled("scroll", rows.length, [caption].flat().join("")),
+    h("table", { class: heads.length > MOST_BESIDE ? "stacked" : null, ...attributes }, h("caption", {}, caption),
+      h("thead", {}, h("tr", {}, heads.map((text) => h("th", { scope: "col" }, text)))),
+      h("tbody", {}, rows)));
+}
 
-/** A button that is disabled while its action runs. */
+/** A button that does nothing else while its action runs. */
 export function button(text, action, attributes = {}) {
   const node = h("button", { type: "button", ...attributes }, text);
-  node.addEventListener("click", async () => {
-    node.disabled = true;
-    try {
-      await action(node);
-    } finally {
-      node.disabled = false;
-    }
-  });
+  node.addEventListener("click", () => occupied(node, action));
   return node;
 }
 

@@ -88,7 +88,7 @@ export function checkbox(name, value, label, checked) {
 export const switchField = (name, about, label) => h("label", { class: "check" },
   h("input", { type: "checkbox", name, checked: about.default, "data-switch": true }), " ", label);
 
-/** Mark the fields that were refused, each with the reason. */
+/** Mark the fields that were refused, each with the reason, and go to the first. */
 export function showErrors(form, errors, nameOf) {
   for (const field of form.querySelectorAll("[aria-invalid]")) field.removeAttribute("aria-invalid");
   for (const text of form.querySelectorAll(".error")) text.hidden = true;
@@ -101,6 +101,7 @@ export function showErrors(form, errors, nameOf) {
     text.hidden = false;
     text.closest("details")?.setAttribute("open", "");
   }
+  form.querySelector("[aria-invalid]")?.focus();
 }
 
 function invariances({ bending, topology, scale }) {

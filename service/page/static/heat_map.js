@@ -1,7 +1,7 @@
 // Matrices of a collection as heat maps, such as its dissimilarities: dark cells are similar shapes, blocks are classes.
 
 import { plain } from "./dom.js";
-import { colorOf, plotly } from "./plotly.js";
+import { colorOf, hideParts, plotly } from "./plotly.js";
 import { digits } from "./format.js";
 
 /** The colour scale, as in the service's pictures (worker/pictures/heat_map.py). */
@@ -54,6 +54,7 @@ export async function drawHeatMap(node, { names, labels = null, matrix, most, ti
   node.on("plotly_click", ({ points: [{ x, y }] }) => choose(order[y], order[x]));
   if (drawn.has(node)) return;
   drawn.add(node);
+  hideParts(node);
   signal.addEventListener("abort", () => Plotly.purge(node));
 }
 

@@ -3,6 +3,7 @@
 import { get } from "./api.js";
 import { h, fill, button, scrolled } from "./dom.js";
 import { exampleButtons } from "./examples.js";
+import { keepFocus } from "./focus.js";
 import { jobList, prototypeList, shapeList } from "./lists.js";
 import { isPrototype, jobForm } from "./job_form.js";
 import { problemBox } from "./problem.js";
@@ -19,6 +20,7 @@ export async function homeView(place, ids, signal) {
   let forms = new AbortController();
   signal.addEventListener("abort", () => forms.abort());
   const selected = h("section", { "aria-labelledby": "chosen-title", class: "card", hidden: true });
+  const told = h("p", { class: "visually-hidden", role: "status" });
   const lists = h("div", { class: "columns" });
 
   const choose = (...shapes) => {
@@ -34,6 +36,7 @@ export async function homeView(place, ids, signal) {
     history.replaceState(null, "", hash);
     forms.abort();
     forms = new AbortController();
+    told.textContent = sentence(chosen);
     showChosen(selected, chosen, last, show, forms.signal);
   };
   const listShapes = async () => fill(shapes, await shapeList(choose, signal));
@@ -46,7 +49,7 @@ export async function homeView(place, ids, signal) {
       + " register it as a template, with all others."),
     uploads.node,
     h("p", { class: "actions" }, "Examples: ", exampleButtons(uploads.take)),
-    selected, lists);
+    told, selected, lists);
   const shapes = h("section", { class: "card" });
   const jobs = h("section", { class: "card" });
   const prototypes = h("section", { class: "card", hidden: true });
@@ -66,8 +69,12 @@ export async function homeView(place, ids, signal) {
     })]);
 }
 
+// For who does not see the list.
+const sentence = (chosen) => (chosen.length > MOST_UNCOUNTED ? `${chosen.length} shapes are chosen.`
+  : chosen.length > 0 ? `Chosen: ${chosen.map((shape) => shape.name).join(", ")}.` : "");
+
 function showChosen(node, chosen, last, changed, signal) {
-  node.hidden = chosen.length === 0;
+  keepFocus(node, () => { node.hidden = chosen.length === 0; });
   if (chosen.length === 0) return;
   const swap = () => {
     chosen.reverse();

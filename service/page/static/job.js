@@ -6,13 +6,14 @@ import { collectionView, partialView } from "./collection.js";
 import { consistentMapsView } from "./consistent_maps.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
+import { keepFocus } from "./focus.js";
 import { matchView } from "./match.js";
 import { download, exportsOf } from "./download.js";
 import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { registrationView } from "./registration.js";
-import { kindName, percent, stateName, time } from "./format.js";
+import { kindName, percent, several, stateName, time } from "./format.js";
 
 const RESULTS = {
   match: matchView, batch: batchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView,
@@ -60,7 +61,7 @@ function statusOf(job) {
   const node = h("div", {}, title, said, bar, " ", cancel, box);
   const show = (now) => {
     const over = ended(now);
-    bar.hidden = cancel.hidden = over;
+    keepFocus(node, () => { bar.hidden = cancel.hidden = over; });
     bar.value = now.progress.fraction;
     node.dataset.state = now.state;
     said.textContent = sentence(now);
@@ -89,8 +90,8 @@ function learnedView(place, result, job, signal) {
 }
 
 function transferView(place, result, job) {
-  const carried = result.attributes.map(({ name }) => name).join(", ") || `${result.points.length} points`;
-  fill(place, h("p", {},
+  const carried = result.attributes.map(({ name }) => name).join(", ") || several(result.points.length, "point");
+  fill(place, h("h2", {}, "Transferred values"), h("p", {},
     `${result.what}: ${carried}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
   h("p", { class: "actions" }, linkButton(job.id), " ",
     download(job.links.result, "JSON", `${job.id}.json`),

@@ -4,6 +4,7 @@ import { get, post } from "./api.js";
 import { h, fill } from "./dom.js";
 import { keepEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
+import { occupied } from "./focus.js";
 import { fieldName, problemBox } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 
@@ -46,16 +47,15 @@ export function jobForm(shapes, last, signal) {
       showErrors(form, [{ field: unfinished.name, message: unfinished.dataset.unfinished }], fieldName);
       return;
     }
-    submit.disabled = true;
-    try {
-      const job = await post(task.path, { ...task.named(shapes), ...values(form) });
-      location.hash = `#/jobs/${job.id}`;
-    } catch (error) {
-      showErrors(form, error.errors ?? [], fieldName);
-      fill(said, problemBox(error));
-    } finally {
-      submit.disabled = false;
-    }
+    await occupied(submit, async () => {
+      try {
+        const job = await post(task.path, { ...task.named(shapes), ...values(form) });
+        location.hash = `#/jobs/${job.id}`;
+      } catch (error) {
+        fill(said, problemBox(error));
+        showErrors(form, error.errors ?? [], fieldName);
+      }
+    });
   });
   const names = tasksFor(shapes.length, learned);
   const first = names.includes(last.task) ? last.task : names[0];

@@ -7,6 +7,7 @@ import { save } from "./download.js";
 import { drawnShape } from "./drawn_shape.js";
 import { resultOf } from "./events.js";
 import { choiceField } from "./fields.js";
+import { isOff, turnOff } from "./focus.js";
 import { several } from "./format.js";
 import { FORMATS, readLandmarks, writeLandmarks } from "./landmark_files.js";
 import { LandmarkScenes } from "./landmark_scenes.js";
@@ -137,10 +138,10 @@ async function showLandmarks(list, landmarks, [source, target], { sides, selecti
     corrections.move(i, nearestPoint(side.geometry, aim, normalAt(positions, before)) ?? before);
   };
   const undo = h("button", { type: "button", onclick: () => corrections.undo() }, "Undo");
-  const resetAll = h("button", { type: "button", onclick: () => corrections.resetAll() }, "Reset all");
+  const resetAll = h("button", { type: "button", onclick: () => isOff(resetAll) || corrections.resetAll() }, "Reset all");
   const update = () => {
-    undo.disabled = !corrections.canUndo;
-    resetAll.disabled = !corrections.anyMoved;
+    turnOff(undo, !corrections.canUndo);
+    turnOff(resetAll, !corrections.anyMoved);
   };
   corrections.addEventListener("change", update);
   update();

@@ -2,6 +2,7 @@
 
 import { get } from "./api.js";
 import { h, fill, button } from "./dom.js";
+import { keepFocus } from "./focus.js";
 import { namesOf } from "./names.js";
 import { ago, count, kindName, stateName, time } from "./format.js";
 
@@ -52,9 +53,12 @@ async function list(title, path, none, line, signal) {
   const add = async () => {
     const query = new URLSearchParams({ limit: PAGE, ...(cursor ? { cursor } : {}) });
     const page = await get(`${path}${path.includes("?") ? "&" : "?"}${query}`, signal);
-    items.append(...page.items.map(line));
     cursor = page.next_cursor;
-    more.hidden = cursor === null;
+    // The last time, the focus goes to the first line that is added.
+    keepFocus(more.parentElement ?? items, () => {
+      items.append(...page.items.map(line));
+      more.hidden = cursor === null;
+    });
   };
   await add();
   const empty = items.childElementCount === 0;

@@ -55,6 +55,10 @@ document.querySelector(".skip").addEventListener("click", (event) => {
   event.preventDefault();
   main.focus();
 });
+// Screen readers tell where a link has led.
+new MutationObserver(() => {
+  document.getElementById("title").textContent = document.title;
+}).observe(document.querySelector("title"), { childList: true });
 takeDroppedAnywhere();
 window.addEventListener("hashchange", show);
 show();

@@ -24,7 +24,7 @@ function row(pair, at, color, selection) {
   const swatch = h("span", { class: "swatch" });
   if (color) swatch.style.background = css(color);
   const choose = h("button", {
-    type: "button", class: "small", "aria-pressed": "false",
+    type: "button", class: "small", "aria-pressed": "false", "aria-label": `Pair ${at + 1}`,
     onclick: () => selection.choose(at),
     onfocus: () => selection.hover(at),
     onblur: () => selection.hover(null),

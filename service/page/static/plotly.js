@@ -27,3 +27,9 @@ export function canDraw() {
   const canvas = document.createElement("canvas");
   return (canvas.getContext("webgl2") ?? canvas.getContext("webgl")) !== null;
 }
+
+/** Hide what plotly.js has drawn in an element from screen readers, which are told of the element itself. */
+export function hideParts(node) {
+  const tester = document.getElementById("js-plotly-tester");
+  for (const part of [...node.children, tester]) part?.setAttribute("aria-hidden", "true");
+}

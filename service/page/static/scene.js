@@ -1,7 +1,7 @@
 // A shape in three dimensions, with its matched points.
 
 import { normals } from "./geometry.js";
-import { colorOf, plotly } from "./plotly.js";
+import { colorOf, hideParts, plotly } from "./plotly.js";
 import { screenAxes } from "./camera.js";
 import { css } from "./colors.js";
 import { dragPoints } from "./dragging.js";
@@ -100,6 +100,7 @@ export class Scene {
     const first = this.#node.data === undefined;
     await this.#plotly.react(this.#node, [surface, marks, this.#ring(ring)], this.#layout(), CONFIG);
     if (!first) return;
+    hideParts(this.#node);
     this.#signal.addEventListener("abort", () => this.#plotly.purge(this.#node));
     this.#node.on("plotly_relayout", (change) => this.#turned(change));
   }

@@ -17,6 +17,7 @@ export function linkButton(id) {
     } catch {
       const field = h("input", { type: "text", readonly: true, value: address, "aria-label": "Address of this result", class: "address" });
       copy.replaceWith(field);
+      field.focus();
       field.select();
     }
   } }, "Copy link");

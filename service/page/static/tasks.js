@@ -5,7 +5,7 @@ import { checkbox, choiceField, moreFields, numberField, structureField, switchF
 import { landmarkField } from "./landmarks.js";
 import { COMPARE, LEARN, MATCH } from "./parameters.js";
 
-const LARGE = 50000;
+/** Vertices to which shapes can be simplified, and above which that is offered. */
 const SIMPLIFIED = 20000;
 
 const idsOf = (shapes) => shapes.map((shape) => shape.id);
@@ -95,8 +95,7 @@ const learning = {
       ["matches", "by matching with the first shape"],
       ["shared_connectivity", "by vertex number: the files share their triangles"],
     ], alike(shapes) ? 1 : 0, "Files of one template, in other poses, have the same triangles and share their vertices' numbers."),
-    h("div", { class: "checks" }, shapes.some((shape) => shape.vertices > SIMPLIFIED) && !alike(shapes)
-      ? checkbox("simplify", SIMPLIFIED, "Simplify to 20,000 vertices first", true) : null),
+    h("div", { class: "checks" }, alike(shapes) ? null : simplification(shapes)),
   ],
 };
 
@@ -127,17 +126,14 @@ function beginning(shapes) {
   return first && others.every((name) => name === first) ? first : "prototype";
 }
 
-const sizeOf = (shapes) => Math.max(...shapes.map((shape) => shape.vertices));
-
 function common(shapes) {
-  const largest = sizeOf(shapes);
-  return [
-    largest <= SIMPLIFIED ? null : checkbox("simplify", SIMPLIFIED,
-      "Simplify to 20,000 vertices first: faster, and the points are still vertices of the files",
-      largest > LARGE),
-    components(shapes),
-  ];
+  return [simplification(shapes), components(shapes)];
 }
+
+// Only if chosen, as everywhere: what is computed does not depend on who asks for it.
+const simplification = (shapes) => (shapes.some((shape) => shape.vertices > SIMPLIFIED)
+  ? checkbox("simplify", SIMPLIFIED, "Simplify to 20,000 vertices first: faster, and the points are still vertices of the files", false)
+  : null);
 
 const components = (shapes) => (shapes.some((shape) => shape.components > 1)
   ? checkbox("largest_component", true, "Take only the largest component of shapes that have several", false)
@@ -145,7 +141,7 @@ const components = (shapes) => (shapes.some((shape) => shape.components > 1)
 
 // Names like cat0.off and cat1.off: what comes before the first digit or dash is the class.
 function classes(shapes) {
-  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].trim() ?? "");
+  const labels = shapes.map((shape) => shape.name.match(/^[^\d\-.]+/)?.[0].replace(/[\s_]+$/, "") ?? "");
   const useful = labels.every((label) => label) && new Set(labels).size < labels.length;
   if (!useful) return null;
   return checkbox("labels", JSON.stringify(labels), `Names begin with the class: ${[...new Set(labels)].join(", ")}`, true);

@@ -3,6 +3,7 @@
 import { post, upload } from "./api.js";
 import { fill, h } from "./dom.js";
 import { choiceField, fileField, showErrors } from "./fields.js";
+import { occupied } from "./focus.js";
 import { fieldName, problemBox } from "./problem.js";
 
 const ENDINGS = ".npz,.csv,.ply,.obj,.glb,.seg,.txt";
@@ -38,22 +39,21 @@ export function transferForm(match, source, target) {
     said, h("p", {}, submit));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
-    submit.disabled = true;
-    showErrors(form, [], fieldName);
-    fill(said);
-    try {
-      const { what, direction, on } = Object.fromEntries(new FormData(form));
-      const [values] = file.querySelector("input").files;
-      const attributes = values === undefined ? null
-        : (await upload("/v1/attributes", values, () => fill(said, h("p", { class: "faint" }, `Uploading ${values.name}.`)))).id;
-      const job = await post("/v1/transfers", { match: match.id, attributes, what, direction, on: on || null });
-      location.hash = `#/jobs/${job.id}`;
-    } catch (error) {
-      showErrors(form, error.errors ?? [], fieldName);
-      fill(said, problemBox(error));
-    } finally {
-      submit.disabled = false;
-    }
+    await occupied(submit, async () => {
+      showErrors(form, [], fieldName);
+      fill(said);
+      try {
+        const { what, direction, on } = Object.fromEntries(new FormData(form));
+        const [values] = file.querySelector("input").files;
+        const attributes = values === undefined ? null
+          : (await upload("/v1/attributes", values, () => fill(said, h("p", { class: "faint" }, `Uploading ${values.name}.`)))).id;
+        const job = await post("/v1/transfers", { match: match.id, attributes, what, direction, on: on || null });
+        location.hash = `#/jobs/${job.id}`;
+      } catch (error) {
+        fill(said, problemBox(error));
+        showErrors(form, error.errors ?? [], fieldName);
+      }
+    });
   });
   return h("details", { class: "more" }, h("summary", {}, "Transfer: carry values of vertices or faces from one shape to the other"), form);
 }

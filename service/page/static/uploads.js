@@ -2,6 +2,7 @@
 
 import { upload } from "./api.js";
 import { h, fill, button } from "./dom.js";
+import { keepFocus } from "./focus.js";
 import { problemBox } from "./problem.js";
 import { percent } from "./format.js";
 
@@ -154,7 +155,7 @@ async function sent(file, list, inTurn, signal) {
     return shape;
   } catch (error) {
     if (error.name === "AbortError") return null;
-    const away = button("Dismiss", () => line.remove(), { class: "small" });
+    const away = button("Dismiss", () => keepFocus(list.parentElement, () => line.remove()), { class: "small" });
     fill(line, h("span", { class: "name" }, file.name), problemBox(error), away);
     return null;
   }

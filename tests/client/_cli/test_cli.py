@@ -1,6 +1,7 @@
 """The command line against the running service."""
 
 import contextlib
+import itertools
 import json
 import os
 import pty
@@ -232,6 +233,55 @@ def test_wrong_usage(url: str, tmp_path: Path) -> None:
     assert shown.returncode == 0
     for word in ("serve", "upload", "match", "compare", "jobs", "Exit codes", "130"):
         assert word in shown.stdout
+
+
+def test_what_cannot_be_written_is_refused_before_anything_is_sent(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mesh, other, some_id = tmp_path / "a.off", tmp_path / "b.off", 32 * "0"
+    locked, taken = tmp_path / "locked", tmp_path / "taken"
+    locked.mkdir()
+    for file in (mesh, other, locked / "old.png"):
+        file.touch(0o400)
+    locked.chmod(0o500)
+    (taken / "a.mrk.json").mkdir(parents=True)
+    taken.with_suffix(".png").mkdir()
+    # Root may write everywhere; others, where the mode says so.
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: Path(path).stat().st_mode >> 6 & mode == mode
+    )
+    files: list[list[str | Path]] = [
+        ["match", mesh, mesh, "-o"],
+        ["match", mesh, mesh, "--picture"],
+        ["compare", mesh, mesh, "-o"],
+        ["compare", mesh, mesh, "--picture"],
+        ["maps", mesh, mesh, mesh, "-o"],
+        ["transfer", mesh, mesh, "--what", "uv", "-o"],
+        ["prototype", "learn", mesh, mesh, "-o"],
+        ["prototype", "download", f"p-{some_id}"],
+        ["jobs", "result", some_id, "-o"],
+        ["jobs", "result", some_id, "--picture"],
+    ]
+    folders: list[list[str | Path]] = [
+        ["match", mesh, mesh, other, "-o"],
+        ["landmarks", mesh, mesh, mesh, "-o"],
+        ["register", mesh, mesh, "-o"],
+    ]
+    for commands, wrong in (
+        (files, [tmp_path / "no" / "a.png", mesh / "a.png", taken.with_suffix(".png")]),
+        (files, [locked / "old.png", locked / "new.png"]),
+        (folders, [tmp_path / "no" / "where", mesh, locked, locked / "new"]),
+        (folders[1:2], [taken]),
+    ):
+        for command, path in itertools.product(commands, wrong):
+            done = run(*command, path, url="http://127.0.0.1:9")
+            assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
+            said = " ".join(done.stderr.replace("│", " ").split())
+            assert re.search("no folder|(is|not) a folder|no permission", said), said
+    for command, name in ((files[2], "a.ply"), (files[4], "a.csv"), (files[6], "a.npz")):
+        done = run(*command, tmp_path / name, url="http://127.0.0.1:9")
+        assert done.returncode == 2
+        assert "this result has no" in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

@@ -87,8 +87,8 @@ def test_what_cannot_be_written_is_refused_before_the_job_starts(
     other = tmp_path / "a.off"
     other.write_bytes(blobs[0].read_bytes())
     refused: list[tuple[list[str | Path], str]] = [
-        ([blobs[1], "-o", tmp_path / "file"], "cannot be made"),
-        ([blobs[1], "-o", tmp_path / "no" / "where"], "cannot be made"),
+        ([blobs[1], "-o", tmp_path / "file"], "not a folder"),
+        ([blobs[1], "-o", tmp_path / "no" / "where"], "no folder"),
         ([blobs[1], "-o", tmp_path / "there"], "is a folder"),
         ([other, "-o", tmp_path], "called 'a'"),
         ([blobs[1], "-o", tmp_path, "--format", "xml"], "none of"),

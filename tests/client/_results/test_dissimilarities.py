@@ -6,6 +6,7 @@ from pathlib import Path
 import isomatch
 import numpy as np
 import pytest
+from isomatch._cli import class_of
 from pydantic import ValidationError
 
 from tests.client.command_line import run
@@ -78,6 +79,20 @@ def test_a_matrix_with_gaps_is_refused() -> None:
     }  # fmt: skip
     with pytest.raises(ValidationError, match="finite"):
         isomatch.Dissimilarities.from_json(json.dumps(document))
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("standing_individual_01.off", "standing_individual"),
+        ("cat0.off", "cat"),
+        ("great ape - 2 (old).ply", "great ape"),
+        ("01.off", "01"),
+        ("tail_.off", "tail_"),
+    ],
+)
+def test_classes_are_named_without_a_separator(name: str, expected: str) -> None:
+    assert class_of(name) == expected
 
 
 def test_compare(url: str, meshes: list[Path], tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from typing import Any
 
 import httpx2
@@ -117,8 +118,60 @@ def page(browser: Browser, api: Api) -> Iterator[Page]:
         yield tab
 
 
+NAMED = frozenset(
+    [
+        "button",
+        "link",
+        "textbox",
+        "searchbox",
+        "checkbox",
+        "radio",
+        "combobox",
+        "listbox",
+        "slider",
+        "spinbutton",
+        "progressbar",
+        "image",
+        "img",
+        "Canvas",
+        "SvgRoot",
+        "application",
+        "dialog",
+        "region",
+        "table",
+        "DisclosureTriangle",
+    ]
+)
+"""Roles of what has a name in Chromium's accessibility tree."""
+
+
+def named(page: Page) -> None:
+    """What screen readers are told of has names, and headings leave no level out."""
+    session = page.context.new_cdp_session(page)
+    nodes = session.send("Accessibility.getFullAXTree")["nodes"]
+    session.detach()
+    shown = [
+        (node["role"]["value"], node.get("name", {}).get("value", "").strip(), node)
+        for node in nodes
+        if not node["ignored"]
+    ]
+    assert sum(role in NAMED for role, _, _ in shown) > 5
+    assert [role for role, name, _ in shown if role in NAMED and not name] == []
+    levels = [
+        part["value"]["value"]
+        for role, _, node in shown
+        if role == "heading"
+        for part in node["properties"]
+        if part["name"] == "level"
+    ]
+    # The service's name, the page's title or those of its parts, and what is below them.
+    assert levels[:2] == [1, 2]
+    assert all(lower <= upper + 1 for upper, lower in pairwise(levels))
+
+
 def accessible(page: Page) -> None:
     """What is shown meets the rules of axe-core: names, roles, focus, contrast."""
+    named(page)
     broken = Axe().run(page).response["violations"]
     assert [(rule["id"], [node["html"] for node in rule["nodes"]]) for rule in broken] == []
 

@@ -13,7 +13,15 @@ from scipy.spatial.distance import pdist
 
 from solver.arrays import FloatArray
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import PATIENCE, SMALL, eventually, job_of, opened, result_of
+from tests.service.page.conftest import (
+    PATIENCE,
+    SMALL,
+    eventually,
+    job_of,
+    named,
+    opened,
+    result_of,
+)
 from tests.worker.families import member, too_coarse
 from tests.worker.figures import off
 
@@ -99,6 +107,7 @@ def test_what_does_not_fit_is_named_first(mapped: Page) -> None:
         "No map: its surfaces could not be registered"
     )
     expect(mapped.locator(".detail")).to_be_focused()
+    named(mapped)
 
 
 def test_the_map_of_a_pair_is_drawn(

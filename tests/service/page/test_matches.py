@@ -20,6 +20,7 @@ from tests.service.page.conftest import (
     accessible,
     eventually,
     job_of,
+    named,
     opened,
     place,
     result_of,
@@ -308,6 +309,7 @@ def test_a_job_is_cancelled(page: Page, api: Api) -> None:
     bar.wait_for()
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator("[data-state=cancelled]")).to_be_visible()
+    expect(page.get_by_role("main")).to_be_focused()
     expect(bar).to_be_hidden()
     record = api.store.jobs.get(job_of(page))
     assert record is not None
@@ -334,3 +336,4 @@ def test_a_prototype_is_matched(page: Page, api: Api, upload: Callable[..., Json
     assert source == target
     assert len(set(source)) == 6
     expect(page.get_by_role("columnheader", name="Point of the prototype")).to_be_visible()
+    named(page)

@@ -139,6 +139,59 @@ def test_one_of_many_shapes_is_found_in_their_table(page: Page) -> None:
     assert call(page, "collection", body, 100) == [0, 11]
 
 
+def test_the_focus_is_kept(page: Page) -> None:
+    body = """
+        const area = document.createElement("div");
+        area.tabIndex = -1;
+        area.id = "area";
+        document.body.append(area);
+        const draw = (names) => area.replaceChildren(...names.map((name) => {
+          const button = document.createElement("button");
+          button.textContent = name;
+          return button;
+        }));
+        const found = given.map(([before, at, after]) => {
+          draw(before);
+          area.children[at].focus();
+          m.keepFocus(area, () => draw(after));
+          return document.activeElement.id || document.activeElement.textContent;
+        });
+        draw(["a", "b"]);
+        area.children[0].focus();
+        m.keepFocus(area, () => { area.children[0].hidden = true; });
+        found.push(document.activeElement.textContent);
+        m.keepFocus(area.children[0], () => draw([]));
+        found.push(document.activeElement === document.body);
+        area.remove();
+        return found;
+    """
+    drawn: list[tuple[list[str], int, list[str]]] = [
+        (["a", "b", "c"], 1, ["c", "b", "a"]),
+        (["a", "b", "c"], 1, ["a", "c", "d"]),
+        (["a", "b", "c"], 2, ["a", "b"]),
+        (["a"], 0, []),
+    ]
+    # What is called the same, what is at its place, what is last, the area, and what is not hidden;
+    # what has no focus in it gives none.
+    assert call(page, "focus", body, drawn) == ["b", "c", "b", "area", "b", True]
+
+
+def test_shapes_are_simplified_only_if_that_is_chosen(page: Page) -> None:
+    body = """
+        const shapes = given.map((vertices, at) => ({ id: `s${at}`, name: `s${at}.off`, vertices,
+          faces: 2 * vertices, file_vertices: vertices, components: 1, has_colors: false }));
+        const known = { metrics: [], descriptors: [] };
+        return ["match", "compare", "batch", "learn"].map((name) => {
+          const form = document.createElement("form");
+          form.append(...m.fieldsOf(m.TASKS[name], known, shapes, new AbortController().signal));
+          return [...form.querySelectorAll("[name=simplify]")].map((field) =>
+            [field.type, field.checked]);
+        });
+    """
+    assert call(page, "tasks", body, [60000, 5000]) == [[["checkbox", False]]] * 4
+    assert call(page, "tasks", body, [20000, 5000]) == [[["number", False]]] * 4
+
+
 def test_large_meshes_are_simplified(page: Page) -> None:
     # A sphere of 200,000 vertices on circles of latitude.
     body = """

@@ -28,6 +28,7 @@ def test_an_upload_that_is_refused(page: Page) -> None:
     assert len(box.inner_text()) > 20
     page.get_by_role("button", name="Dismiss").click()
     expect(box).to_have_count(0)
+    expect(page.locator("#files")).to_be_focused()
     page.locator("#files").set_input_files([file("what.doc", b"no mesh")])
     expect(page.get_by_role("alert")).to_contain_text("ends in no supported format")
 
@@ -64,6 +65,7 @@ def test_nothing_is_lost_by_a_slip(page: Page) -> None:
     expect(dialog).to_contain_text(re.compile(r"Delete (one|copy)\.off\?"))
     expect(dialog.get_by_role("button", name="Keep")).to_be_focused()
     dialog.get_by_role("button", name="Keep").click()
+    expect(page.get_by_role("button", name="Delete")).to_be_focused()
     page.go_back()
     expect(page.get_by_label("Points", exact=True)).to_have_value("13")
     expect(page.get_by_label("Extend the match")).to_be_checked()
@@ -77,6 +79,7 @@ def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[
     page.get_by_role("button", name="Match", exact=True).click()
     expect(page.locator("#error-points")).to_contain_text("greater than or equal to 3")
     expect(points).to_have_attribute("aria-invalid", "true")
+    expect(points).to_be_focused()
     expect(page.get_by_role("alert")).to_contain_text("points")
 
 
@@ -185,8 +188,11 @@ def test_a_collection_is_compared_on_a_telephone(
 ) -> None:
     with opened(browser, api.url, viewport={"width": 390, "height": 800}) as page:
         page.goto("/")
-        page.get_by_role("button", name="Compare six generated shapes").click()
+        examples = page.get_by_role("button", name="Compare six generated shapes")
+        examples.click()
         expect(page.locator(".chips li")).to_have_count(6)
+        expect(examples).to_be_focused()
+        expect(page.get_by_role("status").get_by_text("6 shapes are chosen.")).to_be_attached()
         page.get_by_role("button", name="Compare", exact=True).click()
         page.locator(".neighbours").first.wait_for()
         accessible(page)
@@ -213,6 +219,9 @@ def test_a_collection_is_compared_on_a_telephone(
         page.get_by_label("and", exact=True).select_option("cat-standing.off")
         expect(detail).to_contain_text("horse-standing.off and cat-standing.off")
         assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        page.locator(".neighbours button").last.press("Enter")
+        expect(detail).to_be_focused()
+        expect(detail).to_contain_text("horse-galloping.off")
         detail.get_by_role("link", name="Match these two").click()
         expect(page.locator(".chips li")).to_have_count(2)
         assert page.evaluate("document.documentElement.scrollWidth") <= 390

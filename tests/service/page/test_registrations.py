@@ -12,7 +12,15 @@ from scipy.spatial.distance import pdist
 
 from solver.arrays import FloatArray
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import PATIENCE, SMALL, eventually, job_of, opened, result_of
+from tests.service.page.conftest import (
+    PATIENCE,
+    SMALL,
+    eventually,
+    job_of,
+    named,
+    opened,
+    result_of,
+)
 from tests.worker.families import family, too_coarse
 
 SURFACE = "s => s.data[0].x.map((x, v) => [x, s.data[0].y[v], s.data[0].z[v]])"
@@ -111,4 +119,8 @@ def test_nothing_is_wider_than_a_phone(registered: Page) -> None:
     registered.set_viewport_size({"width": 390, "height": 700})
     wide = "document.documentElement.scrollWidth - innerWidth"
     eventually(lambda: registered.evaluate(wide) <= 0)
+    # Nor are its tables, which a reader would have to scroll.
+    tables = "[...document.querySelectorAll('.scroll')].map((e) => e.scrollWidth - e.clientWidth)"
+    assert registered.evaluate(tables) == [0]
+    named(registered)
     registered.set_viewport_size(SMALL)

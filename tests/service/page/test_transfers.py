@@ -9,7 +9,7 @@ import pytest
 from playwright.sync_api import FilePayload, Page, expect
 
 from tests.service.conftest import Api, Json
-from tests.service.page.conftest import job_of
+from tests.service.page.conftest import job_of, named
 from tests.worker.figures import blob, off
 
 
@@ -44,6 +44,7 @@ def test_labels_are_carried(page: Page, api: Api, match: tuple[str, int], tmp_pa
     page.wait_for_url(lambda url: "#/jobs/" in url and job not in url)
     with page.expect_download() as saved:
         page.get_by_role("link", name="CSV").click()
+    named(page)
     rows = Path(saved.value.path()).read_text().splitlines()
     assert rows[0] == "vertex,part"
     with isomatch.Client(api.url) as client:
