@@ -27,7 +27,7 @@ from broker.queue.new_jobs import NO_REQUEST, new_batch_match, new_job, new_time
 from broker.queue.prefetch import SpectralPayload, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
-from broker.queue.workers import worker_states
+from broker.queue.workers import any_worker, worker_states
 from broker.store import QuotaExceeded, Store
 from broker.telemetry import logger
 
@@ -244,6 +244,10 @@ class JobQueue:
     def workers(self) -> int:
         """Return the number of live workers."""
         return len(worker_states(self.store.client))
+
+    def any_worker(self) -> bool:
+        """Return whether a worker is alive."""
+        return any_worker(self.store.client)
 
     def _enqueue(self, record: JobRecord, pipe: Pipeline) -> None:
         if record.kind is JobKind.DISSIMILARITIES:
