@@ -290,6 +290,7 @@ class JobQueue:
                 eigenpairs=key.eigenpairs,
                 largest_component=key.largest_component,
                 simplify=key.simplify,
+                file_type=key.file_type,
             ),
             context,
         )

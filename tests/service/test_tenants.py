@@ -11,7 +11,7 @@ import pytest
 
 from service.settings import Settings
 from tests.service.conftest import Api, Json, problem, running_api
-from tests.worker.figures import blob_file
+from tests.worker.figures import blob, blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
 OTHER_DIGITS = str.maketrans("0123456789abcdef", "fedcba9876543210")
@@ -262,6 +262,23 @@ def test_the_same_bytes_of_two_tenants(
     assert computed().computed == before
     assert bob.delete(f"/v1/shapes/{shape}").status_code == 204
     assert not list(shared.store.client.scan_iter(f"isomatch:cache:spectrum:{shape}*"))
+
+
+def test_the_same_bytes_in_two_formats(ann: httpx2.Client, bob: httpx2.Client) -> None:
+    """What is computed of one mesh is not taken for another, whose file has the same bytes."""
+    vertices, faces = blob(2, seed=107)
+    corners = [f"v {x} {y} {z}" for x, y, z in vertices]
+    triangles = [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    both = blob_file(seed=106) + "\n".join(corners + triangles).encode()
+    shapes = [
+        upload(http, "/v1/shapes", both, name).json()
+        for http, name in ((ann, "blob.obj"), (bob, "blob.off"))
+    ]
+    assert shapes[0]["id"] == shapes[1]["id"]
+    assert shapes[0]["vertices"] < shapes[1]["vertices"]
+    for http, shape in zip((ann, bob), shapes, strict=True):
+        body = {"source": shape["id"], "target": shape["id"], "points": 8, "coarse_points": 8}
+        done(http, "/v1/matches", body)
 
 
 def test_an_idempotency_key_is_ones_own(anns: Ids, ann: httpx2.Client, bob: httpx2.Client) -> None:
