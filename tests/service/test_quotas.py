@@ -126,6 +126,15 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     result = store.results.document(done["id"])
     assert result is not None
     assert store.quotas.bytes() >= quotas(shared).get().bytes - 1 + len(result)
+    # So is a batch, but its matches that come after the quota is used up fail.
+    quotas(shared).set(Quota(bytes=store.quotas.bytes() + 1))
+    targets = {"source": first, "targets": [second.json()["id"]] * 6, **MATCH}
+    batch = ann.post("/v1/batches", json=targets).json()
+    assert ann.get(batch["links"]["self"], params={"wait": 60}).json()["state"] == "succeeded"
+    matches = ann.get(batch["links"]["partial"]).json()["matches"]
+    assert [one["error"]["type"] for one in matches if one["state"] == "failed"][-1:] == [
+        "urn:isomatch:problem:quota-exceeded"
+    ]
     ann.get(done["links"]["picture"])
     held = store.quotas.bytes()
     ann.delete(f"/v1/shapes/{first}")
