@@ -107,7 +107,10 @@ class Callers:
                 if random.random() < 0.05:
                     self._persistently(http, "DELETE", f"/v1/jobs/{job}")
                 while len(waiting) >= self._most_open and not self._stopping.is_set():
-                    waiting = [one for one in waiting if not self._has_ended(http, one)]
+                    try:
+                        waiting = [one for one in waiting if not self._has_ended(http, one)]
+                    except httpx2.TransportError:
+                        break  # requests for jobs are to meet faults, too
                     time.sleep(0.1)
 
     def _submit(self, http: httpx2.Client, key: str, request: Request) -> str | None:
@@ -124,10 +127,7 @@ class Callers:
         return job
 
     def _has_ended(self, http: httpx2.Client, job: str) -> bool:
-        try:
-            answer = http.get(f"/v1/jobs/{job}")
-        except httpx2.TransportError:
-            return False
+        answer = http.get(f"/v1/jobs/{job}")
         return answer.status_code != 200 or answer.json()["state"] not in ("queued", "running")
 
     def _persistently(
