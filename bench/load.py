@@ -53,19 +53,29 @@ class Callers:
 
     Parameters
     ----------
-    url
-        Address of the service.
+    service
+        A client of the service, with its address and its key.
     shapes
         Uploaded shapes.
     seed
         Of what they ask for.
     count
         Number of callers.
+    most_open
+        Jobs of one caller that have not ended.
     """
 
-    def __init__(self, url: str, shapes: list[str], seed: int, count: int) -> None:
+    def __init__(
+        self,
+        service: httpx2.Client,
+        shapes: list[str],
+        seed: int,
+        count: int,
+        most_open: int = MOST_OPEN,
+    ) -> None:
         self.account = Account()
-        self._url, self._shapes = url, shapes
+        self._most_open = most_open
+        self.service, self._shapes = service, shapes
         self._stopping = threading.Event()
         self._threads = [
             threading.Thread(target=self._call, args=(name, Random(f"{seed}-{name}")))
@@ -84,7 +94,8 @@ class Callers:
             thread.join()
 
     def _call(self, name: int, random: Random) -> None:
-        with httpx2.Client(base_url=self._url, timeout=TIMEOUT) as http:
+        url, headers = self.service.base_url, self.service.headers
+        with httpx2.Client(base_url=url, headers=headers, timeout=TIMEOUT) as http:
             waiting: list[str] = []
             for number in itertools.count():
                 if self._stopping.is_set():
@@ -95,8 +106,11 @@ class Callers:
                 waiting.append(job)
                 if random.random() < 0.05:
                     self._persistently(http, "DELETE", f"/v1/jobs/{job}")
-                while len(waiting) >= MOST_OPEN and not self._stopping.is_set():
-                    waiting = [one for one in waiting if not self._has_ended(http, one)]
+                while len(waiting) >= self._most_open and not self._stopping.is_set():
+                    try:
+                        waiting = [one for one in waiting if not self._has_ended(http, one)]
+                    except httpx2.TransportError:
+                        break  # requests for jobs are to meet faults, too
                     time.sleep(0.1)
 
     def _submit(self, http: httpx2.Client, key: str, request: Request) -> str | None:
@@ -113,10 +127,7 @@ class Callers:
         return job
 
     def _has_ended(self, http: httpx2.Client, job: str) -> bool:
-        try:
-            answer = http.get(f"/v1/jobs/{job}")
-        except httpx2.TransportError:
-            return False
+        answer = http.get(f"/v1/jobs/{job}")
         return answer.status_code != 200 or answer.json()["state"] not in ("queued", "running")
 
     def _persistently(

@@ -105,9 +105,9 @@ class Cluster:
         """Kill the API."""
         end(self.api)
 
-    def upload(self, data: bytes) -> str:
+    def upload(self, data: bytes, http: httpx2.Client | None = None) -> str:
         """Upload a mesh and return its id."""
-        answer = self.http.post("/v1/shapes", files={"file": ("a.off", data)})
+        answer = (http or self.http).post("/v1/shapes", files={"file": ("a.off", data)})
         assert answer.status_code in (200, 201), answer.text
         shape: str = answer.json()["id"]
         return shape

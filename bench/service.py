@@ -156,8 +156,8 @@ def made_up(
         distances = np.linalg.norm(points[:, :, None] - points[:, None], axis=3)
         indices = np.zeros(distances.shape[:2], dtype=np.int64)
         found = Signature(indices, distances, np.zeros((*indices.shape, 0)))
-        key = spectrum_key(parameters, shape, record.vertices, record.components)
-        store.spectra.put(parameters.signature_name(key), found.to_bytes())
+        name = parameters.signature_name(spectrum_key(parameters, record))
+        store.spectra.put(name, found.to_bytes())
     labels = tuple(str(place % 20) for place in range(count))
     return DissimilaritiesPayload(shapes=shapes, labels=labels, parameters=parameters)
 

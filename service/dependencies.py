@@ -110,6 +110,10 @@ def _request_id(request: Request) -> str:
     return cast(str, request.state.request_id)
 
 
+def _admitted(request: Request) -> Callable[[], bool]:
+    return cast(Callable[[], bool], request.state.admitted)
+
+
 def _caller(request: Request) -> str | None:
     return cast("str | None", getattr(request.state, "caller", None))
 
@@ -118,3 +122,5 @@ ServiceOf = Annotated[Service, Depends(_service)]
 RequestId = Annotated[str, Depends(_request_id)]
 Caller = Annotated[str | None, Depends(_caller)]
 """Name of the API key of a request; None if none are configured."""
+Admitted = Annotated[Callable[[], bool], Depends(_admitted)]
+"""Tells whether the API key of a request is still accepted."""

@@ -86,7 +86,12 @@ from broker.contracts.results import (
 )
 from broker.contracts.shapes import MESH_FORMATS, ShapeRecord, file_type_of, shape_id
 from broker.contracts.solver_options import GREATEST
-from broker.contracts.spectra import SPECTRUM_VERSION, SpectrumKey, spectrum_key
+from broker.contracts.spectra import (
+    SPECTRUM_VERSION,
+    SpectrumKey,
+    SpectrumParameters,
+    spectrum_key,
+)
 from broker.contracts.strict import BoundedModel
 from broker.contracts.structure_choices import DESCRIPTORS, METRICS
 from broker.contracts.structures import Choice, Structure, Structures
@@ -198,6 +203,7 @@ __all__ = [
     "ShapeRecord",
     "SpecimenReport",
     "SpectrumKey",
+    "SpectrumParameters",
     "SpectrumPayload",
     "Structure",
     "Structures",

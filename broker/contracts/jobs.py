@@ -181,11 +181,14 @@ class SpectrumPayload(_Payload):
     eigenpairs: int
     largest_component: bool
     simplify: int | None = None
+    file_type: str = ""
 
     @property
     def key(self) -> SpectrumKey:
         """Name of the spectrum in the cache."""
-        return SpectrumKey(self.shape, self.eigenpairs, self.largest_component, self.simplify)
+        return SpectrumKey(
+            self.shape, self.eigenpairs, self.largest_component, self.simplify, self.file_type
+        )
 
 
 class MatchPayload(_Payload):

@@ -3,13 +3,17 @@
 from dataclasses import dataclass
 from typing import Final, Protocol
 
+from broker.contracts.shapes import ShapeRecord
+
 SPECTRUM_VERSION: Final = 2
 """Increased whenever the solver's spectra change, so that cached ones are not used."""
 
 
 @dataclass(frozen=True)
 class SpectrumKey:
-    """Everything a spectrum depends on: shape, component, simplification, size, version.
+    """Everything a spectrum depends on: shape and its format, component, simplification, size.
+
+    The cache is common to all tenants, and the same bytes may be two meshes in two formats.
 
     Parameters
     ----------
@@ -21,12 +25,15 @@ class SpectrumKey:
         Whether only the shape's largest component is used.
     simplify
         Vertices of the simplified mesh; None if the mesh was not simplified.
+    file_type
+        Format in which the shape was uploaded.
     """
 
     shape: str
     eigenpairs: int
     largest_component: bool = False
     simplify: int | None = None
+    file_type: str = ""
 
     @property
     def mesh_name(self) -> str:
@@ -37,7 +44,7 @@ class SpectrumKey:
     def _part(self) -> str:
         part = "largest" if self.largest_component else "whole"
         detail = "full" if self.simplify is None else str(self.simplify)
-        return f"{self.shape}:{part}:{detail}"
+        return f"{self.shape}:{self.file_type}:{part}:{detail}"
 
     def __str__(self) -> str:
         return f"{self._part}:{self.eigenpairs}:v{SPECTRUM_VERSION}"
@@ -59,9 +66,7 @@ class SpectrumParameters(Protocol):
         """Vertices to which larger shapes are simplified; None for none."""
 
 
-def spectrum_key(
-    parameters: SpectrumParameters, shape: str, vertices: int, components: int
-) -> SpectrumKey:
+def spectrum_key(parameters: SpectrumParameters, shape: ShapeRecord) -> SpectrumKey:
     """Return the key of a shape's spectrum.
 
     Parameters
@@ -69,11 +74,9 @@ def spectrum_key(
     parameters
         Parameters of the job.
     shape
-        Id of the shape.
-    vertices, components
-        Numbers of the shape's vertices and components.
+        The shape.
     """
-    largest = parameters.largest_component and components > 1
-    smaller = parameters.simplify is not None and vertices > parameters.simplify
+    largest = parameters.largest_component and shape.components > 1
+    smaller = parameters.simplify is not None and shape.vertices > parameters.simplify
     simplify = parameters.simplify if smaller else None
-    return SpectrumKey(shape, parameters.spectrum_size, largest, simplify)
+    return SpectrumKey(shape.id, parameters.spectrum_size, largest, simplify, shape.file_type)

@@ -35,7 +35,5 @@ def wanted_spectra(payload: SpectralPayload, shapes: Shapes) -> list[SpectrumKey
     wanted = [shape for shape in subject_of(payload).shapes if not is_prototype(shape)]
     parameters = payload.parameters
     return [
-        spectrum_key(parameters, shape.id, shape.vertices, shape.components)
-        for shape in shapes.records(wanted)
-        if shape is not None
+        spectrum_key(parameters, shape) for shape in shapes.records(wanted) if shape is not None
     ]

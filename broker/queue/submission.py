@@ -27,7 +27,7 @@ from broker.queue.new_jobs import NO_REQUEST, new_batch_match, new_job, new_time
 from broker.queue.prefetch import SpectralPayload, wanted_spectra
 from broker.queue.rq_queues import RqQueues
 from broker.queue.settings import QueueSettings
-from broker.queue.workers import worker_states
+from broker.queue.workers import any_worker, worker_states
 from broker.store import QuotaExceeded, Store
 from broker.telemetry import logger
 
@@ -245,6 +245,10 @@ class JobQueue:
         """Return the number of live workers."""
         return len(worker_states(self.store.client))
 
+    def any_worker(self) -> bool:
+        """Return whether a worker is alive."""
+        return any_worker(self.store.client)
+
     def _enqueue(self, record: JobRecord, pipe: Pipeline) -> None:
         if record.kind is JobKind.DISSIMILARITIES:
             self._enqueue_time_slice(record, 1, pipe)
@@ -286,6 +290,7 @@ class JobQueue:
                 eigenpairs=key.eigenpairs,
                 largest_component=key.largest_component,
                 simplify=key.simplify,
+                file_type=key.file_type,
             ),
             context,
         )

@@ -1,6 +1,6 @@
 """States of the workers and lengths of the queues, from RQ's own records."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Final
 
@@ -8,11 +8,15 @@ from redis import Redis
 from rq import Queue, Worker
 from rq.job import Job
 from rq.utils import utcparse
+from rq.worker_registration import REDIS_WORKER_KEYS
 
 from broker.store import text
 
 WORKER_TIMEOUT: Final = timedelta(seconds=30)
 """A worker without a heartbeat for so long counts as dead; one is due every 15 s at least."""
+
+_SAMPLE: Final = 8
+"""Workers of which one is alive, unless hardly any is."""
 
 
 def worker_states(client: Redis) -> list[str]:
@@ -25,8 +29,18 @@ def worker_states(client: Redis) -> list[str]:
     client
         Connection to the Redis of the queue.
     """
+    return _states(client, Worker.all_keys(connection=client))
+
+
+def any_worker(client: Redis) -> bool:
+    """Return whether a worker is alive; takes as long with a thousand workers as with one."""
+    some: list[bytes] = client.srandmember(REDIS_WORKER_KEYS, _SAMPLE)  # type: ignore[assignment]
+    return bool(_states(client, map(text, some)) or worker_states(client))
+
+
+def _states(client: Redis, names: Iterable[str]) -> list[str]:
     with client.pipeline(transaction=False) as pipe:
-        for name in Worker.all_keys(connection=client):
+        for name in names:
             pipe.hmget(name, ["death", "last_heartbeat", "state"])
         replies = pipe.execute()
     oldest = datetime.now(UTC) - WORKER_TIMEOUT

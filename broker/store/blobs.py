@@ -22,6 +22,7 @@ from redis.client import Pipeline
 from redis.exceptions import ResponseError
 
 from broker.blobs import BlobEntry, BlobError, BlobLost, BlobsAway, BlobStore, NotMigrated
+from broker.store import scripts
 from broker.store.keys import PREFIX, Keys
 from broker.store.replies import text
 from broker.telemetry import logger
@@ -131,13 +132,13 @@ class Blobs:
         """Store a reference in place of an earlier one, as part of a transaction."""
         pipe.delete(key)
         pipe.hset(key, _FIELD, str(reference))
-        pipe.zadd(Keys.owning(key).held, {key: reference.size})
+        scripts.HOLD(pipe, [Keys.owning(key).held], key, reference.size)
 
     def unlink(self, keys: Iterable[str], pipe: Pipeline) -> None:
         """Delete references, as part of a transaction; their blobs are to be discarded."""
         for key in keys:
             pipe.delete(key)
-            pipe.zrem(Keys.owning(key).held, key)
+            scripts.RELEASE(pipe, [Keys.owning(key).held], key)
 
     def save(self, key: str, data: bytes, seconds: int) -> None:
         """Store bytes and the reference to them, for some seconds."""

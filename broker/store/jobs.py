@@ -75,6 +75,9 @@ class Jobs:
         if self.keys != DEFAULT_KEYS:
             pipe.sadd(Keys.TENANTS, self.keys.tenant)
         if record.is_listed:
+            # It stays in Redis, which all tenants share, and may be as large as a request.
+            size = len(fields["record"].encode())
+            scripts.HOLD(pipe, [self.keys.held], self.keys.job(record.id), size)
             pipe.zadd(self.keys.jobs, {record.id: created})
             pipe.zadd(self.keys.jobs_in(JobState.QUEUED), {record.id: created})
             for name in subject_of(record.payload).named:

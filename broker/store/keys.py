@@ -113,13 +113,12 @@ class Keys:
 
     @property
     def held(self) -> str:
-        """Sorted set of the keys of references to the tenant's blobs, by size in bytes."""
-        return self.prefix + "held"
+        """Sorted set by size of the keys of references to the tenant's blobs, and of listed jobs.
 
-    @property
-    def held_counted(self) -> str:
-        """Exists for a second after expired references were looked for."""
-        return self.prefix + "held:counted"
+        With ``:sum``, the sum of the sizes in bytes, as long as it is known; with ``:counted``,
+        exists for a while after what has expired was looked for.
+        """
+        return self.prefix + "held"
 
     @property
     def admitted(self) -> str:

@@ -1,8 +1,8 @@
 """Quotas of tenants: how many shapes they may keep, how many bytes, and how many jobs at a time.
 
-What a tenant has is counted where it is: its listing of shapes, its jobs, and the sizes in the
-references to its blobs. Nothing is counted up and down, so that no process that dies, and no record
-that expires, leaves a count that is wrong.
+What a tenant has is counted where it is: its listing of shapes, its jobs, and the sizes of its
+blobs and of the records of its jobs. A sum that is counted up and down is kept for a minute only,
+so that no process that dies, and no record that expires, leaves one that is wrong.
 """
 
 import json
@@ -36,8 +36,8 @@ class QuotaExceeded(Exception):
     def __init__(self, what: str, used: int, limit: int) -> None:
         super().__init__(f"{used} of {limit} {what} are used")
         self.detail = (
-            f"Your tenant keeps {used} {what}, and may keep {limit}: delete shapes, or wait until"
-            " results expire."
+            f"Your tenant keeps {used} {what}, and may keep {limit}: delete shapes or"
+            " results, or wait until they expire."
         )
 
 
@@ -50,7 +50,7 @@ class Quota:
     shapes
         Shapes that are kept.
     bytes
-        Bytes of what is kept: uploads, meshes, results.
+        Bytes of what is kept: uploads, meshes, results, and records of listed jobs.
     jobs
         Listed jobs that are queued or running.
     """
@@ -100,7 +100,7 @@ class Quotas:
         Parameters
         ----------
         limit
-            Shapes that have expired may be counted up to here.
+            Shapes that have expired may be counted up to here, and for a while where they are many.
         """
         prefix = self.keys.shape("")
         return int(scripts.COUNT_LISTED(self.client, [self.keys.shapes], prefix, limit))
@@ -111,10 +111,9 @@ class Quotas:
         Parameters
         ----------
         limit
-            Bytes that have expired may be counted up to here, and of the last second.
+            Bytes that have expired may be counted up to here, and for a while where they are many.
         """
-        names = [self.keys.held, self.keys.held_counted]
-        return int(scripts.COUNT_HELD(self.client, names, limit))
+        return int(scripts.COUNT_HELD(self.client, [self.keys.held], limit))
 
     def check(self, size: int = 0, shapes: int = 0, pipe: Pipeline | None = None) -> None:
         """Refuse to keep more than the tenant may have.

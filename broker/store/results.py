@@ -46,6 +46,23 @@ class Results:
         """Return the result of a job as arrays, npz, in a file."""
         return self.blobs.open(self.keys.job_arrays(job_id))
 
+    def delete(self, job_id: str) -> bool:
+        """Delete the result of a job, with its arrays and pictures; False if there was none."""
+        names = [self.keys.job_result(job_id), self.keys.job_arrays(job_id)]
+        drawn = self.client.zscan_iter(
+            self.keys.held, match=f"{self.keys.job_picture(job_id)}*", count=1000
+        )
+        names += [text(key) for key, _ in drawn]
+        with self.client.pipeline() as pipe:
+            for name in names:
+                self.blobs.look_up(name, pipe)
+            self.blobs.unlink(names, pipe)
+            pipe.delete(self.keys.job_summary(job_id))
+            replies = pipe.execute(raise_on_error=False)
+        stored = replies[: len(names)]
+        self.blobs.discard(zip(names, stored, strict=True))
+        return any(reply is not None for reply in stored)
+
     def set_arrays(self, job_id: str, arrays: bytes) -> None:
         """Store the result of a job as arrays, before the job succeeds."""
         self.blobs.save(self.keys.job_arrays(job_id), arrays, self.settings.result_ttl)

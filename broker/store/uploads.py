@@ -93,5 +93,5 @@ def delete_candidate(
     """Delete a job's candidate, as part of a transaction."""
     key = keys.candidate(upload_id, file_type, job_id)
     pipe.delete(key)
-    pipe.zrem(keys.held, key)
+    scripts.RELEASE(pipe, [keys.held], key)
     scripts.RELEASE_LOCK(pipe, [keys.candidate_job(upload_id, file_type)], job_id)

@@ -42,9 +42,9 @@ class ProgressBar:
 
     def update(self, record: JobRecord) -> None:
         """Show the progress of the job."""
-        stage = record.progress.stage if record.state == "running" else record.state
-        if record.state == "queued" and record.position:
-            stage = f"queued, {record.position} jobs ahead"
+        stage = record.stage if record.state == "running" else record.state
+        if record.state == "queued":
+            stage = f"queued, {record.stage}"
         fraction = 1.0 if record.state == "succeeded" else record.progress.fraction
         line = f"{record.name or f'{record.kind} {record.id[:_ID_SHOWN]}'}: {stage}"
         if self._drawn:

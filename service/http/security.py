@@ -13,6 +13,7 @@ import hmac
 import re
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from typing import Annotated, Final, Literal, TypeAlias
 
 import structlog
@@ -177,6 +178,11 @@ class KeyRing:
         )
         return accepted_key(authorization, (*self._settings, *stored))
 
+    def admits(self, authorization: str) -> bool:
+        """Whether a request with this ``Authorization`` header, or an empty one, may be made."""
+        needed = self.needed
+        return needed is False or (needed is True and self.find(authorization) is not None)
+
 
 class Authentication:
     """ASGI middleware that refuses requests without an accepted key, and notes the caller.
@@ -196,10 +202,16 @@ class Authentication:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on if it is authorised."""
         needed = self._keys.needed
-        if scope["type"] != "http" or needed is False or not _protected(scope["path"]):
+        if scope["type"] != "http" or not _protected(scope["path"]):
             await self._app(scope, receive, send)
             return
         authorization = Headers(scope=scope).get("authorization", "")
+        # For answers that go on after the key is revoked.
+        admitted = partial(self._keys.admits, authorization)
+        scope["state"] = {**scope.get("state", {}), "admitted": admitted}
+        if needed is False:
+            await self._app(scope, receive, send)
+            return
         key = self._keys.find(authorization) if needed else None
         if key is None:
             # Until the store was read, a key that is not found may be one of its keys.
@@ -210,7 +222,7 @@ class Authentication:
             await answer(scope, receive, send)
             return
         known = {"caller": key.name, "tenant": key.tenant}
-        scope["state"] = {**scope.get("state", {}), **known}
+        scope["state"] |= known
         with structlog.contextvars.bound_contextvars(**known):
             await self._app(scope, receive, send)
 

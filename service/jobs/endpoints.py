@@ -7,7 +7,7 @@ from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from broker.contracts import JobKind, JobRecord, JobState
-from service.dependencies import Service, ServiceOf
+from service.dependencies import Admitted, Service, ServiceOf
 from service.http import (
     Cursor,
     InvalidRequest,
@@ -128,6 +128,7 @@ async def follow_job(
     job_id: JobId,
     service: ServiceOf,
     request: Request,
+    admitted: Admitted,
     last_event_id: Annotated[
         str | None,
         Header(
@@ -148,7 +149,7 @@ async def follow_job(
         return Response(status_code=204)
     # Proxies pass each event on as it comes.
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    stream = events(service, job, last_event_id) if body_wanted(request) else iter(())
+    stream = events(service, job, last_event_id, admitted) if body_wanted(request) else iter(())
     return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
 
 

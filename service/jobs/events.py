@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import hashlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from typing import Final
 
 from fastapi.sse import format_sse_event
@@ -33,7 +33,9 @@ def event_id(job: Job) -> str:
     return hashlib.sha256(job.model_dump_json().encode()).hexdigest()[:16]
 
 
-async def events(service: Service, job: Job, last: str | None) -> AsyncIterator[bytes]:
+async def events(
+    service: Service, job: Job, last: str | None, admitted: Callable[[], bool]
+) -> AsyncIterator[bytes]:
     """Yield the state of a job and its changes, until the job, the stream or the service ends.
 
     Each event has the whole job, so a client that connects late misses nothing. The event that
@@ -47,6 +49,8 @@ async def events(service: Service, job: Job, last: str | None) -> AsyncIterator[
         The state of the job when the stream was requested.
     last
         Id of the last event that the client received.
+    admitted
+        Tells whether the API key of the request is still accepted; the stream ends when it is not.
     """
     clock = asyncio.get_running_loop().time
     settings = service.settings
@@ -70,6 +74,8 @@ async def events(service: Service, job: Job, last: str | None) -> AsyncIterator[
             async with asyncio.timeout(pause):
                 await service.closing.wait()
         pause = min(pause * 1.5, LONGEST_POLL)
+        if not admitted():
+            return
         try:
             present = await run_in_threadpool(present_job, service, job.id)
         except (RedisError, NewerRecord) as error:

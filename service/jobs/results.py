@@ -5,6 +5,7 @@ from typing import Final
 from fastapi import APIRouter, Response
 
 from broker.contracts import (
+    BatchPayload,
     BatchResult,
     ConsistentMapsResult,
     DissimilarityResult,
@@ -62,6 +63,30 @@ def get_result(job_id: JobId, service: ServiceOf, accept_encoding: AcceptEncodin
     transfer carried, a template registered to specimens, or consistent maps of a collection.
     """
     return json_answer(packed_result(service, job_id), accept_encoding)
+
+
+@router.delete(
+    "/{job_id}/result",
+    status_code=204,
+    responses=responses(
+        JobNotFound, JobExpired, ResultNotReady, JobWithoutResult, ResultExpired, InvalidRequest
+    ),
+    operation_id="delete_result",
+)
+def delete_result(job_id: JobId, service: ServiceOf) -> None:
+    """Delete the result of a job that has ended, with its arrays, pictures and files.
+
+    The job itself stays. With the result of a batch those of its matches are deleted.
+    """
+    record = job_with_result(service, job_id)
+    if not record.state.ended:
+        raise ResultNotReady(f"The job is {record.state.value}; cancel it, or wait for its end.")
+    names = [job_id]
+    if isinstance(record.payload, BatchPayload):
+        names += [one.job for one in service.queue.batches.matches(record) if one.job is not None]
+    deleted = [service.store.results.delete(name) for name in names]
+    if not any(deleted):
+        raise result_expired()
 
 
 @router.get(

@@ -1,7 +1,7 @@
 """Jobs as the API shows them."""
 
 from datetime import datetime
-from typing import Final, Self
+from typing import Final, Literal, Self
 from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -63,6 +63,7 @@ class Job(BaseModel):
                     "started": "2026-03-01T12:00:01Z",
                     "ended": None,
                     "position": None,
+                    "waiting_for": None,
                     "error": None,
                     "caller": None,
                     "webhook": {
@@ -121,6 +122,10 @@ class Job(BaseModel):
     position: int | None = Field(
         description="Number of jobs ahead of it in the queue; null once it has begun."
     )
+    waiting_for: Literal["worker", "turn"] | None = Field(
+        description="What a queued job waits for: `worker`, for there is none alive, or its `turn`;"
+        " null once it has begun."
+    )
     error: Problem | None = Field(description="Why it failed.")
     caller: str | None = Field(
         description="Name of the API key it was requested with; null where none is needed."
@@ -136,6 +141,7 @@ class Job(BaseModel):
         path = f"/v1/jobs/{record.id}"
         has_result = record.kind.has_result
         error, subject = record.error, subject_of(record.payload)
+        position = queue.rq.position(record) if record.state is JobState.QUEUED else None
         return cls(
             id=record.id,
             kind=record.kind,
@@ -151,7 +157,8 @@ class Job(BaseModel):
             created=record.created,
             started=record.started,
             ended=record.ended,
-            position=queue.rq.position(record) if record.state is JobState.QUEUED else None,
+            position=position,
+            waiting_for=_waiting_for(record, position, queue),
             error=None if error is None else error.model_copy(update={"instance": path}),
             caller=record.caller,
             webhook=_webhook(record),
@@ -165,6 +172,17 @@ class Job(BaseModel):
                 partial=_partial(record),
             ),
         )
+
+
+def _waiting_for(
+    record: JobRecord, position: int | None, queue: JobQueue
+) -> Literal["worker", "turn"] | None:
+    if record.state is not JobState.QUEUED:
+        return None
+    if not queue.any_worker():
+        return "worker"
+    # A worker has taken it from the queue, and is about to begin.
+    return None if position is None else "turn"
 
 
 def _partial(record: JobRecord) -> str | None:

@@ -22,6 +22,8 @@ import structlog
 from pydantic import ValidationError
 from redis.exceptions import ConnectionError as RedisConnectionError
 
+from broker.contracts import MatchParameters, MatchPayload
+from broker.queue import JobQueue, QueueSettings, new_job
 from broker.store import ApiKeys, Keys, NameTaken, NoSuchKey, Store
 from service import app
 from service.admin.__main__ import main
@@ -32,6 +34,7 @@ from tests.blobs import blob_url
 from tests.service.conftest import Api, Json, empty_database, problem, running_api
 
 ROOT = Path(__file__).resolve().parents[2]
+PARAMETERS = MatchParameters()
 NOTICED = 5.0
 """Seconds within which running services follow a change."""
 
@@ -119,7 +122,16 @@ def test_keys_change_while_two_services_run(
             stores, "keys", "rotate", "--tenant", "acme", "--name", "alice", "--grace", "0"
         )["key"]
         noticed(services, {first: 401, second: 401, third: 200})
-        document(stores, "keys", "revoke", "--tenant", "acme", "--name", "alice")
+        queue = JobQueue(services[0].store.of("acme"), QueueSettings())
+        job = queue.submit(new_job(MatchPayload(source="a", target="b", parameters=PARAMETERS)))
+        events, headers = f"/v1/jobs/{job.id}/events", {"Authorization": f"Bearer {third}"}
+        with httpx2.stream("GET", services[0].url + events, headers=headers, timeout=60) as stream:
+            lines = stream.iter_lines()
+            assert next(lines) == "event: job"
+            document(stores, "keys", "revoke", "--tenant", "acme", "--name", "alice")
+            revoked = time.monotonic()
+            assert all(not line.startswith("event") for line in lines)
+            assert time.monotonic() - revoked < NOTICED
         # The last key that is revoked does not open the service again.
         noticed(services, {third: 401, None: 401})
         assert document(stores, "keys", "list") == {"keys": []}

@@ -126,6 +126,32 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     result = store.results.document(done["id"])
     assert result is not None
     assert store.quotas.bytes() >= quotas(shared).get().bytes - 1 + len(result)
+    # So is a batch, but its matches that come after the quota is used up fail.
+    quotas(shared).set(Quota(bytes=store.quotas.bytes() + 1))
+    targets = {"source": first, "targets": [second.json()["id"]] * 6, **MATCH}
+    batch = ann.post("/v1/batches", json=targets).json()
+    assert ann.get(batch["links"]["self"], params={"wait": 60}).json()["state"] == "succeeded"
+    matches = ann.get(batch["links"]["partial"]).json()["matches"]
+    assert [one["error"]["type"] for one in matches if one["state"] == "failed"][-1:] == [
+        "urn:isomatch:problem:quota-exceeded"
+    ]
+    ann.get(done["links"]["picture"])
     held = store.quotas.bytes()
     ann.delete(f"/v1/shapes/{first}")
     assert store.quotas.bytes() == held - size
+    path, job_id = done["links"]["result"], done["id"]
+    kept = [store.keys.job_result(job_id), store.keys.job_arrays(job_id)]
+    freed = sum(int(store.client.zscore(store.keys.held, key) or 0) for key in kept)
+    freed += len(ann.get(done["links"]["picture"]).content)
+    assert ann.delete(path).status_code == 204
+    assert store.quotas.bytes() == held - size - freed
+    for method in ("GET", "DELETE"):
+        problem(ann.request(method, path), 410, "result-expired")
+    problem(ann.get(done["links"]["picture"]), 410, "result-expired")
+    assert ann.get(done["links"]["self"]).json() == done
+    # The sum that is kept is the one of all sizes, among them that of the request.
+    sizes: list[tuple[bytes, float]] = store.client.zrange(  # type: ignore[assignment]
+        store.keys.held, 0, -1, withscores=True
+    )
+    assert store.quotas.bytes() == sum(size for _, size in sizes)
+    assert dict(sizes)[store.keys.job(job_id).encode()] > len(first)

@@ -11,11 +11,11 @@ import pytest
 
 from service.settings import Settings
 from tests.service.conftest import Api, Json, problem, running_api
-from tests.worker.figures import blob_file
+from tests.worker.figures import blob, blob_file
 
 ROOT = Path(__file__).resolve().parents[2]
 OTHER_DIGITS = str.maketrans("0123456789abcdef", "fedcba9876543210")
-MATCH = {"points": 8, "coarse_points": 8, "dense": True}
+MATCH = {"points": 8, "coarse_points": 8, "eigenpairs": 30, "dense": True}
 ATTRIBUTES = b"vertex,height\n0,1.5\n1,2.5\n"
 
 
@@ -79,6 +79,7 @@ REQUESTS: dict[str, Asks] = {
     "DELETE /v1/jobs/{job_id}": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/events": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result": of_job(lambda job: {"job_id": job}),
+    "DELETE /v1/jobs/{job_id}/result": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result.npz": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result.png": of_job(lambda job: {"job_id": job}),
     "GET /v1/jobs/{job_id}/result.{format}": of_job(lambda job: {"job_id": job, "format": "ply"}),
@@ -125,11 +126,16 @@ def upload(http: httpx2.Client, path: str, data: bytes, name: str) -> httpx2.Res
     return answer
 
 
-def done(http: httpx2.Client, path: str, body: Json) -> str:
-    """Request a job, and return its id when it has succeeded."""
+def begun(http: httpx2.Client, path: str, body: Json) -> str:
+    """Request a job, and return its id."""
     answer = http.post(path, json=body)
     assert answer.status_code == 202, answer.text
     job: str = answer.json()["id"]
+    return job
+
+
+def succeeded(http: httpx2.Client, job: str) -> str:
+    """Return the id of a job when it has succeeded."""
     deadline = time.monotonic() + 240
     while (state := http.get(f"/v1/jobs/{job}").json()["state"]) in ("queued", "running"):
         assert time.monotonic() < deadline
@@ -138,18 +144,28 @@ def done(http: httpx2.Client, path: str, body: Json) -> str:
     return job
 
 
+def done(http: httpx2.Client, path: str, body: Json) -> str:
+    """Request a job, and return its id when it has succeeded."""
+    return succeeded(http, begun(http, path, body))
+
+
 @pytest.fixture(scope="module")
 def anns(ann: httpx2.Client) -> Ids:
     """What Ann has."""
     shape, other = (
-        upload(ann, "/v1/shapes", blob_file(seed=seed), "blob.off").json()["id"]
+        upload(ann, "/v1/shapes", blob_file(2, seed=seed), "blob.off").json()["id"]
         for seed in (101, 102)
     )
     attributes = upload(ann, "/v1/attributes", ATTRIBUTES, "heights.csv").json()["id"]
-    match = done(ann, "/v1/matches", {"source": shape, "target": other, **MATCH})
-    batch = done(ann, "/v1/batches", {"source": shape, "targets": [other], **MATCH})
-    comparison = done(ann, "/v1/dissimilarities", {"shapes": [shape, other]})
-    learned = done(ann, "/v1/prototypes", {"name": "blobs", "shapes": [shape, other]})
+    pair = {"shapes": [shape, other]}
+    requests: dict[str, Json] = {
+        "/v1/matches": {"source": shape, "target": other, **MATCH},
+        "/v1/batches": {"source": shape, "targets": [other], **MATCH},
+        "/v1/dissimilarities": {**pair, "points": 5},
+        "/v1/prototypes": {**pair, "name": "blobs", "points": 8},
+    }
+    jobs = [begun(ann, path, body) for path, body in requests.items()]
+    match, batch, comparison, learned = [succeeded(ann, job) for job in jobs]
     prototype = ann.get(f"/v1/jobs/{learned}/result").json()["prototype"]["id"]
     return Ids(shape, other, match, prototype, attributes, comparison, batch)
 
@@ -212,7 +228,7 @@ def test_listings_have_ones_own(
 
 
 def test_the_keys_of_a_tenant_share(anns: Ids, shared: Api, bob: httpx2.Client) -> None:
-    record = upload(bob, "/v1/shapes", blob_file(seed=103), "bob.off").json()
+    record = upload(bob, "/v1/shapes", blob_file(2, seed=103), "bob.off").json()
     with client(shared, "rose") as rose, client(shared, "dora") as dora:
         assert rose.get(f"/v1/shapes/{record['id']}").json() == record
         problem(dora.get(f"/v1/shapes/{record['id']}"), 404, "shape-not-found")
@@ -224,7 +240,7 @@ def test_a_service_without_keys_is_the_default_tenants(
     anns: Ids, shared: Api, http: httpx2.Client
 ) -> None:
     with client(shared, "dora") as dora:
-        record = upload(dora, "/v1/shapes", blob_file(seed=104), "dora.off").json()
+        record = upload(dora, "/v1/shapes", blob_file(2, seed=104), "dora.off").json()
     assert http.get(f"/v1/shapes/{record['id']}").json() == record
     problem(http.get(f"/v1/shapes/{anns.shape}"), 404, "shape-not-found")
 
@@ -233,7 +249,7 @@ def test_the_same_bytes_of_two_tenants(
     anns: Ids, shared: Api, ann: httpx2.Client, bob: httpx2.Client
 ) -> None:
     """Neither is told of the other, or loses anything when the other deletes; once computed."""
-    data, computed = blob_file(seed=105), shared.store.spectra.counts
+    data, computed = blob_file(2, seed=105), shared.store.spectra.counts
     first = upload(ann, "/v1/shapes", data, "blob.off")
     second = upload(bob, "/v1/shapes", data, "blob.off")
     shape = first.json()["id"]
@@ -244,7 +260,7 @@ def test_the_same_bytes_of_two_tenants(
     assert first.status_code == 201
     assert {**first.json(), "created": None} == {**second.json(), "created": None}
     assert created[0] < created[1]
-    other = upload(bob, "/v1/shapes", blob_file(seed=101), "other.off").json()["id"]
+    other = upload(bob, "/v1/shapes", blob_file(2, seed=101), "other.off").json()["id"]
     assert other == anns.shape
 
     done(ann, "/v1/matches", {"source": shape, "target": anns.shape, **MATCH})
@@ -263,9 +279,26 @@ def test_the_same_bytes_of_two_tenants(
     assert not list(shared.store.client.scan_iter(f"isomatch:cache:spectrum:{shape}*"))
 
 
+def test_the_same_bytes_in_two_formats(ann: httpx2.Client, bob: httpx2.Client) -> None:
+    """What is computed of one mesh is not taken for another, whose file has the same bytes."""
+    vertices, faces = blob(3, seed=107)
+    corners = [f"v {x} {y} {z}" for x, y, z in vertices]
+    triangles = [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    both = blob_file(2, seed=106) + "\n".join(corners + triangles).encode()
+    shapes = [
+        upload(http, "/v1/shapes", both, name).json()
+        for http, name in ((ann, "blob.obj"), (bob, "blob.off"))
+    ]
+    assert shapes[0]["id"] == shapes[1]["id"]
+    assert shapes[0]["vertices"] > shapes[1]["vertices"]
+    for http, shape in zip((ann, bob), shapes, strict=True):
+        body = {"source": shape["id"], "target": shape["id"], **MATCH, "dense": False}
+        done(http, "/v1/matches", body)
+
+
 def test_an_idempotency_key_is_ones_own(anns: Ids, ann: httpx2.Client, bob: httpx2.Client) -> None:
     ids = [
-        upload(bob, "/v1/shapes", blob_file(seed=seed), "blob.off").json()["id"]
+        upload(bob, "/v1/shapes", blob_file(2, seed=seed), "blob.off").json()["id"]
         for seed in (101, 102)
     ]
     assert ids == [anns.shape, anns.other]

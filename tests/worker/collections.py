@@ -31,7 +31,9 @@ def class_files(each: int = 2) -> list[tuple[str, bytes]]:
 
 def name_of(shape: str, parameters: DissimilarityParameters) -> str:
     """Cache name of the signature of a shape without mesh."""
-    return parameters.signature_name(spectrum_key(parameters, shape, VERTICES, 1))
+    return parameters.signature_name(
+        spectrum_key(parameters, shape_record(shape, vertices=VERTICES))
+    )
 
 
 def imagined(

@@ -36,6 +36,9 @@ from worker.jobs.failures import NotDelivered
 
 SIGNATURE: Final = "Isomatch-Signature"
 _PORTS: Final = {"http": 80, "https": 443}
+_MOST_ADDRESSES: Final = 4
+"""Addresses of a receiver that are tried."""
+
 _MAX_ERROR_LENGTH: Final = 200
 """Characters."""
 
@@ -159,11 +162,13 @@ def _addresses(host: str, port: int, settings: WebhookSettings) -> list[str]:
 
 
 def _connected(addresses: list[str], port: int, settings: WebhookSettings) -> socket.socket:
-    *others, last = addresses
+    # A name may have any number of addresses; the worker is not theirs for longer than for one.
+    *others, last = addresses[:_MOST_ADDRESSES]
+    seconds = settings.webhook_timeout / (len(others) + 1)
     for address in others:
         with contextlib.suppress(OSError):
-            return socket.create_connection((address, port), settings.webhook_timeout)
-    return socket.create_connection((last, port), settings.webhook_timeout)
+            return socket.create_connection((address, port), seconds)
+    return socket.create_connection((last, port), seconds)
 
 
 @contextmanager

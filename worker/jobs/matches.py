@@ -12,7 +12,6 @@ from broker.contracts import (
     RegistrationPayload,
     ShapeRecord,
     is_prototype,
-    spectrum_key,
 )
 from broker.store import Store
 from solver import matching
@@ -27,7 +26,7 @@ from worker.jobs.archives import stored_prototype
 from worker.jobs.context import JobContext
 from worker.jobs.failures import attributed_to
 from worker.jobs.match_results import arrays_of, document_of, refinement_of, summary_of
-from worker.jobs.meshes import mesh_of, stored_mesh
+from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of, surface_spectra
 
@@ -192,8 +191,7 @@ def load_shape(
         Through `control`.
     """
     spectra = context.store.spectra
-    whole = stored_mesh(shape, context.store.shapes)
-    key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
+    key, whole = spectrum_of_shape(payload.parameters, shape, context.store.shapes)
     with attributed_to(field):
         mesh = mesh_of(key, whole, spectra)
         if not payload.needs_spectrum:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from broker.contracts import SpectrumKey
+from broker.contracts import SpectrumKey, SpectrumParameters, spectrum_key
 from broker.store import Shapes, Spectra
 from solver.arrays import IntArray
 from solver.mesh import TriangleMesh, largest_component, simplified
@@ -67,6 +67,22 @@ def stored_mesh(shape: str, shapes: Shapes) -> TriangleMesh:
     if stored is None:
         raise ShapeGone(shape)
     return mesh_from_bytes(stored)
+
+
+def spectrum_of_shape(
+    parameters: SpectrumParameters, shape: str, shapes: Shapes
+) -> tuple[SpectrumKey, TriangleMesh]:
+    """Return the key of a shape's spectrum, and the shape's whole mesh.
+
+    Raises
+    ------
+    ShapeGone
+        The shape was deleted.
+    """
+    record, whole = shapes.get(shape), stored_mesh(shape, shapes)
+    if record is None:
+        raise ShapeGone(shape)
+    return spectrum_key(parameters, record), whole
 
 
 def mesh_of(key: SpectrumKey, whole: TriangleMesh, spectra: Spectra) -> TriangleMesh:

@@ -12,7 +12,7 @@ from broker.contracts import (
     PrototypeParameters,
     PrototypePayload,
     PrototypeResult,
-    spectrum_key,
+    SpectrumKey,
 )
 from solver.control import Control
 from solver.mesh import TriangleMesh
@@ -29,7 +29,7 @@ from solver.shape import Shape
 from worker.jobs.archives import record_of
 from worker.jobs.context import JobContext
 from worker.jobs.failures import attributed_to
-from worker.jobs.meshes import mesh_of, stored_mesh
+from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
 from worker.jobs.spectra import spectrum_of
@@ -92,21 +92,20 @@ def _load(payload: PrototypePayload, context: JobContext, control: Control) -> l
     shapes = []
     for place, shape in enumerate(payload.shapes):
         control.report(SPECTRA, place / len(payload.shapes))
-        whole = stored_mesh(shape, context.store.shapes)
+        key, whole = spectrum_of_shape(payload.parameters, shape, context.store.shapes)
         with attributed_to(f"shapes.{place}"):
-            shapes.append(_shape(shape, whole, payload.parameters, context, control))
+            shapes.append(_shape(key, whole, payload.parameters, context, control))
     return shapes
 
 
 def _shape(
-    shape: str,
+    key: SpectrumKey,
     whole: TriangleMesh,
     parameters: PrototypeParameters,
     context: JobContext,
     control: Control,
 ) -> Shape:
     spectra = context.store.spectra
-    key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
     mesh = mesh_of(key, whole, spectra)
     spectrum = None
     if parameters.needs_spectrum:

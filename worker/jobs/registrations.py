@@ -16,7 +16,6 @@ from broker.contracts import (
     RegistrationPayload,
     RegistrationResult,
     SpecimenReport,
-    spectrum_key,
 )
 from broker.store import Store
 from solver import matching
@@ -36,7 +35,7 @@ from worker.jobs.context import JobContext
 from worker.jobs.failures import ResultGone, ShapeGone, UnusableShape, none_usable
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
-from worker.jobs.meshes import mesh_of, stored_mesh
+from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
 from worker.jobs.transfers import solver_map
@@ -249,8 +248,7 @@ def _failed(shape: str, name: str | None, reason: str) -> SpecimenReport:
 
 
 def _matched_mesh(shape: str, payload: MatchPayload, store: Store) -> TriangleMesh:
-    whole = stored_mesh(shape, store.shapes)
-    key = spectrum_key(payload.parameters, shape, whole.n_vertices, whole.components)
+    key, whole = spectrum_of_shape(payload.parameters, shape, store.shapes)
     return mesh_of(key, whole, store.spectra)
 
 

@@ -124,6 +124,9 @@ class Runner:
         record, jobs = context.record, context.store.jobs
         try:
             try:
+                if record.batch is not None:
+                    # A batch is admitted once, and may have a thousand results.
+                    context.store.quotas.check(size=1)
                 result = FUNCTIONS[record.kind](record.payload, context)
             finally:
                 context.reporter.end()

@@ -13,7 +13,7 @@ from solver.shape import Shape
 from solver.similarity import Signature, SimilarityOptions, signature
 from worker.jobs.context import JobContext
 from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to
-from worker.jobs.meshes import mesh_of, stored_mesh
+from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
 from worker.jobs.spectra import spectrum_of
 
@@ -69,8 +69,7 @@ def compute_signature(
         Through `control`.
     """
     shape, parameters, spectra = payload.shapes[place], payload.parameters, context.store.spectra
-    whole = stored_mesh(shape, context.store.shapes)
-    key = spectrum_key(parameters, shape, whole.n_vertices, whole.components)
+    key, whole = spectrum_of_shape(parameters, shape, context.store.shapes)
     cached = spectra.get(parameters.signature_name(key))
     if cached is not None and _suits(cached, parameters.points):
         return cached
@@ -92,8 +91,7 @@ def compute_signature(
 def _name(record: ShapeRecord | None, shape: str, parameters: DissimilarityParameters) -> str:
     if record is None:
         raise ShapeGone(shape)
-    key = spectrum_key(parameters, shape, record.vertices, record.components)
-    return parameters.signature_name(key)
+    return parameters.signature_name(spectrum_key(parameters, record))
 
 
 def _suits(data: bytes, points: int) -> bool:

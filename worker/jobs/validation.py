@@ -1,12 +1,8 @@
 """Validation of an uploaded mesh: it is read, repaired, measured and stored as a shape."""
 
-from datetime import UTC, datetime
-
-from broker.contracts import ShapeRecord, ValidationPayload
-from solver.control import Control
-from solver.mesh import read_mesh
+from broker.contracts import JobRecord, ShapeRecord, ValidationPayload
+from solver.mesh import TriangleMesh, read_mesh
 from worker.jobs.context import JobContext
-from worker.jobs.equal_shapes import ValidatedShape, equal_shape
 from worker.jobs.failures import UploadGone
 from worker.jobs.meshes import mesh_to_bytes
 from worker.pictures import packed_geometry
@@ -30,23 +26,26 @@ def validate_shape(payload: ValidationPayload, context: JobContext) -> None:
             raise UploadGone
         return
     control.report("reading the mesh", 0.0)
-    shape = equal_shape(payload, data, store) or _validated(payload, data, control)
-    record = shape.record.model_copy(update={"name": payload.name, "created": job.created})
-    accepted = store.shapes.accept(record, data, shape.mesh, shape.geometry, job.id)
+    # Also if another tenant has the same: that it took less time would tell.
+    mesh = read_mesh(data, payload.file_type)
+    control.report("measuring the mesh", 0.5)
+    record = _record(payload, job, mesh, len(data))
+    stored = mesh_to_bytes(mesh), packed_geometry(mesh)
+    accepted = store.shapes.accept(record, data, *stored, job.id)
     # A run that was given up and came back may have stored the shape meanwhile.
     if not accepted and store.shapes.get(payload.shape) is None:
         raise UploadGone
 
 
-def _validated(payload: ValidationPayload, data: bytes, control: Control) -> ValidatedShape:
-    mesh = read_mesh(data, payload.file_type)
-    control.report("measuring the mesh", 0.5)
+def _record(
+    payload: ValidationPayload, job: JobRecord, mesh: TriangleMesh, size: int
+) -> ShapeRecord:
     vertices, faces = mesh.file_rows or (None, None)
-    record = ShapeRecord(
+    return ShapeRecord(
         id=payload.shape,
         name=payload.name,
         file_type=payload.file_type,
-        bytes=len(data),
+        bytes=size,
         kind="points" if mesh.is_cloud else "mesh",
         vertices=mesh.n_vertices,
         faces=mesh.n_faces,
@@ -57,6 +56,5 @@ def _validated(payload: ValidationPayload, data: bytes, control: Control) -> Val
         closed=mesh.closed,
         has_colors=mesh.colors is not None,
         warnings=mesh.warnings,
-        created=datetime.now(UTC),
+        created=job.created,
     )
-    return ValidatedShape(record, mesh_to_bytes(mesh), packed_geometry(mesh))

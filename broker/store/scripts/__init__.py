@@ -35,7 +35,7 @@ def _read(*names: str) -> LuaScript:
 
 
 CLAIM_JOB: Final = _read("job_transitions", "claim_job")
-FINISH_JOB: Final = _read("job_transitions", "finish_job")
+FINISH_JOB: Final = _read("held", "job_transitions", "finish_job")
 CANCEL_JOB: Final = _read("job_transitions", "cancel_job")
 LOSE_JOB: Final = _read("job_transitions", "lose_job")
 ADMIT_JOB: Final = _read("admit_job")
@@ -48,6 +48,8 @@ CLAIM_WEBHOOK: Final = _read("claim_webhook")
 BEGIN_DELIVERY: Final = _read("begin_delivery")
 RECORD_DELIVERY: Final = _read("record_delivery")
 COUNT_LISTED: Final = _read("count_listed")
+HOLD: Final = _read("held", "hold")
+RELEASE: Final = _read("held", "release")
 COUNT_HELD: Final = _read("count_held")
 QUEUE_JOB: Final = _read("queue_job")
 UNLIST: Final = _read("unlist")

@@ -9,7 +9,7 @@ if ARGV[7] ~= '' then
     redis.call('HSET', KEYS[10], 'blob', ARGV[7])
     redis.call('EXPIRE', KEYS[10], ARGV[8])
     -- The reference is the blob's token, its size and its digest.
-    redis.call('ZADD', KEYS[11], string.match(ARGV[7], ' (%d+) '), KEYS[10])
+    hold(KEYS[11], KEYS[10], tonumber(string.match(ARGV[7], ' (%d+) ')))
 end
 if ARGV[6] ~= '' then
     set_error(ARGV[6])

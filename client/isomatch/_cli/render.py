@@ -302,7 +302,7 @@ def print_jobs(jobs: Iterable[Job], console: Console) -> None:
             f"{job.progress.fraction:.0%}",
             local(job.created),
             Text(_subject(job.record, short=True)),
-            Text(job.progress.stage),
+            Text(job.record.stage),
         )
     console.print(table)
 
@@ -330,13 +330,11 @@ def print_job(record: JobRecord, console: Console) -> None:
         "kind": record.kind,
         "of": _subject(record),
         "state": record.state,
-        "progress": f"{record.progress.fraction:.0%}, {record.progress.stage}",
+        "progress": f"{record.progress.fraction:.0%}, {record.stage}",
         "queued": local(record.created),
         "started": "not yet" if record.started is None else local(record.started),
         "ended": "not yet" if record.ended is None else local(record.ended),
     }
-    if record.position is not None:
-        rows["jobs ahead"] = str(record.position)
     if record.error is not None:
         rows["error"] = record.error.summary
     if record.caller is not None:
@@ -351,9 +349,7 @@ def event_line(record: JobRecord) -> str:
     line = f"{datetime.now():%H:%M:%S}  {record.state:9}  {record.progress.fraction:4.0%}"
     if record.error is not None:
         return f"{line}  {record.error.summary}"
-    if record.position:
-        return f"{line}  {record.position} jobs ahead"
-    return f"{line}  {record.progress.stage}"
+    return f"{line}  {record.stage}"
 
 
 def listing(*names: str) -> Table:

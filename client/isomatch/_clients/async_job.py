@@ -72,6 +72,10 @@ class AsyncJob(RecordedJob, Generic[ResultT]):
     async def plot(self, *, alternative: int | None = None) -> "Figure":
         return await self._transport.run(results.plot_result(self._record, alternative))
 
+    @documented_as(Job.delete_result)
+    async def delete_result(self) -> None:
+        await self._transport.run(results.delete_result(self.id))
+
     @documented_as(Job.cancel)
     async def cancel(self) -> Self:
         self._remember(await self._transport.run(jobs.cancel_job(self.id)))

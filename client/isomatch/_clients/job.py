@@ -111,6 +111,20 @@ class Job(RecordedJob, Generic[ResultT]):
         """
         return self._transport.run(results.plot_result(self._record, alternative))
 
+    def delete_result(self) -> None:
+        """Delete the result of a job that has ended, with those of a batch's matches.
+
+        The job itself stays.
+
+        Raises
+        ------
+        Conflict
+            There is no result (yet).
+        Gone
+            It has expired, or was deleted before.
+        """
+        self._transport.run(results.delete_result(self.id))
+
     def cancel(self) -> Self:
         """Cancel the job if it is queued or running, and return it."""
         self._remember(self._transport.run(jobs.cancel_job(self.id)))

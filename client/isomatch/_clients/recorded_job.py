@@ -89,6 +89,11 @@ class RecordedJob:
         return self._record.position
 
     @property
+    def waiting_for(self) -> str | None:
+        """What a queued job waits for: ``"worker"``, as none is alive, or ``"turn"``; else None."""
+        return self._record.waiting_for
+
+    @property
     def created(self) -> datetime:
         """Time of queueing."""
         return self._record.created

@@ -33,11 +33,10 @@ async def finished(
     try:
         reported = -1.0
         async for record in job.events():
-            progress = record.progress
             # A recovered job begins anew, but progress of a call has to increase.
-            if progress.fraction > reported:
-                reported = progress.fraction
-                await context.report_progress(reported, 1.0, progress.stage)
+            if record.progress.fraction > reported:
+                reported = record.progress.fraction
+                await context.report_progress(reported, 1.0, record.stage)
         return job, await job.result()
     except anyio.get_cancelled_exc_class():
         with anyio.move_on_after(CANCELLING, shield=True):

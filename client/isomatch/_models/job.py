@@ -68,6 +68,7 @@ class JobRecord(Answer):
     started: datetime | None
     ended: datetime | None
     position: int | None
+    waiting_for: Literal["worker", "turn"] | None = None
     error: Problem | None
     caller: str | None
     webhook: JobWebhook | None
@@ -76,3 +77,12 @@ class JobRecord(Answer):
     def finished(self) -> bool:
         """True if the job has succeeded, failed or been cancelled."""
         return self.state in ("succeeded", "failed", "cancelled")
+
+    @property
+    def stage(self) -> str:
+        """Stage of a running job, or what a queued one waits for, in words."""
+        if self.state != "queued":
+            return self.progress.stage
+        if self.waiting_for == "worker":
+            return "no worker is alive"
+        return f"{self.position} jobs ahead" if self.position else "next in the queue"

@@ -39,6 +39,11 @@ def get_partial(job_id: str) -> Operation[PartialDissimilarities]:
     )
 
 
+def delete_result(job_id: str) -> Operation[None]:
+    """Delete the result of a job."""
+    yield from send(Call("DELETE", path_to("jobs", job_id, "result")))
+
+
 View: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom"]
 """Side from which shapes are drawn."""
 

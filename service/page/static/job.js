@@ -75,6 +75,7 @@ function statusOf(job) {
 
 function sentence(job) {
   if (job.state === "queued") {
+    if (job.waiting_for === "worker") return "Waiting: no worker is alive.";
     return job.position ? `Waiting, with ${job.position} ahead of it.` : "Waiting for a worker.";
   }
   if (job.state === "running") {

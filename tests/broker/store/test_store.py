@@ -319,13 +319,14 @@ def test_the_cache_drops_a_shape(store: Store) -> None:
 
 def test_a_spectrum_key_has_all_that_the_spectrum_depends_on() -> None:
     names = {
-        str(SpectrumKey(shape, eigenpairs, largest, simplify))
+        str(SpectrumKey(shape, eigenpairs, largest, simplify, file_type))
         for shape in ("a", "b")
         for eigenpairs in (10, 20)
         for largest in (False, True)
         for simplify in (None, 10, 500)
+        for file_type in ("off", "obj")
     }
-    assert len(names) == 24
+    assert len(names) == 48
 
 
 def test_locks_belong_to_their_holder(store: Store) -> None:

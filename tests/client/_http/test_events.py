@@ -7,6 +7,7 @@ import httpx2
 import isomatch
 import pytest
 from isomatch._http import EventReader, retries
+from isomatch._models import JobRecord
 
 JOB = {
     "id": "1",
@@ -63,10 +64,14 @@ class Service:
         return httpx2.Response(200, headers=headers, stream=stream)
 
 
-def followed(service: Service) -> list[str]:
+def records(service: Service) -> list[JobRecord]:
     transport = httpx2.MockTransport(service)
     with isomatch.Client("http://service.test", transport=transport) as client:
-        return [job.state for job in client.job("1").events()]
+        return list(client.job("1").events())
+
+
+def followed(service: Service) -> list[str]:
+    return [job.state for job in records(service)]
 
 
 def test_a_broken_stream_is_resumed() -> None:
@@ -78,6 +83,18 @@ def test_a_broken_stream_is_resumed() -> None:
     )
     assert followed(service) == ["queued", "running", "succeeded"]
     assert service.seen == [None, "a", "b", "b"]
+
+
+def test_a_queued_job_says_what_it_waits_for() -> None:
+    streams = (
+        event("a", waiting_for="worker"),
+        event("b", waiting_for="turn", position=3),
+        event("c", waiting_for="turn"),
+        event("d", state="running", progress={"stage": "level 2", "fraction": 0.6}),
+        event("e", state="succeeded"),
+    )
+    said = [job.stage for job in records(Service(b"".join(streams)))]
+    assert said[:4] == ["no worker is alive", "3 jobs ahead", "next in the queue", "level 2"]
 
 
 def test_failures_of_a_stream_are_limited() -> None:

@@ -13,7 +13,7 @@ import pytest
 from broker.contracts import JobKind, MatchResult, PicturePayload
 from broker.store import DEFAULT_KEYS
 from service.standalone import EmbeddedServer
-from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
+from tests.service.conftest import WORKERS, Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob, blob_file, off
 
 Shapes = tuple[str, str]
@@ -181,11 +181,13 @@ def test_queued_jobs(idle: tuple[httpx2.Client, Api]) -> None:
         ask(http, shapes, metric="geodesic", descriptor="none", orientation=False) for _ in range(3)
     ]
     assert [wait(http, job, 0)["position"] for job in jobs] == [0, 1, 2]
+    assert {wait(http, job, 0)["waiting_for"] for job in jobs} == {"worker"}
     answer = http.delete(jobs[0]["links"]["self"])
     assert answer.status_code == 200
     assert answer.json()["state"] == "cancelled"
     assert answer.json()["ended"] is not None
     assert [wait(http, job, 0)["position"] for job in jobs] == [None, 0, 1]
+    assert wait(http, jobs[0], 0)["waiting_for"] is None
     assert http.delete(jobs[0]["links"]["self"]).json() == answer.json()
     problem(http.get(jobs[0]["links"]["result"]), 409, "job-without-result")
     problem(http.get(jobs[1]["links"]["result"]), 409, "result-not-ready")
@@ -210,11 +212,15 @@ def test_a_long_poll_ends_with_the_time_or_the_job(idle: tuple[httpx2.Client, Ap
 
 def test_a_running_job_is_cancelled(http: httpx2.Client, upload: Upload) -> None:
     shape = upload(blob_file(4))["id"]
-    job = ask(http, (shape, shape), **LONG)
+    job, *others = (ask(http, (shape, shape), **LONG) for _ in range(WORKERS + 1))
     deadline = time.monotonic() + 240
     while wait(http, job, 0)["progress"]["fraction"] < 0.4:
         assert time.monotonic() < deadline
         time.sleep(0.02)
+    # All workers are busy.
+    assert wait(http, others[-1], 0)["waiting_for"] == "turn"
+    for other in others:
+        http.delete(other["links"]["self"])
     assert http.delete(job["links"]["self"]).json()["state"] in ("running", "cancelled")
     assert wait(http, job)["state"] == "cancelled"
     problem(http.get(job["links"]["result"]), 409, "job-without-result")

@@ -106,7 +106,7 @@ def test_a_second_match_computes_no_spectrum(served: JobQueue, run: Run, upload:
 def test_a_spectrum_is_computed_by_one_while_others_wait(served: JobQueue, upload: Upload) -> None:
     shape = upload(blob_file(4, seed=107))  # of no other test, whose spectra are kept
     before = served.store.spectra.counts()
-    payload = SpectrumPayload(shape=shape, eigenpairs=100, largest_component=False)
+    payload = SpectrumPayload(shape=shape, eigenpairs=100, largest_component=False, file_type="off")
     jobs = [served.submit(new_job(payload)) for _ in range(2)]
     parameters = MatchParameters(points=8)
     jobs += [served.submit_with_spectra(matching(shape, shape, parameters)) for _ in range(2)]

@@ -34,6 +34,7 @@ from broker.store import DEFAULT_KEYS
 from broker.webhooks import LEASE, WebhookSettings, dispatch, retry_delay
 from tests.receiver import Receiver, receiving
 from worker.jobs import Runner
+from worker.jobs.delivery import post
 
 SECRET = "a secret of more than sixteen letters"
 SETTINGS = WebhookSettings.model_validate(
@@ -278,6 +279,20 @@ def test_a_name_is_resolved_once(
         assert until_settled(queue, job, settings) == 1
     assert names == ["hook.example"]
     assert receiver.received[0].headers["host"] == f"hook.example:{receiver.port}"
+
+
+def test_a_name_of_many_addresses_takes_no_longer(monkeypatch: pytest.MonkeyPatch) -> None:
+    waited: list[float] = []
+
+    def connect(address: tuple[str, int], seconds: float) -> socket.socket:
+        waited.append(seconds)
+        raise TimeoutError
+
+    found = [(socket.AF_INET, socket.SOCK_STREAM, 6, "", (f"127.0.0.{n}", 80)) for n in range(100)]
+    monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: found)
+    monkeypatch.setattr(socket, "create_connection", connect)
+    assert post(Webhook(url="http://hook.example/"), b"", {}, SETTINGS).error is not None
+    assert sum(waited) <= SETTINGS.webhook_timeout
 
 
 def test_a_name_of_a_private_address_is_refused(
