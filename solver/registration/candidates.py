@@ -59,6 +59,25 @@ def first_pairs(
         yield _spectral_pairs(samples, np.diag(signs))
 
 
+def exchanged_pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+    """Yield the pairs of all choices of signs, with two successive eigenfunctions exchanged.
+
+    The eigenfunctions of shapes that are not isometric come in another order: the longer limbs have
+    the smaller eigenvalues, and those of an ape are its arms, of a person the legs.
+
+    Parameters
+    ----------
+    samples
+        Of X and Y.
+    """
+    count = 1 + min(_SIGNED, *(one.size - 1 for one in samples))
+    for place in range(1, count - 1):
+        order = np.arange(count)
+        order[[place, place + 1]] = place + 1, place
+        for signs in _choices(count):
+            yield _spectral_pairs(samples, np.diag(signs)[order])
+
+
 def varied_pairs(
     samples: tuple[Samples, Samples], alignments: Iterable[Alignment]
 ) -> Iterator[Pairs]:

@@ -101,6 +101,11 @@ class Task:
         """Whether the source is reflected in space."""
         return self.samples[0].reflection
 
+    @property
+    def positions(self) -> FloatArray:
+        """(V, 3) vertices of the target, at √area 1."""
+        return self.target.mesh.vertices
+
     def reflected(self) -> "Task":
         """Return the task with the source reflected."""
         return replace(self, samples=(self.samples[0].reflected(), self.samples[1]))
@@ -121,7 +126,7 @@ class Task:
             return 0.0
         functions = self.source.spectrum.eigenfunctions[here, : alignment.size]
         places = functions @ alignment.coefficients
-        goals = self.target.mesh.vertices[there]
+        goals = self.positions[there]
         return float(np.linalg.norm(places - goals, axis=1).mean())
 
 
@@ -161,7 +166,7 @@ def choose(task: Task, first: Start, stages: Sequence[Stage], control: Control) 
             register_candidate(task, samples, pairs, stage)
             for pairs in control.in_time(starts, least=1)
         ]
-        kept = ranked(found, task.target.mesh.vertices, stage.kept)
+        kept = ranked(found, task.positions, stage.kept)
     return kept
 
 

@@ -60,7 +60,7 @@ def cross(task: Task, candidates: Sequence[Candidate], control: Control) -> list
             register_candidate(task, samples, pairs, _STAGE)
             for pairs in control.in_time(crossed_pairs(samples, found))
         ]
-        found = ranked([*found, *crossed], task.target.mesh.vertices, _STAGE.kept)
+        found = ranked([*found, *crossed], task.positions, _STAGE.kept)
     return found
 
 

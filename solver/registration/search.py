@@ -1,4 +1,4 @@
-"""Search for the candidate that fits best: from coarse to fine, and further while in doubt."""
+"""Search for the candidate that fits best: from coarse to fine, and among others when in doubt."""
 
 from collections.abc import Iterator, Sequence
 
@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray
 from solver.control import Control
 from solver.registration.alignment import Pairs
-from solver.registration.candidates import Points, first_pairs, varied_pairs
+from solver.registration.candidates import Points, exchanged_pairs, first_pairs, varied_pairs
 from solver.registration.choice import (
     COARSE,
     FINE,
@@ -27,7 +27,8 @@ _KEPT = 16
 """Best candidates of the coarse stages that go through the fine ones."""
 
 _ROUNDS = 2
-"""How often, when in doubt, the best candidates are varied and crossed; a third changes nothing."""
+"""How often, when in doubt, the best candidates of a population are varied and crossed; a third
+time changes nothing."""
 
 _VARIED = 3
 """Best candidates whose signs are varied."""
@@ -37,6 +38,10 @@ def search(
     task: Task, hypotheses: Sequence[Points], control: Control
 ) -> tuple[list[Candidate], Confidence]:
     """Register candidates coarsely, the best finely; when in doubt, vary and cross the best ones.
+
+    When still in doubt, another population is searched likewise, from exchanged eigenfunctions. Its
+    candidates do not compete with those before: where hypotheses begin near a wrong answer, they
+    are so many that they crowd the others out.
 
     Parameters
     ----------
@@ -60,19 +65,32 @@ def search(
     def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         return first_pairs((task.source, task.target), samples, hypotheses)
 
-    positions = task.target.mesh.vertices
+    found = _population(task, first, hypotheses, control)
+    if _in_doubt(found, control):
+        others = _population(task, exchanged_pairs, (), control)
+        found = _joined(task, found, others)
+    return found, _confidence(found, control)
+
+
+def _population(
+    task: Task, first: Start, hypotheses: Sequence[Points], control: Control
+) -> list[Candidate]:
     coarse = choose(task, first, COARSE, control)
     found = _finely(task, coarse, control)
     for number in range(_ROUNDS):
-        if _confidence(found, control).probability >= SURE or control.expired:
+        if not _in_doubt(found, control):
             break
         varied = choose(task, _variations(found[:_VARIED]), COARSE, control)
         if number == 0:
             varied += _from_the_target(task, hypotheses, control)
-        coarse = cross(task, ranked([*coarse, *varied], positions), control)
-        further = ranked([*found, *_finely(task, coarse, control)], positions)
-        found = unless_it_is_close(found[0], further, positions)
-    return found, _confidence(found, control)
+        coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
+        found = _joined(task, found, _finely(task, coarse, control))
+    return found
+
+
+def _joined(task: Task, known: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
+    further = ranked([*known, *others], task.positions)
+    return unless_it_is_close(known[0], further, task.positions)
 
 
 def unless_it_is_close(
@@ -123,6 +141,10 @@ def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control)
 
 def _finely(task: Task, coarse: Sequence[Candidate], control: Control) -> list[Candidate]:
     return choose(task, again(coarse[:_KEPT], FINE[0].weights), FINE, control)
+
+
+def _in_doubt(found: Sequence[Candidate], control: Control) -> bool:
+    return not control.expired and _confidence(found, control).probability < SURE
 
 
 def _confidence(found: Sequence[Candidate], control: Control) -> Confidence:

@@ -1,5 +1,7 @@
 """Choice among candidates: those that differ, those that meet landmarks, and the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,13 @@ from solver.control import Control
 from solver.functional_maps import FunctionalMap
 from solver.mesh import triangle_mesh
 from solver.registration.alignment import GLOBAL, Alignment, Pairs, fit_alignment
-from solver.registration.candidates import Points, first_pairs, pairs_from_points, varied_pairs
+from solver.registration.candidates import (
+    Points,
+    exchanged_pairs,
+    first_pairs,
+    pairs_from_points,
+    varied_pairs,
+)
 from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, ranked
 from solver.registration.crossing import cross
 from solver.registration.fit import Fit, LocalFit
@@ -157,6 +165,24 @@ def test_there_are_as_many_candidates_as_hypotheses_and_signs(
     assert len(varied) == 2 * 64
     own = alignment.pairs(*samples, GLOBAL)
     np.testing.assert_array_equal(varied[0].images, own.images)
+
+
+def test_exchanged_eigenfunctions_are_matched_with_one_another(
+    surfaces: tuple[SmoothSurface, SmoothSurface],
+) -> None:
+    """Those of a surface and of one whose fourth and fifth come in the other order."""
+    samples = surfaces[0].samples.first(50)
+    order = np.arange(samples.size)
+    order[[4, 5]] = 5, 4
+    exchanged = replace(samples, eigenfunctions=samples.eigenfunctions[:, order])
+    found = list(exchanged_pairs((samples, exchanged)))
+    assert len(found) == 5 * 64
+    itself = [one for one in found if (one.images == np.arange(50)).all()]
+    assert len(itself) == 1
+    assert not any(
+        (one.images == np.arange(50)).all()
+        for one in first_pairs(surfaces, (samples, exchanged), ())
+    )
 
 
 def test_nothing_to_begin_with_gives_nothing(
