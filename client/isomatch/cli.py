@@ -14,6 +14,7 @@ from isomatch._cli import (
     LANDMARKS_EXAMPLES,
     MAPS_EXAMPLES,
     MATCH_EXAMPLES,
+    MATCH_FORMATS,
     REGISTER_EXAMPLES,
     SURFACES,
     TRANSFER_EXAMPLES,
@@ -116,7 +117,7 @@ def match(
             raise typer.BadParameter(message, param_hint="--picture")
         folder = MatchFolder.checked(output, targets, file_format, dense)
     elif (
-        (file := output_given(output)) is not None
+        (file := output_given(output, MATCH_FORMATS)) is not None
         and file.suffix[1:].lower() in SURFACES
         and not dense
     ):

@@ -17,6 +17,7 @@ from isomatch._cli.maps_command import maps
 from isomatch._cli.mcp_command import mcp
 from isomatch._cli.options import (
     FORMATS,
+    MATCH_FORMATS,
     AsJson,
     FileFormat,
     MatchOutput,
@@ -47,6 +48,7 @@ __all__ = [
     "LANDMARKS_EXAMPLES",
     "MAPS_EXAMPLES",
     "MATCH_EXAMPLES",
+    "MATCH_FORMATS",
     "REGISTER_EXAMPLES",
     "SURFACES",
     "TRANSFER_EXAMPLES",

@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Final, TypeVar
@@ -72,10 +72,10 @@ def _permitted(given: Path) -> Path:
     return given
 
 
-def output_given(given: Path | None) -> Path | None:
+def output_given(given: Path | None, formats: Sequence[str] = ENDINGS) -> Path | None:
     """Return the file of ``--output``, which is a file only with some arguments."""
     with _of_output():
-        return writable(given)
+        return _of_formats(writable(given), formats)
 
 
 @contextmanager
@@ -163,17 +163,11 @@ Targets = Annotated[
 
 def output_option(*formats: str) -> Any:
     """Return the option of a file for a result that is written in these formats besides JSON."""
-    others = " or ".join(", ".join(formats).upper().rsplit(", ", 1))
 
     def checked(given: Path | None) -> Path | None:
-        file = writable(given)
-        ending = "" if file is None else file.suffix.lower().removeprefix(".")
-        if ending in set(ENDINGS) - {"json", *formats}:
-            written = f"JSON, {others}" if formats else "JSON"
-            raise typer.BadParameter(f"this result has no {ending.upper()} file: give {written}")
-        return file
+        return _of_formats(writable(given), formats)
 
-    by_ending = f", or {others} by its ending" if formats else ""
+    by_ending = f", or {_either(formats)} by its ending" if formats else ""
     return typer.Option(
         "--output",
         "-o",
@@ -183,7 +177,23 @@ def output_option(*formats: str) -> Any:
     )
 
 
+def _of_formats(file: Path | None, formats: Sequence[str]) -> Path | None:
+    """Refuse an ending of which there are results, but not this one."""
+    ending = "" if file is None else file.suffix.lower().removeprefix(".")
+    if ending in set(ENDINGS) - {"json", *formats}:
+        written = f"JSON, {_either(formats)}" if formats else "JSON"
+        raise typer.BadParameter(f"this result has no {ending.upper()} file: give {written}")
+    return file
+
+
+def _either(formats: Sequence[str]) -> str:
+    return " or ".join(", ".join(formats).upper().rsplit(", ", 1))
+
+
 Output = Annotated[Path | None, output_option(*ENDINGS[1:])]
+MATCH_FORMATS: Final = ("npz", "csv", "ply", "obj", "glb", "png")
+"""Formats of the result of a single match besides JSON."""
+
 MatchOutput = Annotated[
     Path | None,
     typer.Option(

@@ -278,7 +278,8 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
             assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
             said = " ".join(done.stderr.replace("│", " ").split())
             assert re.search("no folder|(is|not) a folder|no permission", said), said
-    for command, name in ((files[2], "a.ply"), (files[4], "a.csv"), (files[6], "a.npz")):
+    formats = (0, "a.zip"), (2, "a.ply"), (4, "a.csv"), (6, "a.npz")
+    for command, name in ((files[place], name) for place, name in formats):
         done = run(*command, tmp_path / name, url="http://127.0.0.1:9")
         assert done.returncode == 2
         assert "this result has no" in done.stderr
