@@ -13,7 +13,7 @@ from solver.registration.alignment import GLOBAL, LOCAL, Pairs, align
 from solver.registration.candidates import MIN_POINTS, Points, first_pairs
 from solver.registration.choice import COARSE, FINE, Candidate, Task, again, choose
 from solver.registration.confidence import Confidence
-from solver.registration.search import search
+from solver.registration.search import search, search_others
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
 from solver.shape import Shape
@@ -141,6 +141,8 @@ def register(
     hypotheses: Sequence[Points],
     control: Control,
     landmarks: Points = NO_LANDMARKS,
+    *,
+    others: bool = True,
 ) -> Registration | None:
     """Register a source to a target: bend it onto the target in space, and see how well it fits.
 
@@ -159,6 +161,8 @@ def register(
         May cancel; past its deadline, less is tried.
     landmarks
         Vertices of X and Y that are known to correspond: candidates that miss them come last.
+    others
+        Whether another population of candidates is searched when the answer is in doubt.
 
     Returns
     -------
@@ -180,16 +184,20 @@ def register(
         return None
     samples = ours.samples, theirs.samples
     task = Task(ours, theirs, samples, landmarks)
-    direct = _registered(source, target, task, hypotheses, control)
+    found = _registered(source, target, task, hypotheses, control)
     if len(landmarks[0]):
         # Landmarks may mean the mirror image.
         mirrored = _registered(source, target, task.reflected(), hypotheses, control)
-        return min(direct, mirrored, key=lambda one: (one.candidates[0].missed, one.score))
-    if control.expired or not _may_be_reflected(task, direct.candidates[0], control):
-        return direct
+        found = min(found, mirrored, key=lambda one: (one.candidates[0].missed, one.score))
+    if others:
+        found = _searched_further(found, task, control)
+    if len(landmarks[0]) or control.expired:
+        return found
+    if not _may_be_reflected(task, found.candidates[0], control):
+        return found
     mirrored = _registered(source, target, task.reflected(), hypotheses, control)
-    if mirrored.score >= direct.score - _REFLECTED_MARGIN:
-        return direct
+    if mirrored.score >= found.score - _REFLECTED_MARGIN:
+        return found
     return replace(mirrored, confidence=mirrored.confidence.of_reflection())
 
 
@@ -244,3 +252,9 @@ def _registered(
 ) -> Registration:
     found, confidence = search(task, hypotheses, control)
     return Registration(source, target, tuple(found), task.is_reflected, confidence)
+
+
+def _searched_further(found: Registration, task: Task, control: Control) -> Registration:
+    of_it = task.reflected() if found.reflected else task
+    candidates, confidence = search_others(of_it, found.candidates, control)
+    return replace(found, candidates=tuple(candidates), confidence=confidence)

@@ -39,10 +39,6 @@ def search(
 ) -> tuple[list[Candidate], Confidence]:
     """Register candidates coarsely, the best finely; when in doubt, vary and cross the best ones.
 
-    When still in doubt, another population is searched likewise, from exchanged eigenfunctions. Its
-    candidates do not compete with those before: where hypotheses begin near a wrong answer, they
-    are so many that they crowd the others out.
-
     Parameters
     ----------
     task
@@ -66,9 +62,36 @@ def search(
         return first_pairs((task.source, task.target), samples, hypotheses)
 
     found = _population(task, first, hypotheses, control)
+    return found, _confidence(found, control)
+
+
+def search_others(
+    task: Task, known: Sequence[Candidate], control: Control
+) -> tuple[list[Candidate], Confidence]:
+    """Search another population, from exchanged eigenfunctions, if the best known is in doubt.
+
+    Its candidates do not compete with those known: where hypotheses begin near a wrong answer, they
+    are so many that they crowd the others out.
+
+    Parameters
+    ----------
+    task, control
+        As for :func:`search`.
+    known
+        What that has found.
+
+    Returns
+    -------
+    Those of both, as of :func:`search`.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    found = list(known)
     if _in_doubt(found, control):
-        others = _population(task, exchanged_pairs, (), control)
-        found = _joined(task, found, others)
+        found = _joined(task, found, _population(task, exchanged_pairs, (), control))
     return found, _confidence(found, control)
 
 

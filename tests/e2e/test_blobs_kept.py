@@ -16,7 +16,7 @@ from tests.worker.figures import blob_file
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
-QUICK: dict[str, Any] = {"points": 6, "eigenpairs": 30}
+QUICK: dict[str, Any] = {"points": 6, "eigenpairs": 30, "orientation": False}
 KILLS = 4
 
 

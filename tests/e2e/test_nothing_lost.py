@@ -26,7 +26,7 @@ RECOVERY = 60.0
 LONG: dict[str, Any] = {"points": 160, "coarse_points": 10, "alternatives": 32}
 """Parameters of a match that takes some seconds, within the memory limit."""
 
-QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30}
+QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30, "orientation": False}
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,8 @@ const AGAIN = 500;
 /** A problem document of the service; its status is 0 if the service cannot be reached. */
 export class Problem extends Error {
   constructor(status, document = {}) {
-    super(document.detail ?? document.title ?? `The service answered ${status}.`);
+    // The page shows the errors themselves.
+    super(document.detail?.replace(/; `errors` says [a-z ]+\.$/, ".") ?? document.title ?? `The service answered ${status}.`);
     this.status = status;
     this.title = document.title ?? "Something went wrong";
     this.errors = document.errors ?? [];

@@ -109,7 +109,7 @@ function remark(landmarks, points, side) {
   const far = apart.filter((distance) => distance > FAR).length;
   if (far === 0) return null;
   const worst = landmarks[apart.indexOf(Math.max(...apart))].label;
-  return h("p", { class: "warnings" }, `${far} of them are far from the surface, "${worst}" most of all; the nearest points of the`
+  return h("p", { class: "warnings" }, `${far} of them ${far === 1 ? "is" : "are"} far from the surface, "${worst}" most of all; the nearest points of the`
     + " surface are taken. Are these landmarks of this mesh, and are its coordinates named rightly?");
 }
 

@@ -98,7 +98,8 @@ def map_points(
             source = surface.shape(target, spectra)
             known = [(surface.points[x], y) for x, y in (*images, *hypotheses)]
             starts = [*known, *_own_matches(source, target, control.quiet())]
-            registration = register(source, target, starts, control)
+            # The other surfaces are other ways to the answer.
+            registration = register(source, target, starts, control, others=False)
         except (MeshError, OptionError):  # archives may hold any surface
             continue
         if registration is None:

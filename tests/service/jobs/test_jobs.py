@@ -19,7 +19,7 @@ from tests.worker.figures import blob, blob_file, off
 Shapes = tuple[str, str]
 Upload = Callable[..., Json]
 
-QUICK = {"points": 8, "eigenpairs": 30}
+QUICK = {"points": 8, "eigenpairs": 30, "orientation": False}
 LONG = {"points": 256, "coarse_points": 10, "alternatives": 32}
 """Parameters of a match that lasts, on a larger shape."""
 

@@ -81,6 +81,7 @@ def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[
     expect(points).to_have_attribute("aria-invalid", "true")
     expect(points).to_be_focused()
     expect(page.get_by_role("alert")).to_contain_text("points")
+    expect(page.get_by_role("alert")).not_to_contain_text("`errors`")
 
 
 def test_rarer_parameters_are_folded(page: Page, upload: Callable[..., Json]) -> None:

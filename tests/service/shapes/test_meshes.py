@@ -29,7 +29,7 @@ from tests.solver.mesh.repair.test_damage import name_of
 
 Upload = Callable[..., Json]
 
-QUICK = {"points": 8, "eigenpairs": 30}
+QUICK = {"points": 8, "eigenpairs": 30, "orientation": False}
 
 
 def ply(damaged: Damaged) -> bytes:

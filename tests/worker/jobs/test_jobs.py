@@ -34,7 +34,7 @@ Upload = Callable[..., str]
 
 linux = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="reads /proc")
 
-QUICK = MatchParameters(points=8, eigenpairs=30)
+QUICK = MatchParameters(points=8, eigenpairs=30, orientation=False)
 
 
 def matching(source: str, target: str, parameters: MatchParameters = QUICK) -> MatchPayload:

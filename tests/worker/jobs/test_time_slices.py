@@ -153,7 +153,7 @@ class Watched:
 
 def test_other_jobs_do_not_wait_for_a_large_comparison(served: JobQueue, upload: Upload) -> None:
     shape = upload(blob_file(2))
-    quick = MatchParameters(points=8, eigenpairs=30)
+    quick = MatchParameters(points=8, eigenpairs=30, orientation=False)
     matching = MatchPayload(source=shape, target=shape, parameters=quick)
     watched = begun(served, seed=10)
     while not watched.look():

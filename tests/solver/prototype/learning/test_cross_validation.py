@@ -48,12 +48,16 @@ def matched(target: Shape, **options: float) -> Match:
     return match_prototype(prototype(), target, MatchOptions(**options))  # type: ignore[arg-type]
 
 
+def plain(target: Shape, **options: float) -> Match:
+    return matched(target, orientation=False, **options)
+
+
 def unlike(answer: Match) -> bool:
     return any("unlike" in warning for warning in answer.warnings)
 
 
 def test_misfit_separates_another_human_from_an_animal() -> None:
-    usual, animal = matched(figure("human", "walking", 9)), matched(figure("cat", "standing", 0))
+    usual, animal = matched(figure("human", "walking", 9)), plain(figure("cat", "standing", 0))
     assert usual.misfit is not None
     assert animal.misfit is not None
     limit = prototype().greatest_misfit
@@ -87,8 +91,8 @@ def test_misfit_is_unknown_without_a_comparable_usual_energy() -> None:
     assert np.isnan(few.greatest_misfit)
     assert match_prototype(few, target, MatchOptions(orientation=False)).misfit is None
     for options in ({"beta": 2.0}, {"first_order_weight": 0.2}, {"occlusion_cost": 5.0}):
-        assert matched(target, orientation=False, **options).misfit is None
-    assert matched(target, orientation=False, points=6).misfit is None
+        assert plain(target, **options).misfit is None
+    assert plain(target, points=6).misfit is None
 
 
 def test_two_points_have_no_usual_energy() -> None:

@@ -129,7 +129,7 @@ def test_two_matched_examples_are_oriented() -> None:
 
 
 def test_an_unreached_one_of_few_examples_is_left_out() -> None:
-    stranger, horse = Shape(shapes.blob(3)), examples("horse")[0]
+    stranger, horse = Shape(shapes.blob(2)), examples("horse")[0]
     found = matched_examples([stranger, horse], _OPTIONS, reference=1)
     assert found.kept == (1,)
     (warning,) = found.warnings
@@ -180,7 +180,7 @@ def test_the_answer_is_the_most_likely_hypothesis_that_agrees_with_the_surface()
 
 
 def test_a_shape_unlike_all_examples_is_matched_as_without_surfaces() -> None:
-    stranger = Shape(shapes.blob(3))
+    stranger = Shape(shapes.blob(2))
     learned = replace(prototype("human"), surfaces=prototype("human").surfaces[:1])
     few = MatchOptions(points=8, coarse_points=7, alternatives=2)
     answer = match_prototype(learned, stranger, few)
