@@ -36,11 +36,16 @@ demo: $(VENV)/runtime  ## start everything, match two generated shapes, draw the
 serve: $(VENV)/runtime  ## run the whole service on this machine until interrupted
 	$(BIN)/python -m service
 
-# What is compiled beforehand, while the checks run, is not compiled by each of the tests' processes at the same time.
-test: $(VENV)/dev browser  ## the checks and all tests
+# The kernels are compiled while the packages for the tests are installed: otherwise each of the tests' processes would do it
+# at the same time. The checks run beside the tests, which leave a part of the processors idle, and give way to them.
+test: $(VENV)/runtime  ## the checks and all tests
 	@ISOMATCH_LOG_LEVEL=WARNING $(BIN)/python -m worker --warm-up & warming=$$!; \
-	$(MAKE) --no-print-directory lint || { kill $$warming; exit 1; }; wait $$warming
-	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder
+	$(MAKE) --no-print-directory $(VENV)/dev browser || { kill $$warming; exit 1; }; \
+	wait $$warming || exit 1; \
+	nice $(MAKE) --no-print-directory lint & checking=$$!; \
+	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder; tested=$$?; \
+	wait $$checking || { echo "The checks failed; what they found is said above the tests."; exit 1; }; \
+	exit $$tested
 
 # Playwright's own browsers come from a host of their own; Debian's serves as well.
 APT := apt-get -o Acquire::Retries=1 -o Acquire::http::Timeout=30 -o DPkg::Lock::Timeout=120 -qq

@@ -17,7 +17,7 @@ from tests.service.conftest import LIMIT, PATIENCE, Api, empty_database, served_
 from tests.worker.figures import blob_file
 
 ROOT = Path(__file__).resolve().parents[3]
-EXAMPLES = 5
+EXAMPLES = 3
 """Requests of each kind for each call."""
 
 PHASES = ("examples", "coverage", "fuzzing", "stateful")
