@@ -8,6 +8,9 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 # whatever the environment says: otherwise each process of the service and its tests would compile its modules again.
 export PYTHONDONTWRITEBYTECODE :=
 
+# Not written out in recipes: a line with the variable of make itself would run under `make -n` as well.
+SUBMAKE := $(MAKE) --no-print-directory
+
 # Processes that run tests; one runs those of a file, or of one service. Many wait for services, so two are as many as two cores need.
 TESTERS ?= 2
 
@@ -40,9 +43,9 @@ serve: $(VENV)/runtime  ## run the whole service on this machine until interrupt
 # at the same time. The checks run beside the tests, which leave a part of the processors idle, and give way to them.
 test: $(VENV)/runtime  ## the checks and all tests
 	@ISOMATCH_LOG_LEVEL=WARNING $(BIN)/python -m worker --warm-up & warming=$$!; \
-	$(MAKE) --no-print-directory $(VENV)/dev browser || { kill $$warming; exit 1; }; \
+	$(SUBMAKE) $(VENV)/dev browser || { kill $$warming; exit 1; }; \
 	wait $$warming || exit 1; \
-	nice $(MAKE) --no-print-directory lint & checking=$$!; \
+	nice $(SUBMAKE) lint & checking=$$!; \
 	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder; tested=$$?; \
 	wait $$checking || { echo "The checks failed; what they found is said above the tests."; exit 1; }; \
 	exit $$tested

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 RECOVERY = 60.0
 """Seconds within which lost jobs have to continue."""
 
-LONG: dict[str, Any] = {"points": 160, "coarse_points": 10, "alternatives": 32}
+LONG: dict[str, Any] = {"points": 120, "coarse_points": 10, "alternatives": 32}
 """Parameters of a match that takes some seconds, within the memory limit."""
 
 QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30, "orientation": False}
@@ -78,8 +78,8 @@ def test_a_worker_is_killed(cluster: Cluster, shape: str) -> None:
 
 
 def test_a_worker_is_killed_while_it_learns_a_prototype(cluster: Cluster) -> None:
-    shapes = [cluster.upload(data) for data in family(4, subdivisions=3)]
-    job = cluster.learn(shapes, name="survivor", points=48, eigenpairs=40)
+    shapes = [cluster.upload(data) for data in family(3, subdivisions=3)]
+    job = cluster.learn(shapes, name="survivor", points=32, eigenpairs=40)
     cluster.until_begun(job)
     worker, _ = cluster.worker_of(job)
     worker.kill()
