@@ -62,13 +62,19 @@ def first_pairs(
 def exchanged_pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
     """Yield the pairs of all choices of signs, with two successive eigenfunctions exchanged.
 
-    The eigenfunctions of shapes that are not isometric come in another order: the longer limbs have
-    the smaller eigenvalues, and those of an ape are its arms, of a person the legs.
+    Eigenfunctions of shapes that are not isometric may come in another order, as those of longer
+    limbs have smaller eigenvalues.
 
     Parameters
     ----------
     samples
         Of X and Y.
+
+    Yields
+    ------
+    Pairs
+        Of every exchange of two of the first eigenfunctions but the constant one, and every choice
+        of signs: 5 · 2⁶ where there are enough.
     """
     count = 1 + min(_SIGNED, *(one.size - 1 for one in samples))
     for place in range(1, count - 1):

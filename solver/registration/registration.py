@@ -149,7 +149,8 @@ def register(
     Candidates begin at the hypotheses and at the signs of eigenfunctions. Those registered best are
     registered more finely, and the one that fits best is chosen: the direct one, wherever the
     surfaces tell left from right and front from back, as displacements reflect nothing. Where
-    landmarks are given, or it fits better coarsely, the reflected source is registered as well.
+    landmarks are given, or it fits better coarsely, the reflected source is registered as well. In
+    doubt, candidates from other beginnings are searched besides (:func:`.search_others`).
 
     Parameters
     ----------
