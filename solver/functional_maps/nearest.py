@@ -1,8 +1,11 @@
 """Nearest neighbours in many dimensions, where space-partitioning trees do not help."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from solver.arrays import IntArray, RealArray
+from solver.kernel import kernel
 
 _BLOCK_SIZE = 200_000
 """Distances computed at a time: they stay in the processor's cache."""
@@ -21,16 +24,12 @@ def nearest_points(queries: RealArray, points: RealArray) -> IntArray:
 
     Returns
     -------
-    (S,) int64 rows of `points`. O(S M k) time, O(S + M) memory.
+    (S,) int64 rows of `points`. O(S M k) time, O((S + M) k) memory.
     """
-    halves = np.einsum("ij,ij->i", points, points)
-    halves *= 0.5
+    ours, theirs = _lifted(queries, points)
     found = np.empty(len(queries), dtype=np.int64)
-    rows = max(_BLOCK_SIZE // max(len(points), 1), _MIN_BLOCK_ROWS)
-    for start in range(0, len(queries), rows):
-        products = queries[start : start + rows] @ points.T
-        np.subtract(halves, products, out=products)
-        np.argmin(products, axis=1, out=found[start : start + rows])
+    for block in _blocks(len(queries), len(points)):
+        np.argmax(ours[block] @ theirs.T, axis=1, out=found[block])
     return found
 
 
@@ -47,20 +46,55 @@ def mutual_nearest_points(points: RealArray, others: RealArray) -> tuple[IntArra
     (S,) int64 rows of `others`, and (M,) int64 rows of `points`. Each product of a point and an
     other is computed once.
     """
-    here = 0.5 * np.einsum("ij,ij->i", points, points)
-    there = 0.5 * np.einsum("ij,ij->i", others, others)
+    ours, theirs = _lifted(points, others)
+    halves = _half_squares(points)
     images = np.empty(len(points), dtype=np.int64)
     back = np.zeros(len(others), dtype=np.int64)
-    least = np.full(len(others), np.inf, dtype=points.dtype)
-    rows = max(_BLOCK_SIZE // max(len(others), 1), _MIN_BLOCK_ROWS)
-    for start in range(0, len(points), rows):
-        block = slice(start, start + rows)
-        squares = points[block] @ others.T
-        np.subtract(there, squares, out=squares)
-        np.argmin(squares, axis=1, out=images[block])
-        squares += here[block, None]
-        nearest = np.argmin(squares, axis=0)
-        found = squares[nearest, np.arange(len(others))]
-        closer = found < least
-        back[closer], least[closer] = start + nearest[closer], found[closer]
+    most = np.full(len(others), -np.inf, dtype=points.dtype)
+    for block in _blocks(len(points), len(others)):
+        products = ours[block] @ theirs.T
+        np.argmax(products, axis=1, out=images[block])
+        _nearest_row(products, halves[block], block.start, most, back)
     return images, back
+
+
+def _lifted(queries: RealArray, points: RealArray) -> tuple[RealArray, RealArray]:
+    """(S, k + 1) and (M, k + 1) whose products are x · y - |y|²/2: the greater, the nearer."""
+    k = queries.shape[1]
+    ours = np.empty((len(queries), k + 1), dtype=queries.dtype)
+    theirs = np.empty((len(points), k + 1), dtype=points.dtype)
+    ours[:, :k], ours[:, k] = queries, 1.0
+    theirs[:, :k], theirs[:, k] = points, -_half_squares(points)
+    return ours, theirs
+
+
+def _half_squares(points: RealArray) -> RealArray:
+    halves: RealArray = 0.5 * np.einsum("ij,ij->i", points, points)
+    return halves
+
+
+def _blocks(queries: int, points: int) -> Iterator[slice]:
+    rows = max(_BLOCK_SIZE // max(points, 1), _MIN_BLOCK_ROWS)
+    return (slice(start, start + rows) for start in range(0, queries, rows))
+
+
+@kernel
+def _nearest_row(
+    products: RealArray, halves: RealArray, start: int, most: RealArray, back: IntArray
+) -> None:
+    """Update the nearest point to each other by a block of points.
+
+    Parameters
+    ----------
+    products
+        (n, M) of :func:`_lifted`, for points `start`, `start` + 1, ...
+    halves
+        (n,) |x|²/2 of these points.
+    most, back
+        (M,) greatest difference of the two so far, and its point; overwritten.
+    """
+    for i in range(products.shape[0]):
+        for j in range(products.shape[1]):
+            value = products[i, j] - halves[i]
+            if value > most[j]:
+                most[j], back[j] = value, start + i
