@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points
+from solver.kernel import kernel
 from solver.registration.rotations import nearest_rotations
 from solver.registration.surface import Samples
 
@@ -68,6 +69,35 @@ class Pairs:
     images: IntArray
     back: IntArray
 
+    @property
+    def weights(self) -> FloatArray:
+        """(S, 1) weights of the source samples, with sum 1: both directions weigh the same."""
+        n, m = len(self.images), len(self.back)
+        weights = np.full((n, 1), 0.5 / n)
+        weights[:, 0] += 0.5 / m * np.bincount(self.back, minlength=n)
+        return weights
+
+    def partners(self, values: FloatArray, k: int) -> FloatArray:
+        """(S, k) weighted means of the first k of (M, K) values over all pairs of each sample.
+
+        Fits of least squares to these means, with `weights`, are those to all S + M pairs.
+        """
+        return _sums(self.images, self.back, values, k) / self.weights
+
+
+@kernel
+def _sums(images: IntArray, back: IntArray, values: FloatArray, k: int) -> FloatArray:
+    """(S, k) weighted sums of the first k values over all pairs of each source sample."""
+    n, m = len(images), len(back)
+    sums = np.empty((n, k))
+    for i in range(n):
+        for d in range(k):
+            sums[i, d] = 0.5 / n * values[images[i], d]
+    for j in range(m):
+        for d in range(k):
+            sums[back[j], d] += 0.5 / m * values[j, d]
+    return sums
+
 
 @dataclass(frozen=True, eq=False)
 class Alignment:
@@ -94,38 +124,45 @@ class Alignment:
 
     def embed(
         self, source: Samples, target: Samples, weights: Weights
-    ) -> tuple[FloatArray, FloatArray]:
+    ) -> tuple[RealArray, RealArray]:
         """Embed both surfaces.
 
         Returns
         -------
-        (S, k + 6) of the displaced source and (M, k + 6) of the target.
+        (S, k + 6) of the displaced source and (M, k + 6) of the target, in single precision.
         """
+        displaced = source.surface(self.coefficients)
+        return self.embed_source(source, displaced, weights), self.embed_target(target, weights)
+
+    def embed_source(
+        self, source: Samples, displaced: tuple[FloatArray, FloatArray], weights: Weights
+    ) -> RealArray:
+        """(S, k + 6) embedding of the source with given displaced positions and normals."""
+        return _embedding(self.functional_map.images(source.eigenfunctions), *displaced, weights)
+
+    def embed_target(self, target: Samples, weights: Weights) -> RealArray:
+        """(M, k + 6) embedding of the target, which depends on numbers of eigenfunctions alone."""
         k = self.functional_map.size
-        spectrum = weights.spectrum / np.sqrt(k)
-        positions, normals = source.surface(self.coefficients)
-        there, there_normals = target.smoothed(self.size)
-        return (
-            np.hstack(
-                [
-                    spectrum * self.functional_map.images(source.eigenfunctions),
-                    weights.space * positions,
-                    weights.normals * normals,
-                ]
-            ),
-            np.hstack(
-                [
-                    spectrum * target.eigenfunctions[:, :k],
-                    weights.space * there,
-                    weights.normals * there_normals,
-                ]
-            ),
-        )
+        key = (k, self.size, weights.spectrum, weights.space, weights.normals)
+        if key not in target.embedded:
+            functions = target.eigenfunctions[:, :k]
+            target.embedded[key] = _embedding(functions, *target.smoothed(self.size), weights)
+        return target.embedded[key]
 
     def pairs(self, source: Samples, target: Samples, weights: Weights) -> Pairs:
-        """Nearest neighbours in the embedding, in single precision."""
-        ours, theirs = self.embed(source, target, weights)
-        return Pairs(*mutual_nearest_points(ours.astype(np.float32), theirs.astype(np.float32)))
+        """Nearest neighbours in the embedding."""
+        return Pairs(*mutual_nearest_points(*self.embed(source, target, weights)))
+
+
+def _embedding(
+    functions: FloatArray, positions: FloatArray, normals: FloatArray, weights: Weights
+) -> RealArray:
+    k = functions.shape[1]
+    found = np.empty((len(functions), k + 6), dtype=np.float32)
+    found[:, :k] = weights.spectrum / np.sqrt(k) * functions
+    found[:, k : k + 3] = weights.space * positions
+    found[:, k + 3 :] = weights.normals * normals
+    return found
 
 
 def align(
@@ -178,19 +215,15 @@ def fit_alignment(source: Samples, target: Samples, pairs: Pairs, size: int) -> 
         Number of eigenfunctions; all there are, if it is greater.
     """
     k = min(size, source.size, target.size)
-    n, m = len(source), len(target)
-    rows = np.concatenate([np.arange(n), pairs.back])
-    columns = np.concatenate([pairs.images, np.arange(m)])
-    weights = np.concatenate([np.full(n, 0.5 / n), np.full(m, 0.5 / m)])[:, None]
-    there, here = target.smoothed(k)[0][columns], source.smoothed(k)[0][rows]
-    turn = rotation_onto(here, there, weights)
+    weights, functions = pairs.weights, source.eigenfunctions[:, :k]
+    goals = pairs.partners(target.smoothed(k)[0], 3)
+    turn = rotation_onto(source.smoothed(k)[0], goals, weights)
     coefficients = source.coefficients[:k] @ turn
-    ours, theirs = source.eigenfunctions[rows, :k], target.eigenfunctions[columns, :k]
-    weighted = (ours * weights).T
+    weighted = (functions * weights).T
     ridge = _RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), _LEAST)
-    gram = weighted @ ours + np.diag(ridge + _LEAST)
-    displacement = np.linalg.solve(gram, weighted @ (there - ours @ coefficients))
-    left, _, right = np.linalg.svd((weighted @ theirs).T)
+    gram = weighted @ functions + np.diag(ridge + _LEAST)
+    displacement = np.linalg.solve(gram, weighted @ (goals - functions @ coefficients))
+    left, _, right = np.linalg.svd((weighted @ pairs.partners(target.eigenfunctions, k)).T)
     return Alignment(coefficients + displacement, FunctionalMap(left @ right), turn)
 
 

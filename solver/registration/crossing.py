@@ -87,6 +87,4 @@ def crossed_pairs(
             if _FEW <= taken.mean() <= 1.0 - _FEW:
                 ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
                 theirs = embedded[first][1]
-                yield Pairs(
-                    *mutual_nearest_points(ours.astype(np.float32), theirs.astype(np.float32))
-                )
+                yield Pairs(*mutual_nearest_points(ours, theirs))

@@ -133,10 +133,12 @@ def measure_fit(
     -------
     The fit, and what its local measures are made of.
     """
-    ours, theirs = (one.astype(np.float32) for one in alignment.embed(source, target, weights))
+    displaced = source.surface(alignment.coefficients)
+    ours = alignment.embed_source(source, displaced, weights)
+    theirs = alignment.embed_target(target, weights)
     pairs = Pairs(*mutual_nearest_points(ours, theirs))
     sheared, stretched = strain(source, alignment)
-    normals = source.surface(alignment.coefficients)[1], target.smoothed(alignment.size)[1]
+    normals = displaced[1], target.smoothed(alignment.size)[1]
     densities = np.stack(
         [
             _both_ways(pairs, ours, theirs, _distances),

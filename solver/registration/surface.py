@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from solver.arrays import FloatArray, IntArray, RealArray
+from solver.kernel import kernel
 from solver.mesh import TriangleMesh, face_normals, vertex_normals
 from solver.shape import Shape, euclidean_farthest_points
 
@@ -54,6 +55,8 @@ class Samples:
         (S, m) mean curvature after diffusion for m times, without unit.
     reflection
         Whether the surface is reflected, so that cross products of tangents point inwards.
+    embedded
+        Embeddings computed so far, see :meth:`.Alignment.embed_target`.
     """
 
     vertices: IntArray
@@ -64,6 +67,7 @@ class Samples:
     tangents: FloatArray
     curvatures: FloatArray
     reflection: bool = False
+    embedded: dict[tuple[float, ...], RealArray] = field(default_factory=dict, repr=False)
     _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
@@ -83,6 +87,7 @@ class Samples:
             eigenfunctions=self.eigenfunctions[:count],
             tangents=self.tangents[:, :count],
             curvatures=self.curvatures[:count],
+            embedded={},
             _smoothed={},
         )
 
@@ -99,11 +104,9 @@ class Samples:
         (S, 3) positions and (S, 3) unit normals.
         """
         k = len(coefficients)
-        normals = np.cross(*self.derivatives(coefficients))
-        if self.reflection:
-            normals = -normals
-        lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-        return self.eigenfunctions[:, :k] @ coefficients, normals / np.maximum(lengths, 1e-12)
+        first, second = self.derivatives(coefficients)
+        normals = _unit_normals(first, second, -1.0 if self.reflection else 1.0)
+        return self.eigenfunctions[:, :k] @ coefficients, normals
 
     def derivatives(self, coefficients: FloatArray) -> FloatArray:
         """(2, S, 3) derivatives of a smooth surface's positions in both directions."""
@@ -135,8 +138,21 @@ class Samples:
             positions=self.positions * MIRROR,
             coefficients=self.coefficients * MIRROR,
             reflection=not self.reflection,
+            embedded={},
             _smoothed={},
         )
+
+
+@kernel
+def _unit_normals(first: FloatArray, second: FloatArray, side: float) -> FloatArray:
+    """(S, 3) unit vectors along the cross products of (S, 3) tangents, times `side`."""
+    normals = np.empty_like(first)
+    for i in range(len(first)):
+        (a, b, c), (p, q, r) = first[i], second[i]
+        x, y, z = b * r - c * q, c * p - a * r, a * q - b * p
+        scale = side / max(np.sqrt(x * x + y * y + z * z), 1e-12)
+        normals[i, 0], normals[i, 1], normals[i, 2] = scale * x, scale * y, scale * z
+    return normals
 
 
 def commute_times(samples: Samples, chosen: IntArray) -> RealArray:

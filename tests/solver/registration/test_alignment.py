@@ -94,9 +94,8 @@ def test_the_embedding_has_the_weights_it_says(surface: SmoothSurface) -> None:
     np.testing.assert_allclose(ours, theirs, atol=1e-12)
     assert ours.shape == (len(samples), k + 6)
     positions, normals = samples.smoothed(k)
-    np.testing.assert_allclose(ours[:, :k], 0.5 / 4.0 * samples.eigenfunctions[:, :k])
-    np.testing.assert_allclose(ours[:, k : k + 3], 3.0 * positions)
-    np.testing.assert_allclose(ours[:, k + 3 :], 0.25 * normals)
+    expected = 0.5 / 4.0 * samples.eigenfunctions[:, :k], 3.0 * positions, 0.25 * normals
+    np.testing.assert_allclose(ours, np.hstack(expected), rtol=1e-6, atol=1e-6)
 
 
 def test_nearest_neighbours_of_both_directions(surface: SmoothSurface) -> None:
