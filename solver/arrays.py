@@ -14,5 +14,8 @@ RealArray: TypeAlias = npt.NDArray[np.float32] | npt.NDArray[np.float64]
 IntArray: TypeAlias = npt.NDArray[np.int64]
 """int64 array; the docstring that uses it gives the shape."""
 
+IndexArray: TypeAlias = npt.NDArray[np.uint32]
+"""uint32 array of indices in compiled loops, which need not look for negative ones."""
+
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 """boolean array; the docstring that uses it gives the shape."""

@@ -7,8 +7,8 @@ Mean errors against exact distances on generated bodies of 5,000 vertices, and t
 method              mean error   time   description
 ==================  ===========  =====  ====================================================
 ``graph``           1.3 %        1      shortest paths over straight segments; never too short
-``fast_marching``   0.2 %        2.5    fast marching with circular wavefronts
-``heat``            1.7 %        2      two sparse linear systems, factored once; smooth
+``fast_marching``   0.2 %        1.6    fast marching with circular wavefronts
+``heat``            1.7 %        1.5    two sparse linear systems, factored once; smooth
 ==================  ===========  =====  ====================================================
 """
 

@@ -15,7 +15,7 @@ where the surface is so rough that hardly any wavefront is circular.
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray, IndexArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.mesh import TriangleMesh
 from solver.shape.geodesics.graph import linked_segments
@@ -70,7 +70,7 @@ class FastMarching:
 @kernel
 def _by_vertex(
     size: int, ends: IntArray, lengths: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
+) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Segments as compressed sparse rows, each in the rows of both of its ends.
 
     Returns
@@ -85,34 +85,34 @@ def _by_vertex(
             starts[ends[i, k] + 1] += 1
     starts = np.cumsum(starts)
     place = starts[:-1].copy()
-    others, found = np.empty(starts[-1], dtype=np.int64), np.empty(starts[-1])
+    others, found = np.empty(starts[-1], dtype=np.uint32), np.empty(starts[-1])
     for i in range(len(ends)):
         for k in range(2):
             here = ends[i, k]
             others[place[here]], found[place[here]] = ends[i, 1 - k], lengths[i]
             place[here] += 1
-    return starts, others, found
+    return starts.astype(np.uint32), others, found
 
 
 @kernel
 def _third_corners(
     size: int, faces: IntArray, lengths: FloatArray, apexes: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
+) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Wavefront updates from each vertex, by one of its triangles and its neighbour in it.
 
     Returns
     -------
     starts : (V + 1,) first update of each vertex.
     corners : (6F, 2) the neighbour, and the third corner, which is updated.
-    shapes : (6F, 3) length of the side to the neighbour; coordinates of the third corner along
-        this side from the vertex, and above it.
+    shapes : (6F, 4) length of the side to the neighbour, and its inverse; coordinates of the third
+        corner along this side from the vertex, and above it.
     """
     starts = np.zeros(size + 1, dtype=np.int64)
     for side in range(len(lengths)):
         starts[faces[side // 3, side % 3] + 1] += 2
     starts = np.cumsum(starts)
     place = starts[:-1].copy()
-    corners, shapes = np.empty((starts[-1], 2), dtype=np.int64), np.empty((starts[-1], 3))
+    corners, shapes = np.empty((starts[-1], 2), dtype=np.uint32), np.empty((starts[-1], 4))
     for side in range(len(lengths)):
         face, k, base = side // 3, side % 3, lengths[side]
         start, end, third = faces[face, k], faces[face, (k + 1) % 3], faces[face, (k + 2) % 3]
@@ -121,17 +121,18 @@ def _third_corners(
             row = place[here]
             place[here] += 1
             corners[row, 0], corners[row, 1] = other, third
-            shapes[row, 0], shapes[row, 1], shapes[row, 2] = base, place_along, above
-    return starts, corners, shapes
+            shapes[row, 0], shapes[row, 1] = base, 1.0 / base
+            shapes[row, 2], shapes[row, 3] = place_along, above
+    return starts.astype(np.uint32), corners, shapes
 
 
 @kernel
 def march(
-    segment_starts: IntArray,
-    segment_ends: IntArray,
+    segment_starts: IndexArray,
+    segment_ends: IndexArray,
     segment_lengths: FloatArray,
-    corner_starts: IntArray,
-    corners: IntArray,
+    corner_starts: IndexArray,
+    corners: IndexArray,
     shapes: FloatArray,
     sources: IntArray,
     distances: FloatArray,
@@ -150,33 +151,34 @@ def march(
         (S, V), overwritten.
     """
     n = distances.shape[1]
-    heap, places = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    heap, keys, places = np.empty(n, np.uint32), np.empty(n), np.empty(n, np.int64)
     for search in range(len(sources)):
         reached = distances[search]
         reached[:] = np.inf
         places[:] = -1
         reached[sources[search]] = 0.0
-        size = push(heap, places, reached, 0, sources[search])
+        size = push(heap, keys, places, 0, sources[search], 0.0)
         acceptances, decrease = 0, _DECREASE
         while size > 0:
-            here, size = pop(heap, places, reached, size)
+            here, nearest = heap[0], keys[0]
+            size = pop(heap, keys, places, size)
             acceptances += 1
             if acceptances > _ACCEPTANCES * n:
                 decrease = _COARSE_DECREASE
             for row in range(segment_starts[here], segment_starts[here + 1]):
-                there, found = segment_ends[row], reached[here] + segment_lengths[row]
+                there, found = segment_ends[row], nearest + segment_lengths[row]
                 if found < decrease * reached[there]:
                     reached[there] = found
-                    size = push(heap, places, reached, size, there)
+                    size = push(heap, keys, places, size, there, found)
             for row in range(corner_starts[here], corner_starts[here + 1]):
                 other, there = corners[row, 0], corners[row, 1]
                 if places[other] >= 0 or reached[other] == np.inf:
                     continue  # updated when the other vertex is accepted
                 limit = decrease * reached[there]
-                found = _wavefront(reached[here], reached[other], shapes, row, limit)
+                found = _wavefront(nearest, reached[other], shapes, row, limit)
                 if found < limit:
                     reached[there] = found
-                    size = push(heap, places, reached, size, there)
+                    size = push(heap, keys, places, size, there, found)
 
 
 @inlined
@@ -198,8 +200,8 @@ def _wavefront(here: float, other: float, shapes: FloatArray, row: int, limit: f
         ``inf`` if the distance is not below the limit, or the line from the virtual source to the
         third corner does not pass between the first two.
     """
-    base, along, above = shapes[row, 0], shapes[row, 1], shapes[row, 2]
-    source = 0.5 * (base + (here - other) * (here + other) / base)
+    base, inverse, along, above = shapes[row, 0], shapes[row, 1], shapes[row, 2], shapes[row, 3]
+    source = 0.5 * (base + (here - other) * (here + other) * inverse)
     square = here * here - source * source
     if square <= 0.0:
         return np.inf
