@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -63,7 +64,7 @@ class TriangleMesh:
     @staticmethod
     def of(soup: TriangleSoup) -> "TriangleMesh":
         """Make a mesh of a soup that needs no repair."""
-        return TriangleMesh(
+        mesh = TriangleMesh(
             np.ascontiguousarray(soup.vertices, dtype=np.float64),
             soup.faces,
             soup.vertex_ids,
@@ -72,6 +73,9 @@ class TriangleMesh:
             soup.merged,
             soup.face_ids,
         )
+        if "edges" in vars(soup):
+            vars(mesh)["_edges"] = soup.edges
+        return mesh
 
     def soup(self) -> TriangleSoup:
         """Return the mesh as a soup that can be changed."""
@@ -200,7 +204,21 @@ class TriangleMesh:
     def scaled(self, factor: float) -> "TriangleMesh":
         """Return the mesh with its centre at the origin and its lengths times `factor`."""
         centre = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
-        return replace(self, vertices=(self.vertices - centre) * factor)
+        return self.with_same_faces(vertices=(self.vertices - centre) * factor)
+
+    def with_same_faces(self, **changes: Any) -> "TriangleMesh":
+        """Return the mesh with other fields changed, and what is known of its faces kept.
+
+        Vertices may be moved, reflected and scaled, all together.
+        """
+        found = replace(self, **changes)
+        known = vars(self)
+        vars(found).update({name: known[name] for name in _OF_FACES if name in known})
+        return found
+
+
+_OF_FACES = "_edges", "edges", "component_of_vertex", "neighbours", "incident_faces"
+"""Properties that depend on nothing but faces, and links, which are the same at any scale."""
 
 
 def read_mesh(data: bytes, file_type: str) -> TriangleMesh:
@@ -368,7 +386,7 @@ def _checked(soup: TriangleSoup) -> TriangleMesh:
         raise MeshError(f"a face refers to a vertex outside 0..{len(soup.vertices) - 1}")
     mesh = TriangleMesh.of(repaired(replace(soup, paint=None, normals=None)))
     warnings = mesh.warnings if mesh.components == 1 else (*mesh.warnings, _note_of_links(mesh))
-    return replace(mesh, warnings=warnings, file_rows=rows, is_cloud=soup.is_cloud)
+    return mesh.with_same_faces(warnings=warnings, file_rows=rows, is_cloud=soup.is_cloud)
 
 
 def _rows_of_file(soup: TriangleSoup) -> tuple[int, int]:

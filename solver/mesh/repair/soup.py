@@ -57,8 +57,11 @@ class TriangleSoup:
     is_cloud: bool = False
 
     def noting(self, *notes: str) -> "TriangleSoup":
-        """Return the soup with more notes."""
-        return replace(self, notes=(*self.notes, *notes))
+        """Return the soup with more notes, and its edges if they are known."""
+        found = replace(self, notes=(*self.notes, *notes))
+        if "edges" in vars(self):
+            vars(found)["edges"] = self.edges
+        return found
 
     def with_faces(self, keep: BoolArray, what: str) -> "TriangleSoup":
         """Keep some faces, and note how many were dropped ("dropped 2 faces without area")."""

@@ -38,7 +38,9 @@ def with_consistent_winding(soup: TriangleSoup) -> TriangleSoup:
         positions, faces, np.where(flipped[:, None], _reversed(boundary), boundary), patch
     )
     inside_out &= ~one_sided
-    faces = np.where(inside_out[patch][:, None], faces[:, ::-1], faces)
+    if flipped.any() or inside_out.any():
+        faces = np.where(inside_out[patch][:, None], faces[:, ::-1], faces)
+        soup = replace(soup, faces=faces)
     notes = []
     if flipped.any():
         notes.append(
@@ -49,7 +51,7 @@ def with_consistent_winding(soup: TriangleSoup) -> TriangleSoup:
         notes.append("flipped all faces of the surface: it was inside out")
     if one_sided.any():
         notes.append("the surface is not orientable, like a Möbius strip: no face was flipped")
-    return replace(soup, faces=faces).noting(*notes)
+    return soup.noting(*notes)
 
 
 def _two_colouring(

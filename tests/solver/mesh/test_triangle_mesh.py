@@ -1,5 +1,7 @@
 """TriangleMesh: checks, repairs, measures and components."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -143,6 +145,16 @@ def test_scaled_is_centred_and_similar() -> None:
     assert unit.area == pytest.approx(1.0, rel=1e-12)
     np.testing.assert_allclose(unit.vertices.max(axis=0), -unit.vertices.min(axis=0), atol=1e-12)
     np.testing.assert_array_equal(unit.faces, mesh.faces)
+
+
+def test_scaled_keeps_what_is_known_of_the_faces() -> None:
+    mesh = shapes.two_components()
+    scaled, fresh = mesh.scaled(3.0), replace(mesh.scaled(3.0))
+    assert mesh.components == scaled.components == fresh.components == 2
+    assert mesh.edges is mesh.scaled(2.0).edges
+    np.testing.assert_array_equal(scaled.edges, fresh.edges)
+    for known, plain in zip(mesh.neighbours, fresh.neighbours, strict=True):
+        np.testing.assert_array_equal(known, plain)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.integers(1, 30))
