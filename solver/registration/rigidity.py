@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from solver.arrays import BoolArray, FloatArray
 from solver.mesh import TriangleMesh
 from solver.registration.rotations import nearest_rotations
-from solver.shape.laplacian import definite_factor, laplacian
+from solver.shape.laplacian import definite_factor
 
 
 class RigidDisplacement:
@@ -25,6 +25,8 @@ class RigidDisplacement:
     ----------
     mesh
         The surface at rest, of unit area.
+    operators
+        Its stiffness matrix and vertex areas, of :func:`.laplacian`.
     length
         ℓ.
     width
@@ -39,12 +41,17 @@ class RigidDisplacement:
     """
 
     def __init__(
-        self, mesh: TriangleMesh, length: float, width: float, drawn: BoolArray | None = None
+        self,
+        mesh: TriangleMesh,
+        operators: tuple[sp.csc_array, FloatArray],
+        length: float,
+        width: float,
+        drawn: BoolArray | None = None,
     ) -> None:
-        stiffness, mass = laplacian(mesh)
+        stiffness, mass = operators
         self._mass = mass[:, None]
         self._diffusion = definite_factor(sp.csc_array(sp.diags_array(mass) + width**2 * stiffness))
-        self._rest, self._edges = mesh.vertices, mesh.edges
+        self._mesh, self._rest = mesh, mesh.vertices
         self._degree = stiffness.diagonal()
         self._weights = sp.csr_array(sp.diags_array(self._degree) - stiffness)
         pull = mass / length**2
@@ -82,7 +89,7 @@ class RigidDisplacement:
         positions
             (V, 3) displaced.
         """
-        i, j = self._edges.T
+        i, j = self._mesh.edges.T
         turns = self._rotations(positions)
         edges, displaced = self._rest[i] - self._rest[j], positions[i] - positions[j]
         changes = np.linalg.norm(displaced - _product(edges, 0.5 * (turns[i] + turns[j])), axis=1)

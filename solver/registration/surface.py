@@ -17,6 +17,7 @@ from solver.arrays import FloatArray, IntArray, RealArray
 from solver.kernel import kernel
 from solver.mesh import TriangleMesh, face_normals, vertex_normals
 from solver.shape import Shape, euclidean_farthest_points
+from solver.shape.laplacian import laplacian
 
 EIGENPAIRS = 100
 """Eigenpairs of a registration. Features of the surface smaller than √(π / 100) = 0.18 √area, a
@@ -198,6 +199,12 @@ class SmoothSurface:
         self.coefficients: FloatArray = self.spectrum.eigenfunctions.T @ weighted
         self.side = _outward(self.mesh)
         self.normals: FloatArray = self.side * vertex_normals(positions, self.mesh.faces)
+
+    @property
+    def laplacian(self) -> tuple[sp.csc_array, FloatArray]:
+        """Stiffness matrix and vertex areas of the mesh."""
+        known = self.spectrum.stiffness
+        return laplacian(self.mesh) if known is None else (known, self.spectrum.mass)
 
     @cached_property
     def samples(self) -> Samples:

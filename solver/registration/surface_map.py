@@ -131,8 +131,10 @@ class SurfaceMap:
         """
         rest = self.source.mesh
         sides = scale * (MIRROR if self.reflected else np.ones(3))
-        rest = replace(rest, vertices=rest.vertices * sides)
-        return RigidDisplacement(rest, scale * _LENGTH, scale * _WIDTH, drawn)
+        rest = rest.with_same_faces(vertices=rest.vertices * sides)
+        stiffness, mass = self.source.laplacian
+        operators = stiffness, scale**2 * mass
+        return RigidDisplacement(rest, operators, scale * _LENGTH, scale * _WIDTH, drawn)
 
     def refined(self, rigid: RigidDisplacement, control: Control) -> tuple["SurfaceMap", IntArray]:
         """Displace the source as rigidly as possible towards its images, and find them again.

@@ -7,7 +7,7 @@ conditions at boundaries; the mass matrix is lumped.
 """
 
 import io
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import robust_laplacian
@@ -47,11 +47,14 @@ class Spectrum:
         is constant.
     mass
         (V,) float64 area of each vertex, in length²; the sum is the surface's area.
+    stiffness
+        (V, V) stiffness matrix of :func:`laplacian`; ``None`` once it was stored.
     """
 
     eigenvalues: FloatArray
     eigenfunctions: FloatArray
     mass: FloatArray
+    stiffness: sp.csc_array | None = None
 
     @property
     def n_eigenpairs(self) -> int:
@@ -65,12 +68,17 @@ class Spectrum:
 
     def truncated(self, k: int) -> "Spectrum":
         """Return the first k eigenpairs, or all if there are fewer."""
-        return Spectrum(self.eigenvalues[:k], self.eigenfunctions[:, :k], self.mass)
+        return replace(
+            self, eigenvalues=self.eigenvalues[:k], eigenfunctions=self.eigenfunctions[:, :k]
+        )
 
     def scaled(self, factor: float) -> "Spectrum":
         """Return the spectrum of the surface scaled by `factor`."""
         return Spectrum(
-            self.eigenvalues / factor**2, self.eigenfunctions / factor, self.mass * factor**2
+            self.eigenvalues / factor**2,
+            self.eigenfunctions / factor,
+            self.mass * factor**2,
+            self.stiffness,
         )
 
     def heat_kernel(self, time: float) -> FloatArray:
@@ -159,7 +167,7 @@ def laplace_beltrami_spectrum(mesh: TriangleMesh, k: int = 100) -> Spectrum:
     except (ArithmeticError, RuntimeError, np.linalg.LinAlgError) as error:
         raise MeshError(f"the spectrum of the mesh cannot be computed: {error}") from error
     functions = vectors / np.sqrt(mass)[:, None]
-    spectrum = Spectrum(values, functions * _signs(functions, mass), mass)
+    spectrum = Spectrum(values, functions * _signs(functions, mass), mass, stiffness)
     return spectrum.scaled(float(size))
 
 

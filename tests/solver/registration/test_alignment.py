@@ -68,6 +68,15 @@ def test_a_fit_is_the_weighted_least_squares_solution(surface: SmoothSurface) ->
     np.testing.assert_allclose(found.functional_map.matrix, turn.T, atol=1e-9)
 
 
+def test_partners_are_means_over_the_pairs_of_both_directions() -> None:
+    pairs = Pairs(np.array([2, 0]), np.array([0, 0, 1]))
+    values = np.array([[1.0, 5.0], [2.0, 6.0], [4.0, 7.0]])
+    a, b = 1.0 / 4.0, 1.0 / 6.0
+    np.testing.assert_allclose(pairs.weights[:, 0], [a + 2.0 * b, a + b])
+    expected = [(a * 4.0 + b * (1.0 + 2.0)) / (a + 2.0 * b), (a * 1.0 + b * 4.0) / (a + b)]
+    np.testing.assert_allclose(pairs.partners(values, 1)[:, 0], expected)
+
+
 def test_true_pairs_of_a_moved_copy_fit_exactly(surface: SmoothSurface) -> None:
     mesh = shapes.blob()
     turn = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()

@@ -5,8 +5,9 @@ import pytest
 
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh, triangle_mesh, vertex_normals
-from solver.registration.surface import MIRROR, SmoothSurface, _gradients
+from solver.registration.surface import MIRROR, SmoothSurface, _gradients, _unit_normals
 from solver.shape import Shape
+from solver.shape.laplacian import Spectrum
 from tests.solver import shapes
 
 RADIUS = 1.0 / np.sqrt(4.0 * np.pi)
@@ -34,6 +35,15 @@ def test_normals_are_those_of_the_displaced_mesh(surface: SmoothSurface, k: int)
     assert np.median(cosines) > 0.999
     assert (cosines > 0.95).mean() > 0.99
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0)
+
+
+def test_unit_normals_are_those_of_numpy() -> None:
+    first, second = np.random.default_rng(2).standard_normal((2, 20, 3))
+    second[3] = 2.0 * first[3]  # no normal
+    found = _unit_normals(first, second, -1.0)
+    expected = -np.cross(first, second)
+    expected /= np.maximum(np.linalg.norm(expected, axis=1, keepdims=True), 1e-12)
+    np.testing.assert_allclose(found, expected, atol=1e-15)
 
 
 def test_gradients_of_linear_functions_are_exact() -> None:
@@ -124,6 +134,17 @@ def test_fewer_samples_are_the_first_ones(surface: SmoothSurface) -> None:
     for here, there in zip(few.smoothed(20), surface.samples.smoothed(20), strict=True):
         np.testing.assert_allclose(here, there[:50], atol=1e-12)
     assert len(np.unique(surface.samples.vertices)) == len(surface.samples)
+
+
+def test_the_laplacian_is_the_same_from_a_stored_spectrum(surface: SmoothSurface) -> None:
+    shape = Shape(shapes.blob())
+    stored = Spectrum.from_bytes(shape.spectrum().to_bytes())
+    again = SmoothSurface(Shape(shape.mesh, stored))
+    assert stored.stiffness is None
+    stiffness, mass = again.laplacian
+    known, known_mass = SmoothSurface(shape).laplacian
+    np.testing.assert_allclose(stiffness.toarray(), known.toarray(), atol=1e-9)
+    np.testing.assert_allclose(mass, known_mass, rtol=1e-9)
 
 
 def test_neighbours_and_triangles_of_a_vertex(surface: SmoothSurface) -> None:
