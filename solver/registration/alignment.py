@@ -138,7 +138,7 @@ class Alignment:
         self, source: Samples, displaced: tuple[FloatArray, FloatArray], weights: Weights
     ) -> RealArray:
         """(S, k + 6) embedding of the source with given displaced positions and normals."""
-        return _embedding(self.functional_map.images(source.eigenfunctions), *displaced, weights)
+        return embedding(self.functional_map.images(source.eigenfunctions), *displaced, weights)
 
     def embed_target(self, target: Samples, weights: Weights) -> RealArray:
         """(M, k + 6) embedding of the target, which depends on numbers of eigenfunctions alone."""
@@ -146,7 +146,7 @@ class Alignment:
         key = (k, self.size, weights.spectrum, weights.space, weights.normals)
         if key not in target.embedded:
             functions = target.eigenfunctions[:, :k]
-            target.embedded[key] = _embedding(functions, *target.smoothed(self.size), weights)
+            target.embedded[key] = embedding(functions, *target.smoothed(self.size), weights)
         return target.embedded[key]
 
     def pairs(self, source: Samples, target: Samples, weights: Weights) -> Pairs:
@@ -154,12 +154,27 @@ class Alignment:
         return Pairs(*mutual_nearest_points(*self.embed(source, target, weights)))
 
 
-def _embedding(
+def embedding(
     functions: FloatArray, positions: FloatArray, normals: FloatArray, weights: Weights
 ) -> RealArray:
+    """Embed points of a surface, in single precision.
+
+    Parameters
+    ----------
+    functions
+        (S, k) spectral coordinates; k may be 0.
+    positions, normals
+        (S, 3) each.
+    weights
+        Of the three parts.
+
+    Returns
+    -------
+    (S, k + 6): spectral coordinates, positions, normals.
+    """
     k = functions.shape[1]
     found = np.empty((len(functions), k + 6), dtype=np.float32)
-    found[:, :k] = weights.spectrum / np.sqrt(k) * functions
+    found[:, :k] = weights.spectrum / np.sqrt(max(k, 1)) * functions
     found[:, k : k + 3] = weights.space * positions
     found[:, k + 3 :] = weights.normals * normals
     return found

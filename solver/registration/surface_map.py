@@ -1,6 +1,5 @@
 """Maps of all vertices to a surface, in turn with a displacement beyond the eigenfunctions."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,7 +9,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.mesh import vertex_normals
-from solver.registration.alignment import LOCAL, Alignment, Weights
+from solver.registration.alignment import LOCAL, Alignment, Weights, embedding
 from solver.registration.descent import descend, project
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.surface import MIRROR, SmoothSurface
@@ -159,9 +158,7 @@ class SurfaceMap:
         for _ in control.in_time(range(_ROUNDS)):
             positions = rigid.step(ahead.positions, ahead._places(images))
             further = positions + _MOMENTUM * (positions - current.positions)
-            current, ahead = (
-                replace(self, positions=one, weights=_NEAR) for one in (positions, further)
-            )
+            current, ahead = ahead._moved(positions), ahead._moved(further)
             images = ahead.images(start=images)
         return current, current.images(start=images)
 
@@ -172,35 +169,39 @@ class SurfaceMap:
         places: FloatArray = (barycentric[:, :, None] * corners).sum(axis=1)
         return places
 
+    def _moved(self, positions: FloatArray) -> "SurfaceMap":
+        """Return the map of a further displaced source, embedded without spectral coordinates."""
+        found = replace(self, positions=positions, weights=_NEAR)
+        if self.weights is _NEAR:
+            vars(found)["_target_embedded"] = self._target_embedded
+        return found
+
     @cached_property
     def _embedded(self) -> RealArray:
-        faces = self.source.mesh.faces
         side = -self.source.side if self.reflected else self.source.side
-        normals = side * vertex_normals(self.positions, faces)
-        return self._embedding(
-            lambda: self.functional_map.images(self.source.spectrum.eigenfunctions),
-            self.positions,
-            normals,
+        normals = side * vertex_normals(self.positions, self.source.mesh.faces)
+        functions = self.source.spectrum.eigenfunctions
+        images = (
+            self.functional_map.images(functions) if self.weights.spectrum else functions[:, :0]
         )
+        return _space_first(embedding(images, self.positions, normals, self.weights))
 
     @cached_property
     def _target_embedded(self) -> RealArray:
         target = self.target
-        return self._embedding(
-            lambda: target.spectrum.eigenfunctions[:, : self.functional_map.size],
-            target.mesh.vertices,
-            target.normals,
-        )
+        k = self.functional_map.size if self.weights.spectrum else 0
+        functions = target.spectrum.eigenfunctions[:, :k]
+        found = embedding(functions, target.mesh.vertices, target.normals, self.weights)
+        return _space_first(found)
 
-    def _embedding(
-        self, spectral: Callable[[], FloatArray], positions: FloatArray, normals: FloatArray
-    ) -> RealArray:
-        """Embedding as of :meth:`.Alignment.embed`, in single precision."""
-        weights = self.weights
-        parts = [weights.space * positions, weights.normals * normals]
-        if weights.spectrum:
-            parts.append(weights.spectrum / np.sqrt(self.functional_map.size) * spectral())
-        return np.hstack(parts).astype(np.float32)
+
+def _space_first(embedded: RealArray) -> RealArray:
+    """Move positions and normals, the last six columns, to the front.
+
+    They rule out most vertices, so that descent sums the squares of fewer columns.
+    """
+    found: RealArray = np.roll(embedded, 6, axis=1)
+    return found
 
 
 def _nearest_vertices(
