@@ -8,6 +8,7 @@ the registration come out.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from solver.matching.level import Level
 from solver.matching.options import MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, solved_level
+from solver.matching.sampling import common_size, sample
 from solver.registration import Points, Registration, register
 from solver.shape import Shape
 
@@ -94,12 +96,16 @@ def orient(
     with control.stage("registration", 0.5):
         starts = _starts(hypotheses, levels, options, control)
         landmarks = _landmarks(levels[0])
-        found = register(source, target, starts, control, landmarks)
+        rematch = partial(_rematched, options=options, control=control)
+        found = register(source, target, starts, control, landmarks, rematch=rematch)
     if found is None:
         return replace(unchanged, warnings=("the shapes have too few vertices to be registered",))
     apart = [_distance(target, one.vertices(levels[-1]), found) for one in hypotheses]
     nearest = int(np.argmin(apart))
-    warnings = (_REFLECTED,) if found.reflected and not len(landmarks[0]) else ()
+    warnings = (
+        *((_REFLECTED,) if found.reflected and not len(landmarks[0]) else ()),
+        *((_GLUED,) if found.openings is not None else ()),
+    )
     if options.objective == LINF:
         return replace(unchanged, registration=found, place=nearest, warnings=warnings)
     if apart[nearest] > _AGREE:
@@ -117,6 +123,11 @@ _REFLECTED = (
     " space"
 )
 
+_GLUED = (
+    "parts of the shapes that touch seem to be glued together; they were taken apart for the"
+    " registration"
+)
+
 
 def _starts(
     hypotheses: Sequence[Hypothesis],
@@ -128,11 +139,24 @@ def _starts(
     refined = [one.vertices(levels[-1]) for one in hypotheses]
     if options.objective == LINF:
         return refined
+    return [*refined, *_further(levels, control)]
+
+
+def _rematched(
+    source: Shape, target: Shape, options: MatchOptions, control: Control
+) -> list[Points]:
+    """Coarse solutions of shapes that were opened, which no level of the match knows."""
+    silent = replace(control, on_progress=lambda _name, _part: None)
+    levels, _ = sample(source, target, options.settled(common_size(source, target)), silent)
+    return _further(levels, silent)
+
+
+def _further(levels: Sequence[Level], control: Control) -> list[Points]:
     coarse = levels[0]
-    further = further_solutions(coarse, coarse, _COARSE_SOLUTIONS, control)
+    found = further_solutions(coarse, coarse, _COARSE_SOLUTIONS, control)
     if levels[-1] is not coarse:
-        further += further_solutions(coarse, levels[-1], _COARSE_SOLUTIONS, control)
-    return [*refined, *further]
+        found += further_solutions(coarse, levels[-1], _COARSE_SOLUTIONS, control)
+    return found
 
 
 def _landmarks(level: Level) -> Points:

@@ -128,6 +128,18 @@ class TriangleMesh:
         return float(np.linalg.norm(ends - starts, axis=1).sum())
 
     @cached_property
+    def genus(self) -> float:
+        """Number of handles, once every boundary is filled by a disc.
+
+        That of the Euler characteristic V − E + F = 2 (C − g) of C components. Where the surface is
+        no manifold it may be half a number, or negative.
+        """
+        rims = self._edges.boundary
+        label = components_of(rims, self.n_vertices)
+        discs = len(np.unique(label[rims]))
+        return self.components - 0.5 * (self.n_vertices - len(self.edges) + self.n_faces + discs)
+
+    @cached_property
     def components(self) -> int:
         """Number of connected components."""
         return int(self.component_of_vertex.max()) + 1

@@ -19,6 +19,8 @@ from solver.registration.surface import Samples, SmoothSurface
 Points = tuple[IntArray, IntArray]
 """(n,) vertices of X and (n,) vertices of Y that correspond."""
 
+NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
+
 MIN_POINTS = 3
 """Least number of corresponding points that say how a surface lies in space."""
 

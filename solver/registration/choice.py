@@ -46,7 +46,7 @@ FINE = (
     Stage(750, 1500, (70, 85, 100), LOCAL, 4),
 )
 
-_SAME = 0.05
+SAME = 0.05
 """Mean distance in space over √area between the images of candidates that are the same."""
 
 LANDMARK = 0.1
@@ -212,7 +212,7 @@ def ranked(
             break
         here = positions[one.images]
         apart = np.linalg.norm(places[: len(chosen)] - here, axis=2).mean(axis=1)
-        if (apart > _SAME).all():
+        if (apart > SAME).all():
             places[len(chosen)] = here
             chosen.append(one)
     return chosen

@@ -4,15 +4,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
+from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, LOCAL, Pairs, align
-from solver.registration.candidates import MIN_POINTS, Points, first_pairs
+from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, FINE, Candidate, Task, again, choose
-from solver.registration.confidence import Confidence
+from solver.registration.confidence import SURE, Confidence
+from solver.registration.glued import OpenedCandidate, Rematch, search_opened
+from solver.registration.opening import Opening
 from solver.registration.search import search, search_others
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -29,8 +30,6 @@ reflected, too."""
 _REFLECTED_KEPT = 4
 """Candidates of the reflected source that are kept after the first stage: a reflected copy fits far
 better than any other."""
-
-NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +77,9 @@ class Registration:
         Whether the source is reflected in space.
     confidence
         That the chosen one is right.
+    openings
+        What is left of both where they were opened, as parts of them touch: that is what the
+        candidates map.
     """
 
     source: Shape
@@ -85,6 +87,7 @@ class Registration:
     candidates: tuple[Candidate, ...]
     reflected: bool
     confidence: Confidence
+    openings: tuple[Opening, Opening] | None = None
 
     @property
     def score(self) -> float:
@@ -93,12 +96,12 @@ class Registration:
 
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) target vertices that S source vertices go to, before any refinement."""
-        return self._map.images(vertices)
+        return self._chosen.images(vertices)
 
     @cached_property
-    def _map(self) -> SurfaceMap:
-        ours, theirs = smooth_surface(self.source), smooth_surface(self.target)
-        return SurfaceMap.of(ours, theirs, self.candidates[0].alignment, self.reflected)
+    def _chosen(self) -> OpenedCandidate:
+        whole = Opening.nowhere(self.source), Opening.nowhere(self.target)
+        return OpenedCandidate(self.openings or whole, self.candidates[0], self.reflected)
 
     def dense(self, control: Control) -> DenseCorrespondence:
         """Map all vertices of both surfaces, refined beyond the eigenfunctions.
@@ -115,7 +118,8 @@ class Registration:
         MeshError
             The source's Laplacian cannot be factored.
         """
-        ours, theirs = smooth_surface(self.source), smooth_surface(self.target)
+        here, there = self._chosen.openings
+        ours, theirs = smooth_surface(here.shape), smooth_surface(there.shape)
         last, chosen = FINE[-1], self.candidates[0].alignment
         source = (ours.samples.reflected() if self.reflected else ours.samples).first(
             last.source_samples
@@ -128,11 +132,12 @@ class Registration:
         known = SurfaceMap.of(ours, theirs, aligned, self.reflected)
         refined, images = known.refined(known.at_rest(), control)
         source_mesh, target_mesh = self.source.mesh, self.target.mesh
-        forward = in_numbers_of_files(
-            source_mesh, target_mesh, images, *refined.on_triangles(images)
+        forward = _of_whole(here, there, images, *refined.on_triangles(images))
+        back = _of_whole(there, here, *refined.inverse())
+        return replace(
+            in_numbers_of_files(source_mesh, target_mesh, *forward),
+            inverse=in_numbers_of_files(target_mesh, source_mesh, *back),
         )
-        back = in_numbers_of_files(target_mesh, source_mesh, *refined.inverse())
-        return replace(forward, inverse=back)
 
 
 def register(
@@ -143,6 +148,7 @@ def register(
     landmarks: Points = NO_LANDMARKS,
     *,
     others: bool = True,
+    rematch: Rematch | None = None,
 ) -> Registration | None:
     """Register a source to a target: bend it onto the target in space, and see how well it fits.
 
@@ -164,6 +170,10 @@ def register(
         Vertices of X and Y that are known to correspond: candidates that miss them come last.
     others
         Whether another population of candidates is searched when the answer is in doubt.
+    rematch
+        Finds hypotheses on surfaces that are opened where parts of them touch: where a surface has
+        handles and the answer is still in doubt, it is searched there as well
+        (:func:`.search_opened`).
 
     Returns
     -------
@@ -194,12 +204,19 @@ def register(
         found = _searched_further(found, task, control)
     if len(landmarks[0]) or control.expired:
         return found
-    if not _may_be_reflected(task, found.candidates[0], control):
-        return found
-    mirrored = _registered(source, target, task.reflected(), hypotheses, control)
-    if mirrored.score >= found.score - _REFLECTED_MARGIN:
-        return found
-    return replace(mirrored, confidence=mirrored.confidence.of_reflection())
+    if _may_be_reflected(task, found.candidates[0], control):
+        mirrored = _registered(source, target, task.reflected(), hypotheses, control)
+        if mirrored.score < found.score - _REFLECTED_MARGIN:
+            return replace(mirrored, confidence=mirrored.confidence.of_reflection())
+    return found if rematch is None else _opened(found, rematch, control)
+
+
+def _of_whole(
+    here: Opening, there: Opening, images: IntArray, faces: IntArray, barycentric: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Return a map of what is left of a shape as one of the whole shape."""
+    places = here.places
+    return there.vertices[images[places]], there.faces[faces[places]], barycentric[places]
 
 
 def in_numbers_of_files(
@@ -253,6 +270,25 @@ def _registered(
 ) -> Registration:
     found, confidence = search(task, hypotheses, control)
     return Registration(source, target, tuple(found), task.is_reflected, confidence)
+
+
+def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
+    """Register what is left of surfaces that are glued, in doubt, if that fits better.
+
+    A body has no handles, but where parts of it are glued together.
+    """
+    genus = max(known.source.mesh.genus, known.target.mesh.genus)
+    if genus <= 0.0 or known.confidence.probability >= SURE or control.expired:
+        return known
+    try:
+        found = search_opened(known.source, known.target, rematch, control)
+    except MeshError:
+        # What cannot be opened stays closed; the answer for it stands.
+        return known
+    if found is None or found[0][0].candidate.fit.score >= known.score:
+        return known
+    best = found[0][0]
+    return replace(known, candidates=(best.candidate,), confidence=found[1], openings=best.openings)
 
 
 def _searched_further(found: Registration, task: Task, control: Control) -> Registration:

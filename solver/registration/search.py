@@ -62,7 +62,7 @@ def search(
         return first_pairs((task.source, task.target), samples, hypotheses)
 
     found = _population(task, first, hypotheses, control)
-    return found, _confidence(found, control)
+    return found, confidence_in(found, control)
 
 
 def search_others(
@@ -92,7 +92,7 @@ def search_others(
     found = list(known)
     if _in_doubt(found, control):
         found = _joined(task, found, _population(task, exchanged_pairs, (), control))
-    return found, _confidence(found, control)
+    return found, confidence_in(found, control)
 
 
 def _population(
@@ -167,10 +167,11 @@ def _finely(task: Task, coarse: Sequence[Candidate], control: Control) -> list[C
 
 
 def _in_doubt(found: Sequence[Candidate], control: Control) -> bool:
-    return not control.expired and _confidence(found, control).probability < SURE
+    return not control.expired and confidence_in(found, control).probability < SURE
 
 
-def _confidence(found: Sequence[Candidate], control: Control) -> Confidence:
+def confidence_in(found: Sequence[Candidate], control: Control) -> Confidence:
+    """Return the confidence in the first of candidates that differ."""
     best, *others = (one.fit for one in found)
     margin = min((one.score for one in others), default=np.inf) - best.score
     return confidence_of(best, margin, complete=not control.expired)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from solver.errors import MeshError
 from solver.mesh import TriangleMesh, largest_component, triangle_areas, triangle_mesh
+from synthetic import glued, punched
 from tests.solver import shapes
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -45,6 +46,22 @@ def test_euler_characteristic(name: str) -> None:
     expected = {"icosphere": 2, "cube": 2, "blob": 2, "tetrahedron": 2, "plane_grid": 1}
     expected |= {"triangle": 1, "torus": 0, "tube": 0, "moebius_strip": 0, "three_sheets": 1}
     assert mesh.n_vertices - len(mesh.edges) + mesh.n_faces == expected[name]
+
+
+@pytest.mark.parametrize(
+    ("mesh", "genus"),
+    [
+        (shapes.cube(), 0),
+        (shapes.torus(), 1),
+        (shapes.plane_grid(), 0),
+        (shapes.tube(), 0),
+        (shapes.two_components(), 0),
+        (glued(shapes.blob(), np.array([[0, 100], [300, 500]]), 0.2).mesh, 2),
+        (punched(shapes.torus(), np.array([0, 100]), 0.2).mesh, 1),
+    ],
+)
+def test_genus_is_the_number_of_handles_whatever_the_holes(mesh: TriangleMesh, genus: int) -> None:
+    assert mesh.genus == genus
 
 
 def test_edges_are_unique_and_sorted() -> None:

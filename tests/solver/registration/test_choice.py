@@ -11,6 +11,7 @@ from solver.functional_maps import FunctionalMap
 from solver.mesh import triangle_mesh
 from solver.registration.alignment import GLOBAL, Alignment, Pairs, fit_alignment
 from solver.registration.candidates import (
+    NO_LANDMARKS,
     Points,
     exchanged_pairs,
     first_pairs,
@@ -20,7 +21,6 @@ from solver.registration.candidates import (
 from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, ranked
 from solver.registration.crossing import cross
 from solver.registration.fit import Fit, LocalFit
-from solver.registration.registration import NO_LANDMARKS
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 from synthetic import SyntheticShape, correspondence, human

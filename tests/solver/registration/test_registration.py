@@ -9,8 +9,8 @@ from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration import DenseCorrespondence, Registration, register
+from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.confidence import UNFINISHED
-from solver.registration.registration import NO_LANDMARKS
 from solver.registration.surface import SmoothSurface
 from solver.shape import Shape
 from synthetic import human

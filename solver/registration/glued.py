@@ -1,0 +1,163 @@
+"""Registration of surfaces whose parts are glued together where they touch.
+
+Both surfaces are opened at their creases, and candidates are searched on what is left: limbs that
+touch are farther from one another there. Each of the best says where else the surfaces are torn:
+they are opened there instead, and the candidate is aligned once more, in eigenfunctions that know
+nothing of the glue. The right one fits better than before, as what glue has bent is left out; wrong
+ones hardly do.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from solver.arrays import IntArray
+from solver.control import Control
+from solver.registration.alignment import Pairs
+from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.choice import COARSE, FINE, SAME, Candidate, Start, Task, choose
+from solver.registration.confidence import Confidence
+from solver.registration.opening import Opening, VertexMaps, creases
+from solver.registration.search import confidence_in, search
+from solver.registration.surface import Samples, smooth_surface
+from solver.registration.surface_map import SurfaceMap
+from solver.shape import Shape
+
+Rematch = Callable[[Shape, Shape], Sequence[Points]]
+"""Finds hypotheses, corresponding vertices, of two shapes that were opened."""
+
+_MOST_CREASED = 0.25
+"""Share of the triangles that lie at creases from which a surface is rough, rather than glued."""
+
+_TRIED = 8
+"""Best candidates that the surfaces are opened by, each for itself."""
+
+_COMPARED = 200
+"""Samples at which candidates are compared with one another."""
+
+_STAGES = (COARSE[-1], *FINE)
+"""Stages of the alignment after that."""
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedCandidate:
+    """A candidate on opened surfaces.
+
+    Parameters
+    ----------
+    openings
+        Of source and target.
+    candidate
+        Registered on what is left of them.
+    reflected
+        Whether the source is reflected in space.
+    """
+
+    openings: tuple[Opening, Opening]
+    candidate: Candidate
+    reflected: bool = False
+
+    def images(self, vertices: IntArray) -> IntArray:
+        """(S,) vertices of the whole target that S vertices of the whole source go to.
+
+        Vertices that are left out follow those next to them.
+        """
+        ours, theirs = self.openings
+        found: IntArray = theirs.vertices[self._map.images(ours.places[vertices])]
+        return found
+
+    def vertex_maps(self) -> VertexMaps:
+        """Return the maps of all vertices of the whole shapes."""
+        ours, theirs = self.openings
+        return VertexMaps(
+            self.images(np.arange(len(ours.places))),
+            ours.vertices[self._map.inverse()[0][theirs.places]],
+        )
+
+    @cached_property
+    def _map(self) -> SurfaceMap:
+        ours, theirs = (smooth_surface(one.shape) for one in self.openings)
+        return SurfaceMap.of(ours, theirs, self.candidate.alignment, self.reflected)
+
+
+def search_opened(
+    source: Shape, target: Shape, rematch: Rematch, control: Control
+) -> tuple[list[OpenedCandidate], Confidence] | None:
+    """Search for the candidate that fits best on surfaces that are opened where parts touch.
+
+    Parameters
+    ----------
+    source, target
+        The whole shapes.
+    rematch
+        Finds hypotheses on what is left of them.
+    control
+        May cancel; past its deadline, less is tried.
+
+    Returns
+    -------
+    Candidates, the best first, and the confidence in that one; ``None`` if neither surface has
+    creases, or one has nothing else.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    MeshError
+        A Laplacian cannot be factored.
+    """
+    folded = [creases(smooth_surface(shape)) for shape in (source, target)]
+    shares = [one.mean() for one in folded]
+    if max(shares) == 0.0 or max(shares) > _MOST_CREASED:
+        return None
+    ours, theirs = Opening.at(source, folded[0]), Opening.at(target, folded[1])
+    coarse, _ = search(_task(ours, theirs), rematch(ours.shape, theirs.shape), control)
+    found = [
+        _reopened(source, target, OpenedCandidate((ours, theirs), one), control)
+        for one in control.in_time(coarse[:_TRIED], least=1)
+    ]
+    found.sort(key=lambda one: one.candidate.fit.score)
+    others = [one.candidate for one in found[1:] if _differ(source, target, found[0], one)]
+    return found, confidence_in([found[0].candidate, *others], control)
+
+
+def _task(ours: Opening, theirs: Opening) -> Task:
+    source, target = smooth_surface(ours.shape), smooth_surface(theirs.shape)
+    return Task(source, target, (source.samples, target.samples), NO_LANDMARKS)
+
+
+def _reopened(
+    source: Shape, target: Shape, known: OpenedCandidate, control: Control
+) -> OpenedCandidate:
+    """Open both surfaces where a candidate tears them, and align it once more."""
+    maps = known.vertex_maps()
+    openings = maps.openings(source, target)
+    start = _start(source, target, maps, openings)
+    return OpenedCandidate(openings, choose(_task(*openings), start, _STAGES, control)[0])
+
+
+def _start(
+    source: Shape, target: Shape, maps: VertexMaps, openings: tuple[Opening, Opening]
+) -> Start:
+    """Return the start of the candidate that maps of all vertices give."""
+    here, there = source.surface.vertices, target.surface.vertices
+
+    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        ours, theirs = (
+            opening.vertices[one.vertices] for opening, one in zip(openings, samples, strict=True)
+        )
+        images = KDTree(there[theirs]).query(there[maps.images[ours]])[1]
+        back = KDTree(here[ours]).query(here[maps.back[theirs]])[1]
+        yield Pairs(np.asarray(images), np.asarray(back))
+
+    return pairs
+
+
+def _differ(source: Shape, target: Shape, one: OpenedCandidate, other: OpenedCandidate) -> bool:
+    vertices = smooth_surface(source).samples.vertices[:_COMPARED]
+    places = smooth_surface(target).mesh.vertices
+    apart = places[one.images(vertices)] - places[other.images(vertices)]
+    return float(np.linalg.norm(apart, axis=1).mean()) > SAME

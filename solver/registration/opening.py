@@ -1,0 +1,183 @@
+"""Surfaces opened where parts of them touch.
+
+Where parts of a body touch, scanners glue them together: paths lead from a hand to a thigh, and no
+smooth function tells the two apart. So the triangles in between are taken out. Two things tell
+which these are. Before any map is known, *creases*: the surface is folded inwards where two parts
+meet. And under a map that is nearly right, *tears*: neighbours on a glued surface have images that
+are far apart.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import KDTree
+
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh import TriangleMesh, triangle_areas
+from solver.registration.surface import SmoothSurface, smooth_surface
+from solver.shape import Shape
+from solver.shape.laplacian import definite_factor, laplacian
+
+_WIDTH = 0.02
+"""Width over which a surface is smoothed to find its creases, in √area: two edges of a mesh of
+some 5,000 vertices."""
+
+_CREASED = 0.3
+"""Sine of half the angle by which the normals turn at a crease: they turn by 35°."""
+
+_TORN = 0.1
+"""By how much the images of neighbours are farther apart at a tear, in √area: as much as an answer
+that is right may be wrong."""
+
+_LEAST_TORN = 0.003
+"""Share of the triangles below which tears are nothing but errors of a map."""
+
+_LEAST_PART = 0.02
+"""Share of the area below which a component that was cut off is left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Opening:
+    """A shape without some of its triangles.
+
+    Parameters
+    ----------
+    shape
+        What is left of the whole shape.
+    vertices
+        (K,) its vertices, in the numbers of the whole shape.
+    places
+        (V,) place of each vertex of the whole shape among these; of one that is left out, the place
+        of the nearest in space.
+    faces
+        (F,) its triangles, in the numbers of the whole shape.
+    """
+
+    shape: Shape
+    vertices: IntArray
+    places: IntArray
+    faces: IntArray
+
+    @classmethod
+    def nowhere(cls, shape: Shape) -> "Opening":
+        """Return the whole shape."""
+        every = np.arange(shape.n_vertices)
+        return cls(shape, every, every, np.arange(shape.mesh.n_faces))
+
+    @classmethod
+    def at(cls, shape: Shape, out: BoolArray) -> "Opening":
+        """Take triangles out of a shape, and components that are then too small to matter.
+
+        Parameters
+        ----------
+        shape
+            The whole shape.
+        out
+            (F,) triangles.
+        """
+        whole = shape.mesh
+        if not out.any():
+            return cls.nowhere(shape)
+        faces = np.flatnonzero(~out)
+        vertices, corners = _compact(whole.faces[faces])
+        kept = _part(whole, vertices, corners)
+        areas = triangle_areas(kept.vertices, corners)
+        component = kept.component_of_vertex[corners[:, 0]]
+        share = np.bincount(component, areas) / areas.sum()
+        if (share < _LEAST_PART).any():
+            faces = faces[share[component] >= _LEAST_PART]
+            vertices, corners = _compact(whole.faces[faces])
+            kept = _part(whole, vertices, corners)
+        places = np.full(whole.n_vertices, -1)
+        places[vertices] = np.arange(len(vertices))
+        left_out = np.flatnonzero(places < 0)
+        places[left_out] = KDTree(kept.vertices).query(whole.vertices[left_out])[1]
+        left = Shape(
+            kept,
+            normalise=shape.normalise,
+            eigenpairs=shape.eigenpairs,
+            geodesic_method=shape.geodesic_method,
+        )
+        return cls(left, vertices, places, faces)
+
+
+def _part(whole: TriangleMesh, vertices: IntArray, corners: IntArray) -> TriangleMesh:
+    colors = None if whole.colors is None else whole.colors[vertices]
+    return TriangleMesh(whole.vertices[vertices], corners, vertices, colors)
+
+
+def _compact(faces: IntArray) -> tuple[IntArray, IntArray]:
+    """(K,) the vertices of some faces, and (F, 3) the faces in places among these."""
+    vertices, corners = np.unique(faces, return_inverse=True)
+    return vertices, corners.reshape(-1, 3)
+
+
+def creases(surface: SmoothSurface) -> BoolArray:
+    """(F,) whether a triangle lies where the surface is folded inwards.
+
+    With x smoothed over the width r, y − r² Δy = x, the middle of a straight crease between two
+    planes whose normals differ by the angle α moves outwards by r sin(α / 2).
+
+    Parameters
+    ----------
+    surface
+        Of unit area.
+    """
+    mesh = surface.mesh
+    stiffness, mass = laplacian(mesh)
+    smoothing = definite_factor(sp.csc_array(sp.diags_array(mass) + _WIDTH**2 * stiffness))
+    fields = np.hstack([mesh.vertices, surface.normals])
+    smoothed = np.asarray(smoothing.solve(mass[:, None] * fields))
+    normals = smoothed[:, 3:] / np.maximum(
+        np.linalg.norm(smoothed[:, 3:], axis=1, keepdims=True), 1e-12
+    )
+    outwards = ((smoothed[:, :3] - mesh.vertices) * normals).sum(axis=1)
+    folded: BoolArray = (outwards > _CREASED * _WIDTH)[mesh.faces].any(axis=1)
+    return folded
+
+
+def tears(mesh: TriangleMesh, images: FloatArray) -> BoolArray:
+    """(F,) whether the images of a triangle's vertices are much farther apart than these.
+
+    Parameters
+    ----------
+    mesh
+        The surface, of unit area.
+    images
+        (V, 3) images of its vertices on another, of unit area, too.
+    """
+    before, after = (
+        np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+        for corners in (mesh.vertices[mesh.faces], images[mesh.faces])
+    )
+    torn: BoolArray = (after > before + _TORN).any(axis=1)
+    return torn
+
+
+@dataclass(frozen=True, eq=False)
+class VertexMaps:
+    """Maps between all vertices of two whole shapes.
+
+    Parameters
+    ----------
+    images
+        (V,) target vertices.
+    back
+        (W,) source vertices.
+    """
+
+    images: IntArray
+    back: IntArray
+
+    def openings(self, source: Shape, target: Shape) -> tuple[Opening, Opening]:
+        """Open both shapes where they are torn."""
+        ours, theirs = smooth_surface(source).mesh, smooth_surface(target).mesh
+        return (
+            _torn_open(source, tears(ours, theirs.vertices[self.images])),
+            _torn_open(target, tears(theirs, ours.vertices[self.back])),
+        )
+
+
+def _torn_open(shape: Shape, torn: BoolArray) -> Opening:
+    return Opening.at(shape, torn) if torn.mean() > _LEAST_TORN else Opening.nowhere(shape)

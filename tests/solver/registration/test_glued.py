@@ -1,0 +1,91 @@
+"""Registration of surfaces whose parts are glued together."""
+
+import numpy as np
+import pytest
+
+from solver.control import Control
+from solver.registration.candidates import Points
+from solver.registration.confidence import Confidence
+from solver.registration.glued import OpenedCandidate, search_opened
+from solver.registration.registration import Registration
+from solver.shape import Shape
+from synthetic import Transformed, glued
+from tests.solver import shapes
+
+FINER = 4
+_SURE = Confidence(1.0, ())
+
+RIMS = 0.15
+"""Geodesic radius of the discs between which the tube is."""
+
+
+@pytest.fixture(scope="module")
+def body() -> Shape:
+    return Shape(shapes.blob(FINER))
+
+
+@pytest.fixture(scope="module")
+def with_glue(body: Shape) -> Transformed:
+    """Two bumps of the body, far apart along the surface, connected by a tube."""
+    mesh = body.mesh
+    highest = np.argsort(-np.linalg.norm(mesh.vertices, axis=1))
+    first = int(highest[0])
+    apart = np.linalg.norm(mesh.vertices - mesh.vertices[first], axis=1)
+    second = int(next(one for one in highest if apart[one] > 1.5))
+    return glued(mesh, np.array([[first, second]]), RIMS)
+
+
+@pytest.fixture(scope="module")
+def found(body: Shape, with_glue: Transformed) -> list[OpenedCandidate]:
+    """Found from the true partners of some points."""
+    target = Shape(with_glue.mesh)
+    points = np.flatnonzero(with_glue.kept)[::40]
+
+    def rematch(ours: Shape, theirs: Shape) -> list[Points]:
+        here, there = (one.mesh.vertices for one in (ours, theirs))
+        places = body.mesh.vertices[points]
+        nearest = [
+            np.linalg.norm(places[:, None] - one[None], axis=2).argmin(axis=1)
+            for one in (here, there)
+        ]
+        return [(nearest[0], nearest[1])]
+
+    searched = search_opened(body, target, rematch, Control())
+    assert searched is not None
+    return searched[0]
+
+
+def test_a_body_is_matched_through_the_glue(
+    found: list[OpenedCandidate], body: Shape, with_glue: Transformed
+) -> None:
+    best = found[0]
+    here = np.flatnonzero(with_glue.kept)
+    images = with_glue.mesh.vertices[best.images(here)]
+    errors = np.linalg.norm(images - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)
+    assert errors.mean() < 0.02
+
+
+def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
+    found: list[OpenedCandidate], body: Shape, with_glue: Transformed
+) -> None:
+    target = Shape(with_glue.mesh)
+    best = found[0]
+    known = Registration(body, target, (best.candidate,), False, _SURE, best.openings)
+    dense = known.dense(Control())
+    np.testing.assert_array_equal(dense.source, np.arange(body.n_vertices))
+    np.testing.assert_allclose(dense.barycentric.sum(axis=1), 1.0)
+    corners = np.sort(dense.faces, axis=1)
+    triangles = {tuple(one) for one in np.sort(target.mesh.faces, axis=1).tolist()}
+    assert {tuple(one) for one in corners.tolist()} <= triangles
+    assert (dense.target[:, None] == dense.faces).any(axis=1).mean() > 0.95
+    assert dense.inverse is not None
+    np.testing.assert_array_equal(dense.inverse.source, np.arange(target.n_vertices))
+
+
+def test_smooth_surfaces_are_not_opened() -> None:
+    sphere = Shape(shapes.icosphere(3))
+    assert search_opened(sphere, sphere, _none, Control()) is None
+
+
+def _none(ours: Shape, theirs: Shape) -> list[Points]:
+    raise AssertionError("nothing was opened")
