@@ -102,9 +102,16 @@ def map_error(
         Map between them, in the user's vertex numbers.
     most
         How many points are compared, evenly among those known.
+
+    Notes
+    -----
+    Of a map to a part, the points that have an image are compared.
     """
     vertices, truths = known_points(source, target, most)
-    rows = np.searchsorted(dense.source, source.shape.mesh.vertex_ids[vertices])
+    numbers = source.shape.mesh.vertex_ids[vertices]
+    mapped = np.isin(numbers, dense.source)
+    truths = [truth[mapped] for truth in truths]
+    rows = np.searchsorted(dense.source, numbers[mapped])
     mesh = target.shape.mesh
     corners = mesh.vertices_of(dense.faces[rows].ravel()).reshape(-1, 3)
     nearest = mesh.vertices_of(dense.target[rows])
