@@ -99,12 +99,15 @@ def map_error(
     source, target
         Shapes of one class, both with known truth.
     dense
-        Map between them, in the user's vertex numbers.
+        Map between them, in the user's vertex numbers. Points that it leaves out are not compared.
     most
         How many points are compared, evenly among those known.
     """
     vertices, truths = known_points(source, target, most)
-    rows = np.searchsorted(dense.source, source.shape.mesh.vertex_ids[vertices])
+    numbers = source.shape.mesh.vertex_ids[vertices]
+    mapped = np.isin(numbers, dense.source)
+    truths = [truth[mapped] for truth in truths]
+    rows = np.searchsorted(dense.source, numbers[mapped])
     mesh = target.shape.mesh
     corners = mesh.vertices_of(dense.faces[rows].ravel()).reshape(-1, 3)
     nearest = mesh.vertices_of(dense.target[rows])

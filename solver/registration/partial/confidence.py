@@ -12,19 +12,28 @@ _INTERCEPT = -10.96
 measures together do no better on pairs held out."""
 
 
-def part_confidence(fits: Sequence[RefinedPartFit], complete: bool = True) -> Confidence:
+def part_confidence(
+    fits: Sequence[RefinedPartFit], entire: bool = True, complete: bool = True
+) -> Confidence:
     """Confidence in the first of some registrations that differ.
 
     Parameters
     ----------
     fits
         The best first.
+    entire
+        Whether every point of the part has a partner.
     complete
         Whether all candidates were tried.
     """
     best, *others = fits
     margin = min((one.score for one in others), default=float("inf")) - best.score
-    measures = {**best.measures, "score": best.score, "margin": min(max(margin, 0.0), 1.0)}
+    measures = {
+        **best.measures,
+        "share": best.share,
+        "score": best.score,
+        "margin": min(max(margin, 0.0), 1.0),
+    }
     probability = probability_of(measures, _WEIGHTS, _INTERCEPT)
     reasons = reasons_for_doubt(probability, margin, complete)
     return Confidence(probability, reasons, MappingProxyType(measures))
