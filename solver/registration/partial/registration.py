@@ -4,6 +4,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
@@ -157,14 +159,18 @@ class _Refined:
     def covered(self) -> BoolArray:
         """(V,) vertices of the whole that have a partner."""
         found = _covered(self.displaced, self.images, self.back[0])
-        return found if self.entire else found & _met(self.displaced, self.images, self.scale)
+        if self.entire:
+            return found
+        found &= _met(self.displaced, self.images, self.scale)
+        return largest_patch(self.displaced.source, found)
 
     @cached_property
     def part_covered(self) -> BoolArray:
         """(W,) vertices of the part that have a partner."""
         if self.entire:
             return np.ones(len(self.back[0]), dtype=np.bool_)
-        return _part_covered(self.displaced, self.images, self.back, self.scale)
+        found = _part_covered(self.displaced, self.images, self.back, self.scale)
+        return largest_patch(self.displaced.target, found)
 
     @cached_property
     def fit(self) -> RefinedPartFit:
@@ -202,7 +208,10 @@ def _refined(
 ) -> _Refined:
     known = SurfaceMap.of(whole, part, candidate.alignment, reflected=False)
     images = known.images()
-    rigid = known.at_rest(candidate.scale, _covered(known, images, known.inverse()[0]))
+    covered = _covered(known, images, known.inverse()[0])
+    if not entire:
+        covered = largest_patch(whole, covered)
+    rigid = known.at_rest(candidate.scale, covered)
     displaced, images = known.refined(rigid, control)
     samples = whole.samples.first(FINEST.whole_samples)
     points = PartSamples.of(part, FINEST.part_samples, entire)
@@ -250,6 +259,29 @@ def _inside(mesh: TriangleMesh, faces: IntArray, barycentric: FloatArray) -> Boo
     """(N,) points that lie inside a surface, not on its boundary."""
     inside: FloatArray = (barycentric * ~mesh.on_boundary[mesh.faces[faces]]).sum(axis=1)
     return np.asarray(inside > 0.0)
+
+
+def largest_patch(surface: SmoothSurface, covered: BoolArray) -> BoolArray:
+    """(V,) the vertices that belong to the largest patch of a surface, by area.
+
+    Limbs that either surface lacks are free to be bent onto one another; what is between them and
+    the rest has no partner then.
+
+    Parameters
+    ----------
+    surface
+        V vertices.
+    covered
+        (V,) vertices; those of a patch are at most two edges from one another.
+    """
+    ends = surface.mesh.edges
+    reached = covered.copy()
+    reached[ends[covered[ends].any(axis=1)]] = True
+    ends = ends[reached[ends].all(axis=1)]
+    graph = coo_array((np.ones(len(ends)), ends.T), shape=(len(covered),) * 2)
+    patch = connected_components(graph, directed=False)[1]
+    areas = np.bincount(patch, np.where(covered, surface.spectrum.mass, 0.0))
+    return np.asarray(covered & (patch == areas.argmax()))
 
 
 def _share(surface: SmoothSurface, covered: BoolArray) -> float:
