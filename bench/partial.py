@@ -31,7 +31,7 @@ from solver.arrays import BoolArray, IntArray
 from solver.matching import MatchOptions, match
 
 MEASURES = "score", "margin"
-MEASURES_OF_BOTH = "score", "margin", "share"
+MEASURES_OF_BOTH = ("margin",)
 
 Pair = tuple[KnownShape, KnownShape]
 

@@ -85,6 +85,8 @@ def find_part(
     with control.stage("registration", 0.3):
         given = None if whole.normalise else whole.size / part.size
         found = register_part(whole, part, control, given, entire=partial != BOTH)
+    if found is not None and not (found.covered.any() and found.part_covered.any()):
+        raise OptionError("partial", "the surfaces have nothing in common that was found")
     return None if found is None else KnownPart(found, partial, is_source)
 
 

@@ -1,4 +1,4 @@
-"""Registration of a whole to a part of it: the front door of this package."""
+"""Registration of a whole to a part of it, or of two parts: the front door of this package."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -36,7 +36,7 @@ Images = tuple[IntArray, IntArray, FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class PartMap:
-    """Maps of all vertices between a whole and a part of it.
+    """Maps of all vertices between a whole and a part of it, or between two parts that overlap.
 
     Parameters
     ----------
@@ -83,6 +83,9 @@ def register_part(
     whole: Shape, part: Shape, control: Control, scale: float | None = None, entire: bool = True
 ) -> PartMap | None:
     """Register a whole to a part of it: bend it so that the part lies on it, at the part's scale.
+
+    Or register two parts that overlap: the one called whole here is bent, best that with less
+    boundary.
 
     Parameters
     ----------
@@ -194,7 +197,7 @@ class _Refined:
 
     def again(self, control: Control) -> "_Refined":
         """Refine it once more, drawn by what has a partner by now."""
-        rigid = self.displaced.at_rest(self.scale, self.covered)
+        rigid = self.displaced.at_rest(self.scale, self.covered if self.covered.any() else None)
         displaced, images = self.displaced.refined(rigid, control)
         return replace(self, displaced=displaced, images=images, back=displaced.inverse())
 
@@ -211,7 +214,7 @@ def _refined(
     covered = _covered(known, images, known.inverse()[0])
     if not entire:
         covered = largest_patch(whole, covered)
-    rigid = known.at_rest(candidate.scale, covered)
+    rigid = known.at_rest(candidate.scale, covered if covered.any() else None)
     displaced, images = known.refined(rigid, control)
     samples = whole.samples.first(FINEST.whole_samples)
     points = PartSamples.of(part, FINEST.part_samples, entire)
