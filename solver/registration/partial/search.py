@@ -59,8 +59,8 @@ OF_OVERLAP_STAGES = (
 )
 """Of surfaces that overlap. Fewer labellings are right, so that there are more candidates, and more
 that differ are kept: with 20 eigenfunctions, right ones of generated pairs are often behind 60 to
-100 wrong ones, which cover more. Of 10 hard pairs, a right one is kept for 10, and for 4 with 16
-candidates at the end, and `same` 0.05."""
+100 wrong ones, which cover more. Of 10 hard pairs, a candidate that is right where it covers is
+kept for 10, and for 4 with 16 candidates at the end and `same` 0.05; it is not always chosen."""
 
 _PARTNERS = 200
 """Samples of the part whose partners are compared."""
