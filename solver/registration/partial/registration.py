@@ -27,7 +27,7 @@ _NEAR = 0.03
 
 _APART = 0.015
 """Distance over √area of the whole within which partners meet, once displaced, of surfaces that
-overlap. Without, the F1 score is four hundredths less; with 0.01, one more."""
+overlap. On 14 generated pairs, the F1 score is 0.76 without, 0.775 with 0.02, 0.79 with 0.01."""
 
 
 Images = tuple[IntArray, IntArray, FloatArray]
