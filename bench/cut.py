@@ -92,9 +92,14 @@ def cut(mesh: TriangleMesh, how: Cut, rng: np.random.Generator) -> tuple[IntArra
     while areas[kept].sum() > 1.0 - gone:
         distances = metric.distances(np.array([rng.integers(mesh.n_vertices)]))[0]
         inside = distances[mesh.faces] < rng.uniform(*how.radii)
-        further = _largest(mesh, kept & ~inside.all(axis=1))
+        further = largest_component(mesh, kept & ~inside.all(axis=1))
         if areas[further].sum() > 1.0 - gone - _TOO_MUCH:
             kept = further
+    return submesh(mesh, kept)
+
+
+def submesh(mesh: TriangleMesh, kept: BoolArray) -> tuple[IntArray, TriangleMesh]:
+    """Return the vertices of the (F,) faces kept, and the mesh of these."""
     faces = mesh.faces[kept]
     vertices = np.unique(faces)
     return vertices, triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
@@ -107,7 +112,7 @@ def _areas(mesh: TriangleMesh) -> FloatArray:
     return shares
 
 
-def _largest(mesh: TriangleMesh, kept: BoolArray) -> BoolArray:
+def largest_component(mesh: TriangleMesh, kept: BoolArray) -> BoolArray:
     """(F,) faces of the largest component of those kept."""
     faces = mesh.faces[kept]
     ends = np.concatenate([faces[:, :2], faces[:, 1:]])

@@ -99,13 +99,9 @@ def map_error(
     source, target
         Shapes of one class, both with known truth.
     dense
-        Map between them, in the user's vertex numbers.
+        Map between them, in the user's vertex numbers. Points that it leaves out are not compared.
     most
         How many points are compared, evenly among those known.
-
-    Notes
-    -----
-    Of a map to a part, the points that have an image are compared.
     """
     vertices, truths = known_points(source, target, most)
     numbers = source.shape.mesh.vertex_ids[vertices]

@@ -1,34 +1,67 @@
-"""Parts matched with whole shapes: ``python -m bench.partial``.
+"""Parts matched with whole shapes, and with one another: ``python -m bench.partial [--both]``.
 
 Without ``--data``, parts are cut out of generated people, scaled, and matched with other people;
 with it, every shape of the folder that lacks known points is matched with every one that has all.
-Printed are the mean geodesic error of the part's points over √area of the whole, the F1 score of
-the vertices of the whole that are said to have no partner, the share of the whole that is said to
-have one, and the confidence. ``--fit`` prints the weights of the confidence that fit best.
+With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
+of two in turn; or every two shapes of the folder that lack known points.
+
+Printed are the mean geodesic error of the points of the first shape that are matched, over √area of
+the second one; of the vertices without a partner, the F1 score on the second shape, and on the
+first with ``--both``; the shares of vertices that are said to have a partner, and that do; and the
+confidence. ``--fit`` prints the weights of the confidence that fit best.
 """
 
 import argparse
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from bench.calibration import calibration, print_calibration
 from bench.collection import KnownShape, default_folder, read_collection
 from bench.cut import generated_part
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
-from solver.arrays import BoolArray
-from solver.matching import Match, MatchOptions, match
-
-NEAR = 0.02
-"""Distance in space over √area from a true partner within which a vertex has one."""
+from bench.overlap import generated_overlap, truly_covered
+from solver.arrays import BoolArray, IntArray
+from solver.matching import MatchOptions, match
 
 MEASURES = "score", "margin"
+MEASURES_OF_BOTH = ("margin",)
+
+Pair = tuple[KnownShape, KnownShape]
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Vertices of one shape that are said to have a partner.
+
+    Parameters
+    ----------
+    f1
+        F1 score of those without one.
+    share, true_share
+        Of the vertices with a partner, found and true.
+    """
+
+    f1: float
+    share: float
+    true_share: float
+
+    @classmethod
+    def of(cls, shape: KnownShape, other: KnownShape, mapped: IntArray) -> "Cover":
+        """Compare the numbers of the vertices that a map has with the truth."""
+        mesh = shape.shape.mesh
+        covered: BoolArray = np.zeros(mesh.n_vertices, dtype=np.bool_)
+        covered[mesh.vertices_of(mapped)] = True
+        true = truly_covered(shape, other)
+        right = int((~covered & ~true).sum())
+        f1 = 2.0 * right / max(int((~covered).sum() + (~true).sum()), 1)
+        return cls(f1, float(covered.mean()), float(true.mean()))
 
 
 @dataclass(frozen=True)
@@ -41,10 +74,8 @@ class MatchedPart:
         Of both shapes.
     error
         Mean error of the part's points.
-    f1
-        F1 score of the vertices of the whole without a partner.
-    share, true_share
-        Of the whole's vertices with a partner, found and true.
+    part, whole
+        What is said to have a partner.
     probability, measures
         The confidence.
     seconds
@@ -53,27 +84,44 @@ class MatchedPart:
 
     name: str
     error: float
-    f1: float
-    share: float
-    true_share: float
+    part: Cover
+    whole: Cover
     probability: float
     measures: dict[str, float]
     seconds: float
 
 
-def pairs(folder: Path | None, count: int, first: int) -> Iterator[tuple[KnownShape, KnownShape]]:
+def pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
     """Yield parts and wholes."""
     if folder is None:
         for seed in range(first, first + count):
             _, part, whole = generated_part(seed)
             yield part, whole
         return
-    shapes = [one for one in read_collection(folder) if one.truth is not None]
-    complete = [one for one in shapes if one.truth is not None and (one.truth >= 0).all()]
-    for part in shapes:
-        if part not in complete:
-            for whole in complete:
-                yield part, whole
+    parts, wholes = _read(folder)
+    for part in parts:
+        for whole in wholes:
+            yield part, whole
+
+
+def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
+    """Yield pairs of parts."""
+    if folder is None:
+        for seed in range(first, first + count):
+            _, source, target = generated_overlap(seed)
+            yield source, target
+        return
+    yield from combinations(_read(folder)[0], 2)
+
+
+def _read(folder: Path) -> tuple[list[KnownShape], list[KnownShape]]:
+    """Shapes that lack known points, and those that have all."""
+    parts: list[KnownShape] = []
+    wholes: list[KnownShape] = []
+    for one in read_collection(folder):
+        if one.truth is not None:
+            (wholes if (one.truth >= 0).all() else parts).append(one)
+    return parts, wholes
 
 
 def matched(part: KnownShape, whole: KnownShape, options: MatchOptions) -> MatchedPart:
@@ -82,37 +130,44 @@ def matched(part: KnownShape, whole: KnownShape, options: MatchOptions) -> Match
     found = match(part.shape, whole.shape, options)
     seconds = time.process_time() - started
     assert found.dense is not None
+    assert found.dense.inverse is not None
     assert found.confidence is not None
-    covered, true = _covered(found, whole), _truly_covered(part, whole)
-    right = int((~covered & ~true).sum())
     return MatchedPart(
         f"{part.name} {whole.name}",
         map_error(part, whole, found.dense).direct,
-        2.0 * right / max(int((~covered).sum() + (~true).sum()), 1),
-        float(covered.mean()),
-        float(true.mean()),
+        Cover.of(part, whole, found.dense.source),
+        Cover.of(whole, part, found.dense.inverse.source),
         found.confidence.probability,
         dict(found.confidence.measures),
         seconds,
     )
 
 
-def _covered(found: Match, whole: KnownShape) -> BoolArray:
-    assert found.dense is not None
-    assert found.dense.inverse is not None
-    mesh = whole.shape.mesh
-    covered = np.zeros(mesh.n_vertices, dtype=np.bool_)
-    covered[mesh.vertices_of(found.dense.inverse.source)] = True
-    return covered
+def print_row(one: MatchedPart, both: bool) -> None:
+    """Print the figures of a match."""
+    sides = (one.part, one.whole) if both else (one.whole,)
+    figures = [
+        *(side.f1 for side in sides),
+        *(figure for side in sides for figure in (side.share, side.true_share)),
+        one.probability,
+        one.seconds,
+    ]
+    print(f"{one.name:42}{one.error:8.4f}" + "".join(f"{figure:7.2f}" for figure in figures))
 
 
-def _truly_covered(part: KnownShape, whole: KnownShape) -> BoolArray:
-    assert part.truth is not None
-    assert whole.truth is not None
-    positions = whole.shape.surface.vertices
-    partners = whole.truth[part.truth >= 0]
-    apart, _ = KDTree(positions[partners]).query(positions)
-    return np.asarray(apart < NEAR)
+def figures_of(answers: Sequence[MatchedPart], both: bool) -> dict[str, float]:
+    """Figures of all matches."""
+    errors = np.array([one.error for one in answers])
+    ours = {"f1_source": float(np.mean([one.part.f1 for one in answers]))} if both else {}
+    return {
+        "pairs": len(answers),
+        "direct": float(errors.mean()),
+        "median": float(np.median(errors)),
+        "wrong": int((errors > WRONG).sum()),
+        "f1": float(np.mean([one.whole.f1 for one in answers])),
+        **ours,
+        "seconds": float(np.mean([one.seconds for one in answers])),
+    }
 
 
 def main() -> None:
@@ -121,37 +176,31 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--count", type=int, default=12, help="generated parts")
     parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
+    parser.add_argument("--both", action="store_true", help="match parts with parts")
     parser.add_argument("--detected", action="store_true", help="do not say which is the part")
     parser.add_argument("--fit", action="store_true", help="fit the confidence")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    options = MatchOptions(
-        dense=True, partial="detected" if arguments.detected else "source", proof="candidates"
-    )
-    print(f"{'part and whole':42}{'error':>8}{'F1':>7}{'share':>7}{'true':>7}{'P':>7}{'s':>7}")
+    both = arguments.both
+    partial = "detected" if arguments.detected else "both" if both else "source"
+    options = MatchOptions(dense=True, partial=partial, proof="candidates")
+    f1, shares = f"{'F1':>7}" * (1 + both), f"{'share':>7}{'true':>7}" * (1 + both)
+    print(f"{'part and whole':42}{'error':>8}{f1}{shares}{'P':>7}{'s':>7}")
     answers = []
-    for part, whole in pairs(arguments.data, arguments.count, arguments.first):
-        one = matched(part, whole, options)
-        answers.append(one)
-        figures = one.error, one.f1, one.share, one.true_share, one.probability, one.seconds
-        print(f"{one.name:42}{one.error:8.4f}" + "".join(f"{f:7.2f}" for f in figures[1:]))
-    errors = np.array([one.error for one in answers])
-    right = errors <= WRONG
-    found = {
-        "pairs": len(answers),
-        "direct": float(errors.mean()),
-        "median": float(np.median(errors)),
-        "wrong": int((~right).sum()),
-        "f1": float(np.mean([one.f1 for one in answers])),
-        "seconds": float(np.mean([one.seconds for one in answers])),
-    }
+    chosen = overlapping_pairs if both else pairs
+    for part, whole in chosen(arguments.data, arguments.count, arguments.first):
+        answers.append(matched(part, whole, options))
+        print_row(answers[-1], both)
+    found = figures_of(answers, both)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in found.items()))
+    right = np.array([one.error for one in answers]) <= WRONG
     if right.any() and not right.all():
         probabilities = np.array([one.probability for one in answers])
         print_calibration("confidence", calibration(probabilities, right))
         if arguments.fit:
-            measures = np.array([[one.measures[name] for name in MEASURES] for one in answers])
-            print(fit_logistic(list(MEASURES), measures, right))
+            names = list(MEASURES_OF_BOTH if both else MEASURES)
+            measures = np.array([[one.measures[name] for name in names] for one in answers])
+            print(fit_logistic(names, measures, right))
     if arguments.json:
         print(json.dumps(found))
 

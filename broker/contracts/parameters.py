@@ -74,8 +74,8 @@ CorrespondenceSource = Annotated[
 ]
 
 
-_PARTS = "source", "target"
-"""Values of `partial` that say which shape is the part."""
+_PARTS = "source", "target", "both"
+"""Values of `partial` that say which shape is a part."""
 
 
 class MatchParameters(solver.MatchOptions):

@@ -130,9 +130,11 @@ class GromovHausdorff(_Part):
 
 
 class Overlap(_Part):
-    """What two shapes have in common, one of which was matched as a part of the other."""
+    """What two shapes have in common, one of which was matched as a part of the other, or both."""
 
-    part: Literal["source", "target"] = Field(description="Which of the shapes is the part.")
+    part: Literal["source", "target", "both"] = Field(
+        description='Which of the shapes is the part; "both" if each lacks points of the other.'
+    )
     scale: float = Field(
         gt=0, description="Factor from lengths of the source to lengths of the target."
     )
@@ -355,8 +357,8 @@ class MatchResult(_Part):
     overlap: Overlap | None = Field(
         default=None,
         description="What the shapes have in common, where one was matched as a part of the other,"
-        " see `partial`; null where both were matched as wholes. `dense` then has only vertices"
-        " that have a partner.",
+        " or both as parts, see `partial`; null where both were matched as wholes. `dense` then has"
+        " only vertices that have a partner.",
     )
     unmatched: tuple[int, ...] = Field(
         description="Source vertices (or points) that are cheaper to leave unmatched, or have no"

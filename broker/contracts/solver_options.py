@@ -176,19 +176,22 @@ class MatchOptions(StrictModel):
             " distortion, it has no effect."
         ),
     )
-    partial: Annotated[Literal["detected", "source", "target", "none"], Topic("Shapes")] = Field(
-        default="detected",
-        description=(
-            "Whether one shape is a part of the other, with holes or cut off, of unknown"
-            ' scale: "source", "target", or "none". With "detected", the one with more'
-            " boundary is taken for a part if that is longer than √area, the wholes may"
-            " not fit, and the part fits better. Points that the part lacks stay"
-            " unmatched, vertices that it lacks are left out of `dense`; `overlap` of the"
-            " result tells how much it covers. Points are matched at one level, by"
-            " geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
-            " `normalise` false the scale is that of the files, else it is found. Not with"
-            " landmarks and `refine`."
-        ),
+    partial: Annotated[Literal["detected", "source", "target", "both", "none"], Topic("Shapes")] = (
+        Field(
+            default="detected",
+            description=(
+                "Whether one shape is a part of the other, with holes or cut off, of unknown"
+                ' scale: "source", "target", or "none"; "both" if the two overlap, and each'
+                ' lacks points of the other. With "detected", the one with more boundary is'
+                " taken for a part of the other if that boundary is longer than √area, the"
+                " wholes may not fit, and the part fits better. Points without a partner stay"
+                " unmatched, vertices without one are left out of `dense`; `overlap` of the"
+                " result tells which shares of both have one. Points are matched at one level,"
+                " by geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
+                " `normalise` false the scale is that of the files, else it is found. Not with"
+                " landmarks and `refine`."
+            ),
+        )
     )
     dense: Annotated[bool, Topic("")] = Field(
         default=False,

@@ -10,9 +10,9 @@ from solver.matching.certification import certify, prove_over_samples, replaces
 from solver.matching.enumeration import enumerate_hypotheses
 from solver.matching.gromov_hausdorff import UNPROVEN_DISTANCE, gromov_hausdorff
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
-from solver.matching.options import GMDS, SOURCE, TARGET, MatchOptions
+from solver.matching.options import GMDS, PARTS, SOURCE, TARGET, MatchOptions
 from solver.matching.orientation import Orientation, orient
-from solver.matching.part import find_part, match_part
+from solver.matching.part import find_part, match_part, relative_boundary
 from solver.matching.refinement import refine_hypotheses
 from solver.matching.report import report_match
 from solver.matching.result import Match
@@ -71,7 +71,7 @@ def match(
     common_size(source, target)
     control = (control or Control()).timed().within(options.time_limit)
     with control.stage("total"):
-        if options.partial in (SOURCE, TARGET):
+        if options.partial in PARTS:
             found = _match_given_part(source, target, options, control)
         else:
             found = _match_whole(source, target, options, control)
@@ -88,7 +88,7 @@ def match(
 def _match_given_part(
     source: Shape, target: Shape, options: MatchOptions, control: Control
 ) -> Match:
-    known = find_part(source, target, options.partial == SOURCE, options, control)
+    known = find_part(source, target, options.partial, options, control)
     if known is None:
         raise OptionError("partial", "a shape has too few vertices to be registered as a part")
     return match_part(known, options, control)
@@ -101,14 +101,15 @@ def _match_detected_part(
     doubt = found.confidence
     if doubt is None or doubt.probability >= SURE or control.expired:
         return found
-    lengths = [one.mesh.boundary_length / one.mesh.area**0.5 for one in (source, target)]
+    lengths = [relative_boundary(one) for one in (source, target)]
     if max(lengths) < _PART_BOUNDARY:
         return found
     last = replace(
         control, on_progress=lambda name, part: control.on_progress(name, 0.9 + part / 10)
     )
     try:
-        known = find_part(source, target, lengths[0] > lengths[1], options, last)
+        part = SOURCE if lengths[0] > lengths[1] else TARGET
+        known = find_part(source, target, part, options, last)
         if known is None or known.surfaces.confidence.probability <= doubt.probability:
             return found
         return match_part(known, options, last)

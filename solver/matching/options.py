@@ -27,8 +27,12 @@ SAMPLES = "samples"
 DETECTED = "detected"
 SOURCE = "source"
 TARGET = "target"
+BOTH = "both"
 WHOLE = "none"
-"""Which shape is a part of the other."""
+"""Which shape is a part of the other; both are, where each lacks points of the other."""
+
+PARTS = SOURCE, TARGET, BOTH
+"""Values of `partial` with which the shapes are matched as a part and a whole, or as two parts."""
 
 MIN_POINTS = 3
 MAX_POINTS = 256
@@ -174,14 +178,15 @@ class MatchOptions(ParameterSet):
     partial: str = parameter(
         DETECTED,
         "Whether one shape is a part of the other, with holes or cut off, of unknown scale:"
-        ' "source", "target", or "none". With "detected", the one with more boundary is taken'
-        " for a part if that is longer than √area, the wholes may not fit, and the part fits"
-        " better. Points that the part lacks stay unmatched, vertices that it lacks are left out"
-        " of `dense`; `overlap` of the result tells how much it covers. Points are matched at"
+        ' "source", "target", or "none"; "both" if the two overlap, and each lacks points of the'
+        ' other. With "detected", the one with more boundary is taken for a part of the other if'
+        " that boundary is longer than √area, the wholes may not fit, and the part fits better."
+        " Points without a partner stay unmatched, vertices without one are left out of `dense`;"
+        " `overlap` of the result tells which shares of both have one. Points are matched at"
         " one level, by geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
         " `normalise` false the scale is that of the files, else it is found. Not with landmarks"
         " and `refine`.",
-        one_of=(DETECTED, SOURCE, TARGET, WHOLE),
+        one_of=(DETECTED, SOURCE, TARGET, BOTH, WHOLE),
         topic="Shapes",
     )
     dense: bool = parameter(
@@ -252,7 +257,7 @@ class MatchOptions(ParameterSet):
             raise OptionError("landmarks", f"objective {LINF} takes none")
         if self.third_order > 0.0:
             raise OptionError("third_order", f"objective {LINF} has no third-order term")
-        if self.partial in (SOURCE, TARGET):
+        if self.partial in PARTS:
             raise OptionError("partial", f"objective {LINF} matches every point")
 
     def _check_landmarks(self) -> None:
@@ -307,7 +312,7 @@ class MatchOptions(ParameterSet):
     def registered(self) -> bool:
         """Whether the surfaces are registered."""
         oriented = self.orientation and self.objective != LINF
-        return oriented or self.dense or self.refine == GMDS or self.partial in (SOURCE, TARGET)
+        return oriented or self.dense or self.refine == GMDS or self.partial in PARTS
 
     @property
     def needs_spectrum(self) -> bool:

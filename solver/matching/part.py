@@ -1,4 +1,4 @@
-"""Matches of a part with the whole that it is a part of: section 3, with occlusion.
+"""Matches of a part and a whole, or of two parts that overlap: section 3, with occlusion.
 
 The surfaces are registered first: that tells the scale of the part, and what has a partner. The
 points are then matched near their images, at one level, by geodesic distance, which cuts change
@@ -8,14 +8,12 @@ one whose matching would cost more than its occlusion.
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from solver.control import Control
 from solver.errors import OptionError
 from solver.matching.certification import certify, prove_over_samples
 from solver.matching.hypothesis import Hypothesis
 from solver.matching.level import Level
-from solver.matching.options import GMDS, SOURCE, TARGET, MatchOptions
+from solver.matching.options import BOTH, GMDS, SOURCE, MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import solved_level
 from solver.matching.report import report_match
@@ -32,22 +30,26 @@ root mean square."""
 
 @dataclass(frozen=True, eq=False)
 class KnownPart:
-    """A part registered to the whole.
+    """A part registered to the whole, or two parts.
 
     Parameters
     ----------
     surfaces
         The registration.
+    partial
+        Which shape is a part: one of :data:`.PARTS`.
     is_source
-        Whether the part is the source of the match.
+        Whether the source of the match is the part of the registration; of two parts, it is the
+        one that the other is bent onto.
     """
 
     surfaces: PartMap
+    partial: str
     is_source: bool
 
 
 def find_part(
-    source: Shape, target: Shape, is_source: bool, options: MatchOptions, control: Control
+    source: Shape, target: Shape, partial: str, options: MatchOptions, control: Control
 ) -> KnownPart | None:
     """Register a part to the whole.
 
@@ -55,8 +57,8 @@ def find_part(
     ----------
     source, target
         The shapes X and Y.
-    is_source
-        Whether X is the part.
+    partial
+        Which of them is a part: one of :data:`.PARTS`.
     options
         Of the match.
     control
@@ -78,11 +80,28 @@ def find_part(
         raise OptionError("landmarks", "a part is matched without landmarks; leave them out")
     if options.refine == GMDS:
         raise OptionError("refine", "a part is not refined; take `dense`, whose images lie between")
+    is_source = partial == SOURCE or (partial == BOTH and _is_bent_onto(source, target))
     whole, part = (target, source) if is_source else (source, target)
     with control.stage("registration", 0.3):
         given = None if whole.normalise else whole.size / part.size
-        found = register_part(whole, part, control, given)
-    return None if found is None else KnownPart(found, is_source)
+        found = register_part(whole, part, control, given, entire=partial != BOTH)
+    if found is not None and not (found.covered.any() and found.part_covered.any()):
+        raise OptionError("partial", "the surfaces have nothing in common that was found")
+    return None if found is None else KnownPart(found, partial, is_source)
+
+
+def _is_bent_onto(source: Shape, target: Shape) -> bool:
+    """Return whether the target is bent onto the source, of two parts.
+
+    The one with less boundary is bent: its eigenfunctions know less of cuts. So the roles of the
+    two in the match do not matter.
+    """
+    return relative_boundary(source) > relative_boundary(target)
+
+
+def relative_boundary(shape: Shape) -> float:
+    """Length of the boundary of a surface over √area."""
+    return shape.mesh.boundary_length / float(shape.mesh.area**0.5)
 
 
 def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Match:
@@ -150,7 +169,7 @@ def _placed(
     """Match the points near their images."""
     found, points = known.surfaces, level.source.vertices
     images = (found.to_whole if known.is_source else found.to_part)[0][points]
-    mapped = np.ones(len(points), np.bool_) if known.is_source else found.covered[points]
+    mapped = (found.part_covered if known.is_source else found.covered)[points]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
         wider = add_target_samples(source, target, level, images)
         placed = match_near_images(target, wider, images, mapped)
@@ -164,5 +183,5 @@ def _overlap(known: KnownPart) -> Overlap:
     # The part is as large on the whole, in the unit of its file, as lengths of it times this.
     scale = (whole.mesh.area / part.mesh.area) ** 0.5 / found.scale
     if known.is_source:
-        return Overlap(SOURCE, scale, 1.0, found.share)
-    return Overlap(TARGET, 1.0 / scale, found.share, 1.0)
+        return Overlap(known.partial, scale, found.part_share, found.share)
+    return Overlap(known.partial, 1.0 / scale, found.share, found.part_share)

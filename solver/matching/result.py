@@ -183,12 +183,12 @@ class GromovHausdorff:
 
 @dataclass(frozen=True)
 class Overlap:
-    """What two shapes have in common, one of which is a part of the other.
+    """What two shapes have in common, one of which is a part of the other, or each.
 
     Parameters
     ----------
     part
-        ``"source"`` or ``"target"``: which is the part.
+        ``"source"`` or ``"target"``: which is the part; ``"both"`` if neither has all of the other.
     scale
         Factor from lengths of the source to those of the target, in the units of the files.
     source, target
@@ -236,7 +236,7 @@ class Match:
     gromov_hausdorff_distance
         Of the samples of both shapes. ``None`` if not asked for, or with another objective.
     overlap
-        What the shapes have in common, where one was matched as a part of the other.
+        What the shapes have in common, where one was matched as a part of the other, or both.
     """
 
     best: Correspondence

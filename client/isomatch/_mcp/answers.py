@@ -71,7 +71,7 @@ class MatchAnswer(BaseModel):
         description="None where the surfaces were not registered: nothing is known."
     )
     gromov_hausdorff_bound: float
-    overlap: str | None = Field(description="Where one shape is a part of the other.")
+    overlap: str | None = Field(description="Where one shape is a part of the other, or both are.")
     unmatched: int = Field(description="Points left without a partner.")
     alternatives: tuple[Other, ...]
     warnings: tuple[str, ...]

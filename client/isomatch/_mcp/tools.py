@@ -86,8 +86,11 @@ class Tools:
             bool, Field(description="Match left with left; if false, a mirror image is as good.")
         ] = True,
         partial: Annotated[
-            Literal["detected", "source", "target", "none"],
-            Field(description="Which shape is only a part of the other, as of a scan with holes."),
+            Literal["detected", "source", "target", "both", "none"],
+            Field(
+                description="Which shape is only a part of the other, as of a scan with holes;"
+                " both, if each lacks points of the other."
+            ),
         ] = "detected",
         landmarks: Annotated[
             list[tuple[int, int]] | None,

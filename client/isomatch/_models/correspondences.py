@@ -202,12 +202,13 @@ class GromovHausdorff(Answer):
 
 
 class Overlap(Answer):
-    """What two shapes have in common, one of which was matched as a part of the other.
+    """What two shapes have in common, one of which was matched as a part of the other, or both.
 
     Attributes
     ----------
     part
-        ``"source"`` or ``"target"``: which is the part.
+        ``"source"`` or ``"target"``: which is the part; ``"both"`` if each lacks points of the
+        other.
     scale
         Factor from lengths of the source to lengths of the target.
     source, target
@@ -220,6 +221,10 @@ class Overlap(Answer):
     target: FiniteFloat
 
     def __str__(self) -> str:
+        if self.part == "both":
+            return (
+                f"{self.source:.0%} of the source's area overlaps {self.target:.0%} of the target's"
+            )
         whole, share = ("target", self.target) if self.part == "source" else ("source", self.source)
         return f"the {self.part} is a part of the {whole}, {share:.0%} of its area"
 

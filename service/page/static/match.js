@@ -124,7 +124,9 @@ const overAllSamples = ({ energy, gap, certified }) =>
 const ofTheSamples = ({ value, lower_bound, certified }) =>
   h("span", {}, figure(value), certified ? ", proven" : [", at least ", figure(lower_bound)]);
 
-const partOf = ({ part, source, target }) => part === "source"
+const partOf = ({ part, source, target }) => part === "both"
+  ? `${percent(source)} of the source's area overlaps ${percent(target)} of the target's`
+  : part === "source"
   ? `the source is a part of the target, ${percent(target)} of its area`
   : `the target is a part of the source, ${percent(source)} of its area`;
 

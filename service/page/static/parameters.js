@@ -52,10 +52,11 @@ export const MATCH = {
         "detected",
         "source",
         "target",
+        "both",
         "none"
     ],
     "topic": "Shapes",
-    "about": "Whether one shape is a part of the other, with holes or cut off, of unknown scale: \"source\", \"target\", or \"none\"."
+    "about": "Whether one shape is a part of the other, with holes or cut off, of unknown scale: \"source\", \"target\", or \"none\"; \"both\" if the two overlap, and each lacks points of the other."
 },
   normalise: {
     "type": "boolean",

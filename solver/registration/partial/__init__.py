@@ -1,6 +1,6 @@
-"""Registration of a whole to a part of it, whose scale is unknown.
+"""Registration of a whole to a part of it, or of two parts that overlap; the scale is unknown.
 
-:func:`register_part` bends the whole onto the part, and says what of it the part covers.
+:func:`register_part` bends one onto the other, and says what of both has a partner.
 """
 
 from solver.registration.partial.registration import PartMap, register_part

@@ -2,10 +2,12 @@
 
 As :mod:`solver.registration.alignment`, but for what a part lacks. It is the whole that is bent:
 its eigenfunctions know nothing of the cuts. Every point of the part has a partner; a point of the
-whole has one only if the partner's partner is near it. And the functional map is not orthogonal: a
-smooth function on the part is the restriction of a smooth function on the whole, so that each
-eigenfunction of the part is fitted by a combination of those of the whole (Rodolà, Cosmo,
-Bronstein, Torsello and Cremers, "Partial functional correspondence", CGF 36(1), 2017).
+whole has one only if the partner's partner is near it. Where the surfaces only overlap, neither is
+whole: that holds for the points of both, and the one that is bent is called the whole here, too.
+And the functional map is not orthogonal: a smooth function on the part is the restriction of a
+smooth function on the whole, so that each eigenfunction of the part is fitted by a combination of
+those of the whole (Rodolà, Cosmo, Bronstein, Torsello and Cremers, "Partial functional
+correspondence", CGF 36(1), 2017).
 """
 
 from collections.abc import Iterable
@@ -33,7 +35,7 @@ _SPECTRAL_RIDGE = 0.01
 
 _LEAST = 1e-6
 
-_NEAR = 0.1
+NEAR = 0.1
 """Distance over √area of the whole within which a point's partner's partner is near it."""
 
 _RANK = 0.6
@@ -53,15 +55,18 @@ class PartSamples:
         (M, 3) not smoothed.
     functions
         (M, K) values of eigenfunctions, of mean square 1.
+    entire
+        Whether every point of the part has a partner on the whole.
     """
 
     vertices: IntArray
     positions: FloatArray
     normals: FloatArray
     functions: FloatArray
+    entire: bool = True
 
     @classmethod
-    def of(cls, part: SmoothSurface, count: int) -> "PartSamples":
+    def of(cls, part: SmoothSurface, count: int, entire: bool = True) -> "PartSamples":
         """Return the first samples of the part, which is of unit area."""
         vertices = part.samples.vertices[:count]
         return cls(
@@ -69,6 +74,7 @@ class PartSamples:
             part.mesh.vertices[vertices],
             part.normals[vertices],
             part.samples.eigenfunctions[:count],
+            entire,
         )
 
 
@@ -83,27 +89,30 @@ class PartPairs:
     covered
         (S,) whether that is its partner: the sample of the whole nearest to it is near.
     back
-        (M,) sample of the whole nearest to each sample of the part, its partner.
+        (M,) sample of the whole nearest to each sample of the part.
+    met
+        (M,) whether that is its partner: all are, unless the surfaces only overlap.
     """
 
     images: IntArray
     covered: BoolArray
     back: IntArray
+    met: BoolArray
 
     @property
     def rows(self) -> IntArray:
         """Samples of the whole, of all pairs."""
-        return np.concatenate([np.flatnonzero(self.covered), self.back])
+        return np.concatenate([np.flatnonzero(self.covered), self.back[self.met]])
 
     @property
     def columns(self) -> IntArray:
         """Samples of the part, of all pairs."""
-        return np.concatenate([self.images[self.covered], np.arange(len(self.back))])
+        return np.concatenate([self.images[self.covered], np.flatnonzero(self.met)])
 
     @property
     def weights(self) -> FloatArray:
         """(P, 1) weights of the pairs; both directions weigh the same together."""
-        both = int(self.covered.sum()), len(self.back)
+        both = int(self.covered.sum()), int(self.met.sum())
         return np.concatenate([np.full(one, 0.5 / max(one, 1)) for one in both])[:, None]
 
 
@@ -129,12 +138,29 @@ def embed(
 
 
 def find_pairs(
-    whole: Samples, part: PartSamples, alignment: Alignment, scale: float, weights: Weights
+    whole: Samples,
+    part: PartSamples,
+    alignment: Alignment,
+    scale: float,
+    weights: Weights,
+    near: float = NEAR,
 ) -> PartPairs:
-    """Nearest neighbours in the embedding, of both directions."""
+    """Nearest neighbours in the embedding, of both directions.
+
+    Parameters
+    ----------
+    whole, part, alignment, scale, weights
+        As for :func:`embed`.
+    near
+        Distance over √area of the whole within which a point's partner's partner is near it.
+    """
     images, back = mutual_nearest_points(*embed(whole, part, alignment, scale, weights))
     apart = np.linalg.norm(whole.positions - whole.positions[back[images]], axis=1)
-    return PartPairs(images, apart < _NEAR, back)
+    met = np.ones(len(back), dtype=np.bool_)
+    if not part.entire:
+        away = np.linalg.norm(part.positions - part.positions[images[back]], axis=1)
+        met = away < near * scale
+    return PartPairs(images, apart < near, back, met)
 
 
 def align_to_part(

@@ -1,7 +1,7 @@
 """Search for the registration of a whole to a part that fits best, over scales and labellings."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,7 +9,12 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.registration.alignment import Alignment
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, align_to_part, find_pairs
-from solver.registration.partial.candidates import SHARES, first_alignment, labelled_points
+from solver.registration.partial.candidates import (
+    OF_OVERLAP,
+    OF_PART,
+    first_alignment,
+    labelled_points,
+)
 from solver.registration.partial.fit import PartFit, measure_part_fit, scale_of
 from solver.registration.surface import Samples, smooth_surface
 from solver.shape import Shape
@@ -17,19 +22,48 @@ from solver.shape import Shape
 
 @dataclass(frozen=True)
 class PartStage:
-    """Numbers of samples of the whole and of the part, sizes, and how many candidates are kept."""
+    """A stage of the search.
+
+    Parameters
+    ----------
+    whole_samples, part_samples
+        Numbers of samples.
+    sizes
+        Numbers of eigenfunctions to go through.
+    kept
+        How many candidates are kept.
+    same
+        Mean distance in space over √area between the images of candidates that are the same.
+    """
 
     whole_samples: int
     part_samples: int
     sizes: tuple[int, ...]
     kept: int
+    same: float = 0.05
 
 
-COARSE = PartStage(200, 400, (8, 10, 12, 14, 17, 20), 24)
-FINE = (PartStage(300, 600, (26, 33, 41, 50), 8), PartStage(750, 800, (60, 70, 85), 8))
+FINEST = PartStage(750, 800, (60, 70, 85), 8)
 
-_SAME = 0.05
-"""Mean distance in space over √area between the images of candidates that are the same."""
+OF_PART_STAGES = (
+    PartStage(200, 400, (8, 10, 12, 14, 17, 20), 24),
+    PartStage(300, 600, (26, 33, 41, 50), 8),
+    FINEST,
+)
+
+OF_OVERLAP_STAGES = (
+    PartStage(100, 200, (8, 10, 12), 200, same=0.1),
+    PartStage(200, 400, (14, 17, 20), 100, same=0.1),
+    PartStage(300, 600, (26, 33, 41, 50), 50, same=0.1),
+    replace(FINEST, kept=24, same=0.1),
+)
+"""Of surfaces that overlap. Fewer labellings are right, so that there are more candidates, and more
+that differ are kept: with 20 eigenfunctions, right ones of generated pairs are often behind 60 to
+100 wrong ones, which cover more. Of 10 hard pairs, a candidate that is right where it covers is
+kept for 10, and for 4 with 16 candidates at the end and `same` 0.05; it is not always chosen."""
+
+_PARTNERS = 200
+"""Samples of the part whose partners are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +89,7 @@ class PartCandidate:
 
 
 def search_part(
-    whole: Shape, part: Shape, control: Control, scale: float | None = None
+    whole: Shape, part: Shape, control: Control, scale: float | None = None, entire: bool = True
 ) -> list[PartCandidate]:
     """Register the whole to the part: coarsely from each labelling, the best ones finely.
 
@@ -67,6 +101,8 @@ def search_part(
         May cancel; past its deadline, less is tried.
     scale
         √area of the whole over √area of the part; by default it is searched for.
+    entire
+        As for :func:`.register_part`.
 
     Returns
     -------
@@ -78,21 +114,22 @@ def search_part(
         Through `control`.
     """
     ours, theirs = smooth_surface(whole), smooth_surface(part)
-    scales = [scale] if scale is not None else [1.0 / np.sqrt(share) for share in SHARES]
+    how = OF_PART if entire else OF_OVERLAP
+    scales = [scale] if scale is not None else [1.0 / np.sqrt(share) for share in how.shares]
     kept = [
         (first_alignment(ours, theirs, points, one), one)
         for one in control.in_time(scales, least=1)
-        for points in labelled_points(whole, part, one, control)
+        for points in labelled_points(whole, part, one, how, control)
     ]
     found: list[PartCandidate] = []
-    for stage in (COARSE, *FINE):
+    for stage in OF_PART_STAGES if entire else OF_OVERLAP_STAGES:
         whole_samples = ours.samples.first(stage.whole_samples)
-        part_samples = PartSamples.of(theirs, stage.part_samples)
+        part_samples = PartSamples.of(theirs, stage.part_samples, entire)
         found = [
             _register(whole_samples, part_samples, alignment, one, stage.sizes, scale is None)
             for alignment, one in control.in_time(kept, least=1)
         ]
-        found = _ranked(found, ours.mesh.vertices, stage.kept)
+        found = _ranked(found, ours.mesh.vertices, stage)
         kept = [(one.alignment, one.scale) for one in found]
     return found
 
@@ -110,19 +147,19 @@ def _register(
         scale = scale_of(whole, part, aligned, scale)
     fit = measure_part_fit(whole, part, aligned, scale)
     pairs = find_pairs(whole, part, aligned, scale, WEIGHTS)
-    return PartCandidate(aligned, scale, fit, whole.vertices[pairs.back[:200]])
+    return PartCandidate(aligned, scale, fit, whole.vertices[pairs.back[:_PARTNERS]])
 
 
 def _ranked(
-    found: Sequence[PartCandidate], positions: FloatArray, most: int
+    found: Sequence[PartCandidate], positions: FloatArray, stage: PartStage
 ) -> list[PartCandidate]:
     """Candidates that differ, the best first."""
     chosen: list[PartCandidate] = []
     for one in sorted(found, key=lambda one: one.fit.score):
         here = positions[one.partners]
         apart = (np.linalg.norm(positions[kept.partners] - here, axis=1).mean() for kept in chosen)
-        if all(distance > _SAME for distance in apart):
+        if all(distance > stage.same for distance in apart):
             chosen.append(one)
-        if len(chosen) == most:
+        if len(chosen) == stage.kept:
             break
     return chosen

@@ -4,8 +4,9 @@ import httpx2
 import numpy as np
 import pytest
 
+from solver.arrays import BoolArray
 from solver.mesh import TriangleMesh, triangle_mesh
-from synthetic import human
+from synthetic import SyntheticShape, human
 from tests.service.conftest import problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_dense import Upload
@@ -20,6 +21,13 @@ def whole_and_part() -> tuple[TriangleMesh, TriangleMesh]:
     vertices = np.unique(faces)
     part = triangle_mesh(2.0 * body.vertices[vertices], np.searchsorted(vertices, faces))
     return triangle_mesh(body.vertices, body.faces), part
+
+
+def part_of(body: SyntheticShape, lacking: BoolArray, scale: float) -> TriangleMesh:
+    """A body without some of its vertices, in other units."""
+    faces = body.faces[~lacking[body.faces].any(axis=1)]
+    vertices = np.unique(faces)
+    return triangle_mesh(scale * body.vertices[vertices], np.searchsorted(vertices, faces))
 
 
 @pytest.fixture(scope="module")
@@ -46,6 +54,34 @@ def test_vertices_without_a_partner_are_left_out(
         assert http.get(job["links"]["result"] + link).status_code == 200
 
 
+def test_two_parts_are_matched(http: httpx2.Client, upload: Upload) -> None:
+    """A body without its head, and the same in another pose without a foot, half as large."""
+    walking, standing = (human(pose, resolution=800) for pose in ("walking", "standing"))
+    height = standing.rest[:, 1] / np.ptp(standing.rest[:, 1])
+    low = (height < height.min() + 0.25) & (standing.rest[:, 0] > 0.0)
+    source = part_of(walking, height > height.max() - 0.15, 1.0)
+    target = part_of(standing, low, 0.5)
+    uploaded = [upload(file_of(one), "m.ply")["id"] for one in (source, target)]
+    job = matched(http, (uploaded[0], uploaded[1]), points=12, dense=True, partial="both")
+    result = http.get(job["links"]["result"]).json()
+    overlap = result["overlap"]
+    assert overlap["part"] == "both"
+    assert overlap["scale"] == pytest.approx(0.5, rel=0.1)
+    assert 0.5 < overlap["source"] < 1.0
+    assert 0.5 < overlap["target"] < 1.0
+    assert len(result["dense"]["source"]) < source.n_vertices
+    assert len(result["dense"]["inverse"]["target"]) < target.n_vertices
+    for link in (".png", ".glb", ".csv", ".npz"):
+        assert http.get(job["links"]["result"] + link).status_code == 200
+
+
+def test_an_unknown_part_is_refused(http: httpx2.Client) -> None:
+    asked = {"source": "0" * 64, "target": "1" * 64, "partial": "either"}
+    answer = http.post("/v1/matches", json=asked)
+    assert "body.partial" in str(problem(answer, 422, "invalid-request"))
+
+
+@pytest.mark.parametrize("partial", ["source", "both"])
 @pytest.mark.parametrize(
     ("field", "options"),
     [
@@ -55,8 +91,8 @@ def test_vertices_without_a_partner_are_left_out(
     ],
 )
 def test_options_without_meaning_for_parts_are_refused(
-    http: httpx2.Client, field: str, options: dict[str, object]
+    http: httpx2.Client, partial: str, field: str, options: dict[str, object]
 ) -> None:
-    asked = {"source": "0" * 64, "target": "1" * 64, "partial": "source", **options}
+    asked = {"source": "0" * 64, "target": "1" * 64, "partial": partial, **options}
     answer = http.post("/v1/matches", json=asked)
     assert f"body.{field}" in str(problem(answer, 422, "invalid-request"))

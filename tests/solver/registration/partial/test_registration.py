@@ -9,6 +9,8 @@ from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration.partial import PartMap, register_part
+from solver.registration.partial.registration import largest_patch
+from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from synthetic import human
 
@@ -108,6 +110,38 @@ def test_units_of_length_do_not_matter(
     assert again is not None
     assert again.scale == pytest.approx(found.scale, rel=1e-6)
     np.testing.assert_array_equal(again.covered, found.covered)
+
+
+def test_every_point_of_a_part_has_a_partner(found: PartMap) -> None:
+    assert found.part_covered.all()
+    assert found.part_share == 1.0
+
+
+def test_a_part_is_a_case_of_an_overlap(
+    whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
+) -> None:
+    """Most of it has a partner, also where that is not presumed."""
+    part, vertices = without_a_leg
+    overlap = register_part(whole, part, Control(), entire=False)
+    assert overlap is not None
+    assert overlap.part_share > 0.85
+    assert overlap.scale == pytest.approx(found.scale, rel=0.03)
+    reached = places(whole, *overlap.to_whole[1:])[overlap.part_covered]
+    errors = np.linalg.norm(reached - whole.mesh.vertices[vertices][overlap.part_covered], axis=1)
+    assert errors.mean() < 0.02 * np.sqrt(whole.mesh.area)
+
+
+def test_the_largest_patch_is_kept(whole: Shape) -> None:
+    """Of both feet and a torso; a gap of two edges does not part a patch."""
+    surface = smooth_surface(whole)
+    height = whole.mesh.vertices[:, 1]
+    level = (height - height.min()) / np.ptp(height)
+    torso = level > 0.5
+    np.testing.assert_array_equal(largest_patch(surface, torso | (level < 0.1)), torso)
+    holed = torso.copy()
+    holed[np.flatnonzero(torso)[::40]] = False
+    np.testing.assert_array_equal(largest_patch(surface, holed), holed)
+    assert not largest_patch(surface, np.zeros(whole.n_vertices, dtype=np.bool_)).any()
 
 
 def test_a_registration_is_cancelled(whole: Shape, without_a_leg: tuple[Shape, IntArray]) -> None:

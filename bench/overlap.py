@@ -1,0 +1,105 @@
+"""Pairs of surfaces that overlap, neither a part of the other: two bodies, each cut on its own."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from bench.collection import KnownShape
+from bench.cut import VERTICES, Cut, cut, largest_component, submesh
+from bench.humans import USUAL, random_pose, random_proportions
+from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.mesh import TriangleMesh, triangle_mesh
+from solver.shape import Shape
+from synthetic import human_figure, transferred
+from synthetic.shapes import posed
+
+OVERLAPS = 0.5, 0.9
+"""Range of the shares of the vertices of both that have a partner."""
+
+NEAR = 0.02
+"""Distance in space over √area from a true partner within which a vertex has one."""
+
+_HALVES = 0.6, 0.75
+"""Share of the vertices on the side of a plane that is kept."""
+
+CutOf = Callable[[TriangleMesh, FloatArray, np.random.Generator], tuple[IntArray, TriangleMesh]]
+
+
+def half(
+    mesh: TriangleMesh, rest: FloatArray, rng: np.random.Generator
+) -> tuple[IntArray, TriangleMesh]:
+    """Keep what lies on one side of a plane through the body at rest: its front, its left, ...
+
+    Parameters
+    ----------
+    mesh
+        V vertices.
+    rest
+        (V, 3) at rest.
+    rng
+        Chooses the plane.
+    """
+    heights: FloatArray = rest @ rng.normal(size=3)
+    kept = np.asarray(heights > np.quantile(heights, 1.0 - rng.uniform(*_HALVES)))
+    return submesh(mesh, largest_component(mesh, np.asarray(kept[mesh.faces].all(axis=1))))
+
+
+def _discs(how: Cut) -> CutOf:
+    return lambda mesh, _, rng: cut(mesh, how, rng)
+
+
+KINDS: dict[str, CutOf] = {
+    "halves": half,
+    "few large holes": _discs(Cut((0.2, 0.4), (0.15, 0.45))),
+    "many small holes": _discs(Cut((0.2, 0.35), (0.06, 0.16))),
+}
+
+
+def generated_overlap(seed: int) -> tuple[str, KnownShape, KnownShape]:
+    """Return the kind of cut, and two surfaces that overlap, in other poses.
+
+    They are of one person for even seeds, of two for odd ones. Cuts are drawn again if they leave
+    more or less in common than `OVERLAPS`.
+    """
+    rng = np.random.default_rng(seed)
+    kind = list(KINDS)[seed // 2 % len(KINDS)]
+    figure = human_figure(random_proportions(USUAL, rng))
+    other = human_figure(random_proportions(USUAL, rng)) if seed % 2 else figure
+    bodies = [
+        posed(one, random_pose(rng), int(rng.integers(*VERTICES)), int(rng.integers(1000)))
+        for one in (figure, other)
+    ]
+    places = transferred(bodies[0].rest, figure, other)
+    partners: IntArray = np.asarray(KDTree(bodies[1].rest).query(places)[1], dtype=np.int64)
+    truth = np.arange(len(partners)), partners
+    while True:
+        shapes = []
+        for name, body, points in zip(("source", "target"), bodies, truth, strict=True):
+            mesh = triangle_mesh(body.vertices, body.faces)
+            vertices, part = KINDS[kind](mesh, body.rest, rng)
+            numbers = np.full(mesh.n_vertices, -1)
+            numbers[vertices] = np.arange(len(vertices))
+            scale = float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
+            shape = Shape(part.scaled(scale))
+            shapes.append(KnownShape(f"{name}{seed}", "overlap", shape, numbers[points], None))
+        source, target = shapes
+        shares = truly_covered(source, target).mean(), truly_covered(target, source).mean()
+        if OVERLAPS[0] <= min(shares) and max(shares) <= OVERLAPS[1]:
+            return kind, source, target
+
+
+def truly_covered(shape: KnownShape, other: KnownShape) -> BoolArray:
+    """(V,) vertices of a shape that have a partner on another one.
+
+    Parameters
+    ----------
+    shape, other
+        Shapes of one class, both with known truth; -1 stands for a point that a shape lacks.
+    """
+    assert shape.truth is not None
+    assert other.truth is not None
+    positions = shape.shape.surface.vertices
+    partners = shape.truth[(other.truth >= 0) & (shape.truth >= 0)]
+    apart, _ = KDTree(positions[partners]).query(positions)
+    return np.asarray(apart < NEAR * shape.shape.size)
