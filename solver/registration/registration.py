@@ -11,7 +11,7 @@ from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, LOCAL, Pairs, align
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, FINE, Candidate, Task, again, choose
-from solver.registration.confidence import SURE, Confidence
+from solver.registration.confidence import CLOSE, SURE, Confidence
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
 from solver.registration.search import search, search_others
@@ -171,8 +171,8 @@ def register(
     others
         Whether another population of candidates is searched when the answer is in doubt.
     rematch
-        Finds hypotheses on surfaces that are opened where parts of them touch: where a surface has
-        handles and the answer is still in doubt, it is searched there as well
+        Finds hypotheses on surfaces that are opened where parts of them touch: where one surface
+        has handles, the other none, and the answer is still in doubt, it is searched there as well
         (:func:`.search_opened`).
 
     Returns
@@ -273,19 +273,20 @@ def _registered(
 
 
 def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
-    """Register what is left of surfaces that are glued, in doubt, if that fits better.
+    """Register what is left of a surface that is glued, in doubt, if that fits clearly better.
 
-    A body has no handles, but where parts of it are glued together.
+    One of the two is glued if it has handles and the other none. Where both have, tears of one say
+    nothing of the other, and as many answers become wrong as right.
     """
-    genus = max(known.source.mesh.genus, known.target.mesh.genus)
-    if genus <= 0.0 or known.confidence.probability >= SURE or control.expired:
+    glued = [shape.mesh.genus > 0.0 for shape in (known.source, known.target)]
+    if glued[0] == glued[1] or known.confidence.probability >= SURE or control.expired:
         return known
     try:
         found = search_opened(known.source, known.target, rematch, control)
     except MeshError:
         # What cannot be opened stays closed; the answer for it stands.
         return known
-    if found is None or found[0][0].candidate.fit.score >= known.score:
+    if found is None or found[0][0].candidate.fit.score > known.score - CLOSE:
         return known
     best = found[0][0]
     return replace(known, candidates=(best.candidate,), confidence=found[1], openings=best.openings)
