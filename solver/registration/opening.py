@@ -17,7 +17,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_areas
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
-from solver.shape.laplacian import definite_factor, laplacian
+from solver.shape.laplacian import definite_factor
 
 _WIDTH = 0.02
 """Width over which a surface is smoothed to find its creases, in √area: two edges of a mesh of
@@ -125,7 +125,7 @@ def creases(surface: SmoothSurface) -> BoolArray:
         Of unit area.
     """
     mesh = surface.mesh
-    stiffness, mass = laplacian(mesh)
+    stiffness, mass = surface.laplacian
     smoothing = definite_factor(sp.csc_array(sp.diags_array(mass) + _WIDTH**2 * stiffness))
     fields = np.hstack([mesh.vertices, surface.normals])
     smoothed = np.asarray(smoothing.solve(mass[:, None] * fields))
