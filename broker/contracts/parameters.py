@@ -29,8 +29,8 @@ GeodesicMethod = Annotated[
     solver.GeodesicMethodName,
     Field(
         description='Method of computing geodesic distances. "fast_marching" errs by some 0.2 %;'
-        ' "graph", shortest paths over edges, by 2 %, in half the time; "heat" gives smooth ones,'
-        " at 1 to 5 %."
+        ' "graph", shortest paths over edges, by 2 %, in two thirds of the time; "heat" gives'
+        " smooth ones, at 1 to 5 %."
     ),
     Topic("Structures"),
 ]

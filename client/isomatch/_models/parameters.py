@@ -80,8 +80,8 @@ class MatchParameters(TypedDict, total=False):
         Eigenpairs of the Laplace-Beltrami operator; 10 to 300 [100].
     geodesic_method
         Method of computing geodesic distances. ``"fast_marching"`` errs by some 0.2 %;
-        ``"graph"``, shortest paths over edges, by 2 %, in half the time; ``"heat"`` gives
-        smooth ones, at 1 to 5 % [``"fast_marching"``].
+        ``"graph"``, shortest paths over edges, by 2 %, in two thirds of the time; ``"heat"``
+        gives smooth ones, at 1 to 5 % [``"fast_marching"``].
     coarse_points
         Points of the coarsest level, which is solved to proven optimality (N_1 of section 4.1);
         3 to 10 [8].
@@ -249,8 +249,8 @@ class PrototypeParameters(TypedDict, total=False):
         Eigenpairs of the Laplace-Beltrami operator; 10 to 300 [100].
     geodesic_method
         Method of computing geodesic distances. ``"fast_marching"`` errs by some 0.2 %;
-        ``"graph"``, shortest paths over edges, by 2 %, in half the time; ``"heat"`` gives
-        smooth ones, at 1 to 5 % [``"fast_marching"``].
+        ``"graph"``, shortest paths over edges, by 2 %, in two thirds of the time; ``"heat"``
+        gives smooth ones, at 1 to 5 % [``"fast_marching"``].
     components
         Gaussians of each mixture (K of section 6.4). No more than half the number of examples
         are used; 1 to 16 [5].
