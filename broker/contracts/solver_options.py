@@ -181,15 +181,15 @@ class MatchOptions(StrictModel):
             default="detected",
             description=(
                 "Whether one shape is a part of the other, with holes or cut off, of unknown"
-                ' scale: "source", "target", or "none"; "both" if the two overlap, and each'
-                ' lacks points of the other. With "detected", the one with more boundary is'
-                " taken for a part of the other if that boundary is longer than √area, the"
-                " wholes may not fit, and the part fits better. Points without a partner stay"
-                " unmatched, vertices without one are left out of `dense`; `overlap` of the"
-                " result tells which shares of both have one. Points are matched at one level,"
-                " by geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
-                " `normalise` false the scale is that of the files, else it is found. Not with"
-                " landmarks and `refine`."
+                ' scale: "source", "target", "both", or "none". With "both" the two overlap,'
+                ' and each lacks points of the other. With "detected", the one with more'
+                " boundary is taken for a part of the other if that boundary is longer than"
+                " √area, the wholes may not fit, and the part fits better. Points without a"
+                " partner stay unmatched, vertices without one are left out of `dense`;"
+                " `overlap` of the result tells which shares of both have one. Points are"
+                " matched at one level, by geodesic distance, and `occlusion_cost` is 0.25"
+                " unless given. With `normalise` false the scale is that of the files, else it"
+                " is found. Not with landmarks and `refine`."
             ),
         )
     )

@@ -39,8 +39,8 @@ MATCH: Final = (
         "string",
         (
             "Whether one shape is a part of the other, with holes or cut off, of unknown"
-            ' scale: "source", "target", or "none"; "both" if the two overlap, and each'
-            " lacks points of the other: detected (default), source, target, both, none."
+            ' scale: "source", "target", "both", or "none": detected (default), source,'
+            " target, both, none."
         ),
         "Shapes",
     ),

@@ -56,7 +56,7 @@ export const MATCH = {
         "none"
     ],
     "topic": "Shapes",
-    "about": "Whether one shape is a part of the other, with holes or cut off, of unknown scale: \"source\", \"target\", or \"none\"; \"both\" if the two overlap, and each lacks points of the other."
+    "about": "Whether one shape is a part of the other, with holes or cut off, of unknown scale: \"source\", \"target\", \"both\", or \"none\"."
 },
   normalise: {
     "type": "boolean",

@@ -117,20 +117,6 @@ def test_every_point_of_a_part_has_a_partner(found: PartMap) -> None:
     assert found.part_share == 1.0
 
 
-def test_a_part_is_a_case_of_an_overlap(
-    whole: Shape, without_a_leg: tuple[Shape, IntArray], found: PartMap
-) -> None:
-    """Most of it has a partner, also where that is not presumed."""
-    part, vertices = without_a_leg
-    overlap = register_part(whole, part, Control(), entire=False)
-    assert overlap is not None
-    assert overlap.part_share > 0.85
-    assert overlap.scale == pytest.approx(found.scale, rel=0.03)
-    reached = places(whole, *overlap.to_whole[1:])[overlap.part_covered]
-    errors = np.linalg.norm(reached - whole.mesh.vertices[vertices][overlap.part_covered], axis=1)
-    assert errors.mean() < 0.02 * np.sqrt(whole.mesh.area)
-
-
 def test_the_largest_patch_is_kept(whole: Shape) -> None:
     """Of both feet and a torso; a gap of two edges does not part a patch."""
     surface = smooth_surface(whole)
