@@ -29,9 +29,6 @@ from solver.shape import Shape
 Rematch = Callable[[Shape, Shape], Sequence[Points]]
 """Finds hypotheses, corresponding vertices, of two shapes that were opened."""
 
-_MOST_CREASED = 0.25
-"""Share of the triangles that lie at creases from which a surface is rough, rather than glued."""
-
 _TRIED = 8
 """Best candidates that the surfaces are opened by, each for itself."""
 
@@ -100,7 +97,7 @@ def search_opened(
     Returns
     -------
     Candidates, the best first, and the confidence in that one; ``None`` if neither surface has
-    creases, or one has nothing else.
+    creases, or too little besides.
 
     Raises
     ------
@@ -109,11 +106,9 @@ def search_opened(
     MeshError
         A Laplacian cannot be factored.
     """
-    folded = [creases(smooth_surface(shape)) for shape in (source, target)]
-    shares = [one.mean() for one in folded]
-    if max(shares) == 0.0 or max(shares) > _MOST_CREASED:
+    ours, theirs = (Opening.at(shape, creases(smooth_surface(shape))) for shape in (source, target))
+    if ours.shape is source and theirs.shape is target:
         return None
-    ours, theirs = Opening.at(source, folded[0]), Opening.at(target, folded[1])
     coarse, _ = search(_task(ours, theirs), rematch(ours.shape, theirs.shape), control)
     found = [
         _reopened(source, target, OpenedCandidate((ours, theirs), one), control)

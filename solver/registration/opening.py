@@ -36,6 +36,10 @@ _LEAST_TORN = 0.003
 _LEAST_PART = 0.02
 """Share of the area below which a component that was cut off is left out."""
 
+_LEAST_LEFT = 0.75
+"""Share of the area that has to be left: a surface with more creases is rough rather than glued,
+and a map that tears more of it is none."""
+
 
 @dataclass(frozen=True, eq=False)
 class Opening:
@@ -74,10 +78,10 @@ class Opening:
         shape
             The whole shape.
         out
-            (F,) triangles.
+            (F,) whether a triangle is taken out. None is if too little would be left.
         """
         whole = shape.mesh
-        if not out.any():
+        if not out.any() or out.all():
             return cls.nowhere(shape)
         faces = np.flatnonzero(~out)
         vertices, corners = _compact(whole.faces[faces])
@@ -85,6 +89,8 @@ class Opening:
         areas = triangle_areas(kept.vertices, corners)
         component = kept.component_of_vertex[corners[:, 0]]
         share = np.bincount(component, areas) / areas.sum()
+        if areas[share[component] >= _LEAST_PART].sum() < _LEAST_LEFT * whole.area:
+            return cls.nowhere(shape)
         if (share < _LEAST_PART).any():
             faces = faces[share[component] >= _LEAST_PART]
             vertices, corners = _compact(whole.faces[faces])

@@ -105,6 +105,15 @@ def test_nothing_is_taken_out_of_a_whole_shape() -> None:
         np.testing.assert_array_equal(opening.faces, np.arange(shape.mesh.n_faces))
 
 
+@pytest.mark.parametrize("every", [1, 2, 3])
+def test_nothing_is_taken_out_where_too_little_would_be_left(every: int) -> None:
+    """All triangles, half of them, and a third."""
+    shape = Shape(shapes.plane_grid(31, 21))
+    out = np.zeros(shape.mesh.n_faces, dtype=np.bool_)
+    out[::every] = True
+    assert Opening.at(shape, out).shape is shape
+
+
 def test_a_map_that_sends_one_half_elsewhere_tears_the_triangles_between() -> None:
     mesh = shapes.plane_grid(31, 21, 1.0)
     assert not tears(mesh, mesh.vertices).any()
