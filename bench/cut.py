@@ -38,6 +38,12 @@ CUTS = {
     "many small holes": Cut((0.35, 0.5), (0.06, 0.16)),
 }
 
+HALF = "half"
+"""What lies on one side of a plane."""
+
+_HALVES = 0.6, 0.75
+"""Share of the vertices on the side of a plane that is kept."""
+
 _TOO_MUCH = 0.1
 """Share of the area by which the range may be exceeded; discs that take more are not cut."""
 
@@ -66,6 +72,46 @@ def generated_part(seed: int) -> tuple[str, KnownShape, KnownShape]:
         KnownShape(f"part{seed}", "part", shape, np.arange(len(vertices)), None),
         KnownShape(f"whole{seed}", "part", there, truth, None),
     )
+
+
+def cut_out(whole: KnownShape, kind: str, rng: np.random.Generator) -> KnownShape:
+    """Return a part of a shape; points that it lacks are -1 in its truth.
+
+    Parameters
+    ----------
+    whole
+        A shape with known truth.
+    kind
+        One of `CUTS`, or `HALF`.
+    rng
+        Chooses what is cut.
+    """
+    assert whole.truth is not None
+    mesh = whole.shape.surface
+    vertices, part = half(mesh, mesh.vertices, rng) if kind == HALF else cut(mesh, CUTS[kind], rng)
+    numbers = np.full(mesh.n_vertices, -1)
+    numbers[vertices] = np.arange(len(vertices))
+    name = f"{whole.name} {kind}"
+    return KnownShape(name, whole.category, Shape(part), numbers[whole.truth], None)
+
+
+def half(
+    mesh: TriangleMesh, places: FloatArray, rng: np.random.Generator
+) -> tuple[IntArray, TriangleMesh]:
+    """Keep what lies on one side of a plane through a body: its front, its left, ...
+
+    Parameters
+    ----------
+    mesh
+        V vertices.
+    places
+        (V, 3) where they are, or where they are at rest.
+    rng
+        Chooses the plane.
+    """
+    heights: FloatArray = places @ rng.normal(size=3)
+    kept = np.asarray(heights > np.quantile(heights, 1.0 - rng.uniform(*_HALVES)))
+    return submesh(mesh, largest_component(mesh, np.asarray(kept[mesh.faces].all(axis=1))))
 
 
 def cut(mesh: TriangleMesh, how: Cut, rng: np.random.Generator) -> tuple[IntArray, TriangleMesh]:

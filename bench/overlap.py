@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
-from bench.cut import VERTICES, Cut, cut, largest_component, submesh
+from bench.cut import VERTICES, Cut, cut, half
 from bench.humans import USUAL, random_pose, random_proportions
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
@@ -20,29 +20,7 @@ OVERLAPS = 0.5, 0.9
 NEAR = 0.02
 """Distance in space over √area from a true partner within which a vertex has one."""
 
-_HALVES = 0.6, 0.75
-"""Share of the vertices on the side of a plane that is kept."""
-
 CutOf = Callable[[TriangleMesh, FloatArray, np.random.Generator], tuple[IntArray, TriangleMesh]]
-
-
-def half(
-    mesh: TriangleMesh, rest: FloatArray, rng: np.random.Generator
-) -> tuple[IntArray, TriangleMesh]:
-    """Keep what lies on one side of a plane through the body at rest: its front, its left, ...
-
-    Parameters
-    ----------
-    mesh
-        V vertices.
-    rest
-        (V, 3) at rest.
-    rng
-        Chooses the plane.
-    """
-    heights: FloatArray = rest @ rng.normal(size=3)
-    kept = np.asarray(heights > np.quantile(heights, 1.0 - rng.uniform(*_HALVES)))
-    return submesh(mesh, largest_component(mesh, np.asarray(kept[mesh.faces].all(axis=1))))
 
 
 def _discs(how: Cut) -> CutOf:

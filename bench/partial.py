@@ -2,6 +2,8 @@
 
 Without ``--data``, parts are cut out of generated people, scaled, and matched with other people;
 with it, every shape of the folder that lacks known points is matched with every one that has all.
+With ``--cut``, parts are cut out of every shape of the folder, or of generated figures of six
+classes, and matched with the next of its class.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
 of two in turn; or every two shapes of the folder that lack known points.
 
@@ -15,20 +17,21 @@ import argparse
 import json
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, default_folder, read_collection
-from bench.cut import generated_part
+from bench.collection import KnownShape, collection, default_folder, read_collection
+from bench.cut import CUTS, HALF, cut_out, generated_part
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
 from bench.overlap import generated_overlap, truly_covered
 from solver.arrays import BoolArray, IntArray
 from solver.matching import MatchOptions, match
+from synthetic import CLASSES
 
 MEASURES = "score", "margin"
 MEASURES_OF_BOTH = ("margin",)
@@ -104,6 +107,22 @@ def pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
             yield part, whole
 
 
+def cut_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
+    """Yield a part of each shape, and the next of its class."""
+    classes: dict[str, list[KnownShape]] = {}
+    for one in collection(folder, classes=len(CLASSES)):
+        classes.setdefault(one.category, []).append(one)
+    neighbours = [
+        (one, shapes[number - 1])
+        for shapes in classes.values()
+        for number, one in enumerate(shapes)
+        if len(shapes) > 1
+    ]
+    kinds = [*CUTS, HALF]
+    for seed, (one, other) in enumerate(neighbours, first):
+        yield cut_out(one, kinds[seed % len(kinds)], np.random.default_rng(seed)), other
+
+
 def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
     """Yield pairs of parts."""
     if folder is None:
@@ -124,8 +143,31 @@ def _read(folder: Path) -> tuple[list[KnownShape], list[KnownShape]]:
     return parts, wholes
 
 
-def matched(part: KnownShape, whole: KnownShape, options: MatchOptions) -> MatchedPart:
+def landmarks_of(part: KnownShape, whole: KnownShape, count: int) -> tuple[tuple[int, int], ...]:
+    """Known points far apart, the first of them far from the middle, as a person would set them."""
+    assert part.truth is not None
+    assert whole.truth is not None
+    ours, theirs = part.truth, whole.truth
+    pairs = np.stack([ours, theirs], axis=1)[(ours >= 0) & (theirs >= 0)]
+    places = part.shape.surface.vertices[pairs[:, 0]]
+    apart = np.linalg.norm(places - places.mean(axis=0), axis=1)
+    chosen: list[int] = []
+    for _ in range(count):
+        chosen.append(int(apart.argmax()))
+        away = np.linalg.norm(places - places[chosen[-1]], axis=1)
+        apart = away if len(chosen) == 1 else np.minimum(apart, away)
+    ids = (
+        part.shape.mesh.vertex_ids[pairs[chosen, 0]],
+        whole.shape.mesh.vertex_ids[pairs[chosen, 1]],
+    )
+    return tuple((int(one), int(other)) for one, other in zip(*ids, strict=True))
+
+
+def matched(
+    part: KnownShape, whole: KnownShape, options: MatchOptions, landmarks: int
+) -> MatchedPart:
     """Match a part and compare the answer with the truth."""
+    options = replace(options, landmarks=landmarks_of(part, whole, landmarks))
     started = time.process_time()
     found = match(part.shape, whole.shape, options)
     seconds = time.process_time() - started
@@ -176,6 +218,8 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--count", type=int, default=12, help="generated parts")
     parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
+    parser.add_argument("--cut", action="store_true", help="cut shapes of the folder")
+    parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--both", action="store_true", help="match parts with parts")
     parser.add_argument("--detected", action="store_true", help="do not say which is the part")
     parser.add_argument("--fit", action="store_true", help="fit the confidence")
@@ -187,9 +231,9 @@ def main() -> None:
     f1, shares = f"{'F1':>7}" * (1 + both), f"{'share':>7}{'true':>7}" * (1 + both)
     print(f"{'part and whole':42}{'error':>8}{f1}{shares}{'P':>7}{'s':>7}")
     answers = []
-    chosen = overlapping_pairs if both else pairs
+    chosen = cut_pairs if arguments.cut else overlapping_pairs if both else pairs
     for part, whole in chosen(arguments.data, arguments.count, arguments.first):
-        answers.append(matched(part, whole, options))
+        answers.append(matched(part, whole, options, arguments.landmarks))
         print_row(answers[-1], both)
     found = figures_of(answers, both)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in found.items()))

@@ -126,8 +126,6 @@ class MatchParameters(solver.MatchOptions):
             raise ValueError(f"{len(value)} landmarks are more than `points`, which is {points}")
         if value and info.data.get("objective") == "linf":
             raise ValueError('"linf" takes no landmarks; leave them out, or `objective`')
-        if value and info.data.get("partial") in _PARTS:
-            raise ValueError("parts are matched without landmarks; leave them out, or `partial`")
         if any(len(set(side)) < len(value) for side in zip(*value, strict=True)):
             raise ValueError("a vertex is in two pairs; leave one of them out")
         return value

@@ -1,5 +1,6 @@
 """The labelling problem (5) of section 2: candidates, costs, energy, distortion, solution."""
 
+from solver.labelling.candidates import pairs_with_landmarks
 from solver.labelling.distortion import Distortion, greatest_distortions, measure_distortion
 from solver.labelling.objective import L2, LINF
 from solver.labelling.pairwise import (
@@ -47,6 +48,7 @@ __all__ = [
     "listed_cost",
     "measure_distortion",
     "metric_cost",
+    "pairs_with_landmarks",
     "pairwise_cost",
     "relative_gap",
     "replace_costs",

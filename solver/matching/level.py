@@ -5,7 +5,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.labelling import NO_TRIPLES, UNMATCHED, Distortion, LabellingProblem, measure_distortion
+from solver.labelling import (
+    NO_TRIPLES,
+    UNMATCHED,
+    Distortion,
+    LabellingProblem,
+    measure_distortion,
+    pairs_with_landmarks,
+)
 from solver.matching.third_order import ThirdOrderTerm
 from solver.shape.choices import DescriptorChoice, MetricChoice
 
@@ -94,10 +101,8 @@ class Level:
 
     def allowed(self) -> BoolArray:
         """(N, M) pairs that agree with the landmarks, each of which has one partner."""
-        allowed = np.ones((len(self.source.vertices), len(self.target.vertices)), dtype=np.bool_)
-        allowed[: self.landmarks] = allowed[:, : self.landmarks] = False
-        np.fill_diagonal(allowed[: self.landmarks, : self.landmarks], True)
-        return allowed
+        sizes = len(self.source.vertices), len(self.target.vertices)
+        return pairs_with_landmarks(*sizes, self.landmarks)
 
     def all_candidates(self) -> IntArray:
         """(V, 2) all allowed pairs, the candidates of the coarsest level: N·M without landmarks."""

@@ -185,8 +185,7 @@ class MatchOptions(ParameterSet):
         " Points without a partner stay unmatched, vertices without one are left out of `dense`;"
         " `overlap` of the result tells which shares of both have one. Points are matched at"
         " one level, by geodesic distance, and `occlusion_cost` is 0.25 unless given. With"
-        " `normalise` false the scale is that of the files, else it is found. Not with landmarks"
-        " and `refine`.",
+        " `normalise` false the scale is that of the files, else it is found. Not with `refine`.",
         one_of=(DETECTED, SOURCE, TARGET, BOTH, WHOLE),
         topic="Shapes",
     )
@@ -246,7 +245,7 @@ class MatchOptions(ParameterSet):
     @property
     def may_be_partial(self) -> bool:
         """Whether it is looked whether one shape is a part of the other."""
-        plain = not self.landmarks and self.refine is None and self.objective != LINF
+        plain = self.refine is None and self.objective != LINF
         return self.partial == DETECTED and plain and self.registered
 
     def _check_linf(self) -> None:

@@ -8,10 +8,12 @@ one whose matching would cost more than its occlusion.
 
 from dataclasses import dataclass, replace
 
+from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import OptionError
 from solver.matching.certification import certify, prove_over_samples
 from solver.matching.hypothesis import Hypothesis
+from solver.matching.landmarks import landmark_vertices
 from solver.matching.level import Level
 from solver.matching.options import BOTH, GMDS, SOURCE, MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
@@ -41,11 +43,14 @@ class KnownPart:
     is_source
         Whether the source of the match is the part of the registration; of two parts, it is the
         one that the other is bent onto.
+    landmarks
+        (L, 2) vertices of the source and of the target that are known to correspond.
     """
 
     surfaces: PartMap
     partial: str
     is_source: bool
+    landmarks: IntArray
 
 
 def find_part(
@@ -76,18 +81,19 @@ def find_part(
     OptionError
         An option has no meaning for parts.
     """
-    if options.landmarks:
-        raise OptionError("landmarks", "a part is matched without landmarks; leave them out")
     if options.refine == GMDS:
         raise OptionError("refine", "a part is not refined; take `dense`, whose images lie between")
     is_source = partial == SOURCE or (partial == BOTH and _is_bent_onto(source, target))
     whole, part = (target, source) if is_source else (source, target)
+    pairs = landmark_vertices(options.landmarks, source.mesh, target.mesh)
+    ours, theirs = pairs.T
+    landmarks = (theirs, ours) if is_source else (ours, theirs)
     with control.stage("registration", 0.3):
         given = None if whole.normalise else whole.size / part.size
-        found = register_part(whole, part, control, given, entire=partial != BOTH)
+        found = register_part(whole, part, control, given, partial != BOTH, landmarks)
     if found is not None and not (found.covered.any() and found.part_covered.any()):
         raise OptionError("partial", "the surfaces have nothing in common that was found")
-    return None if found is None else KnownPart(found, partial, is_source)
+    return None if found is None else KnownPart(found, partial, is_source, pairs)
 
 
 def _is_bent_onto(source: Shape, target: Shape) -> bool:
@@ -128,7 +134,7 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     with control.stage("structures", 0.6):
         count = min(options.points, source.n_vertices, target.n_vertices)
         targets = min(count * options.oversampling, target.n_vertices)
-        level = build_level(source, target, 0, (count, targets), options)
+        level = build_level(source, target, 0, (count, targets), options, known.landmarks)
     best, level = _placed(source, target, known, level, control)
     best = certify(best, [level], control)
     proof = prove_over_samples([best], level, options, control)

@@ -121,13 +121,31 @@ class Task:
 
     def missed(self, alignment: Alignment) -> float:
         """Mean distance of the displaced landmarks from where they should be, in √area."""
-        here, there = self.landmarks
-        if not len(here):
-            return 0.0
-        functions = self.source.spectrum.eigenfunctions[here, : alignment.size]
-        places = functions @ alignment.coefficients
-        goals = self.positions[there]
-        return float(np.linalg.norm(places - goals, axis=1).mean())
+        return missed(self.source, self.positions, alignment, self.landmarks)
+
+
+def missed(
+    source: SmoothSurface, positions: FloatArray, alignment: Alignment, landmarks: Points
+) -> float:
+    """Mean distance of displaced landmarks from where they should be; 0 without landmarks.
+
+    Parameters
+    ----------
+    source
+        What is displaced.
+    positions
+        (V, 3) vertices of the other surface, whose unit of length it is.
+    alignment
+        The displacement.
+    landmarks
+        Vertices of both.
+    """
+    here, there = landmarks
+    if not len(here):
+        return 0.0
+    functions = source.spectrum.eigenfunctions[here, : alignment.size]
+    places = functions @ alignment.coefficients
+    return float(np.linalg.norm(places - positions[there], axis=1).mean())
 
 
 Start = Callable[[tuple[Samples, Samples]], Iterable[Pairs]]

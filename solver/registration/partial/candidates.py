@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap
-from solver.labelling import UNMATCHED, LabellingProblem
+from solver.labelling import UNMATCHED, LabellingProblem, pairs_with_landmarks
 from solver.optimisation.exact import m_best_solutions
 from solver.registration.alignment import Alignment
-from solver.registration.candidates import MIN_POINTS
+from solver.registration.candidates import MIN_POINTS, Points
 from solver.registration.partial.alignment import fit_displacement
 from solver.registration.surface import SmoothSurface, mean_curvatures, smooth_surface
 from solver.shape import Shape
@@ -70,8 +70,8 @@ _LEAST = 1e-6
 
 
 def labelled_points(
-    whole: Shape, part: Shape, scale: float, how: Labellings, control: Control
-) -> Iterator[tuple[IntArray, IntArray]]:
+    whole: Shape, part: Shape, scale: float, how: Labellings, landmarks: Points, control: Control
+) -> Iterator[Points]:
     """Yield corresponding vertices of the whole and of the part.
 
     Parameters
@@ -82,19 +82,24 @@ def labelled_points(
         √area of the whole in the part's unit.
     how
         What is tried.
+    landmarks
+        Vertices of the whole and of the part that correspond.
     control
         Cancels.
     """
-    count = min(how.points, part.n_vertices, whole.n_vertices)
-    ours = part.sampling("geodesic", count)
-    theirs = whole.sampling("geodesic", min(_WHOLE_POINTS, whole.n_vertices))
+    known = len(landmarks[0])
+    count = min(max(how.points, known), part.n_vertices, whole.n_vertices)
+    ours = part.sampling("geodesic", count, tuple(landmarks[1].tolist()))
+    others = min(max(_WHOLE_POINTS, known), whole.n_vertices)
+    theirs = whole.sampling("geodesic", others, tuple(landmarks[0].tolist()))
+    candidates = np.argwhere(pairs_with_landmarks(count, others, known))
     distances: FloatArray = ours.distances / (part.size * scale)
     unit = float(np.sqrt((distances**2).sum() / (count * (count - 1)))) or 1.0
     changes = _changes_of_curvature(whole, part, (theirs.indices, ours.indices), scale)
     for occlusion_cost, curvature in how.costs:
         problem = LabellingProblem(
-            np.argwhere(np.ones((count, len(theirs)), dtype=np.bool_)),
-            curvature * changes,
+            candidates,
+            curvature * changes[*candidates.T],
             distances / unit,
             theirs.distances / (whole.size * unit),
             2.0 / (count - 1),
@@ -103,24 +108,22 @@ def labelled_points(
         found = m_best_solutions(problem, how.count, node_limit=_NODES, control=control)
         for partners in found.partners:
             matched = partners != UNMATCHED
-            if matched.sum() >= MIN_POINTS:
+            if matched.sum() >= MIN_POINTS and matched[:known].all():
                 yield theirs.indices[partners[matched]], ours.indices[matched]
 
 
-def _changes_of_curvature(
-    whole: Shape, part: Shape, points: tuple[IntArray, IntArray], scale: float
-) -> FloatArray:
-    """(n m,) mean change of the curvature of n points of the part to m of the whole."""
+def _changes_of_curvature(whole: Shape, part: Shape, points: Points, scale: float) -> FloatArray:
+    """(n, m) mean change of the curvature of n points of the part to m of the whole."""
     bent, fixed = smooth_surface(whole), smooth_surface(part)
     there = bent.at(points[0]).curvatures
     here = mean_curvatures(fixed.at(points[1]), scale**2)
     deviations = np.maximum(bent.samples.deviations, _LEAST)
     changes: FloatArray = (np.abs(here[:, None] - there) / deviations).mean(axis=2)
-    return changes.ravel()
+    return changes
 
 
 def first_alignment(
-    whole: SmoothSurface, part: SmoothSurface, points: tuple[IntArray, IntArray], scale: float
+    whole: SmoothSurface, part: SmoothSurface, points: Points, scale: float
 ) -> Alignment:
     """Displace the whole so that given points correspond."""
     here, there = points

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import TriangleMesh, vertex_normals
-from solver.registration.candidates import MIN_POINTS
+from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs
 from solver.registration.partial.confidence import part_confidence
@@ -80,7 +80,12 @@ class PartMap:
 
 
 def register_part(
-    whole: Shape, part: Shape, control: Control, scale: float | None = None, entire: bool = True
+    whole: Shape,
+    part: Shape,
+    control: Control,
+    scale: float | None = None,
+    entire: bool = True,
+    landmarks: Points = NO_LANDMARKS,
 ) -> PartMap | None:
     """Register a whole to a part of it: bend it so that the part lies on it, at the part's scale.
 
@@ -98,6 +103,8 @@ def register_part(
     entire
         Whether every point of the part has a partner. Else the surfaces overlap, and neither is a
         part of the other.
+    landmarks
+        Vertices of the whole and of the part that correspond.
 
     Returns
     -------
@@ -114,9 +121,9 @@ def register_part(
     ours, theirs = smooth_surface(whole), smooth_surface(part)
     if min(ours.samples.size, theirs.samples.size) <= MIN_POINTS:
         return None
+    found = search_part(whole, part, control, scale, entire, landmarks)
     refined = [
-        _refined(ours, theirs, one, entire, control)
-        for one in control.in_time(search_part(whole, part, control, scale, entire), least=1)
+        _refined(ours, theirs, one, entire, control) for one in control.in_time(found, least=1)
     ]
     refined.sort(key=lambda one: one.fit.score)
     chosen = refined[0].again(control)

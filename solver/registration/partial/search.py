@@ -8,6 +8,8 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.registration.alignment import Alignment
+from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.choice import LANDMARK, SAME, missed
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, align_to_part, find_pairs
 from solver.registration.partial.candidates import (
     OF_OVERLAP,
@@ -16,7 +18,7 @@ from solver.registration.partial.candidates import (
     labelled_points,
 )
 from solver.registration.partial.fit import PartFit, measure_part_fit, scale_of
-from solver.registration.surface import Samples, smooth_surface
+from solver.registration.surface import Samples, SmoothSurface, smooth_surface
 from solver.shape import Shape
 
 
@@ -40,7 +42,7 @@ class PartStage:
     part_samples: int
     sizes: tuple[int, ...]
     kept: int
-    same: float = 0.05
+    same: float = SAME
 
 
 FINEST = PartStage(750, 800, (60, 70, 85), 8)
@@ -89,7 +91,12 @@ class PartCandidate:
 
 
 def search_part(
-    whole: Shape, part: Shape, control: Control, scale: float | None = None, entire: bool = True
+    whole: Shape,
+    part: Shape,
+    control: Control,
+    scale: float | None = None,
+    entire: bool = True,
+    landmarks: Points = NO_LANDMARKS,
 ) -> list[PartCandidate]:
     """Register the whole to the part: coarsely from each labelling, the best ones finely.
 
@@ -101,12 +108,12 @@ def search_part(
         May cancel; past its deadline, less is tried.
     scale
         √area of the whole over √area of the part; by default it is searched for.
-    entire
+    entire, landmarks
         As for :func:`.register_part`.
 
     Returns
     -------
-    Candidates that differ, the best first.
+    Candidates that differ and meet the landmarks, the best first.
 
     Raises
     ------
@@ -119,7 +126,7 @@ def search_part(
     kept = [
         (first_alignment(ours, theirs, points, one), one)
         for one in control.in_time(scales, least=1)
-        for points in labelled_points(whole, part, one, how, control)
+        for points in labelled_points(whole, part, one, how, landmarks, control)
     ]
     found: list[PartCandidate] = []
     for stage in OF_PART_STAGES if entire else OF_OVERLAP_STAGES:
@@ -129,7 +136,7 @@ def search_part(
             _register(whole_samples, part_samples, alignment, one, stage.sizes, scale is None)
             for alignment, one in control.in_time(kept, least=1)
         ]
-        found = _ranked(found, ours.mesh.vertices, stage)
+        found = _ranked(_met(found, ours, theirs, landmarks), ours.mesh.vertices, stage)
         kept = [(one.alignment, one.scale) for one in found]
     return found
 
@@ -148,6 +155,16 @@ def _register(
     fit = measure_part_fit(whole, part, aligned, scale)
     pairs = find_pairs(whole, part, aligned, scale, WEIGHTS)
     return PartCandidate(aligned, scale, fit, whole.vertices[pairs.back[:_PARTNERS]])
+
+
+def _met(
+    found: Sequence[PartCandidate], whole: SmoothSurface, part: SmoothSurface, landmarks: Points
+) -> list[PartCandidate]:
+    """Candidates that meet the landmarks as well as any, or nearly so."""
+    positions = part.mesh.vertices
+    away = [missed(whole, positions, one.alignment, landmarks) / one.scale for one in found]
+    least = min(away, default=0.0)
+    return [one for one, apart in zip(found, away, strict=True) if apart <= least + LANDMARK]
 
 
 def _ranked(

@@ -87,7 +87,6 @@ def test_an_unknown_part_is_refused(http: httpx2.Client) -> None:
     [
         ("partial", {"objective": "linf", "points": 8}),
         ("partial", {"refine": "gmds"}),
-        ("landmarks", {"landmarks": [[0, 0]]}),
     ],
 )
 def test_options_without_meaning_for_parts_are_refused(

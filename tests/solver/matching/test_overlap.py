@@ -148,16 +148,21 @@ def test_a_given_scale_is_kept(without_a_leg: Cut, without_an_arm: Cut) -> None:
     assert f1(mapped(found, ours.n_vertices), covered(without_a_leg, without_an_arm)) > 0.75
 
 
-@pytest.mark.parametrize(
-    ("field", "options"),
-    [("landmarks", {"landmarks": ((0, 0),)}), ("refine", {"refine": "gmds"})],
-)
-def test_options_without_meaning_for_parts_are_refused(
-    without_a_leg: Cut, field: str, options: dict[str, object]
-) -> None:
+def test_landmarks_are_kept(without_a_leg: Cut, without_an_arm: Cut) -> None:
+    common = np.intersect1d(without_a_leg[1], without_an_arm[1])[::300]
+    ours, theirs = (np.searchsorted(one[1], common) for one in (without_a_leg, without_an_arm))
+    landmarks = tuple(zip(ours.tolist(), theirs.tolist(), strict=True))
+    options = replace(OPTIONS, landmarks=landmarks)
+    known = match(without_a_leg[0], without_an_arm[0], options)
+    assert set(landmarks) <= set(zip(known.best.source, known.best.target, strict=True))
+    true = covered(without_a_leg, without_an_arm)
+    assert f1(mapped(known, without_a_leg[0].n_vertices), true) > 0.65
+
+
+def test_what_overlaps_is_not_refined(without_a_leg: Cut) -> None:
     with pytest.raises(OptionError) as caught:
-        match(without_a_leg[0], without_a_leg[0], replace(OPTIONS, **options))  # type: ignore[arg-type]
-    assert caught.value.field == field
+        match(without_a_leg[0], without_a_leg[0], replace(OPTIONS, refine="gmds"))
+    assert caught.value.field == "refine"
 
 
 def test_the_minimax_objective_has_no_overlap() -> None:

@@ -11,6 +11,7 @@ from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import human
+from tests.solver.shapes import icosphere
 
 OPTIONS = MatchOptions(points=16, dense=True)
 
@@ -121,19 +122,36 @@ def test_nothing_is_looked_for_that_is_not_wanted(
     assert len(found.dense.inverse.source) == whole.n_vertices
 
 
-@pytest.mark.parametrize(
-    ("field", "options"),
-    [
-        ("landmarks", MatchOptions(partial="source", landmarks=((0, 0),))),
-        ("refine", MatchOptions(partial="target", refine="gmds")),
-    ],
-)
-def test_options_without_meaning_for_parts_are_refused(
-    whole: Shape, field: str, options: MatchOptions
-) -> None:
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_landmarks_choose_between_symmetric_answers(side: float) -> None:
+    """An ellipsoid with a hole at its end may lie on the whole one in four ways."""
+    sphere = icosphere(4)
+    ellipsoid = triangle_mesh(sphere.vertices * np.array([1.0, 0.7, 1.8]), sphere.faces)
+    kept = ellipsoid.faces[(ellipsoid.vertices[ellipsoid.faces, 2] < 1.2).all(axis=1)]
+    vertices = np.unique(kept)
+    part = triangle_mesh(ellipsoid.vertices[vertices], np.searchsorted(vertices, kept))
+    ours, theirs = part.vertices, ellipsoid.vertices
+    side_point = int(ours[:, 0].argmax()), int((side * theirs[:, 0]).argmax())
+    landmarks = side_point, (int(ours[:, 2].argmin()), int(theirs[:, 2].argmin()))
+    options = MatchOptions(points=8, dense=True, partial="source", landmarks=landmarks)
+    found = match(Shape(part), Shape(ellipsoid), options)
+    assert set(landmarks) <= set(zip(found.best.source, found.best.target, strict=True))
+    assert found.dense is not None
+    turned = ours[found.dense.source] * np.array([side, side, 1.0])
+    assert np.linalg.norm(theirs[found.dense.target] - turned, axis=1).mean() < 0.2
+
+
+def test_a_landmark_that_is_missing_is_named(whole: Shape, half: tuple[Shape, IntArray]) -> None:
+    lacking = whole.n_vertices
     with pytest.raises(OptionError) as caught:
-        match(whole, whole, options)
-    assert caught.value.field == field
+        match(half[0], whole, MatchOptions(partial="source", landmarks=((0, lacking),)))
+    assert caught.value.field == "landmarks.0.1"
+
+
+def test_a_part_is_not_refined(whole: Shape) -> None:
+    with pytest.raises(OptionError) as caught:
+        match(whole, whole, MatchOptions(partial="target", refine="gmds"))
+    assert caught.value.field == "refine"
 
 
 def test_the_minimax_objective_has_no_parts() -> None:
