@@ -1,44 +1,44 @@
 """Worker processes on this machine: started, restarted when they die, and stopped."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Final
 
 from broker.telemetry import logger
 
 WARM_STOP_SECONDS: Final = 2.5
-"""Seconds a worker may take to finish its job before the job is left for the next start."""
+"""Seconds workers may take to finish their jobs before these are left for the next start."""
 
 COLD_STOP_SECONDS: Final = 2.0
-"""Seconds a worker may take to drop its job."""
+"""Seconds workers may take to drop their jobs."""
 
 _EARLY_DEATH: Final = 10.0
-"""Seconds after its start within which a worker that dies has died early."""
+"""Seconds after their start within which workers that die have died early."""
 
 _LONGEST_PAUSE: Final = 30.0
-"""Longest pause in seconds before a worker that died early is restarted."""
+"""Longest pause in seconds before workers that died early are restarted."""
 
 log = logger("isomatch.pool")
 
 
 @dataclass
-class _Worker:
+class _Running:
     process: subprocess.Popen[bytes]
     started: float = field(default_factory=time.monotonic)
     restart_at: float | None = None
 
 
 class WorkerPool:
-    """A number of worker processes.
+    """A number of worker processes, forked by one process, which replaces those that are killed.
 
     Parameters
     ----------
     count
-        Number of processes.
+        Number of workers; none is possible.
     redis_url, blob_url
         Addresses of their queue and store.
     """
@@ -50,46 +50,58 @@ class WorkerPool:
             "ISOMATCH_REDIS_URL": redis_url,
             "ISOMATCH_BLOB_URL": blob_url,
         }
-        self._workers: list[_Worker] = []
+        self._running: _Running | None = None
         self.early_deaths = 0
-        """Number of workers in a row that died early."""
+        """How often in a row the workers died early."""
 
     def start(self) -> None:
         """Start the workers."""
-        self._workers = [self._spawn() for _ in range(self._count)]
+        if self._count:
+            self._running = self._spawn()
 
     def tend(self) -> None:
         """Restart workers that died: at once, or after a growing pause if they died early."""
+        running = self._running
+        if running is None:
+            return
         now = time.monotonic()
-        for index, worker in enumerate(self._workers):
-            if worker.process.poll() is None:
-                if now - worker.started > _EARLY_DEATH:
-                    self.early_deaths = 0
-            elif worker.restart_at is None:
-                early = now - worker.started < _EARLY_DEATH
-                self.early_deaths = self.early_deaths + 1 if early else 0
-                pause = min(0.5 * 2**self.early_deaths, _LONGEST_PAUSE) if early else 0.0
-                worker.restart_at = now + pause
-                code = worker.process.returncode
-                log.warning("worker died", pid=worker.process.pid, code=code, pause=pause)
-            elif now >= worker.restart_at:
-                self._workers[index] = self._spawn()
+        lived = now - running.started
+        if running.process.poll() is None:
+            if lived > _EARLY_DEATH:
+                self.early_deaths = 0
+        elif running.restart_at is None:
+            early = lived < _EARLY_DEATH
+            self.early_deaths = self.early_deaths + 1 if early else 0
+            pause = min(0.5 * 2**self.early_deaths, _LONGEST_PAUSE) if early else 0.0
+            running.restart_at = now + pause
+            log.warning("workers died", code=running.process.returncode, pause=pause)
+        elif now >= running.restart_at:
+            self._running = self._spawn()
 
     def stop(self) -> None:
         """Stop the workers: after their jobs, then without finishing them, then by force."""
-        self._signal(signal.SIGTERM)
-        if not self._wait(WARM_STOP_SECONDS):
-            # On the second signal a worker drops its job, which is resumed at the next start.
-            self._signal(signal.SIGTERM)
-            if not self._wait(COLD_STOP_SECONDS):
-                self._signal(signal.SIGKILL)
-                self._wait(COLD_STOP_SECONDS)
-        self._workers = []
+        if self._running is None:
+            return
+        process = self._running.process
+        # On the second signal a worker drops its job, which is resumed at the next start.
+        for seconds in (WARM_STOP_SECONDS, COLD_STOP_SECONDS):
+            process.terminate()
+            if _ended(process, seconds):
+                break
+        else:
+            # They die with the process that forked them.
+            process.kill()
+            _ended(process, COLD_STOP_SECONDS)
+        self._running = None
 
-    def _spawn(self) -> _Worker:
-        return _Worker(
+    def _spawn(self) -> _Running:
+        return _Running(
             subprocess.Popen(
-                [sys.executable, "-m", "worker", "--parent", str(os.getpid())],
+                [
+                    *(sys.executable, "-m", "worker"),
+                    *("--count", str(self._count)),
+                    *("--parent", str(os.getpid())),
+                ],
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=sys.stderr,
@@ -98,15 +110,9 @@ class WorkerPool:
             )
         )
 
-    def _signal(self, number: signal.Signals) -> None:
-        for worker in self._workers:
-            if worker.process.poll() is None:
-                worker.process.send_signal(number)
 
-    def _wait(self, seconds: float) -> bool:
-        deadline = time.monotonic() + seconds
-        while any(worker.process.poll() is None for worker in self._workers):
-            if time.monotonic() > deadline:
-                return False
-            time.sleep(0.02)
-        return True
+def _ended(process: subprocess.Popen[bytes], seconds: float) -> bool:
+    """Wait for the end of a process, and return whether it came."""
+    with suppress(subprocess.TimeoutExpired):
+        process.wait(seconds)
+    return process.returncode is not None

@@ -1,4 +1,4 @@
-"""The worker process: warms up, then forks one process for each job."""
+"""The worker process: warms up, then forks one process for each job, or workers that do."""
 
 import argparse
 import os
@@ -27,6 +27,7 @@ from broker.upkeep import (
     store_away,
 )
 from worker.jobs import worker_settings
+from worker.process.prefork import fork_workers
 from worker.process.warmup import compile_rest, warm_up
 
 WORKER_TTL: Final = 30
@@ -47,6 +48,12 @@ def main() -> int:
     )
     parser.add_argument(
         "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
+    )
+    parser.add_argument(
+        "--count",
+        type=int,
+        metavar="N",
+        help="fork so many workers of this process, and replace those that are killed",
     )
     options = parser.parse_args()
     try:
@@ -75,6 +82,10 @@ def main() -> int:
         log.warning("Redis does not answer yet, and will be waited for", error=unreachable)
     warm_up()
     prepare()
+    if options.count is not None:
+        status = fork_workers(options.count)
+        if status is not None:
+            return status
     store = Store.open(settings, settings.redis_patience, forks=True)
     # RQ logs several lines about each job; the jobs' own logs have the same information.
     level = "DEBUG" if settings.log_level == "DEBUG" else "WARNING"

@@ -1,0 +1,87 @@
+"""Workers forked from one process: replaced, stopped together, ended by an error."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+FORKING = """
+import os, signal, sys, time
+from broker.telemetry import configure_logging
+from worker.process.prefork import fork_workers
+
+configure_logging("WARNING", process="worker")
+status = fork_workers(2)
+if status is not None:
+    sys.exit(status)
+signal.signal(signal.SIGUSR1, lambda *_: sys.exit(3))
+print(os.getpid(), os.getppid(), flush=True)
+time.sleep(60)
+"""
+
+
+@contextmanager
+def forking() -> Iterator[subprocess.Popen[str]]:
+    process = subprocess.Popen(
+        [sys.executable, "-c", FORKING],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        with process:
+            yield process
+    finally:
+        process.kill()
+
+
+def worker(process: subprocess.Popen[str]) -> int:
+    """The next worker that says that it runs."""
+    assert process.stdout is not None
+    pid, parent = map(int, process.stdout.readline().split())
+    assert parent == process.pid
+    return pid
+
+
+def rest(process: subprocess.Popen[str]) -> str:
+    """What is said until all processes have ended."""
+    assert process.stdout is not None
+    return process.stdout.read()
+
+
+def test_a_worker_that_is_killed_or_leaves_is_replaced() -> None:
+    with forking() as process:
+        workers = {worker(process), worker(process)}
+        for number in (signal.SIGKILL, signal.SIGTERM):
+            os.kill(min(workers), number)
+            workers.remove(min(workers))
+            workers.add(worker(process))
+        assert len(workers) == 2
+        process.terminate()
+        assert rest(process) == ""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_stop_is_passed_on(number: signal.Signals) -> None:
+    with forking() as process:
+        for _ in range(2):
+            worker(process)
+        process.send_signal(number)
+        assert rest(process) == ""
+        assert process.wait() == 0
+
+
+def test_an_error_of_one_ends_all() -> None:
+    with forking() as process:
+        worker(process)
+        os.kill(worker(process), signal.SIGUSR1)
+        assert rest(process) == ""
+        assert process.wait() == 3
