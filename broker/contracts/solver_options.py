@@ -189,7 +189,7 @@ class MatchOptions(StrictModel):
                 " `overlap` of the result tells which shares of both have one. Points are"
                 " matched at one level, by geodesic distance, and `occlusion_cost` is 0.25"
                 " unless given. With `normalise` false the scale is that of the files, else it"
-                " is found. Not with landmarks and `refine`."
+                " is found. Not with `refine`."
             ),
         )
     )

@@ -51,13 +51,12 @@ def test_workers_that_left_while_the_store_was_away_come_back(tmp_path: Path) ->
         assert process.stdout is not None
         listens = LISTENS.search(process.stdout.readline())
         assert listens is not None
-        seen = children(process.pid)
+        (forking,) = children(process.pid)
+        (worker,) = children(forking)
         server.stop()
-        (worker,) = seen
         os.kill(worker, signal.SIGKILL)
-        # The next one, and one that takes the place of that.
-        seen |= until_another(process.pid, seen)
-        until_another(process.pid, seen)
+        # The one that replaces it leaves, and with it the process that forked it.
+        until(lambda: bool(children(process.pid) - {forking}))
         server.start()
         with httpx2.Client(base_url=listens.group(1), timeout=300.0) as http:
             until(lambda: http.get("/health/ready").status_code == 200)
@@ -74,12 +73,6 @@ def test_workers_that_left_while_the_store_was_away_come_back(tmp_path: Path) ->
 def children(pid: int) -> set[int]:
     found = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     return {int(child) for child in found}
-
-
-def until_another(pid: int, seen: set[int]) -> set[int]:
-    """Wait until a process has a child that was not seen before, and return its children."""
-    until(lambda: bool(children(pid) - seen))
-    return children(pid)
 
 
 def until(true: Callable[[], bool], seconds: float = 240.0) -> None:

@@ -54,7 +54,7 @@ class MatchParameters(TypedDict, total=False):
         one are left out of `dense`; `overlap` of the result tells which shares of both have
         one. Points are matched at one level, by geodesic distance, and `occlusion_cost` is 0.25
         unless given. With `normalise` false the scale is that of the files, else it is found.
-        Not with landmarks and `refine` [``"detected"``].
+        Not with `refine` [``"detected"``].
     normalise
         Scale all shapes to unit area first, so that shapes of any size compare. If False, size
         counts: distances and the parameters of structures are in the users' unit of length, and
