@@ -95,24 +95,29 @@ class LocalFit:
     pairs: Pairs
 
     def over(self, other: "LocalFit") -> FloatArray:
-        """(S,) by how much this fits worse than another round each sample.
-
-        Of first order in the difference, the mean is that of the logarithms of the local measures.
-        """
-        mean = 0.5 * (self.densities + other.densities).mean(axis=1)
-        share = self._powers / np.maximum(mean, _LEAST)
-        difference: FloatArray = share @ (self.densities - other.densities)
-        return difference
-
-    @property
-    def _powers(self) -> FloatArray:
-        powers = np.ones(len(self.densities))
-        powers[_ROOTS] = 0.5
-        return powers
+        """(S,) by how much this fits worse than another round each sample."""
+        return worse_by(self.densities, other.densities)
 
 
 _ROOTS = [1, 2]
 """Rows of the densities whose means' roots are the measures."""
+
+
+def worse_by(ours: FloatArray, theirs: FloatArray) -> FloatArray:
+    """(S,) by how much one candidate fits worse than another round each sample.
+
+    Of first order in the difference, the mean is that of the logarithms of the local measures.
+
+    Parameters
+    ----------
+    ours, theirs
+        (m, S) densities of both, in the order of :class:`LocalFit`.
+    """
+    powers = np.ones(len(ours))
+    powers[_ROOTS] = 0.5
+    mean = 0.5 * (ours + theirs).mean(axis=1)
+    difference: FloatArray = (powers / np.maximum(mean, _LEAST)) @ (ours - theirs)
+    return difference
 
 
 def measure_fit(

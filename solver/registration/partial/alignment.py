@@ -99,6 +99,20 @@ class PartPairs:
     back: IntArray
     met: BoolArray
 
+    @classmethod
+    def of_part(cls, back: IntArray, whole_samples: int) -> "PartPairs":
+        """Pairs of all samples of the part, and of no others of the whole.
+
+        Parameters
+        ----------
+        back
+            (M,) samples of the whole.
+        whole_samples
+            Number S of samples of the whole.
+        """
+        nothing = np.zeros(whole_samples, dtype=np.int64)
+        return cls(nothing, nothing > 0, back, np.ones(len(back), dtype=np.bool_))
+
     @property
     def rows(self) -> IntArray:
         """Samples of the whole, of all pairs."""

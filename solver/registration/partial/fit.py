@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
 from solver.registration.fit import strain
 from solver.registration.partial.alignment import (
@@ -107,6 +108,29 @@ def measure_part_fit(
         float((met * np.abs(stretched)).sum() / met.sum()),
         1.0 if part.entire else mean_share(*shares, scale),
     )
+
+
+def fit_at_part(
+    whole: Samples, part: PartSamples, alignment: Alignment, scale: float
+) -> tuple[FloatArray, IntArray]:
+    """Measure the fit of a displaced whole round each sample of the part.
+
+    Parameters
+    ----------
+    whole, part, alignment, scale
+        As for :func:`measure_part_fit`; S and M samples.
+
+    Returns
+    -------
+    densities : (4, M) what the measures are means of, in the order of :class:`.LocalFit`.
+    back : (M,) samples of the whole that the samples of the part were compared with.
+    """
+    back = find_pairs(whole, part, alignment, scale, IN_SPACE).back
+    ours, theirs = embed(whole, part, alignment, scale, IN_SPACE)
+    apart = np.linalg.norm(ours[back] - theirs, axis=1) * scale
+    turned = 1.0 - (whole.surface(alignment.coefficients)[1][back] * part.normals).sum(axis=1)
+    sheared, stretched = strain(whole, alignment, scale)
+    return np.stack([apart, turned, sheared[back], np.abs(stretched)[back]]), back
 
 
 def _with_occlusion(score: float, share: float, occlusion: float) -> float:

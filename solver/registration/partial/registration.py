@@ -1,5 +1,6 @@
 """Registration of a whole to a part of it, or of two parts: the front door of this package."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,11 +12,13 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import TriangleMesh, vertex_normals
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points
+from solver.registration.choice import SAME
 from solver.registration.confidence import Confidence
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs
+from solver.registration.partial.choice import PartCandidate
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature, mean_share
-from solver.registration.partial.search import FINEST, PartCandidate, search_part
+from solver.registration.partial.search import FINEST, search_part
 from solver.registration.registration import DenseCorrespondence, in_numbers_of_files
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -29,6 +32,10 @@ _APART = 0.015
 """Distance over √area of the whole within which partners meet, once displaced, of surfaces that
 overlap. On 14 generated pairs, the F1 score is 0.76 without, 0.775 with 0.02, 0.79 with 0.01."""
 
+
+_CLOSE = 0.1
+"""By how much the score of a crossed candidate must be less: of 68 parts, of people and animals,
+four are no longer wrong so, and three without."""
 
 Images = tuple[IntArray, IntArray, FloatArray]
 """(V,) nearest vertices, (V,) triangles and (V, 3) barycentric coordinates."""
@@ -121,11 +128,12 @@ def register_part(
     ours, theirs = smooth_surface(whole), smooth_surface(part)
     if min(ours.samples.size, theirs.samples.size) <= MIN_POINTS:
         return None
-    found = search_part(whole, part, control, scale, entire, landmarks)
-    refined = [
-        _refined(ours, theirs, one, entire, control) for one in control.in_time(found, least=1)
-    ]
-    refined.sort(key=lambda one: one.fit.score)
+    known, crossed = search_part(whole, part, control, scale, entire, landmarks)
+    refined = _best_first(
+        ours,
+        [_refined(ours, theirs, one, entire, control) for one in control.in_time(known, least=1)],
+        [_refined(ours, theirs, one, entire, control) for one in control.in_time(crossed)],
+    )
     chosen = refined[0].again(control)
     return PartMap(
         whole,
@@ -229,6 +237,31 @@ def _refined(
     bent = changes_of_curvature(samples, part.samples, pairs, candidate.scale)
     strained = rigid.strain(displaced.positions)
     return _Refined(displaced, candidate.scale, images, displaced.inverse(), entire, strained, bent)
+
+
+def _best_first(
+    whole: SmoothSurface, known: Sequence[_Refined], crossed: Sequence[_Refined]
+) -> list[_Refined]:
+    """Candidates, the best first: a crossed one, if it is clearly better than those known.
+
+    Where there are crossed ones, those that are the same as a better one are left out.
+    """
+    order = sorted(known, key=lambda one: one.fit.score)
+    if not crossed:
+        return order
+    everything = sorted([*order, *crossed], key=lambda one: one.fit.score)
+    if everything[0].fit.score > order[0].fit.score - _CLOSE:
+        everything.insert(0, order[0])
+    positions = whole.mesh.vertices
+    chosen: list[_Refined] = []
+    for one in everything:
+        here = positions[one.back[0]]
+        if all(
+            np.linalg.norm(positions[better.back[0]] - here, axis=1).mean() > SAME
+            for better in chosen
+        ):
+            chosen.append(one)
+    return chosen
 
 
 def _covered(known: SurfaceMap, images: IntArray, back: IntArray) -> BoolArray:

@@ -1,49 +1,21 @@
 """Search for the registration of a whole to a part that fits best, over scales and labellings."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.registration.alignment import Alignment
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.choice import LANDMARK, SAME, missed
-from solver.registration.partial.alignment import WEIGHTS, PartSamples, align_to_part, find_pairs
 from solver.registration.partial.candidates import (
     OF_OVERLAP,
     OF_PART,
     first_alignment,
     labelled_points,
 )
-from solver.registration.partial.fit import PartFit, measure_part_fit, scale_of
-from solver.registration.surface import Samples, SmoothSurface, smooth_surface
+from solver.registration.partial.choice import PartCandidate, PartStage, PartTask, choose_parts
+from solver.registration.partial.crossing import cross_parts
+from solver.registration.surface import smooth_surface
 from solver.shape import Shape
-
-
-@dataclass(frozen=True)
-class PartStage:
-    """A stage of the search.
-
-    Parameters
-    ----------
-    whole_samples, part_samples
-        Numbers of samples.
-    sizes
-        Numbers of eigenfunctions to go through.
-    kept
-        How many candidates are kept.
-    same
-        Mean distance in space over √area between the images of candidates that are the same.
-    """
-
-    whole_samples: int
-    part_samples: int
-    sizes: tuple[int, ...]
-    kept: int
-    same: float = SAME
-
 
 FINEST = PartStage(750, 800, (60, 70, 85), 8)
 
@@ -64,31 +36,6 @@ that differ are kept: with 20 eigenfunctions, right ones of generated pairs are 
 100 wrong ones, which cover more. Of 10 hard pairs, a candidate that is right where it covers is
 kept for 10, and for 4 with 16 candidates at the end and `same` 0.05; it is not always chosen."""
 
-_PARTNERS = 200
-"""Samples of the part whose partners are compared."""
-
-
-@dataclass(frozen=True, eq=False)
-class PartCandidate:
-    """A registered candidate.
-
-    Parameters
-    ----------
-    alignment
-        Of the whole to the part.
-    scale
-        √area of the whole in the part's unit.
-    fit
-        How well it fits.
-    partners
-        (M,) vertices of the whole of the first samples of the part.
-    """
-
-    alignment: Alignment
-    scale: float
-    fit: PartFit
-    partners: IntArray
-
 
 def search_part(
     whole: Shape,
@@ -97,7 +44,7 @@ def search_part(
     scale: float | None = None,
     entire: bool = True,
     landmarks: Points = NO_LANDMARKS,
-) -> list[PartCandidate]:
+) -> tuple[list[PartCandidate], list[PartCandidate]]:
     """Register the whole to the part: coarsely from each labelling, the best ones finely.
 
     Parameters
@@ -113,70 +60,30 @@ def search_part(
 
     Returns
     -------
-    Candidates that differ and meet the landmarks, the best first.
+    Candidates that differ and meet the landmarks, the best first; and, of a part, others that began
+    where the coarse ones had been crossed. The latter do not crowd out the former, some of which
+    are better once they are refined.
 
     Raises
     ------
     Cancelled
         Through `control`.
     """
-    ours, theirs = smooth_surface(whole), smooth_surface(part)
+    task = PartTask(smooth_surface(whole), smooth_surface(part), entire, scale is None, landmarks)
     how = OF_PART if entire else OF_OVERLAP
     scales = [scale] if scale is not None else [1.0 / np.sqrt(share) for share in how.shares]
-    kept = [
-        (first_alignment(ours, theirs, points, one), one)
+    starts = [
+        (first_alignment(task.whole, task.part, points, one), one)
         for one in control.in_time(scales, least=1)
         for points in labelled_points(whole, part, one, how, landmarks, control)
     ]
-    found: list[PartCandidate] = []
-    for stage in OF_PART_STAGES if entire else OF_OVERLAP_STAGES:
-        whole_samples = ours.samples.first(stage.whole_samples)
-        part_samples = PartSamples.of(theirs, stage.part_samples, entire)
-        found = [
-            _register(whole_samples, part_samples, alignment, one, stage.sizes, scale is None)
-            for alignment, one in control.in_time(kept, least=1)
-        ]
-        found = _ranked(_met(found, ours, theirs, landmarks), ours.mesh.vertices, stage)
-        kept = [(one.alignment, one.scale) for one in found]
-    return found
-
-
-def _register(
-    whole: Samples,
-    part: PartSamples,
-    alignment: Alignment,
-    scale: float,
-    sizes: Iterable[int],
-    rescaled: bool,
-) -> PartCandidate:
-    aligned = align_to_part(whole, part, alignment, scale, sizes)
-    if rescaled:
-        scale = scale_of(whole, part, aligned, scale)
-    fit = measure_part_fit(whole, part, aligned, scale)
-    pairs = find_pairs(whole, part, aligned, scale, WEIGHTS)
-    return PartCandidate(aligned, scale, fit, whole.vertices[pairs.back[:_PARTNERS]])
-
-
-def _met(
-    found: Sequence[PartCandidate], whole: SmoothSurface, part: SmoothSurface, landmarks: Points
-) -> list[PartCandidate]:
-    """Candidates that meet the landmarks as well as any, or nearly so."""
-    positions = part.mesh.vertices
-    away = [missed(whole, positions, one.alignment, landmarks) / one.scale for one in found]
-    least = min(away, default=0.0)
-    return [one for one, apart in zip(found, away, strict=True) if apart <= least + LANDMARK]
-
-
-def _ranked(
-    found: Sequence[PartCandidate], positions: FloatArray, stage: PartStage
-) -> list[PartCandidate]:
-    """Candidates that differ, the best first."""
-    chosen: list[PartCandidate] = []
-    for one in sorted(found, key=lambda one: one.fit.score):
-        here = positions[one.partners]
-        apart = (np.linalg.norm(positions[kept.partners] - here, axis=1).mean() for kept in chosen)
-        if all(distance > stage.same for distance in apart):
-            chosen.append(one)
-        if len(chosen) == stage.kept:
-            break
-    return chosen
+    if not entire:
+        return choose_parts(task, starts, OF_OVERLAP_STAGES, control), []
+    coarse, *fine = OF_PART_STAGES
+    first = choose_parts(task, starts, [coarse], control)
+    crossed = cross_parts(task, first, coarse, control)
+    known, others = (
+        choose_parts(task, [one.start for one in found], fine, control)
+        for found in (first, crossed)
+    )
+    return known, others

@@ -1,0 +1,93 @@
+"""Crossing of candidates of a part: each is taken where it fits better.
+
+As :mod:`solver.registration.crossing`, but on the part: each of its points has a partner, whichever
+candidate is taken there, while a point of the whole may have one with one candidate only.
+"""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.registration.fit import worse_by
+from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
+from solver.registration.partial.choice import (
+    PartCandidate,
+    PartStage,
+    PartTask,
+    Start,
+    ranked_parts,
+    register_part_candidate,
+)
+from solver.registration.partial.fit import fit_at_part
+from solver.registration.seams import neighbours_of, takes_second
+from solver.registration.surface import Samples
+
+_SIZES = (14, 17, 20)
+"""Numbers of eigenfunctions of a crossed candidate."""
+
+_PARENTS = 6
+"""Best candidates that are crossed with all others."""
+
+_GENERATIONS = 2
+"""With one, two pairs of 48 more are wrong."""
+
+_FEW = 0.05
+"""Share of the samples that has to come from each of both."""
+
+
+def cross_parts(
+    task: PartTask, candidates: Sequence[PartCandidate], stage: PartStage, control: Control
+) -> list[PartCandidate]:
+    """Cross candidates with one another for some generations.
+
+    Parameters
+    ----------
+    task
+        The surfaces; every point of the part has a partner.
+    candidates
+        The best first.
+    stage
+        In which they were found.
+    control
+        May cancel; past its deadline, fewer are crossed.
+
+    Returns
+    -------
+    The best of all that differ, the best first.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    samples = task.samples(stage)
+    neighbours = neighbours_of(task.part.samples.first(stage.part_samples))
+    found = list(candidates)
+    for _ in range(_GENERATIONS):
+        crossed = [
+            register_part_candidate(task, samples, start, _SIZES)
+            for start in control.in_time(_crossed(samples, neighbours, found))
+        ]
+        found = ranked_parts(task, [*found, *crossed], stage)
+    return found
+
+
+def _crossed(
+    samples: tuple[Samples, PartSamples],
+    neighbours: IntArray,
+    candidates: Sequence[PartCandidate],
+) -> Iterator[Start]:
+    """Yield the best candidates crossed with each of the others."""
+    whole, part = samples
+    fits = [fit_at_part(whole, part, one.alignment, one.scale) for one in candidates]
+    for first, one in enumerate(candidates[:_PARENTS]):
+        for second, other in enumerate(candidates[first + 1 :], first + 1):
+            (here, ours), (there, theirs) = fits[first], fits[second]
+            places: tuple[FloatArray, FloatArray] = whole.positions[ours], whole.positions[theirs]
+            taken = takes_second(worse_by(here, there), neighbours, *places)
+            if _FEW <= taken.mean() <= 1.0 - _FEW:
+                scale = float(np.sqrt(one.scale * other.scale))
+                pairs = PartPairs.of_part(np.where(taken, theirs, ours), len(whole))
+                yield fit_to_part(whole, part, pairs, scale, _SIZES[0]), scale
