@@ -90,7 +90,10 @@ def _match_given_part(
 ) -> Match:
     known = find_part(source, target, options.partial, options, control)
     if known is None:
-        raise OptionError("partial", "a shape has too few vertices to be registered as a part")
+        raise OptionError(
+            "partial",
+            "a shape has too few vertices, or nothing on the two is alike; match them as wholes",
+        )
     return match_part(known, options, control)
 
 

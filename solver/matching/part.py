@@ -72,7 +72,7 @@ def find_part(
     Returns
     -------
     KnownPart
-        ``None`` if a shape has too few vertices to be registered.
+        ``None`` if a shape has too few vertices, or nothing was found to begin with.
 
     Raises
     ------

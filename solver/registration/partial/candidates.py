@@ -25,6 +25,9 @@ from solver.shape import Shape
 _WHOLE_POINTS = 36
 """Points of the whole."""
 
+_KNOWN = 100.0
+"""What it earns to match a landmark: more than any distortion costs, so that none is unmatched."""
+
 _NODES = 100_000
 """Search nodes: a fraction of a second. The labellings need not be proven the best."""
 
@@ -99,7 +102,7 @@ def labelled_points(
     for occlusion_cost, curvature in how.costs:
         problem = LabellingProblem(
             candidates,
-            curvature * changes[*candidates.T],
+            curvature * changes[*candidates.T] - _KNOWN * (candidates[:, 0] < known),
             distances / unit,
             theirs.distances / (whole.size * unit),
             2.0 / (count - 1),
@@ -108,7 +111,7 @@ def labelled_points(
         found = m_best_solutions(problem, how.count, node_limit=_NODES, control=control)
         for partners in found.partners:
             matched = partners != UNMATCHED
-            if matched.sum() >= MIN_POINTS and matched[:known].all():
+            if matched.sum() >= MIN_POINTS:
                 yield theirs.indices[partners[matched]], ours.indices[matched]
 
 

@@ -116,7 +116,7 @@ def register_part(
     Returns
     -------
     PartMap
-        ``None`` if a shape has too few vertices.
+        ``None`` if a shape has too few vertices, or no labelling has enough points.
 
     Raises
     ------
@@ -129,6 +129,8 @@ def register_part(
     if min(ours.samples.size, theirs.samples.size) <= MIN_POINTS:
         return None
     known, crossed = search_part(whole, part, control, scale, entire, landmarks)
+    if not known:
+        return None
     refined = _best_first(
         ours,
         [_refined(ours, theirs, one, entire, control) for one in control.in_time(known, least=1)],

@@ -58,8 +58,8 @@ def displaced(task: PartTask, where: FloatArray) -> PartCandidate:
 
 @pytest.fixture(scope="module")
 def level(task: PartTask) -> FloatArray:
-    height: FloatArray = task.whole.mesh.vertices[:, 1]
-    return (height - height.min()) / np.ptp(height)
+    height = task.whole.mesh.vertices[:, 1]
+    return np.asarray((height - height.min()) / np.ptp(height))
 
 
 def test_candidates_right_on_one_half_each_are_crossed_to_one_that_is_right(
