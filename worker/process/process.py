@@ -41,21 +41,7 @@ log = logger("isomatch.worker")
 
 def main() -> int:
     """Run a worker until SIGTERM."""
-    parser = argparse.ArgumentParser(prog="python -m worker", description=__doc__)
-    parser.add_argument("--burst", action="store_true", help="stop when the queues are empty")
-    parser.add_argument(
-        "--warm-up", action="store_true", help="compile and cache what jobs need, and stop"
-    )
-    parser.add_argument(
-        "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
-    )
-    parser.add_argument(
-        "--count",
-        type=int,
-        metavar="N",
-        help="fork so many workers of this process, and replace those that are killed",
-    )
-    options = parser.parse_args()
+    options = _options()
     try:
         settings = worker_settings()
     except ValidationError as error:
@@ -98,6 +84,29 @@ def main() -> int:
         log.error(f"{event}: stopping", error=str(error))
         return 1
     return 0
+
+
+def _options() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m worker", description=__doc__)
+    parser.add_argument(
+        "--parent", type=int, metavar="PID", help="die with this process, which started the worker"
+    )
+    how = parser.add_mutually_exclusive_group()
+    how.add_argument("--burst", action="store_true", help="stop when the queues are empty")
+    how.add_argument(
+        "--warm-up", action="store_true", help="compile and cache what jobs need, and stop"
+    )
+    how.add_argument(
+        "--count",
+        type=int,
+        metavar="N",
+        help="fork so many workers of this process, and replace those that are killed",
+    )
+    options = parser.parse_args()
+    if options.count is not None and options.count < 1:
+        parser.error("argument --count: at least 1")
+    return options
 
 
 def redis_error(url: str) -> str | None:

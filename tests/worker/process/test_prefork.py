@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from worker.process.process import main
+
 ROOT = Path(__file__).resolve().parents[3]
 
 FORKING = """
@@ -85,3 +87,23 @@ def test_an_error_of_one_ends_all() -> None:
         os.kill(worker(process), signal.SIGUSR1)
         assert rest(process) == ""
         assert process.wait() == 3
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["--count", "0"], "at least 1"),
+        (["--count", "2", "--burst"], "not allowed with"),
+    ],
+)
+def test_numbers_of_workers_that_make_no_sense_are_refused(
+    arguments: list[str],
+    reason: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["worker", *arguments])
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 2
+    assert reason in capsys.readouterr().err
