@@ -18,6 +18,7 @@ from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
 FINEST = PartStage(750, 800, (60, 70, 85), 8)
+"""Last stage of both."""
 
 OF_PART_STAGES = (
     PartStage(200, 400, (8, 10, 12, 14, 17, 20), 24),

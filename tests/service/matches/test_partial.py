@@ -40,8 +40,12 @@ def test_vertices_without_a_partner_are_left_out(
     http: httpx2.Client, upload: Upload, files: tuple[bytes, bytes]
 ) -> None:
     whole, part = (upload(one, "m.ply")["id"] for one in files)
-    job = matched(http, (whole, part), points=12, dense=True, partial="target")
+    lowest = [int(one.vertices[:, 1].argmin()) for one in whole_and_part()]
+    options = {"dense": True, "partial": "target", "landmarks": [lowest]}
+    job = matched(http, (whole, part), points=12, **options)
     result = http.get(job["links"]["result"]).json()
+    pairs = [[one["source"], one["target"]] for one in result["correspondences"]]
+    assert lowest in pairs
     overlap = result["overlap"]
     assert overlap["part"] == "target"
     assert overlap["scale"] == pytest.approx(2.0, rel=0.1)
