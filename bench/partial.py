@@ -3,7 +3,7 @@
 Without ``--data``, parts are cut out of generated people, scaled, and matched with other people;
 with it, every shape of the folder that lacks known points is matched with every one that has all.
 With ``--cut``, parts are cut out of every shape of the folder, or of generated figures of six
-classes, and matched with the next of its class.
+classes, and matched with the one before it in its class.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
 of two in turn; or every two shapes of the folder that lack known points.
 
@@ -108,7 +108,7 @@ def pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
 
 
 def cut_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
-    """Yield a part of each shape, and the next of its class."""
+    """Yield a part of each shape, and the one before it in its class."""
     classes: dict[str, list[KnownShape]] = {}
     for one in collection(folder, classes=len(CLASSES)):
         classes.setdefault(one.category, []).append(one)

@@ -12,10 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.functional_maps import mutual_nearest_points
 from solver.registration.alignment import Pairs
 from solver.registration.choice import COARSE, Candidate, Task, ranked, register_candidate
+from solver.registration.fit import worse_by
 from solver.registration.seams import neighbours_of, takes_second
 from solver.registration.surface import Samples
 
@@ -26,7 +28,8 @@ stiff to become right."""
 _PARENTS = 6
 """Best candidates that are crossed with all others."""
 
-_GENERATIONS = 2
+GENERATIONS = 2
+"""How often candidates are crossed, each time with those that came of it."""
 
 _FEW = 0.05
 """Share of the samples that has to come from each of both."""
@@ -55,7 +58,7 @@ def cross(task: Task, candidates: Sequence[Candidate], control: Control) -> list
     """
     samples = task.sampled(_STAGE)
     found = list(candidates[: _STAGE.kept])
-    for _ in range(_GENERATIONS):
+    for _ in range(GENERATIONS):
         crossed = [
             register_candidate(task, samples, pairs, _STAGE)
             for pairs in control.in_time(crossed_pairs(samples, found))
@@ -77,14 +80,36 @@ def crossed_pairs(
         The best first.
     """
     source, target = samples
-    neighbours = neighbours_of(source)
     embedded = [one.alignment.embed(source, target, _STAGE.weights) for one in candidates]
     places = [target.positions[one.local.pairs.images] for one in candidates]
-    for first, one in enumerate(candidates[:_PARENTS]):
-        for second, other in enumerate(candidates[first + 1 :], first + 1):
-            worse = one.local.over(other.local)
+    fits = [one.local.densities for one in candidates]
+    for first, second, taken in crossings(fits, places, neighbours_of(source)):
+        ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
+        yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
+
+
+def crossings(
+    fits: Sequence[FloatArray], places: Sequence[FloatArray], neighbours: IntArray
+) -> Iterator[tuple[int, int, BoolArray]]:
+    """Yield the best candidates with each of the others, where some samples come from either.
+
+    Parameters
+    ----------
+    fits
+        (m, S) densities of each candidate, the best first, as of :class:`.LocalFit`.
+    places
+        (S, 3) images of each, in √area.
+    neighbours
+        (S, n) samples next to each.
+
+    Yields
+    ------
+    first, second : places of the candidates.
+    taken : (S,) samples whose image comes from the second.
+    """
+    for first in range(min(_PARENTS, len(fits))):
+        for second in range(first + 1, len(fits)):
+            worse = worse_by(fits[first], fits[second])
             taken = takes_second(worse, neighbours, places[first], places[second])
             if _FEW <= taken.mean() <= 1.0 - _FEW:
-                ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
-                theirs = embedded[first][1]
-                yield Pairs(*mutual_nearest_points(ours, theirs))
+                yield first, second, taken

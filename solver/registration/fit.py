@@ -94,10 +94,6 @@ class LocalFit:
     densities: FloatArray
     pairs: Pairs
 
-    def over(self, other: "LocalFit") -> FloatArray:
-        """(S,) by how much this fits worse than another round each sample."""
-        return worse_by(self.densities, other.densities)
-
 
 _ROOTS = [1, 2]
 """Rows of the densities whose means' roots are the measures."""

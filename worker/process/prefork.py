@@ -50,26 +50,26 @@ class _Workers:
                 return None
         while self._started:
             pid, status = os.wait()
-            if self._replace(pid, os.waitstatus_to_exitcode(status)) and self._fork():
+            if self._is_replaced(pid, os.waitstatus_to_exitcode(status)) and self._fork():
                 return None
         return self._status
 
     def _fork(self) -> bool:
-        """Fork a worker; true in it."""
+        """Fork a worker, unless all are to stop; true in it."""
         # A signal before the worker is known would not reach it.
         signal.pthread_sigmask(signal.SIG_BLOCK, _STOPS)
-        pid = os.fork()
+        pid = None if self._stopping else os.fork()
         if pid == 0:
             # Ctrl-C on a terminal reaches only the process that forks, which passes it on.
             os.setsid()
             for number in _STOPS:
                 signal.signal(number, _exit)
-        else:
+        elif pid is not None:
             self._started[pid] = time.monotonic()
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _STOPS)
         return pid == 0
 
-    def _replace(self, pid: int, code: int) -> bool:
+    def _is_replaced(self, pid: int, code: int) -> bool:
         """Return whether a worker that has ended is to be replaced."""
         started = self._started.pop(pid)
         if self._stopping:
@@ -80,7 +80,7 @@ class _Workers:
             self._stop()
             return False
         time.sleep(max(started + _SHORTEST_LIFE - time.monotonic(), 0.0))
-        return not self._stopping
+        return True
 
     def _stop(self) -> None:
         self._stopping = True

@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import IntArray
 from solver.control import Control
-from solver.registration.fit import worse_by
+from solver.registration.crossing import GENERATIONS, crossings
 from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
 from solver.registration.partial.choice import (
     PartCandidate,
@@ -21,20 +21,11 @@ from solver.registration.partial.choice import (
     register_part_candidate,
 )
 from solver.registration.partial.fit import fit_at_part
-from solver.registration.seams import neighbours_of, takes_second
+from solver.registration.seams import neighbours_of
 from solver.registration.surface import Samples
 
 _SIZES = (14, 17, 20)
 """Numbers of eigenfunctions of a crossed candidate."""
-
-_PARENTS = 6
-"""Best candidates that are crossed with all others."""
-
-_GENERATIONS = 2
-"""With one, two pairs of 48 more are wrong."""
-
-_FEW = 0.05
-"""Share of the samples that has to come from each of both."""
 
 
 def cross_parts(
@@ -65,7 +56,7 @@ def cross_parts(
     samples = task.samples(stage)
     neighbours = neighbours_of(task.part.samples.first(stage.part_samples))
     found = list(candidates)
-    for _ in range(_GENERATIONS):
+    for _ in range(GENERATIONS):
         crossed = [
             register_part_candidate(task, samples, start, _SIZES)
             for start in control.in_time(_crossed(samples, neighbours, found))
@@ -81,13 +72,12 @@ def _crossed(
 ) -> Iterator[Start]:
     """Yield the best candidates crossed with each of the others."""
     whole, part = samples
-    fits = [fit_at_part(whole, part, one.alignment, one.scale) for one in candidates]
-    for first, one in enumerate(candidates[:_PARENTS]):
-        for second, other in enumerate(candidates[first + 1 :], first + 1):
-            (here, ours), (there, theirs) = fits[first], fits[second]
-            places: tuple[FloatArray, FloatArray] = whole.positions[ours], whole.positions[theirs]
-            taken = takes_second(worse_by(here, there), neighbours, *places)
-            if _FEW <= taken.mean() <= 1.0 - _FEW:
-                scale = float(np.sqrt(one.scale * other.scale))
-                pairs = PartPairs.of_part(np.where(taken, theirs, ours), len(whole))
-                yield fit_to_part(whole, part, pairs, scale, _SIZES[0]), scale
+    fits, partners = zip(
+        *(fit_at_part(whole, part, one.alignment, one.scale) for one in candidates), strict=True
+    )
+    places = [whole.positions[back] for back in partners]
+    for first, second, taken in crossings(fits, places, neighbours):
+        scale = float(np.sqrt(candidates[first].scale * candidates[second].scale))
+        back = np.where(taken, partners[second], partners[first])
+        pairs = PartPairs.of_part(back, len(whole))
+        yield fit_to_part(whole, part, pairs, scale, _SIZES[0]), scale

@@ -91,19 +91,16 @@ def measure_part_fit(
     """
     near = NEAR if part.entire else _NEAR
     pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, near)
-    there, back = np.flatnonzero(pairs.met), pairs.back[pairs.met]
+    back = pairs.back[pairs.met]
     if not len(back):
         return PartFit(1.0, 1.0, 1.0, 1.0, 0.0)
-    ours, theirs = embed(whole, part, alignment, scale, IN_SPACE)
-    apart = np.linalg.norm(ours[back] - theirs[there], axis=1).mean() * scale
-    normals = whole.surface(alignment.coefficients)[1][back]
-    turned = 1.0 - (normals * part.normals[there]).sum(axis=1)
+    apart, turned = _apart_and_turned(whole, part, alignment, scale, pairs.back)
     met = np.bincount(back, minlength=len(whole)) + pairs.covered
     sheared, stretched = strain(whole, alignment, scale)
     shares = float(pairs.covered.mean()), float(pairs.met.mean())
     return PartFit(
-        float(apart),
-        float(np.sqrt(2.0 * max(turned.mean(), 0.0))),
+        float(apart[pairs.met].mean()),
+        float(np.sqrt(2.0 * max(turned[pairs.met].mean(), 0.0))),
         float(np.sqrt(2.0 * (met * sheared).sum() / met.sum())),
         float((met * np.abs(stretched)).sum() / met.sum()),
         1.0 if part.entire else mean_share(*shares, scale),
@@ -126,11 +123,19 @@ def fit_at_part(
     back : (M,) samples of the whole that the samples of the part were compared with.
     """
     back = find_pairs(whole, part, alignment, scale, IN_SPACE).back
-    ours, theirs = embed(whole, part, alignment, scale, IN_SPACE)
-    apart = np.linalg.norm(ours[back] - theirs, axis=1) * scale
-    turned = 1.0 - (whole.surface(alignment.coefficients)[1][back] * part.normals).sum(axis=1)
     sheared, stretched = strain(whole, alignment, scale)
+    apart, turned = _apart_and_turned(whole, part, alignment, scale, back)
     return np.stack([apart, turned, sheared[back], np.abs(stretched)[back]]), back
+
+
+def _apart_and_turned(
+    whole: Samples, part: PartSamples, alignment: Alignment, scale: float, back: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """(M,) distances of the part's samples from theirs, and half of those of normals, squared."""
+    ours, theirs = embed(whole, part, alignment, scale, IN_SPACE)
+    apart: FloatArray = np.linalg.norm(ours[back] - theirs, axis=1) * scale
+    normals = whole.surface(alignment.coefficients)[1][back]
+    return apart, 1.0 - (normals * part.normals).sum(axis=1)
 
 
 def _with_occlusion(score: float, share: float, occlusion: float) -> float:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from solver.arrays import FloatArray
 from solver.functional_maps import FunctionalMap
 from solver.registration.alignment import GLOBAL, Alignment
-from solver.registration.fit import Fit, measure_fit
+from solver.registration.fit import Fit, measure_fit, worse_by
 from solver.registration.surface import Samples, SmoothSurface, commute_times
 from solver.shape import Shape
 from tests.solver import shapes
@@ -101,8 +101,13 @@ def test_the_local_measures_add_up_to_the_difference_of_scores(surface: SmoothSu
         for matrix in (stretched, stretched @ np.diag([1.005, 1.0, 1.0]))
     )
     difference = one[0].score - other[0].score
-    assert one[1].over(other[1]).mean() == pytest.approx(difference, rel=0.05)
-    np.testing.assert_allclose(other[1].over(one[1]), -one[1].over(other[1]))
+    assert worse_by(one[1].densities, other[1].densities).mean() == pytest.approx(
+        difference, rel=0.05
+    )
+    np.testing.assert_allclose(
+        worse_by(other[1].densities, one[1].densities),
+        -worse_by(one[1].densities, other[1].densities),
+    )
 
 
 def test_commute_times_are_those_of_the_metric(surface: SmoothSurface) -> None:
