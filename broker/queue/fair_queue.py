@@ -5,6 +5,7 @@ from typing import Any, Final
 
 from redis.client import Pipeline
 from rq import Queue
+from rq.executions import ExecutionRegistry
 from rq.job import Job
 
 from broker.store.scripts import QUEUE_JOB
@@ -62,10 +63,13 @@ class FairQueue(Queue):
         QUEUE_JOB(connection, state, job_id, _TAGS_TTL)
 
     def withdraw(self, job: Job) -> None:
-        """Delete a job that waits; its flow is not charged for it."""
+        """Delete a job that waits, for which its flow is not charged; leave one that was taken."""
+        if not self.remove(job):
+            return
         flow = job.get_meta(refresh=False).get(_SHARE, {}).get("flow", "")
-        job.delete()
         with self.connection.pipeline() as pipe:
+            # Not `job.delete()`: it fails if a lost execution of the job is half expired.
+            pipe.delete(job.key, ExecutionRegistry(job.id, self.connection).key)
             pipe.zrem(self._tags, job.id)
             pipe.zrem(f"{self.key}:flow:{flow}", job.id)
             pipe.execute()

@@ -6,7 +6,7 @@ from typing import Final
 from redis import Redis
 from redis.client import Pipeline
 from rq import Retry
-from rq.exceptions import InvalidJobOperation, NoSuchJobError
+from rq.exceptions import NoSuchJobError
 from rq.job import Callback, Job
 from rq.serializers import JSONSerializer
 
@@ -72,12 +72,12 @@ class RqQueues:
         )
 
     def withdraw(self, job_id: str) -> None:
-        """Remove a cancelled job from its queue."""
+        """Remove a cancelled job from its queue, unless a worker has taken it."""
         try:
             job = Job.fetch(job_id, connection=self.client, serializer=JSONSerializer)
-            self.current.withdraw(job)
-        except (NoSuchJobError, InvalidJobOperation):
+        except NoSuchJobError:
             return
+        self._named(job.origin).withdraw(job)
 
     def position(self, record: JobRecord) -> int | None:
         """Return the number of jobs before a queued one; None once it has started."""

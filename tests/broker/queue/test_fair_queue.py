@@ -1,10 +1,12 @@
 """The fair queue: order within a flow, and shares between flows."""
 
+import time
 from collections import Counter
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rq.executions import ExecutionRegistry
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
@@ -118,6 +120,18 @@ def test_what_was_withdrawn_is_not_charged(turns: Turns) -> None:
     turns.take(3)
     (mine,) = turns.push(B)
     assert turns.take() == [mine]
+
+
+def test_what_a_worker_has_taken_is_not_withdrawn(turns: Turns) -> None:
+    turns.push(A, 2)
+    (taken,), (waits,) = turns.take(), turns.waiting
+    for job in (taken, waits):
+        # What is left of an execution while a worker ends it, and of one that was lost.
+        turns.client.zadd(ExecutionRegistry(job, turns.client).key, {"half": time.time() + 60})
+        turns.withdraw(job)
+    assert turns.client.exists(Job.key_for(taken))
+    assert not turns.client.exists(Job.key_for(waits))
+    assert turns.waiting == []
 
 
 def test_a_job_that_is_queued_again_waits_once_and_where_it_belongs(turns: Turns) -> None:

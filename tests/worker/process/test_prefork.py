@@ -24,7 +24,8 @@ status = fork_workers(2)
 if status is not None:
     sys.exit(status)
 signal.signal(signal.SIGUSR1, lambda *_: sys.exit(3))
-print(os.getpid(), os.getppid(), flush=True)
+# One write each: that of two workers at the same time must not mix.
+os.write(1, f"{os.getpid()} {os.getppid()}\\n".encode())
 time.sleep(60)
 """
 
