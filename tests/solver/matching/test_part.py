@@ -37,7 +37,8 @@ def half() -> tuple[Shape, IntArray]:
 
 @pytest.fixture(scope="module")
 def of_part(whole: Shape, half: tuple[Shape, IntArray]) -> Match:
-    return match(half[0], whole, replace(OPTIONS, partial="source"))
+    """Which of them is the part is not said."""
+    return match(half[0], whole, OPTIONS)
 
 
 @pytest.fixture(scope="module")
@@ -100,10 +101,9 @@ def test_vertices_without_a_partner_are_not_mapped(of_whole: Match, of_part: Mat
     np.testing.assert_array_equal(of_whole.dense.source, of_part.dense.inverse.source)
 
 
-def test_a_part_is_detected(whole: Shape, half: tuple[Shape, IntArray]) -> None:
-    found = match(half[0], whole, OPTIONS)
-    assert found.overlap is not None
-    assert found.overlap.part == "source"
+def test_a_part_is_detected(of_part: Match) -> None:
+    assert of_part.overlap is not None
+    assert of_part.overlap.part == "source"
 
 
 def test_whole_surfaces_are_no_parts(whole: Shape) -> None:
