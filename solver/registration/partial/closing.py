@@ -41,7 +41,7 @@ def starts_with_holes_closed(
     part
         The part; nothing is yielded if it has no holes.
     scale
-        √area of the whole over √area of the part, if it is known. Else that of what closes the
+        √area of the whole over √area of the part, if it is known. Else the area of what closes the
         holes is taken to be that of what is missing.
     control
         May cancel; past its deadline, fewer candidates are tried.
