@@ -5,7 +5,6 @@ from typing import Any, Final
 
 from redis.client import Pipeline
 from rq import Queue
-from rq.executions import ExecutionRegistry
 from rq.job import Job
 
 from broker.store.scripts import QUEUE_JOB
@@ -69,7 +68,7 @@ class FairQueue(Queue):
         flow = job.get_meta(refresh=False).get(_SHARE, {}).get("flow", "")
         with self.connection.pipeline() as pipe:
             # Not `job.delete()`: it fails if a lost execution of the job is half expired.
-            pipe.delete(job.key, ExecutionRegistry(job.id, self.connection).key)
+            pipe.delete(job.key, job.execution_registry.key)
             pipe.zrem(self._tags, job.id)
             pipe.zrem(f"{self.key}:flow:{flow}", job.id)
             pipe.execute()

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import IntArray
 from solver.errors import MeshError
-from solver.mesh.repair import components_of
+from solver.mesh.repair import holes_of
 from solver.mesh.triangle_mesh import TriangleMesh, triangle_mesh
 
 
@@ -22,16 +22,11 @@ def with_holes_closed(mesh: TriangleMesh) -> TriangleMesh | None:
         ``vertex_ids`` are places among the V vertices, and V and more for the middles of the fans.
         ``None`` if there is no hole, or no sound surface comes of it.
     """
-    faces, sides = mesh.soup().edges.boundary_sides
-    if not len(faces):
+    if mesh.closed:
         return None
+    faces, sides = mesh.boundary_sides
     start, end = mesh.faces[faces, sides], mesh.faces[faces, (sides + 1) % 3]
-    component = components_of(np.stack([start, end], axis=1), mesh.n_vertices)
-    hole = np.unique(component[start], return_inverse=True)[1]
-    size = np.bincount(hole)
-    middles: FloatArray = np.stack(
-        [np.bincount(hole, one) / size for one in mesh.vertices[start].T], axis=1
-    )
+    hole, middles = holes_of(mesh.vertices, start, end, np.zeros_like(start))
     # Fans run along the boundary against the faces that they meet there.
     fans: IntArray = np.stack([end, start, mesh.n_vertices + hole], axis=1)
     try:

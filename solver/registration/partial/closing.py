@@ -1,7 +1,7 @@
 """Candidates of a part whose holes are closed: it is registered as if nothing were missing.
 
-Holes change shortest paths, and eigenfunctions more, so that few labellings of points of the part
-are right. With its holes closed by flat fans, both are nearly those of the whole where little is
+Holes change shortest paths, and eigenfunctions more; of some parts, no labelling leads to a right
+candidate. With its holes closed by flat fans, both are nearly those of the whole where little is
 missing, and candidates are found as for two whole shapes. The displacement of the whole, and all
 that is measured, is that of the part as it is.
 """
