@@ -26,7 +26,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from random import Random
-from typing import Any, Final
+from typing import Any, Final, cast
 
 import httpx2
 from redis import Redis
@@ -318,7 +318,7 @@ def _left(queue: JobQueue) -> list[str]:
 
 def _without_ttl(client: Redis) -> list[str]:
     """Return the keys that stay for ever, besides those that are listed where they are dropped."""
-    members: list[bytes] = client.zrange(Keys.CACHED_SPECTRA, 0, -1)  # type: ignore[assignment]
+    members = cast(list[bytes], client.zrange(Keys.CACHED_SPECTRA, 0, -1))
     # Cached blobs are dropped when they are unused for long or the cache is full.
     cached = {Keys.cached_spectrum(text(member)) for member in members}
     return sorted(

@@ -21,6 +21,7 @@ from broker.contracts import JobRecord, MatchParameters, MatchPayload, Validatio
 from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS, Store, text
 from demo.figures import generate, write_off
+from synthetic import SyntheticShape
 
 _IN_ONE_GO = 200
 """Shapes that are copied in one round trip."""
@@ -56,11 +57,11 @@ def matched(queue: JobQueue, vertices: int, dense: bool) -> Known:
     return known(queue.store, names[1], job.id)
 
 
-def uploaded(queue: JobQueue, shape: object) -> str:
+def uploaded(queue: JobQueue, shape: SyntheticShape) -> str:
     """Have a shape validated, and return its id."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "figure.off")
-        write_off(path, shape)  # type: ignore[arg-type]
+        write_off(path, shape)
         data = path.read_bytes()
     payload = ValidationPayload(shape=shape_id(data), name="figure", file_type="off")
     ended(queue, queue.submit_validation(payload, data))

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import Final
+from typing import Final, cast
 
 from redis import Redis
 from rq import Queue, Worker
@@ -34,7 +34,7 @@ def worker_states(client: Redis) -> list[str]:
 
 def any_worker(client: Redis) -> bool:
     """Return whether a worker is alive; takes as long with a thousand workers as with one."""
-    some: list[bytes] = client.srandmember(REDIS_WORKER_KEYS, _SAMPLE)  # type: ignore[assignment]
+    some = cast(list[bytes], client.srandmember(REDIS_WORKER_KEYS, _SAMPLE))
     return bool(_states(client, map(text, some)) or worker_states(client))
 
 

@@ -12,7 +12,7 @@ A stage without unfinished chunks is *done*; the time slice that notices opens t
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import Final, cast
 
 from redis import Redis
 from redis.client import Pipeline
@@ -158,8 +158,8 @@ class Chunks:
 
     def results(self, job_id: str, stage: str) -> dict[int, bytes]:
         """Return the results of a stage's chunks that are done, by number."""
-        found: dict[bytes, bytes] = self.client.hgetall(self.keys.chunk_results(job_id, stage))  # type: ignore[assignment]
-        return {int(number): result for number, result in found.items()}
+        found = self.client.hgetall(self.keys.chunk_results(job_id, stage))
+        return {int(key): result for key, result in cast(dict[bytes, bytes], found).items()}
 
     def set_input(self, job_id: str, stage: str, data: bytes) -> None:
         """Store the common input of a stage's chunks."""

@@ -16,6 +16,7 @@ import gzip
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import cast
 
 from redis import Redis
 from redis.client import Pipeline
@@ -156,7 +157,7 @@ class Jobs:
 
     def active(self) -> Iterator[JobRecord]:
         """Iterate over all jobs that have not ended and can be read."""
-        members: list[bytes] = self.client.zrange(self.keys.active_jobs, 0, -1)  # type: ignore[assignment]
+        members = cast(list[bytes], self.client.zrange(self.keys.active_jobs, 0, -1))
         for job_id in map(text, members):
             try:
                 record = self.get(job_id)

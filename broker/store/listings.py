@@ -124,9 +124,10 @@ class Listing:
         entries: list[tuple[str, float]] = []
         # Entries of the same time are ordered by id; those up to the cursor are skipped over.
         while len(entries) < count:
-            found: list[tuple[bytes, float]] = self.client.zrevrangebyscore(  # type: ignore[assignment]
+            further = self.client.zrevrangebyscore(
                 self.key, start, -math.inf, start=skip, num=count + 1, withscores=True
             )
+            found = cast(list[tuple[bytes, float]], further)
             for member, score in found:
                 if last is None or (score, text(member)) < last:
                     entries.append((text(member), score))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 from redis import Redis
 
@@ -74,9 +74,8 @@ class Results:
 
     def summaries(self, job_ids: Sequence[str]) -> list[MatchSummary | None]:
         """Return matches in brief; None for those that have none, or none any more."""
-        found: list[bytes | None] = self.client.mget(
-            [self.keys.job_summary(one) for one in job_ids]
-        )  # type: ignore[assignment]
+        keys = [self.keys.job_summary(one) for one in job_ids]
+        found = cast(list[bytes | None], self.client.mget(keys))
         return [None if one is None else MatchSummary.model_validate_json(one) for one in found]
 
     def picture(self, payload: PicturePayload) -> bytes | None:

@@ -1,6 +1,7 @@
 """Webhooks in Redis: when each is due, the job that delivers it, and the outcome."""
 
 from dataclasses import dataclass
+from typing import cast
 
 from redis import Redis
 
@@ -29,10 +30,10 @@ class Webhooks:
 
     def due(self, now: float, most: int) -> list[tuple[str, float]]:
         """Return jobs whose webhook is due, and since when, the earliest first."""
-        entries: list[tuple[bytes, float]] = self.client.zrangebyscore(  # type: ignore[assignment]
+        entries = self.client.zrangebyscore(
             self.keys.webhooks, "-inf", now, start=0, num=most, withscores=True
         )
-        return [(text(job), since) for job, since in entries]
+        return [(text(job), since) for job, since in cast(list[tuple[bytes, float]], entries)]
 
     def claim(self, job_id: str, since: float, until: float) -> bool:
         """Postpone a webhook that is due; False if another process has."""

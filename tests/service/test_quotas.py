@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import cast
 
 import httpx2
 import pytest
@@ -86,10 +87,9 @@ def test_uploads_at_once_do_not_pass_the_quota_of_bytes(shared: Api, ann: httpx2
 
     def watch() -> None:
         while not done.is_set():
-            held: list[tuple[bytes, float]] = store.client.zrange(  # type: ignore[assignment]
-                store.keys.held, 0, -1, withscores=True
-            )
-            most[0] = max(most[0], int(sum(score for _, score in held)))
+            held = store.client.zrange(store.keys.held, 0, -1, withscores=True)
+            sizes = [size for _, size in cast(list[tuple[bytes, float]], held)]
+            most[0] = max(most[0], int(sum(sizes)))
 
     with ThreadPoolExecutor(9) as threads:
         watching = threads.submit(watch)
@@ -150,8 +150,7 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     problem(ann.get(done["links"]["picture"]), 410, "result-expired")
     assert ann.get(done["links"]["self"]).json() == done
     # The sum that is kept is the one of all sizes, among them that of the request.
-    sizes: list[tuple[bytes, float]] = store.client.zrange(  # type: ignore[assignment]
-        store.keys.held, 0, -1, withscores=True
-    )
-    assert store.quotas.bytes() == sum(size for _, size in sizes)
-    assert dict(sizes)[store.keys.job(job_id).encode()] > len(first)
+    found = store.client.zrange(store.keys.held, 0, -1, withscores=True)
+    sizes = dict(cast(list[tuple[bytes, float]], found))
+    assert store.quotas.bytes() == sum(sizes.values())
+    assert sizes[store.keys.job(job_id).encode()] > len(first)
