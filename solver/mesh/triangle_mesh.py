@@ -121,11 +121,6 @@ class TriangleMesh:
         found[self._edges.boundary.ravel()] = True
         return found
 
-    @property
-    def boundary_sides(self) -> tuple[IntArray, IntArray]:
-        """(B,) faces and (B,) sides (0, 1, 2) along boundary edges, each of a single face."""
-        return self._edges.boundary_sides
-
     @cached_property
     def boundary_length(self) -> float:
         """Length of all boundary edges, in the user's unit; 0 if closed."""

@@ -14,7 +14,6 @@ from solver.mesh.repair.degenerate import (
     without_zero_area_faces,
 )
 from solver.mesh.repair.edges import Edges, components_of, edges_of
-from solver.mesh.repair.holes import holes_of
 from solver.mesh.repair.hopeless import checked_components, checked_surface
 from solver.mesh.repair.precision import checked_precision
 from solver.mesh.repair.soup import TriangleSoup, check_coordinates, counted, groups_of_equal_rows
@@ -50,7 +49,6 @@ __all__ = [
     "denser_than",
     "edges_of",
     "groups_of_equal_rows",
-    "holes_of",
     "non_manifold_vertices",
     "repaired",
     "triangulated",

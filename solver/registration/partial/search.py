@@ -17,9 +17,7 @@ from solver.registration.partial.choice import (
     PartStage,
     PartTask,
     choose_parts,
-    ranked_parts,
 )
-from solver.registration.partial.closing import starts_with_holes_closed
 from solver.registration.partial.crossing import cross_parts
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
@@ -69,8 +67,8 @@ def search_part(
     Returns
     -------
     Candidates that differ and meet the landmarks, the best first; and, of a part, others that began
-    where coarse ones had been crossed, with one another and with those of the part with its holes
-    closed. The latter do not crowd out the former, some of which are better once they are refined.
+    where coarse ones had been crossed. The latter do not crowd out the former, some of which are
+    better once they are refined.
 
     Raises
     ------
@@ -89,9 +87,7 @@ def search_part(
         return choose_parts(task, starts, OF_OVERLAP_STAGES, control), []
     coarse, *fine = OF_PART_STAGES
     first = choose_parts(task, starts, [coarse], control)
-    closed = starts_with_holes_closed(task, part, scale, control)
-    others = ranked_parts(task, [*first, *choose_parts(task, closed, [coarse], control)], coarse)
-    crossed = cross_parts(task, others, coarse, control)
+    crossed = cross_parts(task, first, coarse, control)
     known, further = (
         choose_parts(task, [one.start for one in found], fine, control)
         for found in (first, crossed)
