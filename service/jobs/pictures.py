@@ -146,6 +146,7 @@ async def get_picture(
 )
 async def get_export(
     job_id: JobId,
+    # The name in the path is that of a built-in.
     format: Annotated[Export, Path(description="Format of the file.")],  # noqa: A002
     sender: Annotated[Sender, Depends()],
 ) -> Response:
@@ -169,6 +170,7 @@ async def get_export(
 )
 async def get_registered_template(
     job_id: JobId,
+    # The name in the path is that of a built-in.
     format: Annotated[SurfaceFormat, Path(description="Format of the file.")],  # noqa: A002
     sender: Annotated[Sender, Depends()],
     specimen: Specimen = 0,

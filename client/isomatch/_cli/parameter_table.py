@@ -101,7 +101,7 @@ def takes(
             kept = [own.replace(kind=inspect.Parameter.KEYWORD_ONLY)]
             arguments += replaced if own.name == "parameters" else kept
         call.__name__, call.__doc__ = command.__name__, command.__doc__
-        # typer reads the options from the signature.
+        # typer reads the options from the signature, which functions do not have by their type.
         call.__signature__ = inspect.Signature(arguments)  # type: ignore[attr-defined]
         return call
 

@@ -7,8 +7,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh.repair.edges import same_direction
-from solver.mesh.repair.holes import holes_of
+from solver.mesh.repair.edges import components_of, same_direction
 from solver.mesh.repair.soup import TriangleSoup, counted
 
 _NEARLY_CLOSED = 0.05
@@ -92,8 +91,11 @@ def _inside_out(
     volumes = np.bincount(patch, weights=sixfold, minlength=count) / 6.0
     face, side = np.nonzero(boundary)
     start, end = faces[face, side], faces[face, (side + 1) % 3]
-    hole, middles = holes_of(positions, start, end, patch[face])
-    centre = middles[hole]
+    hole = _loops(start, end, patch[face], len(positions))
+    size = np.bincount(hole).clip(1)
+    centre = np.stack(
+        [np.bincount(hole, weights=positions[start, axis]) / size for axis in range(3)], axis=1
+    )[hole]
     # The fan runs along the boundary against the face that it closes.
     fan = np.cross(positions[end] - centre, positions[start] - centre)
     fans = np.bincount(patch[face], weights=0.5 * np.linalg.norm(fan, axis=1), minlength=count)
@@ -103,6 +105,16 @@ def _inside_out(
     sphere = areas**1.5 / (6.0 * np.sqrt(np.pi))
     inside_out: BoolArray = (fans <= _NEARLY_CLOSED * areas) & (volumes < -_SOLID * sphere)
     return inside_out
+
+
+def _loops(start: IntArray, end: IntArray, patch: IntArray, n_vertices: int) -> IntArray:
+    """Number of the hole that each boundary side belongs to; holes of different patches differ."""
+    key, number = np.unique(
+        np.concatenate([patch * n_vertices + start, patch * n_vertices + end]), return_inverse=True
+    )
+    ends = number.reshape(2, -1)
+    found: IntArray = components_of(ends.T, len(key))[ends[0]]
+    return found
 
 
 def _reversed(sides: BoolArray) -> BoolArray:

@@ -12,12 +12,7 @@ from solver.registration.partial.candidates import (
     first_alignment,
     labelled_points,
 )
-from solver.registration.partial.choice import (
-    PartCandidate,
-    PartStage,
-    PartTask,
-    choose_parts,
-)
+from solver.registration.partial.choice import PartCandidate, PartStage, PartTask, choose_parts
 from solver.registration.partial.crossing import cross_parts
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
@@ -67,8 +62,8 @@ def search_part(
     Returns
     -------
     Candidates that differ and meet the landmarks, the best first; and, of a part, others that began
-    where coarse ones had been crossed. The latter do not crowd out the former, some of which are
-    better once they are refined.
+    where the coarse ones had been crossed. The latter do not crowd out the former, some of which
+    are better once they are refined.
 
     Raises
     ------
@@ -88,8 +83,8 @@ def search_part(
     coarse, *fine = OF_PART_STAGES
     first = choose_parts(task, starts, [coarse], control)
     crossed = cross_parts(task, first, coarse, control)
-    known, further = (
+    known, others = (
         choose_parts(task, [one.start for one in found], fine, control)
         for found in (first, crossed)
     )
-    return known, further
+    return known, others

@@ -36,7 +36,7 @@ OPTIONS = (
     "--enable-unsafe-swiftshader",
     "--disable-gpu-compositing",
 )
-"""Root has no sandbox; WebGL is drawn by the processor, pages faster without it."""
+"""Root has no sandbox. WebGL is drawn by the processor, which composes pages faster without it."""
 
 
 def chromium() -> str:

@@ -89,7 +89,7 @@ def test_the_overlap_is_told(
     share = whole.spectrum().mass[half[1]].sum()
     assert there.target == pytest.approx(share, abs=0.1)
     assert there.target == pytest.approx(back.source)
-    assert there.scale == pytest.approx(0.2, rel=0.15)
+    assert there.scale == pytest.approx(0.2, rel=0.11)
     assert there.scale * back.scale == pytest.approx(1.0)
 
 
