@@ -71,15 +71,29 @@ def explicit_instance(
 def all_solutions(problem: LabellingProblem) -> list[tuple[float, tuple[int, ...]]]:
     """Energy and partners of every correspondence, best first, by plain enumeration."""
     n, m = problem.shape
-    allowed = np.isfinite(problem.unary_matrix)
+    # UNMATCHED is the last place of a row, where no candidate is.
+    number = np.full((n, m + 1), UNMATCHED)
+    number[tuple(problem.candidates.T)] = np.arange(problem.n_candidates)
     optional = not problem.must_match_all
-    choices = [[y for y in range(m) if allowed[x, y]] + [UNMATCHED] * optional for x in range(n)]
-    solutions = []
-    for partners in itertools.product(*choices):
-        used = [y for y in partners if y != UNMATCHED]
-        if len(set(used)) == len(used):
-            solutions.append((problem.energy(np.array(partners)), partners))
-    return sorted(solutions)
+    choices = [[*np.flatnonzero(row[:m] >= 0), *[UNMATCHED] * optional] for row in number]
+    partners = np.array(list(itertools.product(*choices)), dtype=np.int64).reshape(-1, n)
+    chosen = number[np.arange(n), partners]
+    energies = np.append(problem.unary, problem.occlusion_cost)[chosen].sum(axis=1)
+    pairwise = np.pad(problem.pairwise_matrix(), (0, 1))
+    for x, other in itertools.combinations(range(n), 2):
+        energies += pairwise[chosen[:, x], chosen[:, other]]
+    for t, points in enumerate(problem.triples.points):
+        used = (chosen[:, points] >= 0).all(axis=1)
+        places = chosen[np.ix_(used, points)] - problem.first_candidate[points]
+        energies[used] += problem.triples.table(t)[tuple(places.T)]
+    # A target point that is used twice costs infinitely much.
+    possible = np.isfinite(energies)
+    return sorted(
+        (energy, tuple(one))
+        for energy, one in zip(
+            energies[possible].tolist(), partners[possible].tolist(), strict=True
+        )
+    )
 
 
 def relabelled(problem: LabellingProblem, rows: IntArray, columns: IntArray) -> LabellingProblem:

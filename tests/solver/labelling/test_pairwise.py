@@ -55,6 +55,7 @@ def test_energy_is_the_sum_of_what_is_chosen() -> None:
         used = chosen[chosen >= 0]
         expected = problem.unary[used].sum() + 0.5 * matrix[np.ix_(used, used)].sum()
         assert energy == pytest.approx(expected + 0.7 * (chosen < 0).sum())
+        assert problem.energy(np.array(partners)) == pytest.approx(energy)
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ def test_energy_is_equation_5(seed: int, gamma: float) -> None:
     problem = metric_instance(3, 4, seed, occlusion_cost=gamma, share_of_candidates=0.7)
     for energy, partners in all_solutions(problem):
         assert energy == pytest.approx(energy_by_definition(problem, partners), abs=1e-12)
+        assert problem.energy(np.array(partners)) == pytest.approx(energy, abs=1e-12)
 
 
 def test_costs_are_shares_of_the_energy() -> None:
