@@ -2,9 +2,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
 
-# Modules are compiled when they are first imported: few of the ten thousand installed are. And bytecode is kept,
+# The lock files name all dependencies, so that none has to be looked for. Modules are compiled when they are first imported:
+# few of the ten thousand installed are. And bytecode is kept,
 # whatever the environment says: otherwise each process of the service and its tests would compile its modules again.
 export PYTHONDONTWRITEBYTECODE :=
 
@@ -25,7 +26,7 @@ $(VENV)/runtime: requirements/runtime.txt client/pyproject.toml
 	@echo "Making the environment in $(VENV): once, and some minutes where packages come slowly ..."
 	@$(PYTHON) -m venv $(VENV)
 	@$(PIP_INSTALL) --require-hashes -r requirements/runtime.txt
-	@$(PIP_INSTALL) --no-deps --no-build-isolation --editable client
+	@$(PIP_INSTALL) --no-build-isolation --editable client
 	@touch $@
 
 $(VENV)/dev: $(VENV)/runtime requirements/dev.txt
@@ -39,13 +40,13 @@ demo: $(VENV)/runtime  ## start everything, match two generated shapes, draw the
 serve: $(VENV)/runtime  ## run the whole service on this machine until interrupted
 	$(BIN)/python -m service
 
-# The kernels are compiled while the packages for the tests are installed: otherwise each of the tests' processes would do it
-# at the same time. The checks run beside the tests, which leave a part of the processors idle, and give way to them.
+# The kernels are compiled before the tests: otherwise each of the tests' processes would do it at the same time. Beside it the
+# packages for the tests are installed, and the checks begin; these go on beside the tests, and give way to them.
 test: $(VENV)/runtime  ## the checks and all tests
 	@ISOMATCH_LOG_LEVEL=WARNING $(BIN)/python -m worker --warm-up & warming=$$!; \
 	$(SUBMAKE) $(VENV)/dev browser || { kill $$warming; exit 1; }; \
-	wait $$warming || exit 1; \
 	nice $(SUBMAKE) lint & checking=$$!; \
+	wait $$warming || { kill $$checking; exit 1; }; \
 	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist loadfile --no-loadscope-reorder; tested=$$?; \
 	wait $$checking || { echo "The checks failed; what they found is said above the tests."; exit 1; }; \
 	exit $$tested
