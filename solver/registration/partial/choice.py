@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -99,16 +100,21 @@ class PartCandidate:
 
 
 def choose_parts(
-    task: PartTask, starts: Iterable[Start], stages: Sequence[PartStage], control: Control
-) -> list[PartCandidate]:
-    """Register candidates in stages.
+    task: PartTask,
+    populations: Sequence[Sequence[Start]],
+    stages: Sequence[PartStage],
+    control: Control,
+) -> list[list[PartCandidate]]:
+    """Register populations of candidates in stages.
+
+    They do not compete with one another. A candidate that several have is registered once.
 
     Parameters
     ----------
     task
         The surfaces.
-    starts
-        Where candidates begin.
+    populations
+        Where the candidates of each begin.
     stages
         That they go through.
     control
@@ -116,22 +122,26 @@ def choose_parts(
 
     Returns
     -------
-    Candidates of the last stage that differ and meet the landmarks, the best first.
+    Of each, the candidates of the last stage that differ and meet the landmarks, the best first.
 
     Raises
     ------
     Cancelled
         Through `control`.
     """
-    found: list[PartCandidate] = []
+    found: list[list[PartCandidate]] = [[] for _ in populations]
     for stage in stages:
         samples = task.samples(stage)
-        found = [
-            register_part_candidate(task, samples, start, stage.sizes)
+        starts = dict.fromkeys(chain.from_iterable(populations))
+        registered = {
+            start: register_part_candidate(task, samples, start, stage.sizes)
             for start in control.in_time(starts, least=1)
+        }
+        found = [
+            ranked_parts(task, [registered[one] for one in population if one in registered], stage)
+            for population in populations
         ]
-        found = ranked_parts(task, found, stage)
-        starts = [one.start for one in found]
+        populations = [[one.start for one in candidates] for candidates in found]
     return found
 
 

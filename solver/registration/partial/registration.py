@@ -131,10 +131,14 @@ def register_part(
     known, crossed = search_part(whole, part, control, scale, entire, landmarks)
     if not known:
         return None
+    # Some candidates were found either way.
+    both = dict.fromkeys([*known, *crossed])
+    displaced = {
+        one: _refined(ours, theirs, one, entire, control) for one in control.in_time(both, least=1)
+    }
     refined = _best_first(
         ours,
-        [_refined(ours, theirs, one, entire, control) for one in control.in_time(known, least=1)],
-        [_refined(ours, theirs, one, entire, control) for one in control.in_time(crossed)],
+        *([displaced[one] for one in found if one in displaced] for found in (known, crossed)),
     )
     chosen = refined[0].again(control)
     return PartMap(

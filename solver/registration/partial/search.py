@@ -62,8 +62,8 @@ def search_part(
     Returns
     -------
     Candidates that differ and meet the landmarks, the best first; and, of a part, others that began
-    where the coarse ones had been crossed. The latter do not crowd out the former, some of which
-    are better once they are refined.
+    where the coarse ones had been crossed, or from some of the same. The latter do not crowd out
+    the former, some of which are better once they are refined.
 
     Raises
     ------
@@ -79,12 +79,11 @@ def search_part(
         for points in labelled_points(whole, part, one, how, landmarks, control)
     ]
     if not entire:
-        return choose_parts(task, starts, OF_OVERLAP_STAGES, control), []
+        (overlapping,) = choose_parts(task, [starts], OF_OVERLAP_STAGES, control)
+        return overlapping, []
     coarse, *fine = OF_PART_STAGES
-    first = choose_parts(task, starts, [coarse], control)
+    (first,) = choose_parts(task, [starts], [coarse], control)
     crossed = cross_parts(task, first, coarse, control)
-    known, others = (
-        choose_parts(task, [one.start for one in found], fine, control)
-        for found in (first, crossed)
-    )
+    populations = [[one.start for one in found] for found in (first, crossed)]
+    known, others = choose_parts(task, populations, fine, control)
     return known, others
