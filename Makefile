@@ -5,8 +5,8 @@ BIN := $(VENV)/bin
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --no-deps
 
 # The lock files name all dependencies, so that none has to be looked for. Modules are compiled when they are first imported:
-# few of the ten thousand installed are. And bytecode is kept,
-# whatever the environment says: otherwise each process of the service and its tests would compile its modules again.
+# few of the ten thousand installed are. And bytecode is kept, whatever the environment says: otherwise each process of the
+# service and its tests would compile its modules again.
 export PYTHONDONTWRITEBYTECODE :=
 
 # Not written out in recipes: a line with the variable of make itself would run under `make -n` as well.

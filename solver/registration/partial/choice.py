@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 
@@ -118,7 +117,7 @@ def choose_parts(
     stages
         That they go through.
     control
-        May cancel; past its deadline, fewer are tried, at least one in each stage.
+        May cancel; past its deadline, fewer are tried, at least one of each in each stage.
 
     Returns
     -------
@@ -129,20 +128,20 @@ def choose_parts(
     Cancelled
         Through `control`.
     """
-    found: list[list[PartCandidate]] = [[] for _ in populations]
-    for stage in stages:
-        samples = task.samples(stage)
-        starts = dict.fromkeys(chain.from_iterable(populations))
-        registered = {
-            start: register_part_candidate(task, samples, start, stage.sizes)
-            for start in control.in_time(starts, least=1)
-        }
-        found = [
-            ranked_parts(task, [registered[one] for one in population if one in registered], stage)
-            for population in populations
-        ]
-        populations = [[one.start for one in candidates] for candidates in found]
-    return found
+    prepared = [(stage, task.samples(stage), dict[Start, PartCandidate]()) for stage in stages]
+    chosen = []
+    for population in populations:
+        starts, found = population, list[PartCandidate]()
+        for stage, samples, registered in prepared:
+            found = []
+            for start in control.in_time(starts, least=1):
+                if start not in registered:
+                    registered[start] = register_part_candidate(task, samples, start, stage.sizes)
+                found.append(registered[start])
+            found = ranked_parts(task, found, stage)
+            starts = [one.start for one in found]
+        chosen.append(found)
+    return chosen
 
 
 def register_part_candidate(

@@ -1,5 +1,7 @@
 """Candidates of a part that are right on one half each."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from solver.registration.partial.choice import (
     PartCandidate,
     PartStage,
     PartTask,
+    choose_parts,
     register_part_candidate,
 )
 from solver.registration.partial.crossing import cross_parts
@@ -92,3 +95,16 @@ def test_the_fit_is_worse_where_the_whole_is_moved(task: PartTask, level: FloatA
 def test_one_candidate_alone_is_not_crossed(task: PartTask, level: FloatArray) -> None:
     alone = [displaced(task, np.zeros(len(level)))]
     assert cross_parts(task, alone, STAGE, Control()) == alone
+
+
+def test_a_candidate_of_two_populations_is_registered_once(
+    task: PartTask, level: FloatArray
+) -> None:
+    """And populations do not compete: each keeps its best."""
+    places = (np.zeros(len(level)), level > 0.8, level < 0.2)
+    still, high, low = (displaced(task, np.asarray(one, float)).start for one in places)
+    stages = [replace(STAGE, kept=2), replace(STAGE, kept=1)]
+    one, other = choose_parts(task, [[high, still], [low, still, high]], stages, Control())
+    assert one == other
+    (alone,), _ = choose_parts(task, [[low], [still]], stages, Control())
+    assert alone.fit.score > one[0].fit.score
