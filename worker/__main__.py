@@ -1,5 +1,6 @@
 """``python -m worker``: run a worker until SIGTERM."""
 
+import gc
 import os
 import signal
 import sys
@@ -25,6 +26,8 @@ def main() -> int:
     signal.signal(signal.SIGTERM, _exit)
     for name, value in ENVIRONMENT.items():
         os.environ.setdefault(name, value)
+    # Until the warm-up is over, nearly all objects are there to stay: searches only take time.
+    gc.disable()
     from worker.process.process import main as run_worker
 
     return run_worker()

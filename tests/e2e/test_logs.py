@@ -41,7 +41,7 @@ def test_log_lines_of_a_request_have_its_id(stack: Stack, tmp_path: Path) -> Non
         files = {"file": ("a.off", data)}
         names = {"upload": {"X-Request-ID": "an-upload"}, "match": {"X-Request-ID": "a-match"}}
         shape = http.post("/v1/shapes", files=files, headers=names["upload"]).json()["id"]
-        body = {"source": shape, "target": shape, "points": 8, "eigenpairs": 30}
+        body = {"source": shape, "target": shape, "points": 8, "orientation": False}
         job = http.post("/v1/matches", json=body, headers=names["match"]).json()
         http.get(job["links"]["self"], params={"wait": 60})
     for request_id, kinds in (("an-upload", {"validation"}), ("a-match", {"spectrum", "match"})):

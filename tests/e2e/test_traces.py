@@ -19,7 +19,7 @@ from tests.stack import PATIENT
 
 TRACES = {"OTEL_BSP_SCHEDULE_DELAY": "100", "ISOMATCH_WORKERS": "2", "ISOMATCH_HEARTBEAT": "2"}
 
-QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30}
+QUICK: dict[str, Any] = {"points": 8, "eigenpairs": 30, "orientation": False}
 
 
 @pytest.fixture(scope="module")

@@ -48,7 +48,7 @@ def test_request_ids(http: httpx2.Client) -> None:
 def test_request_ids_go_with_the_jobs(
     http: httpx2.Client, shapes: tuple[str, str], api: Api
 ) -> None:
-    body = {"source": shapes[0], "target": shapes[1], "points": 8}
+    body = {"source": shapes[0], "target": shapes[1], "points": 8, "orientation": False}
     answer = http.post("/v1/matches", json=body, headers={"X-Request-ID": "from-me"})
     record = api.store.jobs.get(answer.json()["id"])
     assert record is not None

@@ -24,6 +24,8 @@ from tests.service.conftest import (
 )
 from tests.worker.figures import blob_file
 
+QUICK = {"points": 3, "orientation": False}
+
 
 def path_of(store: Store, key: str) -> Path:
     """Where the bytes of a key are."""
@@ -58,7 +60,7 @@ def test_lost_content_is_told(
         if address is not None:
             told = problem(http.get(address), 410, "content-lost")
             assert harm in told["detail"]
-    asked = http.post("/v1/matches", json={"source": shape, "target": shape, "points": 3})
+    asked = http.post("/v1/matches", json={"source": shape, "target": shape, **QUICK})
     assert asked.status_code == 202, asked.text
     job = http.get(f"/v1/jobs/{asked.json()['id']}", params={"wait": 60}).json()
     assert job["state"] == "failed"
@@ -73,7 +75,7 @@ def test_results_that_are_lost_are_told(
     api: Api, http: httpx2.Client, shapes: tuple[str, str]
 ) -> None:
     source, target = shapes
-    asked = http.post("/v1/matches", json={"source": source, "target": target, "points": 3})
+    asked = http.post("/v1/matches", json={"source": source, "target": target, **QUICK})
     job = asked.json()["id"]
     assert http.get(f"/v1/jobs/{job}", params={"wait": 60}).json()["state"] == "succeeded"
     picture = http.get(f"/v1/jobs/{job}/result.png")

@@ -13,7 +13,7 @@ from service.settings import Settings
 from tests.service.conftest import Api, problem, running_api
 from tests.worker.figures import blob_file
 
-MATCH = {"points": 8, "coarse_points": 8}
+MATCH = {"points": 8, "coarse_points": 8, "orientation": False}
 
 
 @pytest.fixture(scope="module")

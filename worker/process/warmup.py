@@ -51,7 +51,7 @@ from worker.jobs import (
 )
 from worker.jobs.dissimilarities import arrays_of
 from worker.jobs.options import options_of
-from worker.pictures import draw_match, draw_matrix, hypothesis_of
+from worker.pictures import draw_match, hypothesis_of
 
 log = logger("isomatch.worker")
 
@@ -90,6 +90,7 @@ def warm_up() -> None:
     # Garbage collection in a fork would copy the pages of all objects that exist now.
     gc.collect()
     gc.freeze()
+    gc.enable()
     log.info("warm", seconds=round(time.perf_counter() - start, 3))
 
 
@@ -116,7 +117,7 @@ def _map(mesh: TriangleMesh) -> None:
     found = register(Shape(source), Shape(target), (), _one_of_each())
     assert found is not None
     found.dense(Control())
-    refine_by_gmds(found, np.arange(8), control=_one_of_each())
+    refine_by_gmds(found, np.arange(3), control=_one_of_each())
 
 
 def _two(mesh: TriangleMesh) -> tuple[TriangleMesh, TriangleMesh]:
@@ -158,7 +159,6 @@ def _compare(mesh: TriangleMesh) -> None:
     result = result_of(payload, values, {})
     arrays_of(result, values)
     result.model_dump_json()
-    draw_matrix(result, ("a", "b"))
 
 
 def _learn(mesh: TriangleMesh) -> None:

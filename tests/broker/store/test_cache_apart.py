@@ -238,7 +238,7 @@ def test_matches_work_without_the_cache(
 ) -> None:
     queue = JobQueue(apart, settings)
     data = blob_file(3)
-    parameters = MatchParameters(points=8, eigenpairs=30)
+    parameters = MatchParameters(points=8, eigenpairs=30, orientation=False)
     payload = MatchPayload(source=shape_id(data), target=shape_id(data), parameters=parameters)
 
     def matched() -> JobRecord:

@@ -52,7 +52,7 @@ def test_concurrent_tasks(url: str, capsys: pytest.CaptureFixture[str]) -> None:
             assert len({shape.id for shape in shapes}) == 3
 
             async def matched(other: isomatch.Shape, points: int) -> isomatch.Match:
-                job = await client.match(shapes[0], other, points=points, coarse_points=6)
+                job = await client.match(shapes[0], other, points=points, orientation=False)
                 return await job.result(progress=points == 6)
 
             wanted = [(shape, points) for shape in shapes for points in (6, 7)]

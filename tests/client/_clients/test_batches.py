@@ -15,7 +15,7 @@ Pair = tuple[isomatch.Shape, isomatch.Shape]
 
 def test_matches_as_they_end(client: isomatch.Client, pair: Pair, tmp_path: Path) -> None:
     source, target = pair
-    batch = client.match_many(source, [target, source.id], points=8)
+    batch = client.match_many(source, [target, source.id], points=8, orientation=False)
     found = {job.target: job.result() for job in batch.ended_matches()}
     assert set(found) == {source.id, target.id}
     assert all(isinstance(one, isomatch.Match) for one in found.values())
@@ -33,7 +33,7 @@ def test_matches_as_they_end(client: isomatch.Client, pair: Pair, tmp_path: Path
     assert isomatch.Batch.from_json((tmp_path / "batch.json").read_bytes()) == result
     with pytest.raises(ValueError, match="draw its matches"):
         result.plot()
-    alone = client.match(source, target, points=8)
+    alone = client.match(source, target, points=8, orientation=False)
     with pytest.raises(isomatch.Conflict):
         alone.matches()
     alone.wait()
@@ -42,7 +42,7 @@ def test_matches_as_they_end(client: isomatch.Client, pair: Pair, tmp_path: Path
 def test_the_asynchronous_client_finds_the_same(url: str, pair: Pair) -> None:
     async def asked() -> tuple[isomatch.Batch, set[str]]:
         async with isomatch.AsyncClient(url) as client:
-            batch = await client.match_many(pair[0], [pair[1]], points=8)
+            batch = await client.match_many(pair[0], [pair[1]], points=8, orientation=False)
             ended = {job.id async for job in batch.ended_matches()}
             assert (await batch.matches()).ended == 1
             return await batch.result(), ended

@@ -92,7 +92,7 @@ def test_a_webhook_is_sent(client: isomatch.Client) -> None:
     with receiving() as receiver:
         receiver.answers = [500]
         hook: isomatch.Webhook = {"url": f"http://127.0.0.1:{receiver.port}/", "secret": secret}
-        job = client.match(shape, shape, points=8, eigenpairs=30, webhook=hook).wait()
+        job = client.match(shape, shape, points=8, orientation=False, webhook=hook).wait()
         assert job.caller == "alice"
         first, second = receiver.wait(2)
         for request in (first, second):

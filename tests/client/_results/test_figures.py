@@ -221,7 +221,7 @@ def test_a_matrix_is_drawn_in_the_order_of_its_labels(client: isomatch.Client, p
 def test_an_async_job_is_drawn(url: str, pair: Pair) -> None:
     async def program() -> None:
         async with isomatch.AsyncClient(url) as client:
-            job = await client.match(*pair, points=6, coarse_points=6)
+            job = await client.match(*pair, points=6, orientation=False)
             match = await job.result()
             figure = await job.plot()
             assert len(marked_points(figure)[0][0]) == 6
@@ -241,7 +241,7 @@ def test_an_async_job_is_drawn(url: str, pair: Pair) -> None:
 def test_without_plotly_the_error_names_the_extra(
     client: isomatch.Client, pair: Pair, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    match = client.match(*pair, points=6, coarse_points=6).result()
+    match = client.match(*pair, points=6, orientation=False).result()
     monkeypatch.setitem(sys.modules, "plotly", None)
     with pytest.raises(isomatch.MissingExtra, match=r"pip install 'isomatch\[plot\]'") as missing:
         match.plot()

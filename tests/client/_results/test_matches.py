@@ -78,7 +78,7 @@ def test_refined_points(client: isomatch.Client, pair: Pair, blobs: tuple[Path, 
 def test_progress_is_printed(
     client: isomatch.Client, pair: Pair, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    job = client.match(*pair, points=6, coarse_points=6, rho=1.9)
+    job = client.match(*pair, points=6, orientation=False, rho=1.9)
     match = job.result(progress=True)
     said = capsys.readouterr()
     assert said.out == ""
@@ -109,6 +109,7 @@ def test_parameters_are_sent(client: isomatch.Client, pair: Pair) -> None:
         coarse_points=6,
         metric=[{"name": "diffusion", "time": 0.01}],
         descriptor="none",
+        orientation=False,
         alternatives=1,
     ).result()
     assert match.distortion.first_order is None
@@ -117,7 +118,7 @@ def test_parameters_are_sent(client: isomatch.Client, pair: Pair) -> None:
 
 
 def test_jobs_are_found_again(client: isomatch.Client, pair: Pair) -> None:
-    job = client.match(*pair, points=6, coarse_points=6).wait()
+    job = client.match(*pair, points=6, orientation=False).wait()
     found = client.job(job.id)
     assert (found.id, found.state) == (job.id, "succeeded")
     assert found.result() == job.result()

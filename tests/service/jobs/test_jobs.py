@@ -224,7 +224,7 @@ def test_a_running_job_is_cancelled(http: httpx2.Client, upload: Upload) -> None
     assert http.delete(job["links"]["self"]).json()["state"] in ("running", "cancelled")
     assert wait(http, job)["state"] == "cancelled"
     problem(http.get(job["links"]["result"]), 409, "job-without-result")
-    matched(http, (shape, shape), points=8)
+    matched(http, (shape, shape), **QUICK)
 
 
 def test_jobs_of_nobody(http: httpx2.Client) -> None:
@@ -280,7 +280,7 @@ def test_shapes_that_cannot_be_matched_are_named(
     # What has fewer vertices already is not simplified.
     coarse = upload(blob_file(1, seed=5))["id"]
     assert "source would" in refused(shapes[0], coarse, points=200, simplify=199)["body.simplify"]
-    matched(http, (coarse, coarse), points=200, simplify=199, eigenpairs=30)
+    matched(http, (coarse, coarse), **QUICK | {"points": 200}, simplify=199)
 
 
 BAD_PARAMETERS = {

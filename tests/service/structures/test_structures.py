@@ -10,6 +10,8 @@ from tests.service.conftest import Json, problem
 
 Shapes = tuple[str, str]
 
+QUICK = {"points": 8, "orientation": False}
+
 
 def done(http: httpx2.Client, body: Json) -> Json:
     """The job of a match, when it has ended."""
@@ -43,7 +45,7 @@ def test_a_match_with_structures_of_ones_own(http: httpx2.Client, shapes: Shapes
         "metric": [{"name": "diffusion", "time": 0.05}, "biharmonic"],
         "descriptor": {"name": "si_hks", "frequencies": 3},
     }
-    job = done(http, {"source": shapes[0], "target": shapes[1], "points": 16} | asked)
+    job = done(http, {"source": shapes[0], "target": shapes[1], **QUICK, "points": 16} | asked)
     assert job["state"] == "succeeded", job["error"]
     result = http.get(f"/v1/jobs/{job['id']}/result").json()
     assert [level["metric"] for level in result["levels"]] == ["diffusion", "biharmonic"]
@@ -58,7 +60,7 @@ def test_errors_of_a_job_name_the_field(http: httpx2.Client, shapes: Shapes) -> 
         ([endless], "body.metric.0.time"),
         (["geodesic", endless], "body.metric.1.time"),
     ):
-        body = {"source": shapes[0], "target": shapes[1], "points": 16, "metric": metric}
+        body = {"source": shapes[0], "target": shapes[1], **QUICK, "points": 16, "metric": metric}
         job = done(http, body)
         assert job["state"] == "failed"
         assert [error["field"] for error in job["error"]["errors"]] == [field]
@@ -66,7 +68,7 @@ def test_errors_of_a_job_name_the_field(http: httpx2.Client, shapes: Shapes) -> 
 
 
 def test_without_normalisation_distances_are_the_users(http: httpx2.Client, shapes: Shapes) -> None:
-    body = {"source": shapes[0], "target": shapes[1], "points": 6, "metric": "geodesic"}
+    body = {"source": shapes[0], "target": shapes[1], **QUICK, "metric": "geodesic"}
     found = []
     for normalise in (True, False):
         job = done(http, body | {"normalise": normalise})
@@ -80,7 +82,7 @@ def test_without_normalisation_distances_are_the_users(http: httpx2.Client, shap
 
 
 def test_colours_that_are_not_there(http: httpx2.Client, shapes: Shapes) -> None:
-    body = {"source": shapes[0], "target": shapes[1], "points": 8}
+    body = {"source": shapes[0], "target": shapes[1], **QUICK}
     for descriptor, field in (
         ("photometric", "body.descriptor"),
         (["none", {"name": "photometric", "radius": 0.1}], "body.descriptor.1"),
@@ -106,7 +108,7 @@ def test_colours_are_compared(http: httpx2.Client, upload: Callable[..., Json]) 
     body = {
         "source": ids[0],
         "target": ids[1],
-        "points": 8,
+        **QUICK,
         "metric": "geodesic",
         "descriptor": {"name": "photometric", "radius": 0},
         "first_order_weight": 10,

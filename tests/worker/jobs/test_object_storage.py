@@ -13,7 +13,7 @@ from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker
 from worker.settings import WorkerSettings
 
-QUICK = MatchParameters(points=3)
+QUICK = MatchParameters(points=3, orientation=False)
 
 
 @contextmanager
