@@ -38,20 +38,30 @@ class Incumbents(NamedTuple):
 
 @kernel
 def keep(found: Incumbents, energy: float, chosen: IntArray) -> None:
-    """Insert a correspondence in the sorted list, if it belongs there and is not in it."""
+    """Insert a correspondence in the sorted list, if it belongs there and is not in it.
+
+    Parameters
+    ----------
+    found
+        Improved in place.
+    energy
+        By :func:`energy_of`, so that what is in the list already has exactly the same.
+    chosen
+        (N,) the correspondence.
+    """
     energies = found.energies
-    m = len(energies)
-    if not energy < energies[m - 1]:
+    last = len(energies) - 1
+    if not energy < energies[last]:
         return
-    for k in range(m):
-        if energies[k] < np.inf and (found.chosen[k] == chosen).all():
+    place = np.searchsorted(energies, energy)
+    while energies[place] == energy:
+        if (found.chosen[place] == chosen).all():
             return
-    place = m - 1
-    while place > 0 and energies[place - 1] > energy:
-        energies[place] = energies[place - 1]
-        found.chosen[place] = found.chosen[place - 1]
-        found.explored[place] = found.explored[place - 1]
-        place -= 1
+        place += 1
+    for k in range(last, place, -1):
+        energies[k] = energies[k - 1]
+        found.chosen[k] = found.chosen[k - 1]
+        found.explored[k] = found.explored[k - 1]
     energies[place] = energy
     found.chosen[place] = chosen
     found.explored[place] = False
