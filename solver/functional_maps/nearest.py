@@ -96,5 +96,7 @@ def _nearest_row(
     for i in range(products.shape[0]):
         for j in range(products.shape[1]):
             value = products[i, j] - halves[i]
-            if value > most[j]:
-                most[j], back[j] = value, start + i
+            # Selected, not branched: loops without branches use vector instructions.
+            nearer = value > most[j]
+            most[j] = value if nearer else most[j]
+            back[j] = start + i if nearer else back[j]
