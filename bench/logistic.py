@@ -43,7 +43,12 @@ class LogisticFit:
 
 
 def fit_logistic(
-    names: list[str], measures: FloatArray, right: BoolArray, strength: float = STRENGTH
+    names: list[str],
+    measures: FloatArray,
+    right: BoolArray,
+    strength: float = STRENGTH,
+    *,
+    balanced: bool = False,
 ) -> LogisticFit:
     """Fit weights of least logistic loss.
 
@@ -59,6 +64,9 @@ def fit_logistic(
     strength
         Of the penalty on large weights. Without it, weights grow without limit where measures
         separate right answers from wrong ones.
+    balanced
+        Whether the intercept is corrected to that of as many right as wrong answers (King and Zeng,
+        "Logistic regression in rare events data", Political Analysis 9, 2001).
     """
     mean, deviation = measures.mean(axis=0), measures.std(axis=0)
     scale = np.where(deviation > 0.0, deviation, np.inf)
@@ -66,9 +74,10 @@ def fit_logistic(
     model.fit((measures - mean) / scale, right)
     effects = model.coef_[0]
     weights = effects / scale
+    prior = np.log(right.sum() / (~right).sum()) if balanced else 0.0
     return LogisticFit(
         weights=dict(zip(names, weights.tolist(), strict=True)),
-        intercept=float(model.intercept_[0] - weights @ mean),
+        intercept=float(model.intercept_[0] - weights @ mean - prior),
         effects=dict(zip(names, effects.tolist(), strict=True)),
     )
 

@@ -244,7 +244,7 @@ def main() -> None:
         if arguments.fit:
             names = list(MEASURES_OF_BOTH if both else MEASURES)
             measures = np.array([[one.measures[name] for name in names] for one in answers])
-            print(fit_logistic(names, measures, right))
+            print(fit_logistic(names, measures, right, balanced=True))
     if arguments.json:
         print(json.dumps(found))
 

@@ -20,6 +20,16 @@ def test_one_binary_measure_gives_the_logits_of_the_shares() -> None:
     assert fit.probability(np.array([[0.0], [1.0]])) == pytest.approx([0.75, 0.2], abs=1e-4)
 
 
+def test_a_balanced_fit_gives_the_odds_of_as_many_right_as_wrong_answers() -> None:
+    measures = np.repeat([0.0, 1.0], [40, 50])[:, None]
+    right = np.concatenate([np.arange(40) < 30, np.arange(50) < 10])
+    fit = fit_logistic(["doubt"], measures, right, strength=1e-9, balanced=True)
+    # Of 30 right and 10 wrong, out of 40 right and 50 wrong; and of 10 and 40.
+    odds = np.array([30 / 40 / (10 / 50), 10 / 40 / (40 / 50)])
+    found = fit.probability(np.array([[0.0], [1.0]]))
+    assert found == pytest.approx(odds / (1.0 + odds), abs=1e-4)
+
+
 def test_weights_are_per_unit_of_the_measures() -> None:
     rng = np.random.default_rng(0)
     measures = rng.standard_normal((400, 2))

@@ -181,6 +181,9 @@ class RefinedPartFit:
         Mean strain of the edges of the whole.
     bent
         For each diffusion time, mean change of the mean curvature, as of :class:`.Fit`.
+    distorted
+        Mean change of distances between near points of the part, as of :class:`.NearDistances`;
+        not measured where the surfaces only overlap.
     share
         As of :class:`PartFit`.
     """
@@ -189,18 +192,25 @@ class RefinedPartFit:
     turned: float
     strained: float
     bent: tuple[float, ...]
+    distorted: float | None
     share: float = 1.0
 
     @classmethod
     def of_nothing(cls, times: int) -> "RefinedPartFit":
         """Return the fit of surfaces of which nothing has a partner."""
-        return cls(1.0, 1.0, 1.0, (1.0,) * times, 0.0)
+        return cls(1.0, 1.0, 1.0, (1.0,) * times, None, 0.0)
 
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        several = {f"bent_{number}": one for number, one in enumerate(self.bent)}
-        known = {"apart": self.apart, "turned": self.turned, "strained": self.strained, **several}
+        known = {
+            "apart": self.apart,
+            "turned": self.turned,
+            "strained": self.strained,
+            **{f"bent_{number}": one for number, one in enumerate(self.bent)},
+        }
+        if self.distorted is not None:
+            known["distorted"] = self.distorted
         return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
 
     @property

@@ -45,7 +45,7 @@ def search_part(
     scale: float | None = None,
     entire: bool = True,
     landmarks: Points = NO_LANDMARKS,
-) -> tuple[list[PartCandidate], list[PartCandidate]]:
+) -> list[PartCandidate]:
     """Register the whole to the part: coarsely from each labelling, the best ones finely.
 
     Parameters
@@ -61,9 +61,9 @@ def search_part(
 
     Returns
     -------
-    Candidates that differ and meet the landmarks, the best first; and, of a part, others that began
-    where the coarse ones had been crossed, or from some of the same. The latter do not crowd out
-    the former, some of which are better once they are refined.
+    Candidates that differ and meet the landmarks, the best first; of a part, after them others that
+    began where the coarse ones had been crossed. These do not crowd out the former, some of which
+    are better once they are refined.
 
     Raises
     ------
@@ -80,10 +80,11 @@ def search_part(
     ]
     if not entire:
         (overlapping,) = choose_parts(task, [starts], OF_OVERLAP_STAGES, control)
-        return overlapping, []
+        return overlapping
     coarse, *fine = OF_PART_STAGES
     (first,) = choose_parts(task, [starts], [coarse], control)
     crossed = cross_parts(task, first, coarse, control)
     populations = [[one.start for one in found] for found in (first, crossed)]
     known, others = choose_parts(task, populations, fine, control)
-    return known, others
+    # Some were found either way.
+    return list(dict.fromkeys([*known, *others]))

@@ -9,7 +9,7 @@ from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration.partial import PartMap, register_part
-from solver.registration.partial.registration import largest_patch
+from solver.registration.partial.cover import largest_patch
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from synthetic import human

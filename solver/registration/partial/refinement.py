@@ -1,0 +1,195 @@
+"""Refinement of candidates beyond the eigenfunctions, after which the best is chosen."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from solver.arrays import BoolArray, IntArray
+from solver.control import Control
+from solver.mesh import vertex_normals
+from solver.registration.choice import SAME
+from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs
+from solver.registration.partial.choice import PartCandidate
+from solver.registration.partial.cover import (
+    Images,
+    covered_by_overlap,
+    covered_by_part,
+    covered_by_whole,
+    largest_patch,
+    places,
+    share_of_area,
+)
+from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature, mean_share
+from solver.registration.partial.near_distances import NearDistances
+from solver.registration.partial.search import FINEST
+from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import SurfaceMap
+from solver.shape import Shape
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedPart:
+    """A candidate whose displacement was refined, with its images.
+
+    Parameters
+    ----------
+    displaced, scale
+        The displaced whole, and its √area in the part's unit.
+    images, back
+        Of all vertices of the whole, and of all of the part.
+    entire
+        Whether every point of the part has a partner.
+    strained, bent, distorted
+        As of :class:`.RefinedPartFit`.
+    """
+
+    displaced: SurfaceMap
+    scale: float
+    images: IntArray
+    back: Images
+    entire: bool
+    strained: float
+    bent: tuple[float, ...]
+    distorted: float | None
+
+    @cached_property
+    def covered(self) -> BoolArray:
+        """(V,) vertices of the whole that have a partner."""
+        if self.entire:
+            return covered_by_part(self.displaced, self.images, self.back[0])
+        return covered_by_overlap(self.displaced, self.images, self.back[0], self.scale)
+
+    @cached_property
+    def part_covered(self) -> BoolArray:
+        """(W,) vertices of the part that have a partner."""
+        if self.entire:
+            return np.ones(len(self.back[0]), dtype=np.bool_)
+        return covered_by_whole(self.displaced, self.images, self.back, self.scale)
+
+    @property
+    def share(self) -> float:
+        """Share of the whole's area that has a partner."""
+        return share_of_area(self.displaced.source, self.covered)
+
+    @property
+    def part_share(self) -> float:
+        """Share of the part's area that has a partner."""
+        return share_of_area(self.displaced.target, self.part_covered)
+
+    @cached_property
+    def fit(self) -> RefinedPartFit:
+        """Its fit."""
+        whole, part = self.displaced.source, self.displaced.target
+        met = self.part_covered
+        if not met.any():
+            return RefinedPartFit.of_nothing(len(self.bent))
+        vertices, faces, barycentric = self.back
+        there = places(self.displaced.positions, whole, faces[met], barycentric[met])
+        normals = whole.side * vertex_normals(self.displaced.positions, whole.mesh.faces)
+        cosines = (normals[vertices[met]] * part.normals[met]).sum(axis=1)
+        return RefinedPartFit(
+            float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
+            float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
+            self.strained,
+            self.bent,
+            self.distorted,
+            1.0 if self.entire else mean_share(self.share, self.part_share, self.scale),
+        )
+
+    def again(self, control: Control) -> "RefinedPart":
+        """Refine it once more, drawn by what has a partner by now.
+
+        Parameters
+        ----------
+        control
+            May cancel; past its deadline, less is done.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        """
+        rigid = self.displaced.at_rest(self.scale, self.covered if self.covered.any() else None)
+        displaced, images = self.displaced.refined(rigid, control)
+        return replace(self, displaced=displaced, images=images, back=displaced.inverse())
+
+
+def refine_candidates(
+    whole: Shape,
+    part: Shape,
+    candidates: Iterable[PartCandidate],
+    entire: bool,
+    control: Control,
+) -> list[RefinedPart]:
+    """Refine candidates, those that fit best first; of those that become the same only the best.
+
+    Parameters
+    ----------
+    whole, part
+        The shapes.
+    candidates
+        One at least.
+    entire
+        As for :func:`.register_part`.
+    control
+        May cancel; past its deadline, fewer are refined, one at least.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    MeshError
+        The Laplacian of the whole cannot be factored.
+    """
+    near = NearDistances.of(part, smooth_surface(part).samples.vertices) if entire else None
+    refined = [
+        _refined(whole, part, one, near, control) for one in control.in_time(candidates, least=1)
+    ]
+    return _distinct(sorted(refined, key=lambda one: one.fit.score))
+
+
+def _refined(
+    shape: Shape,
+    part_shape: Shape,
+    candidate: PartCandidate,
+    near: NearDistances | None,
+    control: Control,
+) -> RefinedPart:
+    whole, part, entire = smooth_surface(shape), smooth_surface(part_shape), near is not None
+    known = SurfaceMap.of(whole, part, candidate.alignment, reflected=False)
+    images = known.images()
+    covered = covered_by_part(known, images, known.inverse()[0])
+    if not entire:
+        covered = largest_patch(whole, covered)
+    rigid = known.at_rest(candidate.scale, covered if covered.any() else None)
+    displaced, images = known.refined(rigid, control)
+    samples = whole.samples.first(FINEST.whole_samples)
+    points = PartSamples.of(part, FINEST.part_samples, entire)
+    pairs = find_pairs(samples, points, candidate.alignment, candidate.scale, WEIGHTS)
+    back = displaced.inverse()
+    return RefinedPart(
+        displaced,
+        candidate.scale,
+        images,
+        back,
+        entire,
+        rigid.strain(displaced.positions),
+        changes_of_curvature(samples, part.samples, pairs, candidate.scale),
+        near.change(shape, back[0], candidate.scale) if near is not None else None,
+    )
+
+
+def _distinct(refined: list[RefinedPart]) -> list[RefinedPart]:
+    """Candidates without those whose images are near those of an earlier one."""
+    chosen: list[RefinedPart] = []
+    for one in refined:
+        positions = one.displaced.source.mesh.vertices
+        here = positions[one.back[0]]
+        if all(
+            np.linalg.norm(positions[better.back[0]] - here, axis=1).mean() > SAME
+            for better in chosen
+        ):
+            chosen.append(one)
+    return chosen
