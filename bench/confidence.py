@@ -97,7 +97,7 @@ def save_features(path: Path, answers: list[ConfidentAnswer]) -> None:
 
 
 def load_features(
-    paths: list[Path], different: bool = True
+    paths: list[Path], different: bool = True, chosen: list[str] | None = None
 ) -> tuple[list[str], FloatArray, BoolArray]:
     """Read what :func:`save_features` wrote.
 
@@ -107,11 +107,14 @@ def load_features(
         Files with the same measures.
     different
         Whether pairs of different classes are kept.
+    chosen
+        Names of some measures; all by default. Answers that were refined have others than those
+        that were not.
 
     Returns
     -------
     names, measures, right
-        Of the answers of all files that have all measures: M names, (P, M) and (P,).
+        Of the answers of all files that have these measures: M names, (P, M) and (P,).
 
     Raises
     ------
@@ -128,6 +131,8 @@ def load_features(
     measures = np.concatenate([one["measures"] for one in tables])
     right = np.concatenate([one["right"] for one in tables])
     kind = np.concatenate([one["kind"] for one in tables])
+    if chosen is not None:
+        measures, names = measures[:, [names.index(name) for name in chosen]], chosen
     kept = np.isfinite(measures).all(axis=1) & (different | (kind != DIFFERENT))
     return names, measures[kept], right[kept]
 

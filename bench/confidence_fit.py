@@ -29,10 +29,7 @@ def main() -> None:
     )
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
-    names, measures, right = load_features(arguments.files, arguments.different)
-    if arguments.measures:
-        measures = measures[:, [names.index(name) for name in arguments.measures]]
-        names = arguments.measures
+    names, measures, right = load_features(arguments.files, arguments.different, arguments.measures)
     fit = fit_logistic(names, measures, right, arguments.strength)
     print(f"{'measure':32}{'weight':>14}{'effect of one deviation':>26}")
     for name in names:

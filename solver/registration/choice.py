@@ -234,3 +234,18 @@ def ranked(
             places[len(chosen)] = here
             chosen.append(one)
     return chosen
+
+
+def distinct(places: Iterable[FloatArray]) -> list[int]:
+    """Return which of several maps differ from all before them.
+
+    Parameters
+    ----------
+    places
+        (V, 3) images of the same V vertices by each map, at √area 1.
+    """
+    chosen: list[tuple[int, FloatArray]] = []
+    for number, here in enumerate(places):
+        if all(np.linalg.norm(here - other, axis=1).mean() > SAME for _, other in chosen):
+            chosen.append((number, here))
+    return [number for number, _ in chosen]

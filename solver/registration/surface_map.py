@@ -34,6 +34,10 @@ _NEAR = Weights(spectrum=0.0, space=LOCAL.space, normals=LOCAL.normals)
 """Of the embedding beyond the eigenfunctions: with spectral coordinates, errors are 5 % more."""
 
 
+Images = tuple[IntArray, IntArray, FloatArray]
+"""(V,) nearest vertices, (V,) triangles and (V, 3) barycentric coordinates."""
+
+
 @dataclass(frozen=True, eq=False)
 class SurfaceMap:
     """A displaced surface X and its images on the surface Y.
@@ -97,7 +101,7 @@ class SurfaceMap:
         """
         return _on_triangles(self._embedded, self._target_embedded, self.target, images)
 
-    def inverse(self) -> tuple[IntArray, IntArray, FloatArray]:
+    def inverse(self) -> Images:
         """Nearest points of the displaced source to all target vertices, in the same embedding.
 
         Every target vertex has one, whether or not an image of the source is near it.

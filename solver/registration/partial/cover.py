@@ -7,10 +7,7 @@ from scipy.sparse.csgraph import connected_components
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from solver.registration.surface import SmoothSurface
-from solver.registration.surface_map import SurfaceMap
-
-Images = tuple[IntArray, IntArray, FloatArray]
-"""(V,) nearest vertices, (V,) triangles and (V, 3) barycentric coordinates."""
+from solver.registration.surface_map import Images, SurfaceMap
 
 _NEAR = 0.03
 """Distance over √area of the whole within which a vertex' partner's partner is near it: between

@@ -9,11 +9,10 @@ import numpy as np
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.mesh import vertex_normals
-from solver.registration.choice import SAME
+from solver.registration.choice import distinct
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs
 from solver.registration.partial.choice import PartCandidate
 from solver.registration.partial.cover import (
-    Images,
     covered_by_overlap,
     covered_by_part,
     covered_by_whole,
@@ -25,7 +24,7 @@ from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.surface import smooth_surface
-from solver.registration.surface_map import SurfaceMap
+from solver.registration.surface_map import Images, SurfaceMap
 from solver.shape import Shape
 
 
@@ -147,7 +146,9 @@ def refine_candidates(
     refined = [
         _refined(whole, part, one, near, control) for one in control.in_time(candidates, least=1)
     ]
-    return _distinct(sorted(refined, key=lambda one: one.fit.score))
+    refined.sort(key=lambda one: one.fit.score)
+    positions = smooth_surface(whole).mesh.vertices
+    return [refined[row] for row in distinct(positions[one.back[0]] for one in refined)]
 
 
 def _refined(
@@ -179,17 +180,3 @@ def _refined(
         changes_of_curvature(samples, part.samples, pairs, candidate.scale),
         near.change(shape, back[0], candidate.scale) if near is not None else None,
     )
-
-
-def _distinct(refined: list[RefinedPart]) -> list[RefinedPart]:
-    """Candidates without those whose images are near those of an earlier one."""
-    chosen: list[RefinedPart] = []
-    for one in refined:
-        positions = one.displaced.source.mesh.vertices
-        here = positions[one.back[0]]
-        if all(
-            np.linalg.norm(positions[better.back[0]] - here, axis=1).mean() > SAME
-            for better in chosen
-        ):
-            chosen.append(one)
-    return chosen

@@ -147,7 +147,7 @@ def test_a_landmark_is_dragged_on_the_surface(view: Page, carried: Carried, tmp_
     there = here + 18.0 * (middle - here) / np.linalg.norm(middle - here)
     view.mouse.move(*here)
     view.mouse.down()
-    view.mouse.move(*there, steps=6)
+    view.mouse.move(*there, steps=3)
     view.mouse.up()
     expect(row(view, LABELS[chosen])).to_contain_text("moved")
     # It is under the pointer but for the lift of what is drawn, and the shape was not turned.

@@ -63,15 +63,7 @@ def test_the_winding_of_faces_does_not_matter(standing: SyntheticShape) -> None:
     np.testing.assert_array_equal(one.target, two.target)
 
 
-TURNED = pytest.mark.xfail(
-    reason="the rotation by 180° scores -9.8, the truth -9.5 on these triangulations", strict=True
-)
-
-
-@pytest.mark.parametrize(
-    "category",
-    [pytest.param(name, marks=TURNED if name == "human" else ()) for name in CLASSES],
-)
+@pytest.mark.parametrize("category", CLASSES)
 def test_the_plain_answer_is_the_direct_one(category: str) -> None:
     """For each class, between two poses and two triangulations, without any option."""
     poses = list(CLASSES[category].poses)

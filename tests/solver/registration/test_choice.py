@@ -18,7 +18,16 @@ from solver.registration.candidates import (
     pairs_from_points,
     varied_pairs,
 )
-from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, ranked
+from solver.registration.choice import (
+    COARSE,
+    FINE,
+    Candidate,
+    Start,
+    Task,
+    choose,
+    distinct,
+    ranked,
+)
 from solver.registration.crossing import cross
 from solver.registration.fit import Fit, LocalFit
 from solver.registration.surface import SmoothSurface, smooth_surface
@@ -235,3 +244,11 @@ def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> 
     assert task.missed(NOTHING) > 0.1
     assert task_of((surface, surface)).missed(NOTHING) == 0.0
     assert own.pairs(surface.samples, surface.samples, GLOBAL).images[3] == 3
+
+
+def test_maps_that_are_near_an_earlier_one_are_left_out() -> None:
+    """By less than 0.05 of √area on average, wherever the others are."""
+    here = np.random.default_rng(0).normal(size=(50, 3))
+    far, along = here[::-1], np.array([1.0, 0.0, 0.0])
+    maps = [here, here + 0.04 * along, far, here + 0.08 * along, far - 0.03 * along]
+    assert distinct(maps) == [0, 2, 3]

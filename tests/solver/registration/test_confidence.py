@@ -1,12 +1,21 @@
 """Confidence: a probability that agrees with its reasons."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.registration.confidence import MISFIT, RIVAL, UNFINISHED, confidence_of
+from solver.registration.confidence import (
+    MISFIT,
+    RIVAL,
+    UNFINISHED,
+    confidence_of,
+    refined_confidence,
+)
 from solver.registration.fit import Fit
+from solver.registration.refinement import RefinedFit
 
 MEASURE = st.floats(1e-3, 3.0)
 MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE), MEASURE)
@@ -53,6 +62,23 @@ def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
     bad = Fit(2.0, 1.0, 1.0, 1.0, (1.0, 1.0), 1.0)
     assert confidence_of(bad, np.inf).reasons == (MISFIT,)
     assert confidence_of(bad, 0.0).reasons == (RIVAL, MISFIT)
+
+
+REFINED = st.lists(st.builds(RefinedFit, *[MEASURE] * 3), min_size=1, max_size=3)
+
+
+@given(MEASURES, REFINED)
+def test_refined_reasons_agree_with_the_probability(fit: Fit, fits: list[RefinedFit]) -> None:
+    fits = sorted(fits, key=lambda one: one.score)
+    known = confidence_of(fit, 1.0)
+    found = refined_confidence(known, fits)
+    assert bool(found.reasons) == (found.probability < 0.9)
+    assert known.measures.items() <= found.measures.items()
+    assert found.measures["refined_margin"] <= 1.0
+    # Without rivals, or with less strain, it is more probable.
+    assert found.probability <= refined_confidence(known, fits[:1]).probability
+    stiffer = [replace(fits[0], strained=0.5 * fits[0].strained), *fits[1:]]
+    assert found.probability <= refined_confidence(known, stiffer).probability
 
 
 def test_a_search_without_time_says_so() -> None:

@@ -1,0 +1,175 @@
+"""Refinement of candidates beyond the eigenfunctions, after which, in doubt, one is chosen.
+
+Bent by eigenfunctions, wrong candidates may fit nearly as well as the right one. Displaced as
+rigidly as possible, they reach the target only by larger strain, or not everywhere.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.control import Control
+from solver.mesh import vertex_normals
+from solver.registration.alignment import LOCAL, align
+from solver.registration.choice import FINE, Candidate, Task, distinct
+from solver.registration.surface_map import Images, SurfaceMap
+
+_SIZES = tuple(range(20, 101, 5))
+"""Eigenfunctions that a candidate is aligned by once more, in finer steps."""
+
+_LEAST = 1e-6
+
+
+@dataclass(frozen=True)
+class RefinedFit:
+    """Measures of a source displaced to a target as rigidly as possible, each 0 for an exact copy.
+
+    Means over both surfaces are geometric means of those over either.
+
+    Parameters
+    ----------
+    apart
+        Mean distance of the vertices of either surface from the other, over √area.
+    turned
+        Root mean square distance of unit normals.
+    strained
+        Mean strain of the edges of the source.
+    """
+
+    apart: float
+    turned: float
+    strained: float
+
+    @property
+    def measures(self) -> dict[str, float]:
+        """Logarithms of the measures, by name."""
+        known = {"apart": self.apart, "turned": self.turned, "strained": self.strained}
+        return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
+
+    @property
+    def score(self) -> float:
+        """Sum of the logarithms of the measures; the less, the better."""
+        return sum(self.measures.values())
+
+
+@dataclass(frozen=True, eq=False)
+class RefinedCandidate:
+    """A candidate whose displacement was refined.
+
+    Parameters
+    ----------
+    candidate
+        As it was registered.
+    displaced
+        The map of the refined displacement.
+    images
+        (V,) target vertices nearest to all source vertices.
+    strained
+        As of :class:`RefinedFit`.
+    """
+
+    candidate: Candidate
+    displaced: SurfaceMap
+    images: IntArray
+    strained: float
+
+    @cached_property
+    def forward(self) -> Images:
+        """Images of all source vertices on the target."""
+        return self.images, *self.displaced.on_triangles(self.images)
+
+    @cached_property
+    def back(self) -> Images:
+        """Images of all target vertices on the source."""
+        return self.displaced.inverse()
+
+    @cached_property
+    def fit(self) -> RefinedFit:
+        """Its fit."""
+        displaced, (vertices, _, _) = self.displaced, self.back
+        source, target = displaced.source, displaced.target
+        ours, theirs = displaced.positions, target.mesh.vertices
+        there = theirs[target.mesh.faces[self.forward[1]]]
+        here = ours[source.mesh.faces[self.back[1]]]
+        apart = [
+            np.linalg.norm(np.einsum("vc,vcd->vd", weights, corners) - positions, axis=1)
+            for weights, corners, positions in (
+                (self.forward[2], there, ours),
+                (self.back[2], here, theirs),
+            )
+        ]
+        side = -source.side if displaced.reflected else source.side
+        normals = side * vertex_normals(ours, source.mesh.faces)
+        turned = [
+            1.0 - (normals * target.normals[self.images]).sum(axis=1),
+            1.0 - (normals[vertices] * target.normals).sum(axis=1),
+        ]
+        areas = source.spectrum.mass, target.spectrum.mass
+        return RefinedFit(
+            _of_both(apart, areas),
+            float(np.sqrt(2.0 * _of_both(turned, areas))),
+            self.strained,
+        )
+
+
+def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> float:
+    """Geometric mean of the means over both surfaces."""
+    means = (np.average(one, weights=area) for one, area in zip(densities, areas, strict=True))
+    return float(np.sqrt(np.prod([max(float(mean), 0.0) for mean in means])))
+
+
+def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
+    """Align a candidate once more, and displace the source to the target as rigidly as possible.
+
+    Parameters
+    ----------
+    task
+        The surfaces.
+    candidate
+        Registered with the finest samples.
+    control
+        May cancel; past its deadline, less is refined.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    MeshError
+        The source's Laplacian cannot be factored.
+    """
+    source, target = task.sampled(FINE[-1])
+    pairs = candidate.alignment.pairs(source, target, LOCAL)
+    aligned = align(source, target, pairs, control.in_time(_SIZES, least=1), LOCAL)
+    if aligned.size < candidate.alignment.size:
+        aligned = candidate.alignment
+    known = SurfaceMap.of(task.source, task.target, aligned, task.is_reflected)
+    rigid = known.at_rest()
+    displaced, images = known.refined(rigid, control)
+    return RefinedCandidate(candidate, displaced, images, rigid.strain(displaced.positions))
+
+
+def choose_refined(
+    task: Task, candidates: Sequence[Candidate], control: Control
+) -> list[RefinedCandidate]:
+    """Refine candidates; return those that differ after that, those that fit best first.
+
+    Parameters
+    ----------
+    task, candidates
+        As for :func:`refine_candidate`, one candidate at least.
+    control
+        May cancel; past its deadline, fewer are refined, one at least.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    MeshError
+        The source's Laplacian cannot be factored.
+    """
+    refined = [refine_candidate(task, one, control) for one in control.in_time(candidates, least=1)]
+    refined.sort(key=lambda one: one.fit.score)
+    return [refined[row] for row in distinct(task.positions[one.images] for one in refined)]

@@ -1,0 +1,68 @@
+"""Refined candidates: their fit, and the choice among them when in doubt."""
+
+import time
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from solver.control import Control
+from solver.mesh import triangle_mesh
+from solver.registration.candidates import NO_LANDMARKS, first_pairs
+from solver.registration.choice import COARSE, FINE, Candidate, Task, choose
+from solver.registration.refinement import RefinedFit, choose_refined, refine_candidate
+from solver.registration.surface import smooth_surface
+from solver.shape import Shape
+
+
+def task_of(source: Shape, target: Shape) -> Task:
+    ours, theirs = smooth_surface(source), smooth_surface(target)
+    return Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
+
+
+def candidates(task: Task) -> list[Candidate]:
+    return choose(
+        task,
+        lambda samples: first_pairs((task.source, task.target), samples, ()),
+        (*COARSE, *FINE),
+        Control(),
+    )
+
+
+def test_a_copy_fits_exactly_and_others_do_not(blob: Shape) -> None:
+    turn = Rotation.from_rotvec([1.0, -2.0, 0.4]).as_matrix()
+    copy = Shape(triangle_mesh(3.0 * blob.mesh.vertices @ turn, blob.mesh.faces))
+    task = task_of(blob, copy)
+    right, *wrong = candidates(task)
+    refined = refine_candidate(task, right, Control())
+    np.testing.assert_array_equal(refined.images, np.arange(blob.n_vertices))
+    assert max(refined.fit.apart, refined.fit.strained) < 1e-3
+    assert refined.fit.turned < 0.02
+    assert wrong
+    for one in wrong:
+        other = refine_candidate(task, one, Control()).fit
+        assert other.strained > 10.0 * refined.fit.strained
+        assert other.score > refined.fit.score + 3.0
+
+
+def test_the_score_is_the_sum_of_the_logarithms() -> None:
+    fit = RefinedFit(0.01, 0.1, 0.5)
+    assert fit.score == pytest.approx(np.log(0.01 * 0.1 * 0.5))
+    assert np.isfinite(RefinedFit(0.0, 0.0, 0.0).score)
+
+
+def test_those_that_fit_best_come_first_and_differ(blob: Shape) -> None:
+    task = task_of(blob, blob)
+    found = candidates(task)
+    refined = choose_refined(task, [*found[2::-1], found[0]], Control())
+    scores = [one.fit.score for one in refined]
+    assert scores == sorted(scores)
+    assert refined[0].candidate is found[0]
+    assert len(refined) <= 3
+    np.testing.assert_array_equal(refined[0].images, np.arange(blob.n_vertices))
+
+
+def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
+    task = task_of(blob, blob)
+    late = Control(deadline=time.monotonic())
+    assert len(choose_refined(task, candidates(task)[:3], late)) == 1
