@@ -81,6 +81,17 @@ def test_refined_reasons_agree_with_the_probability(fit: Fit, fits: list[Refined
     assert found.probability <= refined_confidence(known, stiffer).probability
 
 
+def test_of_two_that_fit_equally_well_either_may_be_right() -> None:
+    exact = RefinedFit(1e-3, 1e-2, 1e-3)
+    known = confidence_of(Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3), 0.0)
+    assert refined_confidence(known, [exact]).reasons == ()
+    found = refined_confidence(known, [exact, exact])
+    assert found.probability == pytest.approx(0.5, abs=1e-3)
+    assert found.reasons == (RIVAL,)
+    unfinished = refined_confidence(known, [exact], complete=False)
+    assert unfinished.reasons == (UNFINISHED,)
+
+
 def test_a_search_without_time_says_so() -> None:
     good = Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3)
     assert confidence_of(good, np.inf).reasons == ()

@@ -8,11 +8,14 @@ from scipy.spatial.transform import Rotation
 
 from solver.control import Control
 from solver.mesh import triangle_mesh
+from solver.registration import Registration, register
 from solver.registration.candidates import NO_LANDMARKS, first_pairs
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose
+from solver.registration.confidence import RIVAL
 from solver.registration.refinement import RefinedFit, choose_refined, refine_candidate
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
+from tests.solver.shapes import icosphere
 
 
 def task_of(source: Shape, target: Shape) -> Task:
@@ -66,3 +69,36 @@ def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
     task = task_of(blob, blob)
     late = Control(deadline=time.monotonic())
     assert len(choose_refined(task, candidates(task)[:3], late)) == 1
+
+
+@pytest.fixture(scope="module")
+def symmetric() -> Registration:
+    """An ellipsoid lies on another one in four ways, by rotations about its axes."""
+    sphere = icosphere(3)
+    one, other = (
+        Shape(triangle_mesh(sphere.vertices * axes, sphere.faces))
+        for axes in ([1.0, 0.7, 1.8], [1.1, 0.7, 1.7])
+    )
+    found = register(one, other, [], Control())
+    assert found is not None
+    return found
+
+
+def test_rivals_are_refined_and_the_best_is_the_answer(
+    symmetric: Registration, blob: Shape
+) -> None:
+    refined = symmetric.refined
+    assert refined is not None
+    assert symmetric.candidates[0] is refined.candidate
+    assert symmetric.confidence.measures["refined_score"] == refined.fit.score
+    # Either of two ways is as good, and nobody can tell.
+    assert symmetric.confidence.probability == pytest.approx(0.5, abs=0.01)
+    assert symmetric.confidence.reasons == (RIVAL,)
+    alone = register(blob, blob, [], Control())
+    assert alone is not None
+    assert alone.refined is None
+
+
+def test_the_refined_answer_is_the_dense_map(symmetric: Registration) -> None:
+    assert symmetric.refined is not None
+    np.testing.assert_array_equal(symmetric.dense(Control()).target, symmetric.refined.images)
