@@ -151,10 +151,25 @@ def refine_candidate(task: Task, candidate: Candidate, control: Control) -> Refi
     return RefinedCandidate(candidate, displaced, images, rigid.strain(displaced.positions))
 
 
-def choose_refined(
-    task: Task, candidates: Sequence[Candidate], control: Control
-) -> list[RefinedCandidate]:
-    """Refine candidates; return those that differ after that, those that fit best first.
+@dataclass(frozen=True, eq=False)
+class RefinedChoice:
+    """The best of refined candidates, and the fits of those that differ.
+
+    Parameters
+    ----------
+    best
+        The candidate that fits best.
+    candidates, fits
+        Those that differ after the refinement, and their fits, the best first.
+    """
+
+    best: RefinedCandidate
+    candidates: tuple[Candidate, ...]
+    fits: tuple[RefinedFit, ...]
+
+
+def choose_refined(task: Task, candidates: Sequence[Candidate], control: Control) -> RefinedChoice:
+    """Refine candidates, and choose the one that fits best.
 
     Parameters
     ----------
@@ -170,6 +185,17 @@ def choose_refined(
     MeshError
         The source's Laplacian cannot be factored.
     """
-    refined = [refine_candidate(task, one, control) for one in control.in_time(candidates, least=1)]
-    refined.sort(key=lambda one: one.fit.score)
-    return [refined[row] for row in distinct(task.positions[one.images] for one in refined)]
+    best: RefinedCandidate | None = None
+    found: list[tuple[Candidate, RefinedFit, IntArray]] = []
+    for one in control.in_time(candidates, least=1):
+        refined = refine_candidate(task, one, control)
+        found.append((one, refined.fit, refined.images))
+        # The maps of the others are let go: each takes some hundreds of bytes a vertex.
+        if best is None or refined.fit.score < best.fit.score:
+            best = refined
+    assert best is not None
+    found.sort(key=lambda one: one[1].score)
+    rows = distinct(task.positions[images] for _, _, images in found)
+    return RefinedChoice(
+        best, tuple(found[row][0] for row in rows), tuple(found[row][1] for row in rows)
+    )

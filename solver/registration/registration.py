@@ -317,17 +317,14 @@ def _chosen_refined(found: Registration, task: Task, control: Control) -> Regist
     if beyond_doubt or found.openings is not None or control.expired:
         return found
     try:
-        refined = choose_refined(task, rivals, control)
+        chosen = choose_refined(task, rivals, control)
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return found
-    fits = [one.fit for one in refined]
+    others = (one for one in found.candidates if one not in rivals)
     return replace(
         found,
-        candidates=(
-            *(one.candidate for one in refined),
-            *(one for one in found.candidates if one not in rivals),
-        ),
-        confidence=refined_confidence(found.confidence, fits, not control.expired),
-        refined=refined[0],
+        candidates=(*chosen.candidates, *others),
+        confidence=refined_confidence(found.confidence, chosen.fits, not control.expired),
+        refined=chosen.best,
     )

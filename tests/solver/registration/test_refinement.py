@@ -57,18 +57,19 @@ def test_the_score_is_the_sum_of_the_logarithms() -> None:
 def test_those_that_fit_best_come_first_and_differ(blob: Shape) -> None:
     task = task_of(blob, blob)
     found = candidates(task)
-    refined = choose_refined(task, [*found[2::-1], found[0]], Control())
-    scores = [one.fit.score for one in refined]
+    chosen = choose_refined(task, [*found[2::-1], found[0]], Control())
+    scores = [one.score for one in chosen.fits]
     assert scores == sorted(scores)
-    assert refined[0].candidate is found[0]
-    assert len(refined) <= 3
-    np.testing.assert_array_equal(refined[0].images, np.arange(blob.n_vertices))
+    assert chosen.best.fit.score == scores[0]
+    assert chosen.best.candidate is chosen.candidates[0] is found[0]
+    assert len(chosen.candidates) == len(scores) <= 3
+    np.testing.assert_array_equal(chosen.best.images, np.arange(blob.n_vertices))
 
 
 def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
     task = task_of(blob, blob)
     late = Control(deadline=time.monotonic())
-    assert len(choose_refined(task, candidates(task)[:3], late)) == 1
+    assert len(choose_refined(task, candidates(task)[:3], late).fits) == 1
 
 
 @pytest.fixture(scope="module")
