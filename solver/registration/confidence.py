@@ -22,8 +22,8 @@ _REFINED_INTERCEPT = -25.8
 --pairs 90``: those that are refined. 60 answers are right."""
 
 _CHOICE = 70.0
-"""Weight of the difference of two refined scores, fitted to the same: of equal ones either may be
-right, and a difference of 0.04 tells."""
+"""Weight of the difference of two refined scores, fitted to the same together with the other, by a
+script: of equal ones either may be right, and a difference of 0.04 tells."""
 
 SURE = 0.9
 """Probability from which no reason for doubt is given, and nothing more is searched."""

@@ -6,7 +6,7 @@ errors Gaussian with unknown variances, the likelihood of a map would be the pro
 mean squares: the score is the sum of the logarithms.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,11 @@ _DISTORTED = "distorted"
 
 _LEAST = 1e-6
 """Least measure whose logarithm is taken: those of equal surfaces are rounding errors."""
+
+
+def logarithms(measures: Mapping[str, float]) -> dict[str, float]:
+    """Logarithms of measures that are positive, or 0 where surfaces are equal."""
+    return {name: float(np.log(max(one, _LEAST))) for name, one in measures.items()}
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ class Fit:
             **several,
             _DISTORTED: self.distorted,
         }
-        return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
+        return logarithms(known)
 
     @property
     def score(self) -> float:

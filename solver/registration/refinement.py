@@ -15,12 +15,11 @@ from solver.control import Control
 from solver.mesh import vertex_normals
 from solver.registration.alignment import LOCAL, align
 from solver.registration.choice import FINE, Candidate, Task, distinct
-from solver.registration.surface_map import Images, SurfaceMap
+from solver.registration.fit import logarithms
+from solver.registration.surface_map import Images, SurfaceMap, places
 
 _SIZES = tuple(range(20, 101, 5))
 """Eigenfunctions that a candidate is aligned by once more, in finer steps."""
-
-_LEAST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,7 @@ class RefinedFit:
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        known = {"apart": self.apart, "turned": self.turned, "strained": self.strained}
-        return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
+        return logarithms({"apart": self.apart, "turned": self.turned, "strained": self.strained})
 
     @property
     def score(self) -> float:
@@ -92,14 +90,9 @@ class RefinedCandidate:
         displaced, (vertices, _, _) = self.displaced, self.back
         source, target = displaced.source, displaced.target
         ours, theirs = displaced.positions, target.mesh.vertices
-        there = theirs[target.mesh.faces[self.forward[1]]]
-        here = ours[source.mesh.faces[self.back[1]]]
         apart = [
-            np.linalg.norm(np.einsum("vc,vcd->vd", weights, corners) - positions, axis=1)
-            for weights, corners, positions in (
-                (self.forward[2], there, ours),
-                (self.back[2], here, theirs),
-            )
+            np.linalg.norm(places(theirs, target, *self.forward[1:]) - ours, axis=1),
+            np.linalg.norm(places(ours, source, *self.back[1:]) - theirs, axis=1),
         ]
         side = -source.side if displaced.reflected else source.side
         normals = side * vertex_normals(ours, source.mesh.faces)

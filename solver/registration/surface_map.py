@@ -199,6 +199,25 @@ class SurfaceMap:
         return _space_first(found)
 
 
+def places(
+    positions: FloatArray, surface: SmoothSurface, faces: IntArray, barycentric: FloatArray
+) -> FloatArray:
+    """(N, 3) places of points in triangles, from the positions of the vertices.
+
+    Parameters
+    ----------
+    positions
+        (V, 3) of the surface's vertices.
+    surface
+        V vertices.
+    faces, barycentric
+        (N,) triangles and (N, 3) coordinates in them.
+    """
+    corners = positions[surface.mesh.faces[faces]]
+    found: FloatArray = np.einsum("vc,vcd->vd", barycentric, corners)
+    return found
+
+
 def _space_first(embedded: RealArray) -> RealArray:
     """Move positions and normals, the last six columns, to the front.
 

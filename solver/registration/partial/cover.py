@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
 from solver.registration.surface import SmoothSurface
-from solver.registration.surface_map import Images, SurfaceMap
+from solver.registration.surface_map import Images, SurfaceMap, places
 
 _NEAR = 0.03
 """Distance over √area of the whole within which a vertex' partner's partner is near it: between
@@ -70,25 +70,6 @@ def covered_by_whole(known: SurfaceMap, images: IntArray, back: Images, scale: f
     near = (around < _NEAR * scale) & (apart < _APART * scale)
     inside = _inside(known.source.mesh, faces, barycentric)
     return largest_patch(known.target, np.asarray(near & inside))
-
-
-def places(
-    positions: FloatArray, surface: SmoothSurface, faces: IntArray, barycentric: FloatArray
-) -> FloatArray:
-    """(N, 3) places of points in triangles, from the positions of the vertices.
-
-    Parameters
-    ----------
-    positions
-        (V, 3) of the surface's vertices.
-    surface
-        V vertices.
-    faces, barycentric
-        (N,) triangles and (N, 3) coordinates in them.
-    """
-    corners = positions[surface.mesh.faces[faces]]
-    found: FloatArray = np.einsum("vc,vcd->vd", barycentric, corners)
-    return found
 
 
 def _inside(mesh: TriangleMesh, faces: IntArray, barycentric: FloatArray) -> BoolArray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import strain
+from solver.registration.fit import logarithms, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     NEAR,
@@ -67,7 +67,7 @@ class PartFit:
             "sheared": self.sheared,
             "stretched": self.stretched,
         }
-        return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
+        return logarithms(known)
 
     @property
     def score(self) -> float:
@@ -211,7 +211,7 @@ class RefinedPartFit:
         }
         if self.distorted is not None:
             known["distorted"] = self.distorted
-        return {name: float(np.log(max(one, _LEAST))) for name, one in known.items()}
+        return logarithms(known)
 
     @property
     def score(self) -> float:

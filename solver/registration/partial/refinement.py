@@ -17,14 +17,13 @@ from solver.registration.partial.cover import (
     covered_by_part,
     covered_by_whole,
     largest_patch,
-    places,
     share_of_area,
 )
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature, mean_share
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.surface import smooth_surface
-from solver.registration.surface_map import Images, SurfaceMap
+from solver.registration.surface_map import Images, SurfaceMap, places
 from solver.shape import Shape
 
 
