@@ -48,28 +48,38 @@ _TOO_MUCH = 0.1
 """Share of the area by which the range may be exceeded; discs that take more are not cut."""
 
 
-def generated_part(seed: int) -> tuple[str, KnownShape, KnownShape]:
-    """Return the kind of cut, a part of one person, and another person in another pose."""
+def generated_part(
+    seed: int, vertices: tuple[int, int] = VERTICES
+) -> tuple[str, KnownShape, KnownShape]:
+    """Return the kind of cut, a part of one person, and another person in another pose.
+
+    Parameters
+    ----------
+    seed
+        Chooses all three.
+    vertices
+        Range of the numbers of vertices of both bodies.
+    """
     rng = np.random.default_rng(seed)
     kind = list(CUTS)[seed % len(CUTS)]
     ours, theirs = (
         posed(
             human_figure(random_proportions(USUAL, rng)),
             random_pose(rng),
-            int(rng.integers(*VERTICES)),
+            int(rng.integers(*vertices)),
             int(rng.integers(1000)),
         )
         for _ in range(2)
     )
     mesh = triangle_mesh(ours.vertices, ours.faces)
-    vertices, part = cut(mesh, CUTS[kind], rng)
+    kept, part = cut(mesh, CUTS[kind], rng)
     scale = float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
     shape = Shape(part.scaled(scale))
-    truth = correspondence(ours, theirs)[vertices]
+    truth = correspondence(ours, theirs)[kept]
     there = Shape(triangle_mesh(theirs.vertices, theirs.faces))
     return (
         kind,
-        KnownShape(f"part{seed}", "part", shape, np.arange(len(vertices)), None),
+        KnownShape(f"part{seed}", "part", shape, np.arange(len(kept)), None),
         KnownShape(f"whole{seed}", "part", there, truth, None),
     )
 

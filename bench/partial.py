@@ -14,6 +14,7 @@ confidence. ``--fit`` prints the weights of the confidence that fit best.
 """
 
 import argparse
+import functools
 import json
 import time
 from collections.abc import Iterator, Sequence
@@ -25,7 +26,7 @@ import numpy as np
 
 from bench.calibration import calibration, print_calibration
 from bench.collection import KnownShape, collection, default_folder, read_collection
-from bench.cut import CUTS, HALF, cut_out, generated_part
+from bench.cut import CUTS, HALF, VERTICES, cut_out, generated_part
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
 from bench.overlap import generated_overlap, truly_covered
@@ -94,11 +95,13 @@ class MatchedPart:
     seconds: float
 
 
-def pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
+def pairs(
+    folder: Path | None, count: int, first: int, vertices: tuple[int, int] = VERTICES
+) -> Iterator[Pair]:
     """Yield parts and wholes."""
     if folder is None:
         for seed in range(first, first + count):
-            _, part, whole = generated_part(seed)
+            _, part, whole = generated_part(seed, vertices)
             yield part, whole
         return
     parts, wholes = _read(folder)
@@ -218,6 +221,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
     parser.add_argument("--count", type=int, default=12, help="generated parts")
     parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
+    parser.add_argument("--vertices", type=int, help="vertices of the generated bodies")
     parser.add_argument("--cut", action="store_true", help="cut shapes of the folder")
     parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--both", action="store_true", help="match parts with parts")
@@ -225,6 +229,8 @@ def main() -> None:
     parser.add_argument("--fit", action="store_true", help="fit the confidence")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
+    if arguments.vertices is not None and (arguments.data or arguments.cut or arguments.both):
+        parser.error("--vertices is for generated parts of whole bodies: leave out the others")
     both = arguments.both
     partial = "detected" if arguments.detected else "both" if both else "source"
     options = MatchOptions(dense=True, partial=partial, proof="candidates")
@@ -232,6 +238,8 @@ def main() -> None:
     print(f"{'part and whole':42}{'error':>8}{f1}{shares}{'P':>7}{'s':>7}")
     answers = []
     chosen = cut_pairs if arguments.cut else overlapping_pairs if both else pairs
+    if arguments.vertices is not None:
+        chosen = functools.partial(pairs, vertices=(arguments.vertices, arguments.vertices + 1))
     for part, whole in chosen(arguments.data, arguments.count, arguments.first):
         answers.append(matched(part, whole, options, arguments.landmarks))
         print_row(answers[-1], both)

@@ -21,6 +21,7 @@ from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.choice import COARSE, FINE, SAME, Candidate, Start, Task, choose
 from solver.registration.confidence import Confidence
 from solver.registration.opening import Opening, VertexMaps, creases
+from solver.registration.reduction import of_whole, reduction
 from solver.registration.search import confidence_in, search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -81,8 +82,8 @@ class OpenedCandidate:
 
 
 def search_opened(
-    source: Shape, target: Shape, rematch: Rematch, control: Control
-) -> tuple[list[OpenedCandidate], Confidence] | None:
+    source: Shape, target: Shape, rematch: Rematch, score: float, control: Control
+) -> tuple[OpenedCandidate, Confidence] | None:
     """Search for the candidate that fits best on surfaces that are opened where parts touch.
 
     Parameters
@@ -91,13 +92,15 @@ def search_opened(
         The whole shapes.
     rematch
         Finds hypotheses on what is left of them.
+    score
+        The best is to have at most.
     control
         May cancel; past its deadline, less is tried.
 
     Returns
     -------
-    Candidates, the best first, and the confidence in that one; ``None`` if neither surface has
-    creases, or too little besides.
+    The best, and the confidence in it; ``None`` if neither surface has creases, or too little
+    besides, or none fits so well.
 
     Raises
     ------
@@ -106,17 +109,31 @@ def search_opened(
     MeshError
         A Laplacian cannot be factored.
     """
+    ours, theirs = reduction(source), reduction(target)
+    found = _opened_candidates(ours.shape, theirs.shape, rematch, control)
+    if not found or found[0].candidate.fit.score > score:
+        return None
+    best, *others = found
+    differ = [one.candidate for one in others if _differ(ours.shape, theirs.shape, best, one)]
+    confidence = confidence_in([best.candidate, *differ], control)
+    if ours.shape is not source or theirs.shape is not target:
+        best = _reopened(source, target, of_whole(best.vertex_maps(), ours, theirs), control)
+    return best, confidence
+
+
+def _opened_candidates(
+    source: Shape, target: Shape, rematch: Rematch, control: Control
+) -> list[OpenedCandidate]:
+    """Candidates on opened surfaces, the best first; none if neither has anything to open."""
     ours, theirs = (Opening.at(shape, creases(smooth_surface(shape))) for shape in (source, target))
     if ours.shape is source and theirs.shape is target:
-        return None
+        return []
     coarse, _ = search(_task(ours, theirs), rematch(ours.shape, theirs.shape), control)
     found = [
-        _reopened(source, target, OpenedCandidate((ours, theirs), one), control)
+        _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
         for one in control.in_time(coarse[:_TRIED], least=1)
     ]
-    found.sort(key=lambda one: one.candidate.fit.score)
-    others = [one.candidate for one in found[1:] if _differ(source, target, found[0], one)]
-    return found, confidence_in([found[0].candidate, *others], control)
+    return sorted(found, key=lambda one: one.candidate.fit.score)
 
 
 def _task(ours: Opening, theirs: Opening) -> Task:
@@ -124,11 +141,8 @@ def _task(ours: Opening, theirs: Opening) -> Task:
     return Task(source, target, (source.samples, target.samples), NO_LANDMARKS)
 
 
-def _reopened(
-    source: Shape, target: Shape, known: OpenedCandidate, control: Control
-) -> OpenedCandidate:
-    """Open both surfaces where a candidate tears them, and align it once more."""
-    maps = known.vertex_maps()
+def _reopened(source: Shape, target: Shape, maps: VertexMaps, control: Control) -> OpenedCandidate:
+    """Open both surfaces where the maps of a candidate tear them, and align it once more."""
     openings = maps.openings(source, target)
     start = _start(source, target, maps, openings)
     return OpenedCandidate(openings, choose(_task(*openings), start, _STAGES, control)[0])

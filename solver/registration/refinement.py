@@ -14,8 +14,9 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import vertex_normals
 from solver.registration.alignment import LOCAL, align
-from solver.registration.choice import FINE, Candidate, Task, distinct
+from solver.registration.choice import FINE, Candidate, distinct
 from solver.registration.fit import logarithms
+from solver.registration.reduction import ReducedTask
 from solver.registration.surface_map import Images, SurfaceMap, places
 
 _SIZES = tuple(range(20, 101, 5))
@@ -114,15 +115,17 @@ def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> fl
     return float(np.sqrt(np.prod([max(float(mean), 0.0) for mean in means])))
 
 
-def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
+def refine_candidate(
+    reduced: ReducedTask, candidate: Candidate, control: Control
+) -> RefinedCandidate:
     """Align a candidate once more, and displace the source to the target as rigidly as possible.
 
     Parameters
     ----------
-    task
+    reduced
         The surfaces.
     candidate
-        Registered with the finest samples.
+        Of the whole ones, registered with the finest samples.
     control
         May cancel; past its deadline, less is refined.
 
@@ -133,11 +136,11 @@ def refine_candidate(task: Task, candidate: Candidate, control: Control) -> Refi
     MeshError
         The source's Laplacian cannot be factored.
     """
-    source, target = task.sampled(FINE[-1])
-    pairs = candidate.alignment.pairs(source, target, LOCAL)
-    aligned = align(source, target, pairs, control.in_time(_SIZES, least=1), LOCAL)
+    task, pairs = reduced.task, reduced.pairs(candidate.alignment, FINE[-1])
+    samples = task.sampled(FINE[-1])
+    aligned = align(*samples, pairs, control.in_time(_SIZES, least=1), LOCAL)
     if aligned.size < candidate.alignment.size:
-        aligned = candidate.alignment
+        aligned = align(*samples, pairs, _SIZES[-1:], LOCAL)
     known = SurfaceMap.of(task.source, task.target, aligned, task.is_reflected)
     rigid = known.at_rest()
     displaced, images = known.refined(rigid, control)
@@ -161,12 +164,14 @@ class RefinedChoice:
     fits: tuple[RefinedFit, ...]
 
 
-def choose_refined(task: Task, candidates: Sequence[Candidate], control: Control) -> RefinedChoice:
+def choose_refined(
+    reduced: ReducedTask, candidates: Sequence[Candidate], control: Control
+) -> RefinedChoice:
     """Refine candidates, and choose the one that fits best.
 
     Parameters
     ----------
-    task, candidates
+    reduced, candidates
         As for :func:`refine_candidate`, one candidate at least.
     control
         May cancel; past its deadline, fewer are refined, one at least.
@@ -181,14 +186,14 @@ def choose_refined(task: Task, candidates: Sequence[Candidate], control: Control
     best: RefinedCandidate | None = None
     found: list[tuple[Candidate, RefinedFit, IntArray]] = []
     for one in control.in_time(candidates, least=1):
-        refined = refine_candidate(task, one, control)
+        refined = refine_candidate(reduced, one, control)
         found.append((one, refined.fit, refined.images))
         # The maps of the others are let go: each takes some hundreds of bytes a vertex.
         if best is None or refined.fit.score < best.fit.score:
             best = refined
     assert best is not None
     found.sort(key=lambda one: one[1].score)
-    rows = distinct(task.positions[images] for _, _, images in found)
+    rows = distinct(reduced.task.positions[images] for _, _, images in found)
     return RefinedChoice(
         best, tuple(found[row][0] for row in rows), tuple(found[row][1] for row in rows)
     )

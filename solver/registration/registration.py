@@ -14,11 +14,8 @@ from solver.registration.choice import COARSE, Candidate, Task, again, choose
 from solver.registration.confidence import CLOSE, SURE, Confidence, refined_confidence
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
-from solver.registration.refinement import (
-    RefinedCandidate,
-    choose_refined,
-    refine_candidate,
-)
+from solver.registration.reduction import ReducedTask
+from solver.registration.refinement import RefinedCandidate, choose_refined, refine_candidate
 from solver.registration.search import search, search_others
 from solver.registration.surface import Samples, smooth_surface
 from solver.shape import Shape
@@ -91,7 +88,7 @@ class Registration:
         What is left of both where they were opened, as parts of them touch: that is what the
         candidates map.
     refined
-        The chosen one refined, if several were to choose it.
+        The chosen one refined, if several were to choose it, and not on fewer vertices.
     """
 
     source: Shape
@@ -136,7 +133,8 @@ class Registration:
         if refined is None:
             task = _task(here.shape, there.shape)
             of_it = task.reflected() if self.reflected else task
-            refined = refine_candidate(of_it, self.candidates[0], control)
+            entire = ReducedTask(of_it, of_it.samples)
+            refined = refine_candidate(entire, self.candidates[0], control)
         source, target = self.source.mesh, self.target.mesh
         forward = _of_whole(here, there, *refined.forward)
         back = _of_whole(there, here, *refined.back)
@@ -294,14 +292,16 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
     if glued[0] == glued[1] or known.confidence.probability >= SURE or control.expired:
         return known
     try:
-        found = search_opened(known.source, known.target, rematch, control)
+        found = search_opened(known.source, known.target, rematch, known.score - CLOSE, control)
     except MeshError:
         # What cannot be opened stays closed; the answer for it stands.
         return known
-    if found is None or found[0][0].candidate.fit.score > known.score - CLOSE:
+    if found is None:
         return known
-    best = found[0][0]
-    return replace(known, candidates=(best.candidate,), confidence=found[1], openings=best.openings)
+    best, confidence = found
+    return replace(
+        known, candidates=(best.candidate,), confidence=confidence, openings=best.openings
+    )
 
 
 def _searched_further(found: Registration, task: Task, control: Control) -> Registration:
@@ -317,7 +317,8 @@ def _chosen_refined(found: Registration, task: Task, control: Control) -> Regist
     if beyond_doubt or found.openings is not None or control.expired:
         return found
     try:
-        chosen = choose_refined(task, rivals, control)
+        reduced = ReducedTask.of(found.source, found.target, task)
+        chosen = choose_refined(reduced, rivals, control)
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return found
@@ -326,5 +327,5 @@ def _chosen_refined(found: Registration, task: Task, control: Control) -> Regist
         found,
         candidates=(*chosen.candidates, *others),
         confidence=refined_confidence(found.confidence, chosen.fits, not control.expired),
-        refined=chosen.best,
+        refined=chosen.best if reduced.task is task else None,
     )

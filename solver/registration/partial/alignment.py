@@ -68,12 +68,16 @@ class PartSamples:
     @classmethod
     def of(cls, part: SmoothSurface, count: int, entire: bool = True) -> "PartSamples":
         """Return the first samples of the part, which is of unit area."""
-        vertices = part.samples.vertices[:count]
+        return cls.at(part, part.samples.vertices[:count], entire)
+
+    @classmethod
+    def at(cls, part: SmoothSurface, vertices: IntArray, entire: bool = True) -> "PartSamples":
+        """Return chosen vertices of the part as samples."""
         return cls(
             vertices,
             part.mesh.vertices[vertices],
             part.normals[vertices],
-            part.samples.eigenfunctions[:count],
+            part.spectrum.eigenfunctions[vertices],
             entire,
         )
 

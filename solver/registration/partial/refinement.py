@@ -9,9 +9,10 @@ import numpy as np
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
 from solver.mesh import vertex_normals
+from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import distinct
-from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs
-from solver.registration.partial.choice import PartCandidate
+from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs, fit_to_part
+from solver.registration.partial.choice import PartCandidate, PartTask
 from solver.registration.partial.cover import (
     covered_by_overlap,
     covered_by_part,
@@ -22,6 +23,7 @@ from solver.registration.partial.cover import (
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature, mean_share
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
+from solver.registration.reduction import Reduction
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap, places
 from solver.shape import Shape
@@ -33,8 +35,10 @@ class RefinedPart:
 
     Parameters
     ----------
-    displaced, scale
-        The displaced whole, and its √area in the part's unit.
+    candidate
+        As it was registered.
+    displaced
+        The displaced whole.
     images, back
         Of all vertices of the whole, and of all of the part.
     entire
@@ -43,14 +47,19 @@ class RefinedPart:
         As of :class:`.RefinedPartFit`.
     """
 
+    candidate: PartCandidate
     displaced: SurfaceMap
-    scale: float
     images: IntArray
     back: Images
     entire: bool
     strained: float
     bent: tuple[float, ...]
     distorted: float | None
+
+    @property
+    def scale(self) -> float:
+        """√area of the whole in the part's unit."""
+        return self.candidate.scale
 
     @cached_property
     def covered(self) -> BoolArray:
@@ -113,6 +122,47 @@ class RefinedPart:
         displaced, images = self.displaced.refined(rigid, control)
         return replace(self, displaced=displaced, images=images, back=displaced.inverse())
 
+    def of_whole(
+        self, whole: Reduction, part: Reduction, shapes: tuple[Shape, Shape], control: Control
+    ) -> "RefinedPart":
+        """Refine the same candidate on all vertices.
+
+        Parameters
+        ----------
+        whole, part
+            The reduced shapes that it was refined on.
+        shapes
+            Those that they are reductions of.
+        control
+            May cancel; past its deadline, less is done.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        MeshError
+            The Laplacian of the whole cannot be factored.
+        """
+        known = self.candidate
+        fewer = smooth_surface(whole.shape), smooth_surface(part.shape)
+        task = PartTask(*fewer, self.entire, False, NO_LANDMARKS)
+        samples, points = task.samples(FINEST)
+        pairs = find_pairs(samples, points, known.alignment, known.scale, WEIGHTS)
+        ours, theirs = (smooth_surface(one) for one in shapes)
+        here = ours.at(whole.vertices[samples.vertices])
+        there = PartSamples.at(theirs, part.vertices[points.vertices], self.entire)
+        alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
+        displaced, images, _ = _displaced(
+            SurfaceMap.of(ours, theirs, alignment, reflected=False),
+            known.scale,
+            self.entire,
+            control,
+        )
+        found = replace(known, alignment=alignment)
+        return replace(
+            self, candidate=found, displaced=displaced, images=images, back=displaced.inverse()
+        )
+
 
 def refine_candidates(
     whole: Shape,
@@ -159,23 +209,31 @@ def _refined(
 ) -> RefinedPart:
     whole, part, entire = smooth_surface(shape), smooth_surface(part_shape), near is not None
     known = SurfaceMap.of(whole, part, candidate.alignment, reflected=False)
-    images = known.images()
-    covered = covered_by_part(known, images, known.inverse()[0])
-    if not entire:
-        covered = largest_patch(whole, covered)
-    rigid = known.at_rest(candidate.scale, covered if covered.any() else None)
-    displaced, images = known.refined(rigid, control)
+    displaced, images, strained = _displaced(known, candidate.scale, entire, control)
     samples = whole.samples.first(FINEST.whole_samples)
     points = PartSamples.of(part, FINEST.part_samples, entire)
     pairs = find_pairs(samples, points, candidate.alignment, candidate.scale, WEIGHTS)
     back = displaced.inverse()
     return RefinedPart(
+        candidate,
         displaced,
-        candidate.scale,
         images,
         back,
         entire,
-        rigid.strain(displaced.positions),
+        strained,
         changes_of_curvature(samples, part.samples, pairs, candidate.scale),
         near.change(shape, back[0], candidate.scale) if near is not None else None,
     )
+
+
+def _displaced(
+    known: SurfaceMap, scale: float, entire: bool, control: Control
+) -> tuple[SurfaceMap, IntArray, float]:
+    """Refine a map of the whole: the displaced whole, its images, and its strain."""
+    images = known.images()
+    covered = covered_by_part(known, images, known.inverse()[0])
+    if not entire:
+        covered = largest_patch(known.source, covered)
+    rigid = known.at_rest(scale, covered if covered.any() else None)
+    displaced, images = known.refined(rigid, control)
+    return displaced, images, rigid.strain(displaced.positions)

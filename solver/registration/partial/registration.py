@@ -9,6 +9,7 @@ from solver.registration.confidence import Confidence
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.refinement import refine_candidates
 from solver.registration.partial.search import search_part
+from solver.registration.reduction import reduction
 from solver.registration.registration import DenseCorrespondence, in_numbers_of_files
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
@@ -99,13 +100,19 @@ def register_part(
     MeshError
         The Laplacian of the whole cannot be factored.
     """
-    if min(smooth_surface(one).samples.size for one in (whole, part)) <= MIN_POINTS:
+    ours, theirs = reduction(whole), reduction(part)
+    fewer = ours.shape, theirs.shape
+    if min(smooth_surface(one).samples.size for one in fewer) <= MIN_POINTS:
         return None
-    candidates = search_part(whole, part, control, scale, entire, landmarks)
+    known = ours.places[landmarks[0]], theirs.places[landmarks[1]]
+    candidates = search_part(*fewer, control, scale, entire, known)
     if not candidates:
         return None
-    refined = refine_candidates(whole, part, candidates, entire, control)
-    chosen = refined[0].again(control)
+    refined = refine_candidates(*fewer, candidates, entire, control)
+    chosen = refined[0]
+    if fewer != (whole, part):
+        chosen = chosen.of_whole(ours, theirs, (whole, part), control)
+    chosen = chosen.again(control)
     return PartMap(
         whole,
         part,

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from solver.control import Control
+from solver.registration import reduction
 from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
 from solver.registration.glued import OpenedCandidate, search_opened
@@ -36,8 +37,12 @@ def with_glue(body: Shape) -> Transformed:
 
 
 @pytest.fixture(scope="module")
-def found(body: Shape, with_glue: Transformed) -> list[OpenedCandidate]:
+def found(body: Shape, with_glue: Transformed) -> OpenedCandidate:
     """Found from the true partners of some points."""
+    return through_the_glue(body, with_glue)
+
+
+def through_the_glue(body: Shape, with_glue: Transformed) -> OpenedCandidate:
     target = Shape(with_glue.mesh)
     points = np.flatnonzero(with_glue.kept)[::40]
 
@@ -50,27 +55,44 @@ def found(body: Shape, with_glue: Transformed) -> list[OpenedCandidate]:
         ]
         return [(nearest[0], nearest[1])]
 
-    searched = search_opened(body, target, rematch, Control())
+    searched = search_opened(body, target, rematch, np.inf, Control())
     assert searched is not None
     return searched[0]
 
 
 def test_a_body_is_matched_through_the_glue(
-    found: list[OpenedCandidate], body: Shape, with_glue: Transformed
+    found: OpenedCandidate, body: Shape, with_glue: Transformed
 ) -> None:
-    best = found[0]
+    assert error_of(found, body, with_glue) < 0.02
+
+
+def test_a_body_of_many_vertices_is_opened_on_fewer(
+    body: Shape, with_glue: Transformed, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reduction, "MOST", 2000)
+    monkeypatch.setattr(reduction, "LEFT", 1500)
+    found = through_the_glue(body, with_glue)
+    assert all(one.shape.n_vertices > 2000 for one in found.openings)
+    assert error_of(found, body, with_glue) < 0.02
+
+
+def error_of(found: OpenedCandidate, body: Shape, with_glue: Transformed) -> float:
     here = np.flatnonzero(with_glue.kept)
-    images = with_glue.mesh.vertices[best.images(here)]
+    images = with_glue.mesh.vertices[found.images(here)]
     errors = np.linalg.norm(images - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)
-    assert errors.mean() < 0.02
+    return float(errors.mean())
+
+
+def test_what_fits_less_well_than_asked_is_none(body: Shape, with_glue: Transformed) -> None:
+    target = Shape(with_glue.mesh)
+    assert search_opened(body, target, lambda _ours, _theirs: [], -np.inf, Control()) is None
 
 
 def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
-    found: list[OpenedCandidate], body: Shape, with_glue: Transformed
+    found: OpenedCandidate, body: Shape, with_glue: Transformed
 ) -> None:
     target = Shape(with_glue.mesh)
-    best = found[0]
-    known = Registration(body, target, (best.candidate,), False, _SURE, best.openings)
+    known = Registration(body, target, (found.candidate,), False, _SURE, found.openings)
     dense = known.dense(Control())
     np.testing.assert_array_equal(dense.source, np.arange(body.n_vertices))
     np.testing.assert_allclose(dense.barycentric.sum(axis=1), 1.0)
@@ -84,7 +106,7 @@ def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
 
 def test_smooth_surfaces_are_not_opened() -> None:
     sphere = Shape(shapes.icosphere(3))
-    assert search_opened(sphere, sphere, _none, Control()) is None
+    assert search_opened(sphere, sphere, _none, np.inf, Control()) is None
 
 
 def _none(ours: Shape, theirs: Shape) -> list[Points]:

@@ -8,6 +8,7 @@ from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.errors import Cancelled
 from solver.mesh import TriangleMesh, triangle_mesh
+from solver.registration import reduction
 from solver.registration.partial import PartMap, register_part
 from solver.registration.partial.cover import largest_patch
 from solver.registration.surface import smooth_surface
@@ -72,6 +73,21 @@ def test_every_vertex_of_a_part_goes_back_where_it_was(
         places(whole, *found.to_whole[1:]) - whole.mesh.vertices[vertices], axis=1
     )
     assert errors.mean() < 0.01 * np.sqrt(whole.mesh.area)
+
+
+def test_a_part_of_many_vertices_is_searched_on_fewer(
+    whole: Shape, without_a_leg: tuple[Shape, IntArray], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reduction, "MOST", 1000)
+    monkeypatch.setattr(reduction, "LEFT", 800)
+    part, vertices = without_a_leg
+    found = register_part(whole, part, Control(), scale=1.1)
+    assert found is not None
+    assert len(found.covered) == whole.n_vertices
+    errors = np.linalg.norm(
+        places(whole, *found.to_whole[1:]) - whole.mesh.vertices[vertices], axis=1
+    )
+    assert errors.mean() < 0.02 * np.sqrt(whole.mesh.area)
 
 
 def test_vertices_that_the_part_lacks_have_no_partner(

@@ -1,0 +1,135 @@
+"""Reduction: surfaces of many vertices are refined, opened and searched for parts on fewer of them.
+
+What a registration compares is of some hundredths of √area, which ten thousand vertices resolve.
+Only the answer is refined on all.
+"""
+
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from solver.arrays import IntArray
+from solver.mesh import simplified
+from solver.registration.alignment import LOCAL, Alignment, Pairs
+from solver.registration.candidates import NO_LANDMARKS
+from solver.registration.choice import Stage, Task
+from solver.registration.opening import VertexMaps
+from solver.registration.surface import Samples, smooth_surface
+from solver.shape import Shape
+
+MOST = 15_000
+"""Vertices up to which a surface stays as it is."""
+
+LEFT = 10_000
+"""Vertices that others are simplified to: their edges are some 0.01 √area long, half of the length
+over which a displaced surface is rigid."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A shape with fewer of its vertices.
+
+    Parameters
+    ----------
+    shape
+        The simplified shape; one of at most :data:`MOST` vertices itself.
+    vertices
+        (K,) its vertices, in the numbers of the whole shape.
+    places
+        (V,) place among these of the vertex that each vertex of the whole shape was collapsed into.
+    """
+
+    shape: Shape
+    vertices: IntArray
+    places: IntArray
+
+    @classmethod
+    def of(cls, shape: Shape) -> "Reduction":
+        """Simplify a shape, if it has many vertices."""
+        whole, every = shape.mesh, np.arange(shape.n_vertices)
+        if shape.n_vertices <= MOST:
+            return cls(shape, every, every)
+        mesh = simplified(whole, LEFT)
+        fewer = Shape(
+            mesh,
+            normalise=shape.normalise,
+            eigenpairs=shape.eigenpairs,
+            geodesic_method=shape.geodesic_method,
+        )
+        vertices, places = (
+            one.vertices_of(other.vertex_ids) for one, other in ((whole, mesh), (mesh, whole))
+        )
+        lost = np.flatnonzero(places < 0)
+        places[lost] = KDTree(mesh.vertices).query(whole.vertices[lost])[1]
+        return cls(fewer, vertices, places)
+
+
+_REDUCTIONS: "WeakKeyDictionary[Shape, Reduction]" = WeakKeyDictionary()
+
+
+def reduction(shape: Shape) -> Reduction:
+    """Return the reduction of a shape, computed once for each shape."""
+    if shape.n_vertices <= MOST:
+        # Not kept: it would keep the shape.
+        return Reduction.of(shape)
+    known = _REDUCTIONS.get(shape)
+    if known is None:
+        known = _REDUCTIONS[shape] = Reduction.of(shape)
+    return known
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedTask:
+    """A task on reduced surfaces.
+
+    Parameters
+    ----------
+    task
+        On them.
+    whole
+        Samples of the whole surfaces at the vertices of the task's samples.
+    """
+
+    task: Task
+    whole: tuple[Samples, Samples]
+
+    @classmethod
+    def of(cls, source: Shape, target: Shape, task: Task) -> "ReducedTask":
+        """Reduce the surfaces of a task, which has no landmarks.
+
+        Parameters
+        ----------
+        source, target
+            Its shapes.
+        task
+            On them.
+        """
+        if max(source.n_vertices, target.n_vertices) <= MOST:
+            return cls(task, task.samples)
+        fewer = reduction(source), reduction(target)
+        ours, theirs = (smooth_surface(one.shape) for one in fewer)
+        reduced = Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
+        here, there = (
+            surface.at(one.vertices[samples.vertices])
+            for surface, one, samples in zip(
+                (task.source, task.target), fewer, reduced.samples, strict=True
+            )
+        )
+        if task.is_reflected:
+            return cls(reduced.reflected(), (here.reflected(), there))
+        return cls(reduced, (here, there))
+
+    def pairs(self, alignment: Alignment, stage: Stage) -> Pairs:
+        """Pairs of a stage's samples of the reduced surfaces, by an alignment of the whole ones."""
+        source, target = self.whole
+        here, there = source.first(stage.source_samples), target.first(stage.target_samples)
+        return alignment.pairs(here, there, LOCAL)
+
+
+def of_whole(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:
+    """Return the maps of all vertices of the whole shapes that maps of the reduced ones give."""
+    return VertexMaps(
+        target.vertices[maps.images[source.places]], source.vertices[maps.back[target.places]]
+    )

@@ -1,0 +1,95 @@
+"""Reduced surfaces: what they keep, and that the answer is that of the whole ones."""
+
+import numpy as np
+import pytest
+
+from solver.control import Control
+from solver.mesh import triangle_mesh
+from solver.registration import reduction, register
+from solver.registration.choice import FINE
+from solver.registration.opening import VertexMaps
+from solver.registration.reduction import ReducedTask, Reduction, of_whole
+from solver.registration.refinement import choose_refined
+from solver.shape import Shape
+from tests.solver import shapes
+from tests.solver.registration.test_refinement import candidates, task_of
+
+
+@pytest.fixture
+def reduced(blob: Shape, monkeypatch: pytest.MonkeyPatch) -> Reduction:
+    monkeypatch.setattr(reduction, "MOST", 600)
+    monkeypatch.setattr(reduction, "LEFT", 500)
+    return Reduction.of(blob)
+
+
+def test_a_shape_of_few_vertices_is_its_own_reduction(blob: Shape) -> None:
+    whole = Reduction.of(blob)
+    assert whole.shape is blob
+    np.testing.assert_array_equal(whole.vertices, np.arange(blob.n_vertices))
+    np.testing.assert_array_equal(whole.places, np.arange(blob.n_vertices))
+
+
+def test_vertices_keep_their_places(blob: Shape, reduced: Reduction) -> None:
+    positions, fewer = blob.mesh.vertices, reduced.shape.mesh.vertices
+    assert len(fewer) == 500 < blob.n_vertices
+    np.testing.assert_array_equal(positions[reduced.vertices], fewer)
+    np.testing.assert_array_equal(reduced.places[reduced.vertices], np.arange(500))
+    apart = np.linalg.norm(positions - fewer[reduced.places], axis=1)
+    assert apart.max() < 0.2 * np.sqrt(blob.mesh.area)
+
+
+def test_numbers_are_those_of_the_mesh_not_of_the_file(blob: Shape, reduced: Reduction) -> None:
+    """The first seven vertices of the file are not in the mesh."""
+    vertices = np.concatenate([blob.mesh.vertices[:7] + 9.0, blob.mesh.vertices])
+    whole = Shape(triangle_mesh(vertices, blob.mesh.faces + 7))
+    again = Reduction.of(whole)
+    np.testing.assert_array_equal(again.vertices, reduced.vertices)
+    np.testing.assert_array_equal(again.places, reduced.places)
+
+
+def test_maps_of_reduced_shapes_are_maps_of_all_vertices(blob: Shape, reduced: Reduction) -> None:
+    every = np.arange(len(reduced.vertices))
+    maps = of_whole(VertexMaps(every, every[::-1]), reduced, reduced)
+    np.testing.assert_array_equal(maps.images, reduced.vertices[reduced.places])
+    np.testing.assert_array_equal(maps.back, reduced.vertices[::-1][reduced.places])
+
+
+def test_pairs_of_the_whole_are_pairs_of_the_reduced(blob: Shape, reduced: Reduction) -> None:
+    """A copy's samples, which lie at the same vertices, are paired with themselves."""
+    task = task_of(blob, blob)
+    best = candidates(task)[0]
+    for one in (task, task.reflected()):
+        fewer = ReducedTask.of(blob, blob, one)
+        assert fewer.task.source.mesh.n_vertices == 500
+        assert fewer.task.is_reflected == one.is_reflected
+        assert all(one.is_reflected == each.reflection for each in fewer.whole[:1])
+    pairs = ReducedTask.of(blob, blob, task).pairs(best.alignment, FINE[-1])
+    np.testing.assert_array_equal(pairs.images, np.arange(len(pairs.images)))
+
+
+def test_the_same_candidate_is_chosen(blob: Shape, reduced: Reduction) -> None:
+    task = task_of(blob, blob)
+    found = candidates(task)[:3]
+    fewer = choose_refined(ReducedTask.of(blob, blob, task), found, Control())
+    assert fewer.candidates[0] is found[0]
+    entire = choose_refined(ReducedTask(task, task.samples), found, Control())
+    assert [id(one) for one in fewer.candidates] == [id(one) for one in entire.candidates]
+
+
+def test_an_answer_with_rivals_is_one_of_the_whole_shapes(
+    reduced: Reduction,
+) -> None:
+    """An ellipsoid lies on a copy in four ways; of the whole one, every vertex is met exactly."""
+    sphere = shapes.icosphere(3)
+    one = Shape(triangle_mesh(sphere.vertices * [1.0, 0.7, 1.8], sphere.faces))
+    found = register(one, one, [], Control())
+    assert found is not None
+    assert "refined_score" in found.confidence.measures
+    assert found.refined is None
+    dense = found.dense(Control())
+    np.testing.assert_array_equal(dense.source, np.arange(one.n_vertices))
+    here, there = one.mesh.vertices[dense.source], one.mesh.vertices[dense.target]
+    rotations = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    np.testing.assert_array_equal(
+        min(np.abs(here * signs - there).max() for signs in rotations), 0.0
+    )
