@@ -73,7 +73,9 @@ def errors_of(
     assert found.dense is not None
     assert found.confidence is not None
     rows = np.linspace(0, len(found.dense.source) - 1, COMPARED).astype(np.int64)
-    truth = truths_of(source, target, nearest[found.dense.source[rows]])[0]
+    truth = nearest[found.dense.source[rows]]
+    if target is not source:
+        truth = truths_of(source, target, truth)[0]
     corners = target.shape.mesh.vertices_of(found.dense.faces[rows].ravel()).reshape(-1, 3)
     errors = corner_errors(target, corners, found.dense.barycentric[rows], truth)
     return errors, found.confidence.probability

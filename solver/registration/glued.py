@@ -4,7 +4,7 @@ Both surfaces are opened at their creases, and candidates are searched on what i
 touch are farther from one another there. Each of the best says where else the surfaces are torn:
 they are opened there instead, and the candidate is aligned once more, in eigenfunctions that know
 nothing of the glue. The right one fits better than before, as what glue has bent is left out; wrong
-ones hardly do.
+ones hardly do. The best are refined, and chosen from, as those of whole surfaces are.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -18,10 +18,11 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.registration.alignment import Pairs
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.choice import COARSE, FINE, SAME, Candidate, Start, Task, choose
-from solver.registration.confidence import Confidence
+from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, distinct
+from solver.registration.confidence import Confidence, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases
-from solver.registration.reduction import of_whole, reduction
+from solver.registration.reduction import ReducedTask, of_whole, reduction
+from solver.registration.refinement import RefinedCandidate, refine_candidate, rivals_of
 from solver.registration.search import confidence_in, search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -32,9 +33,6 @@ Rematch = Callable[[Shape, Shape], Sequence[Points]]
 
 _TRIED = 8
 """Best candidates that the surfaces are opened by, each for itself."""
-
-_COMPARED = 200
-"""Samples at which candidates are compared with one another."""
 
 _STAGES = (COARSE[-1], *FINE)
 """Stages of the alignment after that."""
@@ -67,6 +65,12 @@ class OpenedCandidate:
         found: IntArray = theirs.vertices[self._map.images(ours.places[vertices])]
         return found
 
+    def of_whole(self, images: IntArray) -> IntArray:
+        """(V,) images of the vertices of the whole source, of those of what is left of both."""
+        ours, theirs = self.openings
+        found: IntArray = theirs.vertices[images[ours.places]]
+        return found
+
     def vertex_maps(self) -> VertexMaps:
         """Return the maps of all vertices of the whole shapes."""
         ours, theirs = self.openings
@@ -81,9 +85,28 @@ class OpenedCandidate:
         return SurfaceMap.of(ours, theirs, self.candidate.alignment, self.reflected)
 
 
+@dataclass(frozen=True, eq=False)
+class OpenedChoice:
+    """The best candidate on opened surfaces.
+
+    Parameters
+    ----------
+    opened
+        As it was registered.
+    confidence
+        In it; its measures have the refined fit.
+    refined
+        Refined, if not on fewer vertices.
+    """
+
+    opened: OpenedCandidate
+    confidence: Confidence
+    refined: RefinedCandidate | None
+
+
 def search_opened(
     source: Shape, target: Shape, rematch: Rematch, score: float, control: Control
-) -> tuple[OpenedCandidate, Confidence] | None:
+) -> OpenedChoice | None:
     """Search for the candidate that fits best on surfaces that are opened where parts touch.
 
     Parameters
@@ -93,14 +116,13 @@ def search_opened(
     rematch
         Finds hypotheses on what is left of them.
     score
-        The best is to have at most.
+        Of the refined fit, that the best is to have at most.
     control
         May cancel; past its deadline, less is tried.
 
     Returns
     -------
-    The best, and the confidence in it; ``None`` if neither surface has creases, or too little
-    besides, or none fits so well.
+    ``None`` if neither surface has creases, or too little besides, or none fits so well.
 
     Raises
     ------
@@ -111,14 +133,32 @@ def search_opened(
     """
     ours, theirs = reduction(source), reduction(target)
     found = _opened_candidates(ours.shape, theirs.shape, rematch, control)
-    if not found or found[0].candidate.fit.score > score:
+    if not found:
         return None
-    best, *others = found
-    differ = [one.candidate for one in others if _differ(ours.shape, theirs.shape, best, one)]
-    confidence = confidence_in([best.candidate, *differ], control)
-    if ours.shape is not source or theirs.shape is not target:
-        best = _reopened(source, target, of_whole(best.vertex_maps(), ours, theirs), control)
-    return best, confidence
+    rivals = rivals_of([one.candidate for one in found])
+    refined = [
+        (one, _refined(one, control)) for one in control.in_time(found[: len(rivals)], least=1)
+    ]
+    refined.sort(key=lambda one: one[1].fit.score)
+    best, best_refined = refined[0]
+    if best_refined.fit.score > score:
+        return None
+    positions = smooth_surface(theirs.shape).mesh.vertices
+    rows = distinct(positions[one.of_whole(each.images)] for one, each in refined)
+    confidence = refined_confidence(
+        confidence_in([refined[row][0].candidate for row in rows], control),
+        [refined[row][1].fit for row in rows],
+        not control.expired,
+    )
+    if ours.shape is source and theirs.shape is target:
+        return OpenedChoice(best, confidence, best_refined)
+    maps = of_whole(best.vertex_maps(), ours, theirs)
+    return OpenedChoice(_reopened(source, target, maps, control), confidence, None)
+
+
+def _refined(known: OpenedCandidate, control: Control) -> RefinedCandidate:
+    task = _task(*known.openings)
+    return refine_candidate(ReducedTask(task, task.samples), known.candidate, control)
 
 
 def _opened_candidates(
@@ -163,10 +203,3 @@ def _start(
         yield Pairs(np.asarray(images), np.asarray(back))
 
     return pairs
-
-
-def _differ(source: Shape, target: Shape, one: OpenedCandidate, other: OpenedCandidate) -> bool:
-    vertices = smooth_surface(source).samples.vertices[:_COMPARED]
-    places = smooth_surface(target).mesh.vertices
-    apart = places[one.images(vertices)] - places[other.images(vertices)]
-    return float(np.linalg.norm(apart, axis=1).mean()) > SAME

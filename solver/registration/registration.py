@@ -11,11 +11,16 @@ from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, Pairs
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, Candidate, Task, again, choose
-from solver.registration.confidence import CLOSE, SURE, Confidence, refined_confidence
+from solver.registration.confidence import SURE, Confidence, refined_confidence
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
 from solver.registration.reduction import ReducedTask
-from solver.registration.refinement import RefinedCandidate, choose_refined, refine_candidate
+from solver.registration.refinement import (
+    RefinedCandidate,
+    choose_refined,
+    refine_candidate,
+    rivals_of,
+)
 from solver.registration.search import search, search_others
 from solver.registration.surface import Samples, smooth_surface
 from solver.shape import Shape
@@ -24,11 +29,6 @@ _REFLECTED_MARGIN = 3.0
 """How much less the score of the reflected source must be for the shapes to be called reflected:
 the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
-
-_RIVAL = 0.5
-_REFINED = 6
-"""Difference of scores from the best candidate up to which others are refined, and how many at
-most. On 150 generated pairs, no right one is farther behind."""
 
 _BEYOND_DOUBT = 0.98
 """Probability from which the best is not refined, if it has no rivals. Of the generated answers
@@ -177,8 +177,8 @@ def register(
         Whether another population of candidates is searched when the answer is in doubt.
     rematch
         Finds hypotheses on surfaces that are opened where parts of them touch: where one surface
-        has handles, the other none, and the answer is still in doubt, it is searched there as well
-        (:func:`.search_opened`).
+        has handles, the other none, and the refined answer is still in doubt, it is searched there
+        as well (:func:`.search_opened`).
 
     Returns
     -------
@@ -211,9 +211,9 @@ def register(
         mirrored = _registered(source, target, task.reflected(), hypotheses, control)
         if mirrored.score < found.score - _REFLECTED_MARGIN:
             return replace(mirrored, confidence=mirrored.confidence.of_reflection())
-    if rematch is not None:
-        found = _opened(found, rematch, control)
-    return _chosen_refined(found, task, control) if others else found
+    if others:
+        found = _chosen_refined(found, task, control)
+    return found if rematch is None else _opened(found, rematch, control)
 
 
 def _task(source: Shape, target: Shape, landmarks: Points = NO_LANDMARKS) -> Task:
@@ -283,24 +283,30 @@ def _registered(
 
 
 def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
-    """Register what is left of a surface that is glued, in doubt, if that fits clearly better.
+    """Register what is left of a surface that is glued, in doubt, if that fits better, refined.
 
     One of the two is glued if it has handles and the other none. Where both have, tears of one say
     nothing of the other, and as many answers become wrong as right.
     """
     glued = [shape.mesh.genus > 0.0 for shape in (known.source, known.target)]
-    if glued[0] == glued[1] or known.confidence.probability >= SURE or control.expired:
+    score = known.confidence.measures.get("refined_score")
+    if score is None or glued[0] == glued[1]:
+        return known
+    if known.confidence.probability >= SURE or control.expired:
         return known
     try:
-        found = search_opened(known.source, known.target, rematch, known.score - CLOSE, control)
+        found = search_opened(known.source, known.target, rematch, score, control)
     except MeshError:
         # What cannot be opened stays closed; the answer for it stands.
         return known
     if found is None:
         return known
-    best, confidence = found
     return replace(
-        known, candidates=(best.candidate,), confidence=confidence, openings=best.openings
+        known,
+        candidates=(found.opened.candidate,),
+        confidence=found.confidence,
+        openings=found.opened.openings,
+        refined=found.refined,
     )
 
 
@@ -312,9 +318,9 @@ def _searched_further(found: Registration, task: Task, control: Control) -> Regi
 
 def _chosen_refined(found: Registration, task: Task, control: Control) -> Registration:
     """Refine the best candidates, unless the best is beyond doubt, and choose again."""
-    rivals = [one for one in found.candidates if one.fit.score < found.score + _RIVAL][:_REFINED]
+    rivals = rivals_of(found.candidates)
     beyond_doubt = found.confidence.probability >= _BEYOND_DOUBT and len(rivals) == 1
-    if beyond_doubt or found.openings is not None or control.expired:
+    if beyond_doubt or control.expired:
         return found
     try:
         reduced = ReducedTask.of(found.source, found.target, task)

@@ -7,7 +7,7 @@ from solver.control import Control
 from solver.registration import reduction
 from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
-from solver.registration.glued import OpenedCandidate, search_opened
+from solver.registration.glued import OpenedCandidate, OpenedChoice, search_opened
 from solver.registration.registration import Registration
 from solver.shape import Shape
 from synthetic import Transformed, glued
@@ -37,12 +37,12 @@ def with_glue(body: Shape) -> Transformed:
 
 
 @pytest.fixture(scope="module")
-def found(body: Shape, with_glue: Transformed) -> OpenedCandidate:
+def found(body: Shape, with_glue: Transformed) -> OpenedChoice:
     """Found from the true partners of some points."""
     return through_the_glue(body, with_glue)
 
 
-def through_the_glue(body: Shape, with_glue: Transformed) -> OpenedCandidate:
+def through_the_glue(body: Shape, with_glue: Transformed) -> OpenedChoice:
     target = Shape(with_glue.mesh)
     points = np.flatnonzero(with_glue.kept)[::40]
 
@@ -57,13 +57,27 @@ def through_the_glue(body: Shape, with_glue: Transformed) -> OpenedCandidate:
 
     searched = search_opened(body, target, rematch, np.inf, Control())
     assert searched is not None
-    return searched[0]
+    return searched
 
 
 def test_a_body_is_matched_through_the_glue(
-    found: OpenedCandidate, body: Shape, with_glue: Transformed
+    found: OpenedChoice, body: Shape, with_glue: Transformed
 ) -> None:
-    assert error_of(found, body, with_glue) < 0.02
+    assert error_of(found.opened, body, with_glue) < 0.02
+
+
+def test_the_best_refined_is_chosen(
+    found: OpenedChoice, body: Shape, with_glue: Transformed
+) -> None:
+    refined = found.refined
+    assert refined is not None
+    assert refined.candidate is found.opened.candidate
+    assert found.confidence.measures["refined_score"] == refined.fit.score
+    images = found.opened.of_whole(refined.images)
+    here = np.flatnonzero(with_glue.kept)
+    places = with_glue.mesh.vertices[images[here]]
+    errors = np.linalg.norm(places - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)
+    assert errors.mean() < 0.005
 
 
 def test_a_body_of_many_vertices_is_opened_on_fewer(
@@ -72,8 +86,9 @@ def test_a_body_of_many_vertices_is_opened_on_fewer(
     monkeypatch.setattr(reduction, "MOST", 2000)
     monkeypatch.setattr(reduction, "LEFT", 1500)
     found = through_the_glue(body, with_glue)
-    assert all(one.shape.n_vertices > 2000 for one in found.openings)
-    assert error_of(found, body, with_glue) < 0.02
+    assert found.refined is None
+    assert all(one.shape.n_vertices > 2000 for one in found.opened.openings)
+    assert error_of(found.opened, body, with_glue) < 0.02
 
 
 def error_of(found: OpenedCandidate, body: Shape, with_glue: Transformed) -> float:
@@ -89,10 +104,11 @@ def test_what_fits_less_well_than_asked_is_none(body: Shape, with_glue: Transfor
 
 
 def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
-    found: OpenedCandidate, body: Shape, with_glue: Transformed
+    found: OpenedChoice, body: Shape, with_glue: Transformed
 ) -> None:
     target = Shape(with_glue.mesh)
-    known = Registration(body, target, (found.candidate,), False, _SURE, found.openings)
+    best = found.opened
+    known = Registration(body, target, (best.candidate,), False, _SURE, best.openings)
     dense = known.dense(Control())
     np.testing.assert_array_equal(dense.source, np.arange(body.n_vertices))
     np.testing.assert_allclose(dense.barycentric.sum(axis=1), 1.0)
