@@ -14,7 +14,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import vertex_normals
 from solver.registration.alignment import LOCAL, align
-from solver.registration.choice import FINE, Candidate, distinct
+from solver.registration.choice import FINE, LANDMARK, Candidate, distinct
 from solver.registration.fit import logarithms
 from solver.registration.reduction import ReducedTask
 from solver.registration.surface_map import Images, SurfaceMap, places
@@ -123,8 +123,9 @@ def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> fl
 
 def rivals_of(candidates: Sequence[Candidate]) -> list[Candidate]:
     """The best of candidates, which comes first, and those behind it that may be better refined."""
-    most = candidates[0].fit.score + _RIVAL
-    return [one for one in candidates if one.fit.score < most][:_REFINED]
+    best = candidates[0]
+    met, most = best.missed + LANDMARK, best.fit.score + _RIVAL
+    return [one for one in candidates if one.missed < met and one.fit.score < most][:_REFINED]
 
 
 def refine_candidate(

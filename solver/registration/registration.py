@@ -10,7 +10,7 @@ from solver.errors import MeshError
 from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, Pairs
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
-from solver.registration.choice import COARSE, Candidate, Task, again, choose
+from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again, choose
 from solver.registration.confidence import SURE, Confidence, refined_confidence
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
@@ -159,9 +159,10 @@ def register(
     Candidates begin at the hypotheses and at the signs of eigenfunctions. Those registered best are
     registered more finely, and the one that fits best is chosen: the direct one, wherever the
     surfaces tell left from right and front from back, as displacements reflect nothing. Where
-    landmarks are given, or it fits better coarsely, the reflected source is registered as well. In
-    doubt, candidates from other beginnings are searched besides (:func:`.search_others`). Unless
-    the best is beyond doubt, it and its rivals are refined, and chosen from (:mod:`.refinement`).
+    landmarks are given, or it fits better coarsely, the reflected source is registered as well: it
+    is the answer if it alone meets the landmarks, or fits far better. In doubt, candidates from
+    other beginnings are searched besides (:func:`.search_others`). Unless the best is beyond doubt,
+    it and its rivals are refined, and chosen from (:mod:`.refinement`).
 
     Parameters
     ----------
@@ -202,10 +203,13 @@ def register(
     if len(landmarks[0]):
         # Landmarks may mean the mirror image.
         mirrored = _registered(source, target, task.reflected(), hypotheses, control)
-        found = min(found, mirrored, key=lambda one: (one.candidates[0].missed, one.score))
+        found = mirrored if _is_meant(mirrored, found) else found
     if others:
         found = _searched_further(found, task, control)
-    if len(landmarks[0]) or control.expired:
+    if len(landmarks[0]):
+        of_it = task.reflected() if found.reflected else task
+        return _chosen_refined(found, of_it, control) if others else found
+    if control.expired:
         return found
     if _may_be_reflected(task, found.candidates[0], control):
         mirrored = _registered(source, target, task.reflected(), hypotheses, control)
@@ -258,6 +262,14 @@ def in_numbers_of_files(
         number[target.faces[faces[vertices]]],
         barycentric[vertices],
     )
+
+
+def _is_meant(mirrored: Registration, direct: Registration) -> bool:
+    """Return whether landmarks mean the mirror image: it alone meets them, or fits far better."""
+    nearer = direct.candidates[0].missed - mirrored.candidates[0].missed
+    if abs(nearer) > LANDMARK:
+        return nearer > 0.0
+    return mirrored.score < direct.score - _REFLECTED_MARGIN
 
 
 def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:

@@ -1,6 +1,7 @@
 """Refined candidates: their fit, and the choice among them when in doubt."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from solver.registration.candidates import NO_LANDMARKS, first_pairs
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import ReducedTask
-from solver.registration.refinement import RefinedFit, choose_refined, refine_candidate
+from solver.registration.refinement import RefinedFit, choose_refined, refine_candidate, rivals_of
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver.shapes import icosphere
@@ -108,3 +109,13 @@ def test_rivals_are_refined_and_the_best_is_the_answer(
 def test_the_refined_answer_is_the_dense_map(symmetric: Registration) -> None:
     assert symmetric.refined is not None
     np.testing.assert_array_equal(symmetric.dense(Control()).target, symmetric.refined.images)
+
+
+def test_rivals_meet_the_landmarks_as_well_as_the_best(blob: Shape) -> None:
+    best, *others = (replace(one, missed=0.01) for one in candidates(task_of(blob, blob))[:3])
+    near = [
+        replace(one, fit=best.fit, missed=missed)
+        for one, missed in zip(others, (0.1, 0.2), strict=True)
+    ]
+    assert rivals_of([best, *near]) == [best, near[0]]
+    assert rivals_of([best, *others]) == [best]

@@ -13,7 +13,7 @@ from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.confidence import UNFINISHED
 from solver.registration.surface import SmoothSurface
 from solver.shape import Shape
-from synthetic import human
+from synthetic import correspondence, human
 from tests.solver import shapes
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
@@ -140,6 +140,25 @@ def test_a_mirrored_copy_is_recognised_by_landmarks(blob: Shape) -> None:
     direct = register(blob, blob, [], Control(), points)
     assert direct is not None
     assert not direct.reflected
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_landmarks_between_left_and_right_do_not_mean_the_mirror_image(seed: int) -> None:
+    """Both the direct answer and its mirror image meet them."""
+    figure = human("standing", resolution=700, seed=1)
+    other = human("walking", resolution=800, seed=2)
+    truth = correspondence(figure, other)
+    middle = np.flatnonzero(np.abs(figure.rest[:, 0]) < 0.01 * np.ptp(figure.rest[:, 1]))
+    here = np.random.default_rng(seed).choice(middle, 3, replace=False)
+    source, target = (Shape(triangle_mesh(one.vertices, one.faces)) for one in (figure, other))
+    found = register(source, target, [], Control(), (here, truth[here]))
+    assert found is not None
+    assert not found.reflected
+    images = found.images(np.arange(source.n_vertices))
+    errors = np.linalg.norm(
+        target.surface.vertices[images] - target.surface.vertices[truth], axis=1
+    )
+    assert errors.mean() < 0.05
 
 
 def test_a_mirrored_copy_of_a_body_without_symmetry_is_recognised(blob: Shape) -> None:
