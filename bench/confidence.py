@@ -10,14 +10,14 @@ the answer was right; ``python -m bench.confidence_fit`` fits the weights to the
 
 import argparse
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from bench.calibration import Calibration, calibration, print_calibration
 from bench.map_error import WRONG, map_error
-from bench.varied_pairs import DIFFERENT, KINDS, VariedPair, varied_pair
+from bench.varied_pairs import CONDITIONS, DIFFERENT, KINDS, VariedPair, varied_pair
 from solver.arrays import BoolArray, FloatArray
 from solver.matching import MatchOptions, match
 
@@ -51,6 +51,17 @@ class ConfidentAnswer:
     def right(self) -> bool:
         """Whether the answer counts as right."""
         return self.error <= WRONG
+
+
+def with_landmarks(pair: VariedPair, options: MatchOptions, count: int) -> MatchOptions:
+    """Give some points of known partners, drawn at random, as landmarks."""
+    ours, theirs = pair.source.truth, pair.target.truth
+    if ours is None or theirs is None or not count:
+        return options
+    drawn = np.random.default_rng(len(ours)).choice(len(ours), count, replace=False)
+    here = pair.source.shape.mesh.vertex_ids[ours[drawn]]
+    there = pair.target.shape.mesh.vertex_ids[theirs[drawn]]
+    return replace(options, landmarks=tuple(zip(here.tolist(), there.tolist(), strict=True)))
 
 
 def answered(pair: VariedPair, options: MatchOptions) -> ConfidentAnswer:
@@ -143,6 +154,8 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=135, help="number of pairs")
     parser.add_argument("--first", type=int, default=0, help="number of the first pair")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--condition", choices=list(CONDITIONS), help="of all targets")
+    parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--features", type=Path, help="file (.npz) for the measures")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
@@ -150,7 +163,8 @@ def main() -> None:
     answers = []
     print(f"{'':5}{'kind':26}{'condition':12}{'error':>8}{'said':>7}  reasons for doubt")
     for number in range(arguments.first, arguments.first + arguments.pairs):
-        one = answered(varied_pair(number, arguments.seed), options)
+        pair = varied_pair(number, arguments.seed, arguments.condition)
+        one = answered(pair, with_landmarks(pair, options, arguments.landmarks))
         answers.append(one)
         error = "none" if one.kind == DIFFERENT else f"{one.error:.4f}"
         mark = "wrong, sure" if not one.right and one.probability >= 0.5 else ""
