@@ -65,7 +65,7 @@ class OpenedCandidate:
         found: IntArray = theirs.vertices[self._map.images(ours.places[vertices])]
         return found
 
-    def of_whole(self, images: IntArray) -> IntArray:
+    def whole_images(self, images: IntArray) -> IntArray:
         """(V,) images of the vertices of the whole source, of those of what is left of both."""
         ours, theirs = self.openings
         found: IntArray = theirs.vertices[images[ours.places]]
@@ -144,7 +144,7 @@ def search_opened(
     if best_refined.fit.score > score:
         return None
     positions = smooth_surface(theirs.shape).mesh.vertices
-    rows = distinct(positions[one.of_whole(each.images)] for one, each in refined)
+    rows = distinct(positions[one.whole_images(each.images)] for one, each in refined)
     confidence = refined_confidence(
         confidence_in([refined[row][0].candidate for row in rows], control),
         [refined[row][1].fit for row in rows],

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from solver.arrays import IntArray
 from solver.mesh import simplified
 from solver.registration.alignment import LOCAL, Alignment, Pairs
-from solver.registration.candidates import NO_LANDMARKS
+from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.choice import Stage, Task
 from solver.registration.opening import VertexMaps
 from solver.registration.surface import Samples, smooth_surface
@@ -97,7 +97,7 @@ class ReducedTask:
 
     @classmethod
     def of(cls, source: Shape, target: Shape, task: Task) -> "ReducedTask":
-        """Reduce the surfaces of a task, which has no landmarks.
+        """Reduce the surfaces of a task, and leave out its landmarks.
 
         Parameters
         ----------
@@ -126,6 +126,14 @@ class ReducedTask:
         source, target = self.whole
         here, there = source.first(stage.source_samples), target.first(stage.target_samples)
         return alignment.pairs(here, there, LOCAL)
+
+
+def reduced_landmarks(source: Reduction, target: Reduction, landmarks: Points) -> Points:
+    """Return landmarks of whole shapes on reduced ones, where several may become one."""
+    here, there = source.places[landmarks[0]], target.places[landmarks[1]]
+    first, other = (np.unique(one, return_index=True)[1] for one in (here, there))
+    kept = np.intersect1d(first, other)
+    return here[kept], there[kept]
 
 
 def of_whole(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:

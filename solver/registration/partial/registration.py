@@ -9,7 +9,7 @@ from solver.registration.confidence import Confidence
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.refinement import refine_candidates
 from solver.registration.partial.search import search_part
-from solver.registration.reduction import reduction
+from solver.registration.reduction import reduced_landmarks, reduction
 from solver.registration.registration import DenseCorrespondence, in_numbers_of_files
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
@@ -104,7 +104,7 @@ def register_part(
     fewer = ours.shape, theirs.shape
     if min(smooth_surface(one).samples.size for one in fewer) <= MIN_POINTS:
         return None
-    known = ours.places[landmarks[0]], theirs.places[landmarks[1]]
+    known = reduced_landmarks(ours, theirs, landmarks)
     candidates = search_part(*fewer, control, scale, entire, known)
     if not candidates:
         return None

@@ -73,7 +73,7 @@ def test_the_best_refined_is_chosen(
     assert refined is not None
     assert refined.candidate is found.opened.candidate
     assert found.confidence.measures["refined_score"] == refined.fit.score
-    images = found.opened.of_whole(refined.images)
+    images = found.opened.whole_images(refined.images)
     here = np.flatnonzero(with_glue.kept)
     places = with_glue.mesh.vertices[images[here]]
     errors = np.linalg.norm(places - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)

@@ -8,7 +8,7 @@ from solver.mesh import triangle_mesh
 from solver.registration import reduction, register
 from solver.registration.choice import FINE
 from solver.registration.opening import VertexMaps
-from solver.registration.reduction import ReducedTask, Reduction, of_whole
+from solver.registration.reduction import ReducedTask, Reduction, of_whole, reduced_landmarks
 from solver.registration.refinement import choose_refined
 from solver.shape import Shape
 from tests.solver import shapes
@@ -52,6 +52,18 @@ def test_maps_of_reduced_shapes_are_maps_of_all_vertices(blob: Shape, reduced: R
     maps = of_whole(VertexMaps(every, every[::-1]), reduced, reduced)
     np.testing.assert_array_equal(maps.images, reduced.vertices[reduced.places])
     np.testing.assert_array_equal(maps.back, reduced.vertices[::-1][reduced.places])
+
+
+def test_landmarks_that_become_one_are_one(blob: Shape, reduced: Reduction) -> None:
+    collapsed = int(np.setdiff1d(np.arange(blob.n_vertices), reduced.vertices)[0])
+    same = int(reduced.vertices[reduced.places[collapsed]])
+    entire = Reduction(blob, np.arange(blob.n_vertices), np.arange(blob.n_vertices))
+    landmarks = np.array([7, collapsed, same]), np.array([1, 2, 3])
+    here, there = reduced_landmarks(reduced, entire, landmarks)
+    np.testing.assert_array_equal(here, reduced.places[[7, collapsed]])
+    np.testing.assert_array_equal(there, [1, 2])
+    for one, given in zip(reduced_landmarks(entire, entire, landmarks), landmarks, strict=True):
+        np.testing.assert_array_equal(one, given)
 
 
 def test_pairs_of_the_whole_are_pairs_of_the_reduced(blob: Shape, reduced: Reduction) -> None:
