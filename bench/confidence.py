@@ -54,7 +54,10 @@ class ConfidentAnswer:
 
 
 def with_landmarks(pair: VariedPair, options: MatchOptions, count: int) -> MatchOptions:
-    """Give some points of known partners, drawn at random, as landmarks."""
+    """Give some points of known partners, drawn at random, as landmarks.
+
+    Unlike points at extremities, all of them may lie between left and right.
+    """
     ours, theirs = pair.source.truth, pair.target.truth
     if ours is None or theirs is None or not count:
         return options

@@ -21,7 +21,7 @@ from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, distinct
 from solver.registration.confidence import Confidence, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases
-from solver.registration.reduction import ReducedTask, of_whole, reduction
+from solver.registration.reduction import ReducedTask, reduction, whole_maps
 from solver.registration.refinement import RefinedCandidate, refine_candidate, rivals_of
 from solver.registration.search import confidence_in, search
 from solver.registration.surface import Samples, smooth_surface
@@ -152,13 +152,13 @@ def search_opened(
     )
     if ours.shape is source and theirs.shape is target:
         return OpenedChoice(best, confidence, best_refined)
-    maps = of_whole(best.vertex_maps(), ours, theirs)
+    maps = whole_maps(best.vertex_maps(), ours, theirs)
     return OpenedChoice(_reopened(source, target, maps, control), confidence, None)
 
 
 def _refined(known: OpenedCandidate, control: Control) -> RefinedCandidate:
     task = _task(*known.openings)
-    return refine_candidate(ReducedTask(task, task.samples), known.candidate, control)
+    return refine_candidate(ReducedTask.entire(task), known.candidate, control)
 
 
 def _opened_candidates(

@@ -99,13 +99,7 @@ class Opening:
         places[vertices] = np.arange(len(vertices))
         left_out = np.flatnonzero(places < 0)
         places[left_out] = KDTree(kept.vertices).query(whole.vertices[left_out])[1]
-        left = Shape(
-            kept,
-            normalise=shape.normalise,
-            eigenpairs=shape.eigenpairs,
-            geodesic_method=shape.geodesic_method,
-        )
-        return cls(left, vertices, places, faces)
+        return cls(shape.with_mesh(kept), vertices, places, faces)
 
 
 def _part(whole: TriangleMesh, vertices: IntArray, corners: IntArray) -> TriangleMesh:

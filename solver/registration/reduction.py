@@ -52,18 +52,12 @@ class Reduction:
         if shape.n_vertices <= MOST:
             return cls(shape, every, every)
         mesh = simplified(whole, LEFT)
-        fewer = Shape(
-            mesh,
-            normalise=shape.normalise,
-            eigenpairs=shape.eigenpairs,
-            geodesic_method=shape.geodesic_method,
-        )
         vertices, places = (
             one.vertices_of(other.vertex_ids) for one, other in ((whole, mesh), (mesh, whole))
         )
         lost = np.flatnonzero(places < 0)
         places[lost] = KDTree(mesh.vertices).query(whole.vertices[lost])[1]
-        return cls(fewer, vertices, places)
+        return cls(shape.with_mesh(mesh), vertices, places)
 
 
 _REDUCTIONS: "WeakKeyDictionary[Shape, Reduction]" = WeakKeyDictionary()
@@ -96,6 +90,11 @@ class ReducedTask:
     whole: tuple[Samples, Samples]
 
     @classmethod
+    def entire(cls, task: Task) -> "ReducedTask":
+        """Return a task on all vertices."""
+        return cls(task, task.samples)
+
+    @classmethod
     def of(cls, source: Shape, target: Shape, task: Task) -> "ReducedTask":
         """Reduce the surfaces of a task, and leave out its landmarks.
 
@@ -107,7 +106,7 @@ class ReducedTask:
             On them.
         """
         if max(source.n_vertices, target.n_vertices) <= MOST:
-            return cls(task, task.samples)
+            return cls.entire(task)
         fewer = reduction(source), reduction(target)
         ours, theirs = (smooth_surface(one.shape) for one in fewer)
         reduced = Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
@@ -136,7 +135,7 @@ def reduced_landmarks(source: Reduction, target: Reduction, landmarks: Points) -
     return here[kept], there[kept]
 
 
-def of_whole(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:
+def whole_maps(maps: VertexMaps, source: Reduction, target: Reduction) -> VertexMaps:
     """Return the maps of all vertices of the whole shapes that maps of the reduced ones give."""
     return VertexMaps(
         target.vertices[maps.images[source.places]], source.vertices[maps.back[target.places]]

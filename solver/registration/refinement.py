@@ -17,7 +17,8 @@ from solver.registration.alignment import LOCAL, align
 from solver.registration.choice import FINE, LANDMARK, Candidate, distinct
 from solver.registration.fit import logarithms
 from solver.registration.reduction import ReducedTask
-from solver.registration.surface_map import Images, SurfaceMap, places
+from solver.registration.rigidity import RigidDisplacement
+from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
 
 _SIZES = tuple(range(20, 101, 5))
 """Eigenfunctions that a candidate is aligned by once more, in finer steps."""
@@ -129,7 +130,10 @@ def rivals_of(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 
 def refine_candidate(
-    reduced: ReducedTask, candidate: Candidate, control: Control
+    reduced: ReducedTask,
+    candidate: Candidate,
+    control: Control,
+    rigid: RigidDisplacement | None = None,
 ) -> RefinedCandidate:
     """Align a candidate once more, and displace the source to the target as rigidly as possible.
 
@@ -141,6 +145,8 @@ def refine_candidate(
         Of the whole ones, registered with the finest samples.
     control
         May cancel; past its deadline, less is refined.
+    rigid
+        The source at rest, if it is known.
 
     Raises
     ------
@@ -155,7 +161,7 @@ def refine_candidate(
     if aligned.size < candidate.alignment.size:
         aligned = align(*samples, pairs, _SIZES[-1:], LOCAL)
     known = SurfaceMap.of(task.source, task.target, aligned, task.is_reflected)
-    rigid = known.at_rest()
+    rigid = rigid or at_rest(task.source, task.is_reflected)
     displaced, images = known.refined(rigid, control)
     return RefinedCandidate(candidate, displaced, images, rigid.strain(displaced.positions))
 
@@ -196,10 +202,11 @@ def choose_refined(
     MeshError
         The source's Laplacian cannot be factored.
     """
+    rigid = at_rest(reduced.task.source, reduced.task.is_reflected)
     best: RefinedCandidate | None = None
     found: list[tuple[Candidate, RefinedFit, IntArray]] = []
     for one in control.in_time(candidates, least=1):
-        refined = refine_candidate(reduced, one, control)
+        refined = refine_candidate(reduced, one, control, rigid)
         found.append((one, refined.fit, refined.images))
         # The maps of the others are let go: each takes some hundreds of bytes a vertex.
         if best is None or refined.fit.score < best.fit.score:

@@ -133,8 +133,7 @@ class Registration:
         if refined is None:
             task = _task(here.shape, there.shape)
             of_it = task.reflected() if self.reflected else task
-            entire = ReducedTask(of_it, of_it.samples)
-            refined = refine_candidate(entire, self.candidates[0], control)
+            refined = refine_candidate(ReducedTask.entire(of_it), self.candidates[0], control)
         source, target = self.source.mesh, self.target.mesh
         forward = _of_whole(here, there, *refined.forward)
         back = _of_whole(there, here, *refined.back)

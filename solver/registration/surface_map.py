@@ -117,35 +117,13 @@ class SurfaceMap:
         vertices = _nearest_vertices(here, there, self.source, start)
         return vertices, *_on_triangles(here, there, self.source, vertices)
 
-    def at_rest(self, scale: float = 1.0, drawn: BoolArray | None = None) -> RigidDisplacement:
-        """Return the source at rest, prepared for displacements.
-
-        Parameters
-        ----------
-        scale
-            √area of the source at rest.
-        drawn
-            (V,) source vertices that are drawn to their images, by default all.
-
-        Raises
-        ------
-        MeshError
-            The source's Laplacian cannot be factored.
-        """
-        rest = self.source.mesh
-        sides = scale * (MIRROR if self.reflected else np.ones(3))
-        rest = rest.with_same_faces(vertices=rest.vertices * sides)
-        stiffness, mass = self.source.laplacian
-        operators = stiffness, scale**2 * mass
-        return RigidDisplacement(rest, operators, scale * _LENGTH, scale * _WIDTH, drawn)
-
     def refined(self, rigid: RigidDisplacement, control: Control) -> tuple["SurfaceMap", IntArray]:
         """Displace the source as rigidly as possible towards its images, and find them again.
 
         Parameters
         ----------
         rigid
-            The source of :meth:`at_rest`.
+            The source, of :func:`at_rest`.
         control
             May cancel; past its deadline, fewer rounds are made.
 
@@ -197,6 +175,37 @@ class SurfaceMap:
         functions = target.spectrum.eigenfunctions[:, :k]
         found = embedding(functions, target.mesh.vertices, target.normals, self.weights)
         return _space_first(found)
+
+
+def at_rest(
+    source: SmoothSurface,
+    reflected: bool = False,
+    scale: float = 1.0,
+    drawn: BoolArray | None = None,
+) -> RigidDisplacement:
+    """Return a surface at rest, prepared for displacements.
+
+    Parameters
+    ----------
+    source
+        V vertices.
+    reflected
+        Whether it is reflected in the plane x = 0.
+    scale
+        √area of the surface at rest.
+    drawn
+        (V,) vertices that are drawn to their images, by default all.
+
+    Raises
+    ------
+    MeshError
+        Its Laplacian cannot be factored.
+    """
+    sides = scale * (MIRROR if reflected else np.ones(3))
+    rest = source.mesh.with_same_faces(vertices=source.mesh.vertices * sides)
+    stiffness, mass = source.laplacian
+    operators = stiffness, scale**2 * mass
+    return RigidDisplacement(rest, operators, scale * _LENGTH, scale * _WIDTH, drawn)
 
 
 def places(

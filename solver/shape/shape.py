@@ -128,6 +128,21 @@ class Shape:
         self._fields: dict[DescriptorChoice, FloatArray] = {}
         self._samplings: dict[tuple[MetricChoice, tuple[int, ...]], FarthestPointSampling] = {}
 
+    def with_mesh(self, mesh: TriangleMesh) -> "Shape":
+        """Return a shape of another mesh, with the options of this one.
+
+        Parameters
+        ----------
+        mesh
+            In the user's units.
+        """
+        return Shape(
+            mesh,
+            normalise=self.normalise,
+            eigenpairs=self.eigenpairs,
+            geodesic_method=self.geodesic_method,
+        )
+
     @property
     def n_vertices(self) -> int:
         """Number V of vertices."""

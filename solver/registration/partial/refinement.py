@@ -25,7 +25,7 @@ from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.reduction import Reduction
 from solver.registration.surface import smooth_surface
-from solver.registration.surface_map import Images, SurfaceMap, places
+from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
 from solver.shape import Shape
 
 
@@ -118,11 +118,12 @@ class RefinedPart:
         Cancelled
             Through `control`.
         """
-        rigid = self.displaced.at_rest(self.scale, self.covered if self.covered.any() else None)
+        drawn = self.covered if self.covered.any() else None
+        rigid = at_rest(self.displaced.source, scale=self.scale, drawn=drawn)
         displaced, images = self.displaced.refined(rigid, control)
         return replace(self, displaced=displaced, images=images, back=displaced.inverse())
 
-    def of_whole(
+    def on_whole(
         self, whole: Reduction, part: Reduction, shapes: tuple[Shape, Shape], control: Control
     ) -> "RefinedPart":
         """Refine the same candidate on all vertices.
@@ -234,6 +235,6 @@ def _displaced(
     covered = covered_by_part(known, images, known.inverse()[0])
     if not entire:
         covered = largest_patch(known.source, covered)
-    rigid = known.at_rest(scale, covered if covered.any() else None)
+    rigid = at_rest(known.source, scale=scale, drawn=covered if covered.any() else None)
     displaced, images = known.refined(rigid, control)
     return displaced, images, rigid.strain(displaced.positions)

@@ -111,7 +111,7 @@ def register_part(
     refined = refine_candidates(*fewer, candidates, entire, control)
     chosen = refined[0]
     if fewer != (whole, part):
-        chosen = chosen.of_whole(ours, theirs, (whole, part), control)
+        chosen = chosen.on_whole(ours, theirs, (whole, part), control)
     chosen = chosen.again(control)
     return PartMap(
         whole,

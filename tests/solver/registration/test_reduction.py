@@ -8,7 +8,7 @@ from solver.mesh import triangle_mesh
 from solver.registration import reduction, register
 from solver.registration.choice import FINE
 from solver.registration.opening import VertexMaps
-from solver.registration.reduction import ReducedTask, Reduction, of_whole, reduced_landmarks
+from solver.registration.reduction import ReducedTask, Reduction, reduced_landmarks, whole_maps
 from solver.registration.refinement import choose_refined
 from solver.shape import Shape
 from tests.solver import shapes
@@ -49,7 +49,7 @@ def test_numbers_are_those_of_the_mesh_not_of_the_file(blob: Shape, reduced: Red
 
 def test_maps_of_reduced_shapes_are_maps_of_all_vertices(blob: Shape, reduced: Reduction) -> None:
     every = np.arange(len(reduced.vertices))
-    maps = of_whole(VertexMaps(every, every[::-1]), reduced, reduced)
+    maps = whole_maps(VertexMaps(every, every[::-1]), reduced, reduced)
     np.testing.assert_array_equal(maps.images, reduced.vertices[reduced.places])
     np.testing.assert_array_equal(maps.back, reduced.vertices[::-1][reduced.places])
 
@@ -84,7 +84,7 @@ def test_the_same_candidate_is_chosen(blob: Shape, reduced: Reduction) -> None:
     found = candidates(task)[:3]
     fewer = choose_refined(ReducedTask.of(blob, blob, task), found, Control())
     assert fewer.candidates[0] is found[0]
-    entire = choose_refined(ReducedTask(task, task.samples), found, Control())
+    entire = choose_refined(ReducedTask.entire(task), found, Control())
     assert [id(one) for one in fewer.candidates] == [id(one) for one in entire.candidates]
 
 

@@ -25,10 +25,6 @@ def task_of(source: Shape, target: Shape) -> Task:
     return Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
 
 
-def whole(task: Task) -> ReducedTask:
-    return ReducedTask(task, task.samples)
-
-
 def candidates(task: Task) -> list[Candidate]:
     return choose(
         task,
@@ -43,13 +39,13 @@ def test_a_copy_fits_exactly_and_others_do_not(blob: Shape) -> None:
     copy = Shape(triangle_mesh(3.0 * blob.mesh.vertices @ turn, blob.mesh.faces))
     task = task_of(blob, copy)
     right, *wrong = candidates(task)
-    refined = refine_candidate(whole(task), right, Control())
+    refined = refine_candidate(ReducedTask.entire(task), right, Control())
     np.testing.assert_array_equal(refined.images, np.arange(blob.n_vertices))
     assert max(refined.fit.apart, refined.fit.strained) < 1e-3
     assert refined.fit.turned < 0.02
     assert wrong
     for one in wrong:
-        other = refine_candidate(whole(task), one, Control()).fit
+        other = refine_candidate(ReducedTask.entire(task), one, Control()).fit
         assert other.strained > 10.0 * refined.fit.strained
         assert other.score > refined.fit.score + 3.0
 
@@ -63,7 +59,7 @@ def test_the_score_is_the_sum_of_the_logarithms() -> None:
 def test_those_that_fit_best_come_first_and_differ(blob: Shape) -> None:
     task = task_of(blob, blob)
     found = candidates(task)
-    chosen = choose_refined(whole(task), [*found[2::-1], found[0]], Control())
+    chosen = choose_refined(ReducedTask.entire(task), [*found[2::-1], found[0]], Control())
     scores = [one.score for one in chosen.fits]
     assert scores == sorted(scores)
     assert chosen.best.fit.score == scores[0]
@@ -75,7 +71,7 @@ def test_those_that_fit_best_come_first_and_differ(blob: Shape) -> None:
 def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
     task = task_of(blob, blob)
     late = Control(deadline=time.monotonic())
-    assert len(choose_refined(whole(task), candidates(task)[:3], late).fits) == 1
+    assert len(choose_refined(ReducedTask.entire(task), candidates(task)[:3], late).fits) == 1
 
 
 @pytest.fixture(scope="module")
