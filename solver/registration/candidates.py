@@ -1,9 +1,11 @@
-"""Candidates of a registration: pairs from matched points, or from the signs of eigenfunctions.
+"""Candidates of a registration: pairs from matched points, signs of eigenfunctions, or a rotation.
 
 A coarse correspondence is decided at extremities, and an intrinsic symmetry of one half of a body
 changes it little. So all good ones are taken, and to those are added all choices of signs of the
 first eigenfunctions: those of isometric shapes agree up to signs, and an intrinsic symmetry is a
 change of signs (Ovsjanikov, Sun, Guibas: "Global intrinsic symmetries of shapes", CGF 27(5), 2008).
+Where handles differ, as those of scanned bones do, eigenfunctions do not agree; a rotation in space
+is tried for shapes that are in the same pose.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,7 +15,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import FunctionalMap, fit_orthonormal_map, mutual_nearest_points
-from solver.registration.alignment import GLOBAL, Alignment, Pairs, rotation_onto
+from solver.registration.alignment import GLOBAL, Alignment, Pairs, embedding, rotation_onto
 from solver.registration.surface import Samples, SmoothSurface
 
 Points = tuple[IntArray, IntArray]
@@ -33,6 +35,9 @@ _RIDGE = 0.1
 _SIGNED = 6
 """First eigenfunctions all of whose signs are tried: 2⁶ candidates."""
 
+_TURNS = 8
+"""Rounds of rotating the source onto its nearest neighbours."""
+
 
 def first_pairs(
     surfaces: tuple[SmoothSurface, SmoothSurface],
@@ -51,7 +56,7 @@ def first_pairs(
     Yields
     ------
     Pairs
-        Of every hypothesis, and of every choice of signs.
+        Of every hypothesis, every choice of signs, and the rotation in space that fits best.
     """
     for points in hypotheses:
         if len(points[0]) >= MIN_POINTS:
@@ -59,6 +64,7 @@ def first_pairs(
     count = 1 + min(_SIGNED, *(one.size - 1 for one in samples))
     for signs in _choices(count):
         yield _spectral_pairs(samples, np.diag(signs))
+    yield _rotated(samples)
 
 
 def exchanged_pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
@@ -122,6 +128,32 @@ def _spectral_pairs(samples: tuple[Samples, Samples], matrix: FloatArray) -> Pai
     ours = FunctionalMap(matrix).images(source.eigenfunctions).astype(np.float32)
     theirs = target.eigenfunctions[:, : len(matrix)].astype(np.float32)
     return Pairs(*mutual_nearest_points(ours, theirs))
+
+
+def _rotated(samples: tuple[Samples, Samples]) -> Pairs:
+    """Nearest samples of the source, rotated in space and not bent, and the target.
+
+    Of the four rotations of principal axes onto one another, each improved by iterative closest
+    points, the one that brings both nearest together: Besl and McKay, "A method for registration of
+    3-D shapes", IEEE TPAMI 14(2), 1992.
+    """
+    source, target = samples
+    (here, normals), (there, target_normals) = (one.smoothed(one.size) for one in samples)
+    here, there = here - here.mean(axis=0), there - there.mean(axis=0)
+    axes, target_axes = (np.linalg.svd(one, full_matrices=False)[2] for one in (here, there))
+    nothing, goal = source.eigenfunctions[:, :0], target.eigenfunctions[:, :0]
+    embedded = embedding(goal, there, target_normals, GLOBAL)
+    found: list[tuple[float, Pairs]] = []
+    for first, second in product((1.0, -1.0), repeat=2):
+        third = first * second * np.linalg.det(axes) * np.linalg.det(target_axes)
+        turn = (axes.T * (first, second, third)) @ target_axes
+        for _ in range(_TURNS):
+            turned = embedding(nothing, here @ turn, normals @ turn, GLOBAL)
+            pairs = Pairs(*mutual_nearest_points(turned, embedded))
+            turn = rotation_onto(here, pairs.partners(there, 3), pairs.weights)
+        apart = (turned - embedded[pairs.images]) ** 2, (turned[pairs.back] - embedded) ** 2
+        found.append((sum(float(one.sum(axis=1).mean()) for one in apart), pairs))
+    return min(found, key=lambda one: one[0])[1]
 
 
 def pairs_from_points(

@@ -155,13 +155,13 @@ def register(
 ) -> Registration | None:
     """Register a source to a target: bend it onto the target in space, and see how well it fits.
 
-    Candidates begin at the hypotheses and at the signs of eigenfunctions. Those registered best are
-    registered more finely, and the one that fits best is chosen: the direct one, wherever the
-    surfaces tell left from right and front from back, as displacements reflect nothing. Where
-    landmarks are given, or it fits better coarsely, the reflected source is registered as well: it
-    is the answer if it alone meets the landmarks, or fits far better. In doubt, candidates from
-    other beginnings are searched besides (:func:`.search_others`). Unless the best is beyond doubt,
-    it and its rivals are refined, and chosen from (:mod:`.refinement`).
+    Candidates begin at the hypotheses, at signs of eigenfunctions, and at a rotation in space.
+    Those registered best are registered more finely, and the one that fits best is chosen: the
+    direct one, wherever the surfaces tell left from right and front from back, as displacements
+    reflect nothing. Where landmarks are given, or it fits better coarsely, the reflected source is
+    registered as well: it is the answer if it alone meets the landmarks, or fits far better. In
+    doubt, candidates from other beginnings are searched besides (:func:`.search_others`). Unless
+    the best is beyond doubt, it and its rivals are refined, and chosen from (:mod:`.refinement`).
 
     Parameters
     ----------
@@ -274,7 +274,7 @@ def _is_meant(mirrored: Registration, direct: Registration) -> bool:
 def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:
     """Return whether the reflected source fits better than the direct answer, coarsely.
 
-    Only the signs of eigenfunctions are tried: a reflected copy is an isometric one.
+    Without hypotheses: signs of eigenfunctions tell a reflected copy, which is an isometric one.
     """
 
     def signs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:

@@ -159,13 +159,13 @@ def test_first_pairs_of_known_points_are_near_the_truth(
     assert np.median(errors) < 0.15
 
 
-def test_there_are_as_many_candidates_as_hypotheses_and_signs(
+def test_candidates_are_those_of_hypotheses_and_signs_and_a_rotation(
     surfaces: tuple[SmoothSurface, SmoothSurface],
 ) -> None:
     samples = surfaces[0].samples.first(50), surfaces[1].samples.first(60)
     points = np.arange(5), np.arange(5)
     few = np.arange(2), np.arange(2)
-    for hypotheses, expected in (([points, few], 1 + 64), ([], 64)):
+    for hypotheses, expected in (([points, few], 1 + 64 + 1), ([], 64 + 1)):
         found = list(first_pairs(surfaces, samples, hypotheses))
         assert len(found) == expected
         assert all(len(one.images) == 50 and len(one.back) == 60 for one in found)
@@ -188,10 +188,9 @@ def test_exchanged_eigenfunctions_are_matched_with_one_another(
     assert len(found) == 5 * 64
     itself = [one for one in found if (one.images == np.arange(50)).all()]
     assert len(itself) == 1
-    assert not any(
-        (one.images == np.arange(50)).all()
-        for one in first_pairs(surfaces, (samples, exchanged), ())
-    )
+    *signs, rotated = first_pairs(surfaces, (samples, exchanged), ())
+    assert not any((one.images == np.arange(50)).all() for one in signs)
+    assert (rotated.images == np.arange(50)).all()
 
 
 def test_nothing_to_begin_with_gives_nothing(
