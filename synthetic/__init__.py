@@ -6,6 +6,7 @@ from synthetic.pose import Pose
 from synthetic.proportions import transferred
 from synthetic.repertoire import HUMAN_POSES
 from synthetic.shapes import SyntheticShape, articulated, correspondence, human
+from synthetic.skull import LENGTH, Skull, skull
 from synthetic.texture import clothed, painted
 from synthetic.topology import glued, near_in_space, punched
 from synthetic.transformations import Transformed, noisy, remeshed, scaled
@@ -15,8 +16,10 @@ __all__ = [
     "ASYMMETRIC_HUMAN",
     "CLASSES",
     "HUMAN_POSES",
+    "LENGTH",
     "HumanProportions",
     "Pose",
+    "Skull",
     "SyntheticShape",
     "Transformed",
     "articulated",
@@ -31,5 +34,6 @@ __all__ = [
     "punched",
     "remeshed",
     "scaled",
+    "skull",
     "transferred",
 ]

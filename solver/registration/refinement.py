@@ -12,12 +12,12 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.mesh import vertex_normals
 from solver.registration.alignment import LOCAL, align
 from solver.registration.choice import FINE, LANDMARK, Candidate, distinct
 from solver.registration.fit import logarithms
 from solver.registration.reduction import ReducedTask
 from solver.registration.rigidity import RigidDisplacement
+from solver.registration.spatial import displaced_in_space
 from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
 
 _SIZES = tuple(range(20, 101, 5))
@@ -95,31 +95,52 @@ class RefinedCandidate:
     @cached_property
     def fit(self) -> RefinedFit:
         """Its fit."""
-        displaced, (vertices, _, _) = self.displaced, self.back
-        source, target = displaced.source, displaced.target
-        ours, theirs = displaced.positions, target.mesh.vertices
-        apart = [
-            np.linalg.norm(places(theirs, target, *self.forward[1:]) - ours, axis=1),
-            np.linalg.norm(places(ours, source, *self.back[1:]) - theirs, axis=1),
-        ]
-        side = -source.side if displaced.reflected else source.side
-        normals = side * vertex_normals(ours, source.mesh.faces)
-        turned = [
-            1.0 - (normals * target.normals[self.images]).sum(axis=1),
-            1.0 - (normals[vertices] * target.normals).sum(axis=1),
-        ]
-        areas = source.spectrum.mass, target.spectrum.mass
-        return RefinedFit(
-            _of_both(apart, areas),
-            float(np.sqrt(2.0 * _of_both(turned, areas))),
-            self.strained,
-        )
+        return RefinedFit(*_distances(self.displaced, self.forward, self.back), self.strained)
+
+
+def _distances(
+    known: SurfaceMap,
+    forward: Images,
+    back: Images,
+    here: IntArray | None = None,
+    there: IntArray | None = None,
+) -> tuple[float, float]:
+    """How far apart the displaced source and the target are, and how their normals are turned.
+
+    Parameters
+    ----------
+    known
+        The displaced source X and the target Y.
+    forward, back
+        Images of vertices of X on Y, and of vertices of Y on X.
+    here, there
+        These vertices, by default all.
+    """
+    source, target = known.source, known.target
+    here, there = (
+        np.arange(len(surface.normals)) if rows is None else rows
+        for surface, rows in ((source, here), (target, there))
+    )
+    ours, theirs = known.positions, target.mesh.vertices
+    apart = (
+        places(theirs, target, *forward[1:]) - ours[here],
+        places(ours, source, *back[1:]) - theirs[there],
+    )
+    turned = (
+        target.normals[forward[0]] - known.normals[here],
+        known.normals[back[0]] - target.normals[there],
+    )
+    areas = source.spectrum.mass[here], target.spectrum.mass[there]
+    return (
+        _of_both([np.linalg.norm(one, axis=1) for one in apart], areas),
+        float(np.sqrt(_of_both([(one**2).sum(axis=1) for one in turned], areas))),
+    )
 
 
 def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> float:
     """Geometric mean of the means over both surfaces."""
     means = (np.average(one, weights=area) for one, area in zip(densities, areas, strict=True))
-    return float(np.sqrt(np.prod([max(float(mean), 0.0) for mean in means])))
+    return float(np.sqrt(np.prod(list(means))))
 
 
 def rivals_of(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -162,6 +183,27 @@ def refine_candidate(
         aligned = align(*samples, pairs, _SIZES[-1:], LOCAL)
     known = SurfaceMap.of(task.source, task.target, aligned, task.is_reflected)
     rigid = rigid or at_rest(task.source, task.is_reflected)
+    refined = _refined(candidate, known, rigid, control)
+    if control.expired:
+        return refined
+    in_space = displaced_in_space(known)
+    if _misfit(in_space) > _misfit(known):
+        return refined
+    other = _refined(candidate, in_space, rigid, control)
+    return min(refined, other, key=lambda one: one.fit.score)
+
+
+def _misfit(known: SurfaceMap) -> float:
+    """Product of the distances of positions and of normals at the samples of both surfaces."""
+    here, there = known.source.samples.vertices, known.target.samples.vertices
+    images = known.images(here)
+    forward = images, *known.on_triangles(images, here)
+    return float(np.prod(_distances(known, forward, known.inverse(there), here, there)))
+
+
+def _refined(
+    candidate: Candidate, known: SurfaceMap, rigid: RigidDisplacement, control: Control
+) -> RefinedCandidate:
     displaced, images = known.refined(rigid, control)
     return RefinedCandidate(candidate, displaced, images, rigid.strain(displaced.positions))
 

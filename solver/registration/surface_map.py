@@ -88,34 +88,45 @@ class SurfaceMap:
         start
             (S,) target vertices to begin at, by default the nearest samples.
         """
-        here = self._embedded if vertices is None else self._embedded[vertices]
+        here = _rows(self._embedded, vertices)
         return _nearest_vertices(here, self._target_embedded, self.target, start)
 
-    def on_triangles(self, images: IntArray) -> tuple[IntArray, FloatArray]:
-        """Images of all vertices between vertices: triangles, and barycentric coordinates.
+    def on_triangles(
+        self, images: IntArray, vertices: IntArray | None = None
+    ) -> tuple[IntArray, FloatArray]:
+        """Images between vertices: triangles, and barycentric coordinates.
 
         Parameters
         ----------
         images
-            (V,) nearest target vertices.
+            (S,) nearest target vertices.
+        vertices
+            (S,) source vertices, by default all.
         """
-        return _on_triangles(self._embedded, self._target_embedded, self.target, images)
+        here = _rows(self._embedded, vertices)
+        return _on_triangles(here, self._target_embedded, self.target, images)
 
-    def inverse(self) -> Images:
-        """Nearest points of the displaced source to all target vertices, in the same embedding.
+    def inverse(self, vertices: IntArray | None = None) -> Images:
+        """Nearest points of the displaced source to target vertices, in the same embedding.
 
         Every target vertex has one, whether or not an image of the source is near it.
 
+        Parameters
+        ----------
+        vertices
+            (S,) target vertices, by default all.
+
         Returns
         -------
-        (W,) nearest source vertices, (W,) source triangles, and (W, 3) barycentric coordinates.
+        (S,) nearest source vertices, (S,) source triangles, and (S, 3) barycentric coordinates.
         """
         # Begun with spectral coordinates, which tell apart what touches.
         known = replace(self, weights=LOCAL)
-        start = _nearest_vertices(known._target_embedded, known._embedded, self.source)
-        here, there = self._target_embedded, self._embedded
-        vertices = _nearest_vertices(here, there, self.source, start)
-        return vertices, *_on_triangles(here, there, self.source, vertices)
+        there = _rows(known._target_embedded, vertices)
+        start = _nearest_vertices(there, known._embedded, self.source)
+        here, there = self._embedded, _rows(self._target_embedded, vertices)
+        nearest = _nearest_vertices(there, here, self.source, start)
+        return nearest, *_on_triangles(there, here, self.source, nearest)
 
     def refined(self, rigid: RigidDisplacement, control: Control) -> tuple["SurfaceMap", IntArray]:
         """Displace the source as rigidly as possible towards its images, and find them again.
@@ -140,7 +151,7 @@ class SurfaceMap:
         for _ in control.in_time(range(_ROUNDS)):
             positions = rigid.step(ahead.positions, ahead._places(images))
             further = positions + _MOMENTUM * (positions - current.positions)
-            current, ahead = ahead._moved(positions), ahead._moved(further)
+            current, ahead = ahead.moved(positions), ahead.moved(further)
             images = ahead.images(start=images)
         return current, current.images(start=images)
 
@@ -151,22 +162,32 @@ class SurfaceMap:
         places: FloatArray = (barycentric[:, :, None] * corners).sum(axis=1)
         return places
 
-    def _moved(self, positions: FloatArray) -> "SurfaceMap":
-        """Return the map of a further displaced source, embedded without spectral coordinates."""
+    def moved(self, positions: FloatArray) -> "SurfaceMap":
+        """Return the map of a further displaced source, embedded without spectral coordinates.
+
+        Parameters
+        ----------
+        positions
+            (V, 3) vertices of the source.
+        """
         found = replace(self, positions=positions, weights=_NEAR)
         if self.weights is _NEAR:
             vars(found)["_target_embedded"] = self._target_embedded
         return found
 
     @cached_property
-    def _embedded(self) -> RealArray:
+    def normals(self) -> FloatArray:
+        """(V, 3) outward unit normals of the displaced source."""
         side = -self.source.side if self.reflected else self.source.side
-        normals = side * vertex_normals(self.positions, self.source.mesh.faces)
+        return side * vertex_normals(self.positions, self.source.mesh.faces)
+
+    @cached_property
+    def _embedded(self) -> RealArray:
         functions = self.source.spectrum.eigenfunctions
         images = (
             self.functional_map.images(functions) if self.weights.spectrum else functions[:, :0]
         )
-        return _space_first(embedding(images, self.positions, normals, self.weights))
+        return _space_first(embedding(images, self.positions, self.normals, self.weights))
 
     @cached_property
     def _target_embedded(self) -> RealArray:
@@ -225,6 +246,10 @@ def places(
     corners = positions[surface.mesh.faces[faces]]
     found: FloatArray = np.einsum("vc,vcd->vd", barycentric, corners)
     return found
+
+
+def _rows(embedded: RealArray, vertices: IntArray | None) -> RealArray:
+    return embedded if vertices is None else embedded[vertices]
 
 
 def _space_first(embedded: RealArray) -> RealArray:

@@ -50,5 +50,5 @@ def test_hollow_bodies_with_unlike_holes_are_matched_as_they_lie_in_space() -> N
     found = register(Shape(source), turned, (), Control())
     assert found is not None
     images = found.images(np.arange(source.n_vertices))
-    apart = np.linalg.norm(target.vertices[images] - source.vertices, axis=1) / turned.size
-    assert apart.mean() < 0.05
+    apart = np.linalg.norm(target.vertices[images] - source.vertices, axis=1) / turned.unit
+    assert apart.mean() < 0.02

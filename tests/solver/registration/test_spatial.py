@@ -1,0 +1,100 @@
+"""Displacements that are smooth in space: exact cases, derivatives, thin walls that stay near."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from solver.arrays import FloatArray
+from solver.control import Control
+from solver.mesh import triangle_mesh, vertex_normals
+from solver.registration import Registration, register
+from solver.registration.spatial import SpatialDisplacement, displaced_in_space
+from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import SurfaceMap
+from solver.shape import Shape
+from synthetic import skull
+from tests.solver.shapes import icosphere
+
+WIDTH = 0.5
+
+
+@pytest.fixture(scope="module")
+def sphere() -> FloatArray:
+    return icosphere(4).vertices
+
+
+def fitted(points: FloatArray, goals: FloatArray) -> SpatialDisplacement:
+    weights = np.full((len(points), 1), 1.0 / len(points))
+    return SpatialDisplacement.fit(points, goals, weights, points[:60], WIDTH)
+
+
+def test_an_affine_map_is_recovered_without_kernels(sphere: FloatArray) -> None:
+    matrix = np.array([[1.1, 0.2, 0.0], [-0.3, 0.9, 0.1], [0.0, 0.1, 1.2]])
+    found = fitted(sphere, sphere @ matrix + (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(found.affine, [*matrix, (1.0, 2.0, 3.0)], atol=1e-5)
+    assert np.abs(found.weights).max() < 1e-4
+
+
+def bent(points: FloatArray) -> FloatArray:
+    x, y, z = points.T
+    return np.stack([x + 0.2 * np.sin(y), y + 0.2 * np.cos(z), z + 0.3 * np.sin(x)], axis=1)
+
+
+def test_a_smooth_displacement_is_followed_where_no_point_was_given(sphere: FloatArray) -> None:
+    found = fitted(sphere[::2], bent(sphere[::2]))
+    error = np.linalg.norm(found.positions(sphere[1::2]) - bent(sphere[1::2]), axis=1)
+    moved = np.linalg.norm(bent(sphere) - sphere, axis=1)
+    assert error.max() < 0.1 * moved.mean()
+
+
+@pytest.mark.parametrize("change", [bent, lambda points: bent(points) * (-1.0, 1.0, 1.0)])
+def test_normals_are_those_of_the_displaced_surface(
+    sphere: FloatArray, change: Callable[[FloatArray], FloatArray]
+) -> None:
+    found = fitted(sphere, change(sphere))
+    faces = icosphere(4).faces
+    expected = vertex_normals(found.positions(sphere), faces)
+    apart = np.linalg.norm(found.normals(sphere, sphere) - expected, axis=1)
+    assert apart.max() < 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Bones:
+    """Two individuals, their registration, and the true places of the source's vertices."""
+
+    source: Shape
+    target: Shape
+    truth: FloatArray
+    found: Registration
+
+    def error(self, images: FloatArray) -> float:
+        """Mean distance of images of the source's vertices, over √area."""
+        apart = np.linalg.norm(images - self.truth, axis=1)
+        return float(apart.mean() / self.target.unit)
+
+
+@pytest.fixture(scope="module")
+def bones() -> Bones:
+    one, other = skull(1, 0.8, 0.45), skull(3, 0.8, 0.45)
+    source, target = (Shape(triangle_mesh(each.vertices, each.faces)) for each in (one, other))
+    found = register(source, target, (), Control())
+    assert found is not None
+    return Bones(source, target, other.displacement(one.rest), found)
+
+
+def test_it_is_nearer_to_the_truth_than_eigenfunctions_on_thin_walls(bones: Bones) -> None:
+    surfaces = smooth_surface(bones.source), smooth_surface(bones.target)
+    known = SurfaceMap.of(*surfaces, bones.found.candidates[0].alignment, reflected=False)
+    vertices = bones.target.mesh.vertices
+    along, in_space = (
+        bones.error(vertices[each.images()]) for each in (known, displaced_in_space(known))
+    )
+    assert in_space < 0.75 * along
+
+
+def test_the_dense_map_takes_it_where_it_fits_better(bones: Bones) -> None:
+    dense = bones.found.dense(Control())
+    corners = bones.target.mesh.vertices[dense.faces]
+    assert bones.error(np.einsum("nc,ncd->nd", dense.barycentric, corners)) < 0.014
