@@ -22,7 +22,7 @@ from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, cho
 from solver.registration.confidence import Confidence, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases
 from solver.registration.reduction import ReducedTask, reduction, whole_maps
-from solver.registration.refinement import RefinedCandidate, refine_candidate, rivals_of
+from solver.registration.refinement import RefinedFit, refine_on_few
 from solver.registration.search import confidence_in, search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -65,12 +65,6 @@ class OpenedCandidate:
         found: IntArray = theirs.vertices[self._map.images(ours.places[vertices])]
         return found
 
-    def whole_images(self, images: IntArray) -> IntArray:
-        """(V,) images of the vertices of the whole source, of those of what is left of both."""
-        ours, theirs = self.openings
-        found: IntArray = theirs.vertices[images[ours.places]]
-        return found
-
     def vertex_maps(self) -> VertexMaps:
         """Return the maps of all vertices of the whole shapes."""
         ours, theirs = self.openings
@@ -95,13 +89,10 @@ class OpenedChoice:
         As it was registered.
     confidence
         In it; its measures have the refined fit.
-    refined
-        Refined, if not on fewer vertices.
     """
 
     opened: OpenedCandidate
     confidence: Confidence
-    refined: RefinedCandidate | None
 
 
 def search_opened(
@@ -135,30 +126,29 @@ def search_opened(
     found = _opened_candidates(ours.shape, theirs.shape, rematch, control)
     if not found:
         return None
-    rivals = rivals_of([one.candidate for one in found])
-    refined = [
-        (one, _refined(one, control)) for one in control.in_time(found[: len(rivals)], least=1)
-    ]
-    refined.sort(key=lambda one: one[1].fit.score)
-    best, best_refined = refined[0]
-    if best_refined.fit.score > score:
+    refined = [(one, _refined_fit(one, control)) for one in control.in_time(found, least=1)]
+    refined.sort(key=lambda one: one[1].score)
+    best, fit = refined[0]
+    if fit.score > score:
         return None
     positions = smooth_surface(theirs.shape).mesh.vertices
-    rows = distinct(positions[one.whole_images(each.images)] for one, each in refined)
+    every = np.arange(ours.shape.n_vertices)
+    rows = distinct(positions[one.images(every)] for one, _ in refined)
     confidence = refined_confidence(
         confidence_in([refined[row][0].candidate for row in rows], control),
-        [refined[row][1].fit for row in rows],
+        [refined[row][1] for row in rows],
         not control.expired,
     )
     if ours.shape is source and theirs.shape is target:
-        return OpenedChoice(best, confidence, best_refined)
+        return OpenedChoice(best, confidence)
     maps = whole_maps(best.vertex_maps(), ours, theirs)
-    return OpenedChoice(_reopened(source, target, maps, control), confidence, None)
+    return OpenedChoice(_reopened(source, target, maps, control), confidence)
 
 
-def _refined(known: OpenedCandidate, control: Control) -> RefinedCandidate:
-    task = _task(*known.openings)
-    return refine_candidate(ReducedTask.entire(task), known.candidate, control)
+def _refined_fit(known: OpenedCandidate, control: Control) -> RefinedFit:
+    ours, theirs = known.openings
+    few = ReducedTask.of(ours.shape, theirs.shape, _task(ours, theirs))
+    return refine_on_few(few, known.candidate, control).fit
 
 
 def _opened_candidates(
@@ -168,10 +158,10 @@ def _opened_candidates(
     ours, theirs = (Opening.at(shape, creases(smooth_surface(shape))) for shape in (source, target))
     if ours.shape is source and theirs.shape is target:
         return []
-    coarse, _ = search(_task(ours, theirs), rematch(ours.shape, theirs.shape), control)
+    searched = search(_task(ours, theirs), rematch(ours.shape, theirs.shape), control)
     found = [
         _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
-        for one in control.in_time(coarse[:_TRIED], least=1)
+        for one in control.in_time(searched.candidates[:_TRIED], least=1)
     ]
     return sorted(found, key=lambda one: one.candidate.fit.score)
 

@@ -1,7 +1,8 @@
-"""Reduction: surfaces of many vertices are refined, opened and searched for parts on fewer of them.
+"""Reduction: surfaces with fewer of their vertices, on which candidates are compared.
 
-What a registration compares is of some hundredths of √area, which ten thousand vertices resolve.
-Only the answer is refined on all.
+What a registration compares is of some hundredths of √area: ten thousand vertices resolve it where
+surfaces are opened or searched for parts, and a thousand tell which candidate fits best once it is
+refined. Only the answer is refined on all.
 """
 
 from dataclasses import dataclass
@@ -19,12 +20,15 @@ from solver.registration.opening import VertexMaps
 from solver.registration.surface import Samples, smooth_surface
 from solver.shape import Shape
 
-MOST = 15_000
-"""Vertices up to which a surface stays as it is."""
-
 LEFT = 10_000
-"""Vertices that others are simplified to: their edges are some 0.01 √area long, half of the length
-over which a displaced surface is rigid."""
+"""Vertices that surfaces are simplified to: their edges are some 0.01 √area long, half of the
+length over which a displaced surface is rigid."""
+
+FEW = 1_000
+"""Vertices that are enough to tell which candidates may be the best once refined."""
+
+_SPARED = 1.5
+"""Factor on that number up to which a surface stays as it is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,7 @@ class Reduction:
     Parameters
     ----------
     shape
-        The simplified shape; one of at most :data:`MOST` vertices itself.
+        The simplified shape; one of few vertices itself.
     vertices
         (K,) its vertices, in the numbers of the whole shape.
     places
@@ -46,12 +50,12 @@ class Reduction:
     places: IntArray
 
     @classmethod
-    def of(cls, shape: Shape) -> "Reduction":
-        """Simplify a shape, if it has many vertices."""
+    def of(cls, shape: Shape, left: int) -> "Reduction":
+        """Simplify a shape to a number of vertices, if it has many more."""
         whole, every = shape.mesh, np.arange(shape.n_vertices)
-        if shape.n_vertices <= MOST:
+        if shape.n_vertices <= _SPARED * left:
             return cls(shape, every, every)
-        mesh = simplified(whole, LEFT)
+        mesh = simplified(whole, left)
         vertices, places = (
             one.vertices_of(other.vertex_ids) for one, other in ((whole, mesh), (mesh, whole))
         )
@@ -60,18 +64,27 @@ class Reduction:
         return cls(shape.with_mesh(mesh), vertices, places)
 
 
-_REDUCTIONS: "WeakKeyDictionary[Shape, Reduction]" = WeakKeyDictionary()
+_REDUCTIONS: "WeakKeyDictionary[Shape, dict[int, Reduction]]" = WeakKeyDictionary()
 
 
-def reduction(shape: Shape) -> Reduction:
-    """Return the reduction of a shape, computed once for each shape."""
-    if shape.n_vertices <= MOST:
+def reduction(shape: Shape, left: int | None = None) -> Reduction:
+    """Return the reduction of a shape, computed once for each shape and number.
+
+    Parameters
+    ----------
+    shape
+        The shape.
+    left
+        Vertices that it is simplified to, :data:`LEFT` by default.
+    """
+    left = left or LEFT
+    if shape.n_vertices <= _SPARED * left:
         # Not kept: it would keep the shape.
-        return Reduction.of(shape)
-    known = _REDUCTIONS.get(shape)
-    if known is None:
-        known = _REDUCTIONS[shape] = Reduction.of(shape)
-    return known
+        return Reduction.of(shape, left)
+    known = _REDUCTIONS.setdefault(shape, {})
+    if left not in known:
+        known[left] = Reduction.of(shape, left)
+    return known[left]
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +109,7 @@ class ReducedTask:
 
     @classmethod
     def of(cls, source: Shape, target: Shape, task: Task) -> "ReducedTask":
-        """Reduce the surfaces of a task, and leave out its landmarks.
+        """Reduce the surfaces of a task to few vertices, and leave out its landmarks.
 
         Parameters
         ----------
@@ -105,9 +118,9 @@ class ReducedTask:
         task
             On them.
         """
-        if max(source.n_vertices, target.n_vertices) <= MOST:
+        fewer = reduction(source, FEW), reduction(target, FEW)
+        if fewer[0].shape is source and fewer[1].shape is target:
             return cls.entire(task)
-        fewer = reduction(source), reduction(target)
         ours, theirs = (smooth_surface(one.shape) for one in fewer)
         reduced = Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
         here, there = (

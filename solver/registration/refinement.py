@@ -4,7 +4,7 @@ Bent by eigenfunctions, wrong candidates may fit nearly as well as the right one
 rigidly as possible, they reach the target only by larger strain, or not everywhere.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -12,22 +12,25 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
-from solver.registration.alignment import LOCAL, align
-from solver.registration.choice import FINE, LANDMARK, Candidate, distinct
+from solver.registration.alignment import align
+from solver.registration.choice import FINE, LANDMARK, Candidate, Stage, Task, distinct
 from solver.registration.fit import logarithms
 from solver.registration.reduction import ReducedTask
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
-from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
+from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, places
 
 _SIZES = tuple(range(20, 101, 5))
 """Eigenfunctions that a candidate is aligned by once more, in finer steps."""
 
+_FEWER = 6
+"""Rounds of refinement on few vertices."""
 
 _RIVAL = 0.5
-_REFINED = 6
-"""Difference of scores from the best candidate up to which others are refined, and how many at
-most. On 150 generated pairs, no right one is farther behind."""
+"""Difference of scores from the best candidate up to which another may be better, refined."""
+
+_DIFFERENT = 6
+"""Candidates that differ once refined, at most."""
 
 
 @dataclass(frozen=True)
@@ -143,31 +146,24 @@ def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> fl
     return float(np.sqrt(np.prod(list(means))))
 
 
-def rivals_of(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The best of candidates, which comes first, and those behind it that may be better refined."""
-    best = candidates[0]
+def has_rivals(candidates: Sequence[Candidate]) -> bool:
+    """Whether others than the best, which comes first, may be better once they are refined."""
+    best, *others = candidates
     met, most = best.missed + LANDMARK, best.fit.score + _RIVAL
-    return [one for one in candidates if one.missed < met and one.fit.score < most][:_REFINED]
+    return any(one.missed < met and one.fit.score < most for one in others)
 
 
-def refine_candidate(
-    reduced: ReducedTask,
-    candidate: Candidate,
-    control: Control,
-    rigid: RigidDisplacement | None = None,
-) -> RefinedCandidate:
+def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
     """Align a candidate once more, and displace the source to the target as rigidly as possible.
 
     Parameters
     ----------
-    reduced
+    task
         The surfaces.
     candidate
-        Of the whole ones, registered with the finest samples.
+        Registered with the finest samples.
     control
         May cancel; past its deadline, less is refined.
-    rigid
-        The source at rest, if it is known.
 
     Raises
     ------
@@ -176,13 +172,11 @@ def refine_candidate(
     MeshError
         The source's Laplacian cannot be factored.
     """
-    task, pairs = reduced.task, reduced.pairs(candidate.alignment, FINE[-1])
-    samples = task.sampled(FINE[-1])
-    aligned = align(*samples, pairs, control.in_time(_SIZES, least=1), LOCAL)
-    if aligned.size < candidate.alignment.size:
-        aligned = align(*samples, pairs, _SIZES[-1:], LOCAL)
-    known = SurfaceMap.of(task.source, task.target, aligned, task.is_reflected)
-    rigid = rigid or at_rest(task.source, task.is_reflected)
+    entire = ReducedTask.entire(task)
+    known = _aligned(entire, candidate, FINE[-1], control.in_time(_SIZES, least=1))
+    if known.functional_map.size < candidate.alignment.size:
+        known = _aligned(entire, candidate, FINE[-1], _SIZES[-1:])
+    rigid = at_rest(task.source, task.is_reflected)
     refined = _refined(candidate, known, rigid, control)
     if control.expired:
         return refined
@@ -201,41 +195,63 @@ def _misfit(known: SurfaceMap) -> float:
     return float(np.prod(_distances(known, forward, known.inverse(there), here, there)))
 
 
+def _aligned(
+    reduced: ReducedTask, candidate: Candidate, stage: Stage, sizes: Iterable[int]
+) -> SurfaceMap:
+    """The map of a candidate that is aligned on the reduced surfaces, with samples of a stage."""
+    task = reduced.task
+    pairs = reduced.pairs(candidate.alignment, stage)
+    aligned = align(*task.sampled(stage), pairs, sizes, stage.weights)
+    return SurfaceMap.of(task.source, task.target, aligned, task.is_reflected)
+
+
 def _refined(
-    candidate: Candidate, known: SurfaceMap, rigid: RigidDisplacement, control: Control
+    candidate: Candidate,
+    known: SurfaceMap,
+    rigid: RigidDisplacement,
+    control: Control,
+    rounds: int = ROUNDS,
 ) -> RefinedCandidate:
-    displaced, images = known.refined(rigid, control)
+    displaced, images = known.refined(rigid, control, rounds)
     return RefinedCandidate(candidate, displaced, images, rigid.strain(displaced.positions))
 
 
 @dataclass(frozen=True, eq=False)
 class RefinedChoice:
-    """The best of refined candidates, and the fits of those that differ.
+    """Candidates that differ once refined, and their fits, the best first.
 
     Parameters
     ----------
-    best
-        The candidate that fits best.
-    candidates, fits
-        Those that differ after the refinement, and their fits, the best first.
+    candidates
+        As they were registered.
+    fits
+        Of their refinement.
     """
 
-    best: RefinedCandidate
     candidates: tuple[Candidate, ...]
     fits: tuple[RefinedFit, ...]
 
 
 def choose_refined(
-    reduced: ReducedTask, candidates: Sequence[Candidate], control: Control
+    few: ReducedTask, candidates: Sequence[Candidate], control: Control
 ) -> RefinedChoice:
-    """Refine candidates, and choose the one that fits best.
+    """Refine candidates on few vertices, and choose those that fit best.
+
+    The fit in eigenfunctions tells candidates apart less well: of generated people of unusual
+    proportions, the right one is often behind fifty others by that, and the first by this.
 
     Parameters
     ----------
-    reduced, candidates
-        As for :func:`refine_candidate`, one candidate at least.
+    few
+        The surfaces, with few of their vertices.
+    candidates
+        Of the whole ones, registered halfway or finely, at least one.
     control
         May cancel; past its deadline, fewer are refined, one at least.
+
+    Returns
+    -------
+    Of those that meet the landmarks as well as any.
 
     Raises
     ------
@@ -244,18 +260,36 @@ def choose_refined(
     MeshError
         The source's Laplacian cannot be factored.
     """
-    rigid = at_rest(reduced.task.source, reduced.task.is_reflected)
-    best: RefinedCandidate | None = None
+    met = min(one.missed for one in candidates) + LANDMARK
+    rigid = at_rest(few.task.source, few.task.is_reflected)
     found: list[tuple[Candidate, RefinedFit, IntArray]] = []
-    for one in control.in_time(candidates, least=1):
-        refined = refine_candidate(reduced, one, control, rigid)
+    for one in control.in_time([one for one in candidates if one.missed < met], least=1):
+        refined = refine_on_few(few, one, control, rigid)
         found.append((one, refined.fit, refined.images))
-        # The maps of the others are let go: each takes some hundreds of bytes a vertex.
-        if best is None or refined.fit.score < best.fit.score:
-            best = refined
-    assert best is not None
     found.sort(key=lambda one: one[1].score)
-    rows = distinct(reduced.task.positions[images] for _, _, images in found)
-    return RefinedChoice(
-        best, tuple(found[row][0] for row in rows), tuple(found[row][1] for row in rows)
+    rows = distinct(few.task.positions[images] for _, _, images in found)[:_DIFFERENT]
+    return RefinedChoice(tuple(found[row][0] for row in rows), tuple(found[row][1] for row in rows))
+
+
+def refine_on_few(
+    few: ReducedTask,
+    candidate: Candidate,
+    control: Control,
+    rigid: RigidDisplacement | None = None,
+) -> RefinedCandidate:
+    """Displace the source to the target as rigidly as possible, in few rounds, to be compared.
+
+    Parameters
+    ----------
+    few
+        The surfaces, with few of their vertices.
+    candidate, control
+        As for :func:`refine_candidate`, which raises the same.
+    rigid
+        The source at rest, if it is known.
+    """
+    task = few.task
+    known = _aligned(few, candidate, FINE[0], FINE[0].sizes[-1:])
+    return _refined(
+        candidate, known, rigid or at_rest(task.source, task.is_reflected), control, _FEWER
     )

@@ -16,12 +16,11 @@ from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import (
-    RefinedCandidate,
     choose_refined,
+    has_rivals,
     refine_candidate,
-    rivals_of,
 )
-from solver.registration.search import search, search_others
+from solver.registration.search import Found, register_finely, search, search_others
 from solver.registration.surface import Samples, smooth_surface
 from solver.shape import Shape
 
@@ -87,8 +86,8 @@ class Registration:
     openings
         What is left of both where they were opened, as parts of them touch: that is what the
         candidates map.
-    refined
-        The chosen one refined, if several were to choose it, and not on fewer vertices.
+    halfway
+        All that were registered halfway, of which rivals are chosen.
     """
 
     source: Shape
@@ -97,7 +96,7 @@ class Registration:
     reflected: bool
     confidence: Confidence
     openings: tuple[Opening, Opening] | None = None
-    refined: RefinedCandidate | None = None
+    halfway: tuple[Candidate, ...] = ()
 
     @property
     def score(self) -> float:
@@ -129,11 +128,9 @@ class Registration:
             The source's Laplacian cannot be factored.
         """
         here, there = self._chosen.openings
-        refined = self.refined
-        if refined is None:
-            task = _task(here.shape, there.shape)
-            of_it = task.reflected() if self.reflected else task
-            refined = refine_candidate(ReducedTask.entire(of_it), self.candidates[0], control)
+        task = _task(here.shape, there.shape)
+        of_it = task.reflected() if self.reflected else task
+        refined = refine_candidate(of_it, self.candidates[0], control)
         source, target = self.source.mesh, self.target.mesh
         forward = _of_whole(here, there, *refined.forward)
         back = _of_whole(there, here, *refined.back)
@@ -161,7 +158,7 @@ def register(
     reflect nothing. Where landmarks are given, or it fits better coarsely, the reflected source is
     registered as well: it is the answer if it alone meets the landmarks, or fits far better. In
     doubt, candidates from other beginnings are searched besides (:func:`.search_others`). Unless
-    the best is beyond doubt, it and its rivals are refined, and chosen from (:mod:`.refinement`).
+    the best is beyond doubt, all are refined on few vertices, and chosen from (:mod:`.refinement`).
 
     Parameters
     ----------
@@ -289,8 +286,15 @@ def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:
 def _registered(
     source: Shape, target: Shape, task: Task, hypotheses: Sequence[Points], control: Control
 ) -> Registration:
-    found, confidence = search(task, hypotheses, control)
-    return Registration(source, target, tuple(found), task.is_reflected, confidence)
+    found = search(task, hypotheses, control)
+    return Registration(
+        source,
+        target,
+        found.candidates,
+        task.is_reflected,
+        found.confidence,
+        halfway=found.halfway,
+    )
 
 
 def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
@@ -317,32 +321,31 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
         candidates=(found.opened.candidate,),
         confidence=found.confidence,
         openings=found.opened.openings,
-        refined=found.refined,
     )
 
 
 def _searched_further(found: Registration, task: Task, control: Control) -> Registration:
     of_it = task.reflected() if found.reflected else task
-    candidates, confidence = search_others(of_it, found.candidates, control)
-    return replace(found, candidates=tuple(candidates), confidence=confidence)
+    known = Found(found.candidates, found.halfway, found.confidence)
+    other = search_others(of_it, known, control)
+    return replace(
+        found, candidates=other.candidates, confidence=other.confidence, halfway=other.halfway
+    )
 
 
 def _chosen_refined(found: Registration, task: Task, control: Control) -> Registration:
     """Refine the best candidates, unless the best is beyond doubt, and choose again."""
-    rivals = rivals_of(found.candidates)
-    beyond_doubt = found.confidence.probability >= _BEYOND_DOUBT and len(rivals) == 1
-    if beyond_doubt or control.expired:
+    in_doubt = found.confidence.probability < _BEYOND_DOUBT or has_rivals(found.candidates)
+    if not in_doubt or control.expired:
         return found
     try:
-        reduced = ReducedTask.of(found.source, found.target, task)
-        chosen = choose_refined(reduced, rivals, control)
+        few = ReducedTask.of(found.source, found.target, task)
+        chosen = choose_refined(few, [*found.candidates, *found.halfway], control)
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return found
-    others = (one for one in found.candidates if one not in rivals)
     return replace(
         found,
-        candidates=(*chosen.candidates, *others),
+        candidates=tuple(register_finely(task, chosen.candidates[:1], control)),
         confidence=refined_confidence(found.confidence, chosen.fits, not control.expired),
-        refined=chosen.best if reduced.task is task else None,
     )

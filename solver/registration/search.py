@@ -1,6 +1,7 @@
 """Search for the candidate that fits best: from coarse to fine, and among others when in doubt."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,9 +35,26 @@ _VARIED = 3
 """Best candidates whose signs are varied."""
 
 
-def search(
-    task: Task, hypotheses: Sequence[Points], control: Control
-) -> tuple[list[Candidate], Confidence]:
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search has found.
+
+    Parameters
+    ----------
+    candidates
+        Registered finely, those that differ, the best first.
+    halfway
+        All that were registered in the first of the fine stages.
+    confidence
+        In the best.
+    """
+
+    candidates: tuple[Candidate, ...]
+    halfway: tuple[Candidate, ...]
+    confidence: Confidence
+
+
+def search(task: Task, hypotheses: Sequence[Points], control: Control) -> Found:
     """Register candidates coarsely, the best finely; when in doubt, vary and cross the best ones.
 
     Parameters
@@ -48,10 +66,6 @@ def search(
     control
         May cancel; past its deadline, less is tried.
 
-    Returns
-    -------
-    Candidates that differ, the best first, and the confidence in that one.
-
     Raises
     ------
     Cancelled
@@ -61,13 +75,11 @@ def search(
     def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         return first_pairs((task.source, task.target), samples, hypotheses)
 
-    found = _population(task, first, hypotheses, control)
-    return found, confidence_in(found, control)
+    found, halfway = _population(task, first, hypotheses, control)
+    return Found(tuple(found), tuple(halfway), confidence_in(found, control))
 
 
-def search_others(
-    task: Task, known: Sequence[Candidate], control: Control
-) -> tuple[list[Candidate], Confidence]:
+def search_others(task: Task, known: Found, control: Control) -> Found:
     """Search another population, from exchanged eigenfunctions, if the best known is in doubt.
 
     Its candidates do not compete with those known: where hypotheses begin near a wrong answer, they
@@ -80,26 +92,24 @@ def search_others(
     known
         What that has found.
 
-    Returns
-    -------
-    Those of both, as of :func:`search`.
-
     Raises
     ------
     Cancelled
         Through `control`.
     """
-    found = list(known)
-    if _in_doubt(found, control):
-        found = _joined(task, found, _population(task, exchanged_pairs, (), control))
-    return found, confidence_in(found, control)
+    if not _in_doubt(known.candidates, control):
+        return known
+    others, halfway = _population(task, exchanged_pairs, (), control)
+    found = _joined(task, known.candidates, others)
+    return Found(tuple(found), (*known.halfway, *halfway), confidence_in(found, control))
 
 
 def _population(
     task: Task, first: Start, hypotheses: Sequence[Points], control: Control
-) -> list[Candidate]:
+) -> tuple[list[Candidate], list[Candidate]]:
+    """Candidates registered finely, and those registered halfway."""
     coarse = choose(task, first, COARSE, control)
-    found = _finely(task, coarse, control)
+    found, halfway = _finely(task, coarse, control)
     for number in range(_ROUNDS):
         if not _in_doubt(found, control):
             break
@@ -107,8 +117,9 @@ def _population(
         if number == 0:
             varied += _from_the_target(task, hypotheses, control)
         coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
-        found = _joined(task, found, _finely(task, coarse, control))
-    return found
+        others, further = _finely(task, coarse, control)
+        found, halfway = _joined(task, found, others), [*halfway, *further]
+    return found, halfway
 
 
 def _joined(task: Task, known: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
@@ -162,8 +173,31 @@ def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control)
     return choose(task, back, COARSE[-1:], control)
 
 
-def _finely(task: Task, coarse: Sequence[Candidate], control: Control) -> list[Candidate]:
-    return choose(task, again(coarse[:_KEPT], FINE[0].weights), FINE, control)
+def _finely(
+    task: Task, coarse: Sequence[Candidate], control: Control
+) -> tuple[list[Candidate], list[Candidate]]:
+    every = replace(FINE[0], kept=_KEPT)
+    halfway = choose(task, again(coarse[:_KEPT], every.weights), (every,), control)
+    return register_finely(task, halfway[: FINE[0].kept], control), halfway
+
+
+def register_finely(task: Task, halfway: Sequence[Candidate], control: Control) -> list[Candidate]:
+    """Register candidates in the last of the fine stages.
+
+    Parameters
+    ----------
+    task
+        The surfaces.
+    halfway
+        Candidates after the stage before.
+    control
+        May cancel; past its deadline, one is registered.
+
+    Returns
+    -------
+    Those that differ, the best first.
+    """
+    return choose(task, again(halfway, FINE[-1].weights), FINE[-1:], control)
 
 
 def _in_doubt(found: Sequence[Candidate], control: Control) -> bool:

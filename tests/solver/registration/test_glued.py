@@ -8,10 +8,13 @@ from solver.registration import reduction
 from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
 from solver.registration.glued import OpenedCandidate, OpenedChoice, search_opened
+from solver.registration.reduction import ReducedTask
+from solver.registration.refinement import refine_on_few
 from solver.registration.registration import Registration
 from solver.shape import Shape
 from synthetic import Transformed, glued
 from tests.solver import shapes
+from tests.solver.registration.test_refinement import task_of
 
 FINER = 4
 _SURE = Confidence(1.0, ())
@@ -66,27 +69,18 @@ def test_a_body_is_matched_through_the_glue(
     assert error_of(found.opened, body, with_glue) < 0.02
 
 
-def test_the_best_refined_is_chosen(
-    found: OpenedChoice, body: Shape, with_glue: Transformed
-) -> None:
-    refined = found.refined
-    assert refined is not None
-    assert refined.candidate is found.opened.candidate
-    assert found.confidence.measures["refined_score"] == refined.fit.score
-    images = found.opened.whole_images(refined.images)
-    here = np.flatnonzero(with_glue.kept)
-    places = with_glue.mesh.vertices[images[here]]
-    errors = np.linalg.norm(places - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)
-    assert errors.mean() < 0.005
+def test_its_confidence_is_of_its_refined_fit(found: OpenedChoice) -> None:
+    ours, theirs = (one.shape for one in found.opened.openings)
+    few = ReducedTask.of(ours, theirs, task_of(ours, theirs))
+    refined = refine_on_few(few, found.opened.candidate, Control())
+    assert found.confidence.measures["refined_score"] == pytest.approx(refined.fit.score)
 
 
 def test_a_body_of_many_vertices_is_opened_on_fewer(
     body: Shape, with_glue: Transformed, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reduction, "MOST", 2000)
-    monkeypatch.setattr(reduction, "LEFT", 1500)
+    monkeypatch.setattr(reduction, "LEFT", 1300)
     found = through_the_glue(body, with_glue)
-    assert found.refined is None
     assert all(one.shape.n_vertices > 2000 for one in found.opened.openings)
     assert error_of(found.opened, body, with_glue) < 0.02
 
