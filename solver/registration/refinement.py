@@ -70,8 +70,6 @@ class RefinedCandidate:
 
     Parameters
     ----------
-    candidate
-        As it was registered.
     displaced
         The map of the refined displacement.
     images
@@ -80,7 +78,6 @@ class RefinedCandidate:
         As of :class:`RefinedFit`.
     """
 
-    candidate: Candidate
     displaced: SurfaceMap
     images: IntArray
     strained: float
@@ -177,13 +174,13 @@ def refine_candidate(task: Task, candidate: Candidate, control: Control) -> Refi
     if known.functional_map.size < candidate.alignment.size:
         known = _aligned(entire, candidate, FINE[-1], _SIZES[-1:])
     rigid = at_rest(task.source, task.is_reflected)
-    refined = _refined(candidate, known, rigid, control)
+    refined = _refined(known, rigid, control)
     if control.expired:
         return refined
     in_space = displaced_in_space(known)
     if _misfit(in_space) > _misfit(known):
         return refined
-    other = _refined(candidate, in_space, rigid, control)
+    other = _refined(in_space, rigid, control)
     return min(refined, other, key=lambda one: one.fit.score)
 
 
@@ -206,14 +203,13 @@ def _aligned(
 
 
 def _refined(
-    candidate: Candidate,
     known: SurfaceMap,
     rigid: RigidDisplacement,
     control: Control,
     rounds: int = ROUNDS,
 ) -> RefinedCandidate:
     displaced, images = known.refined(rigid, control, rounds)
-    return RefinedCandidate(candidate, displaced, images, rigid.strain(displaced.positions))
+    return RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,6 +286,5 @@ def refine_on_few(
     """
     task = few.task
     known = _aligned(few, candidate, FINE[0], FINE[0].sizes[-1:])
-    return _refined(
-        candidate, known, rigid or at_rest(task.source, task.is_reflected), control, _FEWER
-    )
+    rigid = rigid or at_rest(task.source, task.is_reflected)
+    return _refined(known, rigid, control, _FEWER)

@@ -87,7 +87,7 @@ class Registration:
         What is left of both where they were opened, as parts of them touch: that is what the
         candidates map.
     halfway
-        All that were registered halfway, of which rivals are chosen.
+        All that were registered halfway, which are refined in doubt.
     """
 
     source: Shape
