@@ -6,7 +6,7 @@ from synthetic.pose import Pose
 from synthetic.proportions import transferred
 from synthetic.repertoire import HUMAN_POSES
 from synthetic.shapes import SyntheticShape, articulated, correspondence, human
-from synthetic.skull import LENGTH, Skull, skull
+from synthetic.skull import SKULL_LENGTH, Skull, skull
 from synthetic.texture import clothed, painted
 from synthetic.topology import glued, near_in_space, punched
 from synthetic.transformations import Transformed, noisy, remeshed, scaled
@@ -16,7 +16,7 @@ __all__ = [
     "ASYMMETRIC_HUMAN",
     "CLASSES",
     "HUMAN_POSES",
-    "LENGTH",
+    "SKULL_LENGTH",
     "HumanProportions",
     "Pose",
     "Skull",

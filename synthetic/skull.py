@@ -15,7 +15,7 @@ from skimage.measure import marching_cubes
 
 from solver.arrays import FloatArray, IntArray
 
-LENGTH = 22.0
+SKULL_LENGTH = 22.0
 """Millimetres from the teeth to the back of the template."""
 
 _CORNER = np.array([-16.0, -9.5, -9.5])

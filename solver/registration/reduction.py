@@ -28,7 +28,7 @@ FEW = 1_000
 """Vertices that are enough to tell which candidates may be the best once refined."""
 
 _SPARED = 1.5
-"""Factor on that number up to which a surface stays as it is."""
+"""Factor on the number of vertices left, up to which a surface stays as it is."""
 
 
 @dataclass(frozen=True, eq=False)

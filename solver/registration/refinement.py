@@ -234,7 +234,7 @@ def choose_refined(
     """Refine candidates on few vertices, and choose those that fit best.
 
     The fit in eigenfunctions tells candidates apart less well: of generated people of unusual
-    proportions, the right one is often behind fifty others by that, and the first by this.
+    proportions, the right one may be behind fifty others by that, and the first by this.
 
     Parameters
     ----------

@@ -11,6 +11,7 @@ Myronenko and Song, "Point set registration: Coherent point drift", IEEE TPAMI 3
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from solver.arrays import FloatArray, RealArray
 from solver.functional_maps import mutual_nearest_points
@@ -22,7 +23,7 @@ _WIDTHS = tuple(float(one) for one in np.geomspace(0.2, 0.1, 12))
 """Standard deviations of the Gaussians, one for each round of displacement and new pairs."""
 
 _CENTRES = 100
-"""With 80 or 300, errors of generated skulls are the same."""
+"""With 80 or 150, errors of generated skulls differ by less than a hundredth."""
 
 _RIDGE = 1e-3
 """From 0.001 to 0.003, errors of generated skulls change by a hundredth; less is worse."""
@@ -133,7 +134,5 @@ def _embedded(positions: FloatArray, normals: FloatArray) -> RealArray:
 
 def _kernel(points: FloatArray, centres: FloatArray, width: float) -> FloatArray:
     """(N, C) Gaussians of distances."""
-    squares = (points**2).sum(axis=1)[:, None] + (centres**2).sum(axis=1)
-    squares -= 2.0 * points @ centres.T
-    found: FloatArray = np.exp(-0.5 / width**2 * np.maximum(squares, 0.0))
+    found: FloatArray = np.exp(-0.5 / width**2 * cdist(points, centres, "sqeuclidean"))
     return found

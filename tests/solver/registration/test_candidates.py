@@ -1,21 +1,15 @@
 """First candidates: rotations in space, of shapes whose eigenfunctions do not agree."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 from skimage.measure import marching_cubes
 
-from solver.arrays import FloatArray
 from solver.control import Control
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.registration.candidates import first_pairs
 from solver.registration.registration import register
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
-
-
-def rotation(seed: int) -> FloatArray:
-    turn, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
-    found: FloatArray = turn * np.sign(np.linalg.det(turn))
-    return found
 
 
 def hollow(seed: int, holes: int = 5) -> TriangleMesh:
@@ -35,7 +29,11 @@ def hollow(seed: int, holes: int = 5) -> TriangleMesh:
 
 def test_a_rotated_copy_is_a_candidate_at_once(blob: Shape, surface: SmoothSurface) -> None:
     mesh = blob.mesh
-    moved = Shape(mesh.with_same_faces(vertices=mesh.vertices @ rotation(0) + 3.0))
+    moved = Shape(
+        mesh.with_same_faces(
+            vertices=mesh.vertices @ Rotation.random(random_state=0).as_matrix() + 3.0
+        )
+    )
     chosen = np.arange(0, mesh.n_vertices, mesh.n_vertices // 200)
     here, there = surface.at(chosen), smooth_surface(moved).at(chosen)
     *_, rotated = first_pairs((surface, smooth_surface(moved)), (here, there), ())
@@ -43,7 +41,7 @@ def test_a_rotated_copy_is_a_candidate_at_once(blob: Shape, surface: SmoothSurfa
 
 
 def test_hollow_bodies_with_unlike_holes_are_matched_as_they_lie_in_space() -> None:
-    turn = rotation(1)
+    turn = Rotation.random(random_state=1).as_matrix()
     source, target = hollow(2), hollow(3)
     assert source.genus > 0.0
     turned = Shape(target.with_same_faces(vertices=target.vertices @ turn))

@@ -105,6 +105,10 @@ def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
     known = Registration(body, target, (best.candidate,), False, _SURE, best.openings)
     dense = known.dense(Control())
     np.testing.assert_array_equal(dense.source, np.arange(body.n_vertices))
+    here = np.flatnonzero(with_glue.kept)
+    places = with_glue.mesh.vertices[dense.target[here]]
+    errors = np.linalg.norm(places - body.mesh.vertices[here], axis=1) / np.sqrt(body.mesh.area)
+    assert errors.mean() < 0.005
     np.testing.assert_allclose(dense.barycentric.sum(axis=1), 1.0)
     corners = np.sort(dense.faces, axis=1)
     triangles = {tuple(one) for one in np.sort(target.mesh.faces, axis=1).tolist()}
