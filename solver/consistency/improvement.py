@@ -184,7 +184,7 @@ def _better(
     alone = confidence_of(chosen.fit, abs(direct.fit.score - chosen.fit.score))
     # It is right if all maps of the path are.
     confidence = replace(alone, probability=max(alone.probability, probability))
-    dense = Registration(source, target, (chosen,), False, confidence).dense(control)
+    dense = Registration(source, target, chosen, False, confidence).dense(control)
     return ImprovedMap(path, dense, confidence, chosen.fit.score, direct.fit.score)
 
 

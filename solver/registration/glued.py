@@ -9,7 +9,7 @@ ones hardly do. The best are refined, and chosen from, as those of whole surface
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -158,7 +158,10 @@ def _opened_candidates(
     ours, theirs = (Opening.at(shape, creases(smooth_surface(shape))) for shape in (source, target))
     if ours.shape is source and theirs.shape is target:
         return []
-    searched = search(_task(ours, theirs), rematch(ours.shape, theirs.shape), control)
+    task = _task(ours, theirs)
+    few = partial(ReducedTask.of, ours.shape, theirs.shape, task)
+    hypotheses = rematch(ours.shape, theirs.shape)
+    searched = search(task, few, hypotheses, control, others=False)
     found = [
         _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
         for one in control.in_time(searched.candidates[:_TRIED], least=1)

@@ -213,25 +213,26 @@ def _refined(
 
 
 @dataclass(frozen=True, eq=False)
-class RefinedChoice:
-    """Candidates that differ once refined, and their fits, the best first.
+class Compared:
+    """A candidate that was refined on few vertices, to be compared with others.
 
     Parameters
     ----------
-    candidates
-        As they were registered.
-    fits
-        Of their refinement.
+    candidate
+        As it was registered.
+    fit
+        Of its refinement.
+    places
+        (V, 3) images of the few vertices of the source, at √area 1.
     """
 
-    candidates: tuple[Candidate, ...]
-    fits: tuple[RefinedFit, ...]
+    candidate: Candidate
+    fit: RefinedFit
+    places: FloatArray
 
 
-def choose_refined(
-    few: ReducedTask, candidates: Sequence[Candidate], control: Control
-) -> RefinedChoice:
-    """Refine candidates on few vertices, and choose those that fit best.
+def compare(few: ReducedTask, candidates: Sequence[Candidate], control: Control) -> list[Compared]:
+    """Refine candidates on few vertices.
 
     The fit in eigenfunctions tells candidates apart less well: of generated people of unusual
     proportions, the right one may be behind fifty others by that, and the first by this.
@@ -245,10 +246,6 @@ def choose_refined(
     control
         May cancel; past its deadline, fewer are refined, one at least.
 
-    Returns
-    -------
-    Of those that meet the landmarks as well as any.
-
     Raises
     ------
     Cancelled
@@ -256,15 +253,21 @@ def choose_refined(
     MeshError
         The source's Laplacian cannot be factored.
     """
-    met = min(one.missed for one in candidates) + LANDMARK
     rigid = at_rest(few.task.source, few.task.is_reflected)
-    found: list[tuple[Candidate, RefinedFit, IntArray]] = []
-    for one in control.in_time([one for one in candidates if one.missed < met], least=1):
+    found = []
+    for one in control.in_time(candidates, least=1):
         refined = refine_on_few(few, one, control, rigid)
-        found.append((one, refined.fit, refined.images))
-    found.sort(key=lambda one: one[1].score)
-    rows = distinct(few.task.positions[images] for _, _, images in found)[:_DIFFERENT]
-    return RefinedChoice(tuple(found[row][0] for row in rows), tuple(found[row][1] for row in rows))
+        found.append(Compared(one, refined.fit, few.task.positions[refined.images]))
+    return found
+
+
+def best_compared(found: Sequence[Compared]) -> list[Compared]:
+    """Return those that differ, the best first, of those that meet the landmarks as well as any."""
+    met = min(one.candidate.missed for one in found) + LANDMARK
+    order = sorted(
+        (one for one in found if one.candidate.missed < met), key=lambda one: one.fit.score
+    )
+    return [order[row] for row in distinct(one.places for one in order)[:_DIFFERENT]]
 
 
 def refine_on_few(

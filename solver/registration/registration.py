@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
@@ -11,16 +11,12 @@ from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, Pairs
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again, choose
-from solver.registration.confidence import SURE, Confidence, refined_confidence
+from solver.registration.confidence import SURE, Confidence
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
 from solver.registration.reduction import ReducedTask
-from solver.registration.refinement import (
-    choose_refined,
-    has_rivals,
-    refine_candidate,
-)
-from solver.registration.search import Found, register_finely, search, search_others
+from solver.registration.refinement import refine_candidate
+from solver.registration.search import search
 from solver.registration.surface import Samples, smooth_surface
 from solver.shape import Shape
 
@@ -28,10 +24,6 @@ _REFLECTED_MARGIN = 3.0
 """How much less the score of the reflected source must be for the shapes to be called reflected:
 the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
-
-_BEYOND_DOUBT = 0.98
-"""Probability from which the best is not refined, if it has no rivals. Of the generated answers
-that eigenfunctions call sure, 3 of 56 are wrong, but none from here on."""
 
 _REFLECTED_KEPT = 4
 """Candidates of the reflected source that are kept after the first stage: a reflected copy fits far
@@ -77,8 +69,8 @@ class Registration:
     ----------
     source, target
         The shapes X and Y.
-    candidates
-        The chosen one first, then the best that differ from it.
+    candidate
+        The chosen one.
     reflected
         Whether the source is reflected in space.
     confidence
@@ -86,22 +78,19 @@ class Registration:
     openings
         What is left of both where they were opened, as parts of them touch: that is what the
         candidates map.
-    halfway
-        All that were registered halfway, which are refined in doubt.
     """
 
     source: Shape
     target: Shape
-    candidates: tuple[Candidate, ...]
+    candidate: Candidate
     reflected: bool
     confidence: Confidence
     openings: tuple[Opening, Opening] | None = None
-    halfway: tuple[Candidate, ...] = ()
 
     @property
     def score(self) -> float:
         """Score of the chosen candidate's fit; the less, the better."""
-        return self.candidates[0].fit.score
+        return self.candidate.fit.score
 
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) target vertices that S source vertices go to, before any refinement."""
@@ -110,7 +99,7 @@ class Registration:
     @cached_property
     def _chosen(self) -> OpenedCandidate:
         whole = Opening.nowhere(self.source), Opening.nowhere(self.target)
-        return OpenedCandidate(self.openings or whole, self.candidates[0], self.reflected)
+        return OpenedCandidate(self.openings or whole, self.candidate, self.reflected)
 
     def dense(self, control: Control) -> DenseCorrespondence:
         """Map all vertices of both surfaces, refined beyond the eigenfunctions.
@@ -130,7 +119,7 @@ class Registration:
         here, there = self._chosen.openings
         task = _task(here.shape, there.shape)
         of_it = task.reflected() if self.reflected else task
-        refined = refine_candidate(of_it, self.candidates[0], control)
+        refined = refine_candidate(of_it, self.candidate, control)
         source, target = self.source.mesh, self.target.mesh
         forward = _of_whole(here, there, *refined.forward)
         back = _of_whole(there, here, *refined.back)
@@ -157,8 +146,7 @@ def register(
     direct one, wherever the surfaces tell left from right and front from back, as displacements
     reflect nothing. Where landmarks are given, or it fits better coarsely, the reflected source is
     registered as well: it is the answer if it alone meets the landmarks, or fits far better. In
-    doubt, candidates from other beginnings are searched besides (:func:`.search_others`). Unless
-    the best is beyond doubt, all are refined on few vertices, and chosen from (:mod:`.refinement`).
+    doubt, more candidates are searched, and chosen from by their refinement (:mod:`.search`).
 
     Parameters
     ----------
@@ -195,24 +183,17 @@ def register(
     task = _task(source, target, landmarks)
     if min(one.size for one in task.samples) <= MIN_POINTS:
         return None
-    found = _registered(source, target, task, hypotheses, control)
+    found = _registered(source, target, task, hypotheses, control, others)
     if len(landmarks[0]):
         # Landmarks may mean the mirror image.
-        mirrored = _registered(source, target, task.reflected(), hypotheses, control)
-        found = mirrored if _is_meant(mirrored, found) else found
-    if others:
-        found = _searched_further(found, task, control)
-    if len(landmarks[0]):
-        of_it = task.reflected() if found.reflected else task
-        return _chosen_refined(found, of_it, control) if others else found
+        mirrored = _registered(source, target, task.reflected(), hypotheses, control, False)
+        return mirrored if _is_meant(mirrored, found) else found
     if control.expired:
         return found
-    if _may_be_reflected(task, found.candidates[0], control):
-        mirrored = _registered(source, target, task.reflected(), hypotheses, control)
+    if _may_be_reflected(task, found.candidate, control):
+        mirrored = _registered(source, target, task.reflected(), hypotheses, control, others)
         if mirrored.score < found.score - _REFLECTED_MARGIN:
             return replace(mirrored, confidence=mirrored.confidence.of_reflection())
-    if others:
-        found = _chosen_refined(found, task, control)
     return found if rematch is None else _opened(found, rematch, control)
 
 
@@ -262,7 +243,7 @@ def in_numbers_of_files(
 
 def _is_meant(mirrored: Registration, direct: Registration) -> bool:
     """Return whether landmarks mean the mirror image: it alone meets them, or fits far better."""
-    nearer = direct.candidates[0].missed - mirrored.candidates[0].missed
+    nearer = direct.candidate.missed - mirrored.candidate.missed
     if abs(nearer) > LANDMARK:
         return nearer > 0.0
     return mirrored.score < direct.score - _REFLECTED_MARGIN
@@ -284,17 +265,16 @@ def _may_be_reflected(task: Task, direct: Candidate, control: Control) -> bool:
 
 
 def _registered(
-    source: Shape, target: Shape, task: Task, hypotheses: Sequence[Points], control: Control
+    source: Shape,
+    target: Shape,
+    task: Task,
+    hypotheses: Sequence[Points],
+    control: Control,
+    others: bool,
 ) -> Registration:
-    found = search(task, hypotheses, control)
-    return Registration(
-        source,
-        target,
-        found.candidates,
-        task.is_reflected,
-        found.confidence,
-        halfway=found.halfway,
-    )
+    few = partial(ReducedTask.of, source, target, task)
+    found = search(task, few, hypotheses, control, others=others)
+    return Registration(source, target, found.candidates[0], task.is_reflected, found.confidence)
 
 
 def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
@@ -318,34 +298,7 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
         return known
     return replace(
         known,
-        candidates=(found.opened.candidate,),
+        candidate=found.opened.candidate,
         confidence=found.confidence,
         openings=found.opened.openings,
-    )
-
-
-def _searched_further(found: Registration, task: Task, control: Control) -> Registration:
-    of_it = task.reflected() if found.reflected else task
-    known = Found(found.candidates, found.halfway, found.confidence)
-    other = search_others(of_it, known, control)
-    return replace(
-        found, candidates=other.candidates, confidence=other.confidence, halfway=other.halfway
-    )
-
-
-def _chosen_refined(found: Registration, task: Task, control: Control) -> Registration:
-    """Refine the best candidates, unless the best is beyond doubt, and choose again."""
-    in_doubt = found.confidence.probability < _BEYOND_DOUBT or has_rivals(found.candidates)
-    if not in_doubt or control.expired:
-        return found
-    try:
-        few = ReducedTask.of(found.source, found.target, task)
-        chosen = choose_refined(few, [*found.candidates, *found.halfway], control)
-    except MeshError:
-        # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
-        return found
-    return replace(
-        found,
-        candidates=tuple(register_finely(task, chosen.candidates[:1], control)),
-        confidence=refined_confidence(found.confidence, chosen.fits, not control.expired),
     )

@@ -1,18 +1,17 @@
-"""Search for the candidate that fits best: from coarse to fine, and among others when in doubt."""
+"""Search for the candidate that fits best: from coarse to fine, and among more when in doubt."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.arrays import FloatArray
 from solver.control import Control
+from solver.errors import MeshError
 from solver.registration.alignment import Pairs
 from solver.registration.candidates import Points, exchanged_pairs, first_pairs, varied_pairs
 from solver.registration.choice import (
     COARSE,
     FINE,
-    LANDMARK,
     Candidate,
     Start,
     Task,
@@ -20,9 +19,15 @@ from solver.registration.choice import (
     choose,
     ranked,
 )
-from solver.registration.confidence import CLOSE, SURE, Confidence, confidence_of
+from solver.registration.confidence import Confidence, confidence_of, refined_confidence
 from solver.registration.crossing import cross
+from solver.registration.reduction import ReducedTask
+from solver.registration.refinement import Compared, best_compared, compare, has_rivals
 from solver.registration.surface import Samples
+
+_BEYOND_DOUBT = 0.98
+"""Probability from which nothing more is searched. Of the generated answers that eigenfunctions
+call sure, 3 of 56 are wrong, but none from here on."""
 
 _KEPT = 16
 """Best candidates of the coarse stages that go through the fine ones."""
@@ -43,28 +48,42 @@ class Found:
     ----------
     candidates
         Registered finely, those that differ, the best first.
-    halfway
-        All that were registered in the first of the fine stages.
     confidence
         In the best.
     """
 
     candidates: tuple[Candidate, ...]
-    halfway: tuple[Candidate, ...]
     confidence: Confidence
 
 
-def search(task: Task, hypotheses: Sequence[Points], control: Control) -> Found:
-    """Register candidates coarsely, the best finely; when in doubt, vary and cross the best ones.
+def search(
+    task: Task,
+    few: Callable[[], ReducedTask],
+    hypotheses: Sequence[Points],
+    control: Control,
+    *,
+    others: bool = True,
+) -> Found:
+    """Register candidates coarsely, and the best finely; when in doubt, compare and vary them.
+
+    Unless the best is beyond doubt, candidates are chosen by their fit once they are refined on few
+    vertices. As long as that leaves doubt, the best are varied and crossed with others, and another
+    population is searched, from exchanged eigenfunctions. Its candidates are not crossed with those
+    known: where hypotheses begin near a wrong answer, they are so many that they crowd the others
+    out.
 
     Parameters
     ----------
     task
         The surfaces.
+    few
+        Gives them with few of their vertices.
     hypotheses
         Corresponding vertices, as many as there are.
     control
         May cancel; past its deadline, less is tried.
+    others
+        Whether the other population is searched.
 
     Raises
     ------
@@ -75,80 +94,95 @@ def search(task: Task, hypotheses: Sequence[Points], control: Control) -> Found:
     def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
         return first_pairs((task.source, task.target), samples, hypotheses)
 
-    found, halfway = _population(task, first, hypotheses, control)
-    return Found(tuple(found), tuple(halfway), confidence_in(found, control))
-
-
-def search_others(task: Task, known: Found, control: Control) -> Found:
-    """Search another population, from exchanged eigenfunctions, if the best known is in doubt.
-
-    Its candidates do not compete with those known: where hypotheses begin near a wrong answer, they
-    are so many that they crowd the others out.
-
-    Parameters
-    ----------
-    task, control
-        As for :func:`search`.
-    known
-        What that has found.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    """
-    if not _in_doubt(known.candidates, control):
-        return known
-    others, halfway = _population(task, exchanged_pairs, (), control)
-    found = _joined(task, known.candidates, others)
-    return Found(tuple(found), (*known.halfway, *halfway), confidence_in(found, control))
-
-
-def _population(
-    task: Task, first: Start, hypotheses: Sequence[Points], control: Control
-) -> tuple[list[Candidate], list[Candidate]]:
-    """Candidates registered finely, and those registered halfway."""
     coarse = choose(task, first, COARSE, control)
-    found, halfway = _finely(task, coarse, control)
-    for number in range(_ROUNDS):
-        if not _in_doubt(found, control):
-            break
-        varied = choose(task, _variations(found[:_VARIED]), COARSE, control)
-        if number == 0:
-            varied += _from_the_target(task, hypotheses, control)
-        coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
-        others, further = _finely(task, coarse, control)
-        found, halfway = _joined(task, found, others), [*halfway, *further]
-    return found, halfway
+    halfway = _halfway(task, coarse, control)
+    found = register_finely(task, halfway[: FINE[0].kept], control)
+    known = confidence_in(found, control)
+    if control.expired or (known.probability >= _BEYOND_DOUBT and not has_rivals(found)):
+        return Found(tuple(found), known)
+    try:
+        compared = _FurtherSearch(task, few(), known, control).run(
+            coarse, [*found, *halfway], hypotheses, others=others
+        )
+    except MeshError:
+        # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
+        return Found(tuple(found), known)
+    best = best_compared(compared)
+    chosen, *rest = (one.candidate for one in best)
+    return Found(
+        (*register_finely(task, [chosen], control), *rest),
+        refined_confidence(known, [one.fit for one in best], not control.expired),
+    )
 
 
-def _joined(task: Task, known: Sequence[Candidate], others: Sequence[Candidate]) -> list[Candidate]:
-    further = ranked([*known, *others], task.positions)
-    return unless_it_is_close(known[0], further, task.positions)
-
-
-def unless_it_is_close(
-    known: Candidate, found: Sequence[Candidate], positions: FloatArray
-) -> list[Candidate]:
-    """Candidates with a known one first, unless another one is clearly better.
-
-    Of many candidates, some wrong ones fit nearly as well as the right one by chance: the more are
-    tried, the more of them. Where the known one was dropped for one that is the same but fits
-    better, that one stands for it.
+@dataclass(frozen=True, eq=False)
+class _FurtherSearch:
+    """A search in doubt: candidates are compared once they are refined on few vertices.
 
     Parameters
     ----------
+    task, few
+        The surfaces, and the same with few of their vertices.
     known
-        The best candidate so far.
-    found
-        Candidates that differ, the best first; one of them is the known one, or the same.
-    positions
-        (V, 3) vertices of the target, at √area 1.
+        Confidence in the best by eigenfunctions.
+    control
+        May cancel; past its deadline, less is tried.
     """
-    best = found[0]
-    same = next(one for one in found if len(ranked([one, known], positions)) == 1)
-    close = best.fit.score > same.fit.score - CLOSE and same.missed <= best.missed + LANDMARK
-    return [same, *(one for one in found if one is not same)] if close else list(found)
+
+    task: Task
+    few: ReducedTask
+    known: Confidence
+    control: Control
+
+    def run(
+        self,
+        coarse: Sequence[Candidate],
+        finer: Sequence[Candidate],
+        hypotheses: Sequence[Points],
+        *,
+        others: bool,
+    ) -> list[Compared]:
+        """Return all candidates that were compared: those given, and those of them, and others."""
+        compared = self._evolved(coarse, self._compared(finer), [], hypotheses)
+        if not others or self._ends(compared):
+            return compared
+        coarse = choose(self.task, exchanged_pairs, COARSE, self.control)
+        return self._evolved(coarse, self._registered(coarse), compared, ())
+
+    def _evolved(
+        self,
+        coarse: Sequence[Candidate],
+        own: Sequence[Compared],
+        others: Sequence[Compared],
+        hypotheses: Sequence[Points],
+    ) -> list[Compared]:
+        """Vary and cross the best of a population's own candidates, and compare with all."""
+        task, control = self.task, self.control
+        for number in range(_ROUNDS):
+            if self._ends([*own, *others]):
+                break
+            best = [one.candidate for one in best_compared(own)]
+            varied = choose(task, _variations(best[:_VARIED]), COARSE, control)
+            if number == 0:
+                varied += _from_the_target(task, hypotheses, control)
+            coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
+            own = [*own, *self._registered(coarse)]
+        return [*own, *others]
+
+    def _registered(self, coarse: Sequence[Candidate]) -> list[Compared]:
+        """Register the best of coarse candidates halfway, and the best of those finely."""
+        halfway = self._compared(_halfway(self.task, coarse, self.control))
+        best = [one.candidate for one in best_compared(halfway)]
+        return [*halfway, *self._compared(register_finely(self.task, best, self.control))]
+
+    def _compared(self, candidates: Sequence[Candidate]) -> list[Compared]:
+        return compare(self.few, candidates, self.control)
+
+    def _ends(self, compared: Sequence[Compared]) -> bool:
+        if self.control.expired:
+            return True
+        said = refined_confidence(self.known, [one.fit for one in best_compared(compared)])
+        return said.probability >= _BEYOND_DOUBT
 
 
 def _variations(candidates: Sequence[Candidate]) -> Start:
@@ -173,12 +207,9 @@ def _from_the_target(task: Task, hypotheses: Sequence[Points], control: Control)
     return choose(task, back, COARSE[-1:], control)
 
 
-def _finely(
-    task: Task, coarse: Sequence[Candidate], control: Control
-) -> tuple[list[Candidate], list[Candidate]]:
+def _halfway(task: Task, coarse: Sequence[Candidate], control: Control) -> list[Candidate]:
     every = replace(FINE[0], kept=_KEPT)
-    halfway = choose(task, again(coarse[:_KEPT], every.weights), (every,), control)
-    return register_finely(task, halfway[: FINE[0].kept], control), halfway
+    return choose(task, again(coarse[:_KEPT], every.weights), (every,), control)
 
 
 def register_finely(task: Task, halfway: Sequence[Candidate], control: Control) -> list[Candidate]:
@@ -198,10 +229,6 @@ def register_finely(task: Task, halfway: Sequence[Candidate], control: Control) 
     Those that differ, the best first.
     """
     return choose(task, again(halfway, FINE[-1].weights), FINE[-1:], control)
-
-
-def _in_doubt(found: Sequence[Candidate], control: Control) -> bool:
-    return not control.expired and confidence_in(found, control).probability < SURE
 
 
 def confidence_in(found: Sequence[Candidate], control: Control) -> Confidence:

@@ -102,7 +102,7 @@ def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
 ) -> None:
     target = Shape(with_glue.mesh)
     best = found.opened
-    known = Registration(body, target, (best.candidate,), False, _SURE, best.openings)
+    known = Registration(body, target, best.candidate, False, _SURE, best.openings)
     dense = known.dense(Control())
     np.testing.assert_array_equal(dense.source, np.arange(body.n_vertices))
     here = np.flatnonzero(with_glue.kept)

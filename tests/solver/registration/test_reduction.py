@@ -9,7 +9,7 @@ from solver.registration import reduction, register
 from solver.registration.choice import FINE
 from solver.registration.opening import VertexMaps
 from solver.registration.reduction import ReducedTask, Reduction, reduced_landmarks, whole_maps
-from solver.registration.refinement import choose_refined
+from solver.registration.refinement import best_compared, compare
 from solver.shape import Shape
 from tests.solver import shapes
 from tests.solver.registration.test_refinement import candidates, task_of
@@ -83,10 +83,12 @@ def test_pairs_of_the_whole_are_pairs_of_the_reduced(blob: Shape, reduced: Reduc
 def test_the_same_candidate_is_chosen(blob: Shape, reduced: Reduction) -> None:
     task = task_of(blob, blob)
     found = candidates(task)[:3]
-    fewer = choose_refined(ReducedTask.of(blob, blob, task), found, Control())
-    assert fewer.candidates[0] is found[0]
-    entire = choose_refined(ReducedTask.entire(task), found, Control())
-    assert [id(one) for one in fewer.candidates] == [id(one) for one in entire.candidates]
+    fewer, entire = (
+        [one.candidate for one in best_compared(compare(few, found, Control()))]
+        for few in (ReducedTask.of(blob, blob, task), ReducedTask.entire(task))
+    )
+    assert fewer[0] is found[0]
+    assert [id(one) for one in fewer] == [id(one) for one in entire]
 
 
 def test_an_answer_with_rivals_is_one_of_the_whole_shapes(

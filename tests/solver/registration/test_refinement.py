@@ -12,12 +12,13 @@ from solver.control import Control
 from solver.mesh import triangle_mesh
 from solver.registration import Registration, register
 from solver.registration.candidates import NO_LANDMARKS, first_pairs, pairs_from_points
-from solver.registration.choice import COARSE, FINE, Candidate, Task, choose
+from solver.registration.choice import COARSE, FINE, SAME, Candidate, Task, choose
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import (
     RefinedFit,
-    choose_refined,
+    best_compared,
+    compare,
     has_rivals,
     refine_candidate,
 )
@@ -67,17 +68,28 @@ def test_the_score_is_the_sum_of_the_logarithms() -> None:
 def test_those_that_fit_best_come_first_and_differ(blob: Shape) -> None:
     task = task_of(blob, blob)
     found = candidates(task)
-    chosen = choose_refined(ReducedTask.of(blob, blob, task), found[::-1], Control())
-    scores = [one.score for one in chosen.fits]
+    chosen = best_compared(compare(ReducedTask.of(blob, blob, task), found[::-1], Control()))
+    scores = [one.fit.score for one in chosen]
     assert scores == sorted(scores)
-    assert chosen.candidates[0] is found[0]
-    assert len(chosen.candidates) == len(scores) <= len(found)
+    assert chosen[0].candidate is found[0]
+    for number, one in enumerate(chosen):
+        for other in chosen[:number]:
+            assert np.linalg.norm(one.places - other.places, axis=1).mean() > SAME
+
+
+def test_those_that_miss_the_landmarks_are_not_chosen(blob: Shape) -> None:
+    task = task_of(blob, blob)
+    best, *others = compare(ReducedTask.entire(task), candidates(task)[:3], Control())
+    missing = replace(best, candidate=replace(best.candidate, missed=0.2))
+    assert best_compared([missing, *others])[0].candidate in [one.candidate for one in others]
+    near = replace(best, candidate=replace(best.candidate, missed=0.05))
+    assert best_compared([near, *others])[0] is near
 
 
 def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
     task = task_of(blob, blob)
     late = Control(deadline=time.monotonic())
-    assert len(choose_refined(ReducedTask.entire(task), candidates(task)[:3], late).fits) == 1
+    assert len(compare(ReducedTask.entire(task), candidates(task)[:3], late)) == 1
 
 
 @pytest.fixture(scope="module")
@@ -136,6 +148,7 @@ def test_the_right_candidate_is_told_where_eigenfunctions_fit_better_by_others()
     )[0]
     wrong = choose(task, lambda samples: first_pairs(surfaces, samples, ()), stages, Control())
     assert sum(one.fit.score < right.fit.score for one in wrong) >= 3
-    chosen = choose_refined(ReducedTask.of(source, target, task), [*wrong, right], Control())
-    assert chosen.candidates[0] is right
-    assert chosen.fits[1].score > chosen.fits[0].score + 0.5
+    few = ReducedTask.of(source, target, task)
+    chosen, second, *_ = best_compared(compare(few, [*wrong, right], Control()))
+    assert chosen.candidate is right
+    assert second.fit.score > chosen.fit.score + 0.5

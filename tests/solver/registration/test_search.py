@@ -1,33 +1,74 @@
-"""Search: which candidate stands after more have been tried."""
+"""Search: when it ends, and what it returns."""
+
+from functools import partial
+from typing import NoReturn
 
 import numpy as np
+import pytest
 
-from solver.functional_maps import FunctionalMap
-from solver.registration.alignment import Alignment, Pairs
-from solver.registration.choice import Candidate
-from solver.registration.fit import Fit, LocalFit
-from solver.registration.search import unless_it_is_close
-
-NOTHING = Alignment(np.zeros((1, 3)), FunctionalMap(np.eye(1)), np.eye(3))
-POSITIONS = np.array([[0.0, 0, 0], [0.01, 0, 0], [1.0, 0, 0]])
-
-
-def candidate(images: list[int], score: float) -> Candidate:
-    fit = Fit(float(np.exp(score)), 1.0, 1.0, 1.0, (1.0,), 1.0)
-    everywhere = np.arange(len(images))
-    local = LocalFit(np.ones((5, len(images))), Pairs(everywhere, everywhere))
-    return Candidate(np.array(images), NOTHING, fit, local)
+from solver.control import Control
+from solver.errors import MeshError
+from solver.mesh import triangle_mesh
+from solver.registration.candidates import NO_LANDMARKS
+from solver.registration.choice import SAME, Task
+from solver.registration.confidence import RIVAL
+from solver.registration.reduction import ReducedTask
+from solver.registration.search import search
+from solver.registration.surface import smooth_surface
+from solver.shape import Shape
+from tests.solver.shapes import icosphere
 
 
-def test_a_known_candidate_stands_unless_another_is_clearly_better() -> None:
-    known = candidate([0, 2], -1.0)
-    slightly, clearly = candidate([2, 0], -1.1), candidate([2, 0], -2.0)
-    assert unless_it_is_close(known, [slightly, known], POSITIONS) == [known, slightly]
-    assert unless_it_is_close(known, [clearly, known], POSITIONS) == [clearly, known]
+def task_of(source: Shape, target: Shape) -> Task:
+    ours, theirs = smooth_surface(source), smooth_surface(target)
+    return Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
 
 
-def test_one_that_is_the_same_and_fits_better_stands_for_the_known_one() -> None:
-    known, same, rival = candidate([0, 2], -1.0), candidate([1, 2], -1.5), candidate([2, 0], -1.2)
-    assert unless_it_is_close(known, [same, rival], POSITIONS) == [same, rival]
-    better = candidate([2, 0], -1.6)
-    assert unless_it_is_close(known, [better, same], POSITIONS) == [same, better]
+@pytest.fixture(scope="module")
+def ellipsoids() -> tuple[Shape, Shape]:
+    """One lies on the other in four ways."""
+    sphere = icosphere(3)
+    one, other = (
+        Shape(triangle_mesh(sphere.vertices * axes, sphere.faces))
+        for axes in ([1.0, 0.7, 1.8], [1.1, 0.7, 1.7])
+    )
+    return one, other
+
+
+def cannot_be_reduced() -> NoReturn:
+    raise MeshError("nothing can be displaced")
+
+
+def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
+    asked: list[None] = []
+
+    def few() -> ReducedTask:
+        asked.append(None)
+        return ReducedTask.entire(task_of(blob, blob))
+
+    found = search(task_of(blob, blob), few, (), Control())
+    assert found.confidence.probability > 0.99
+    assert not asked
+    np.testing.assert_array_equal(
+        found.candidates[0].images,
+        smooth_surface(blob).samples.first(len(found.candidates[0].images)).vertices,
+    )
+
+
+def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]) -> None:
+    task = task_of(*ellipsoids)
+    found = search(task, partial(ReducedTask.entire, task), (), Control())
+    assert found.confidence.reasons == (RIVAL,)
+    assert len(found.candidates) >= 4
+    best, *others = (task.positions[one.images[:200]] for one in found.candidates)
+    for one in others:
+        assert np.linalg.norm(one - best, axis=1).mean() > SAME
+
+
+def test_what_cannot_be_refined_is_mapped_by_eigenfunctions(
+    ellipsoids: tuple[Shape, Shape],
+) -> None:
+    found = search(task_of(*ellipsoids), cannot_be_reduced, (), Control())
+    scores = [one.fit.score for one in found.candidates]
+    assert scores == sorted(scores)
+    assert "refined_score" not in found.confidence.measures

@@ -86,7 +86,7 @@ def bones() -> Bones:
 
 def test_it_is_nearer_to_the_truth_than_eigenfunctions_on_thin_walls(bones: Bones) -> None:
     surfaces = smooth_surface(bones.source), smooth_surface(bones.target)
-    known = SurfaceMap.of(*surfaces, bones.found.candidates[0].alignment, reflected=False)
+    known = SurfaceMap.of(*surfaces, bones.found.candidate.alignment, reflected=False)
     vertices = bones.target.mesh.vertices
     along, in_space = (
         bones.error(vertices[each.images()]) for each in (known, displaced_in_space(known))
