@@ -118,7 +118,7 @@ def load_features(
     Parameters
     ----------
     paths
-        Files with the same measures.
+        Files that all have these measures.
     different
         Whether pairs of different classes are kept.
     chosen
@@ -133,20 +133,22 @@ def load_features(
     Raises
     ------
     ValueError
-        The files hold different measures.
+        The files hold different measures, or not the chosen ones.
     """
     tables = []
     for path in paths:
         with np.load(path, allow_pickle=False) as file:
             tables.append({name: file[name] for name in ("names", "measures", "right", "kind")})
-    names = tables[0]["names"].tolist()
-    if any(one["names"].tolist() != names for one in tables):
-        raise ValueError("the files hold different measures; save them by one version")
-    measures = np.concatenate([one["measures"] for one in tables])
+    names = tables[0]["names"].tolist() if chosen is None else chosen
+    known = [one["names"].tolist() for one in tables]
+    if any(set(names) - set(one) or (chosen is None and len(names) < len(one)) for one in known):
+        raise ValueError("the files hold different measures; choose some that all have")
+    columns = [[one.index(name) for name in names] for one in known]
+    measures = np.concatenate(
+        [one["measures"][:, places] for one, places in zip(tables, columns, strict=True)]
+    )
     right = np.concatenate([one["right"] for one in tables])
     kind = np.concatenate([one["kind"] for one in tables])
-    if chosen is not None:
-        measures, names = measures[:, [names.index(name) for name in chosen]], chosen
     kept = np.isfinite(measures).all(axis=1) & (different | (kind != DIFFERENT))
     return names, measures[kept], right[kept]
 

@@ -16,14 +16,16 @@ _INTERCEPT = -18.7
 """Logistic regression on 120 generated pairs, of which 90 are right: ``python -m
 bench.confidence_fit``. All measures together do no better on pairs held out."""
 
-_REFINED_WEIGHTS: Mapping[str, float] = MappingProxyType({"refined_score": -4.79})
-_REFINED_INTERCEPT = -34.7
-"""The same of a refined fit, on 82 of 150 generated pairs, ``--seed 5 --pairs 60`` and ``--seed 7
---pairs 90``: those that are refined. 64 answers are right."""
+_REFINED_WEIGHTS: Mapping[str, float] = MappingProxyType({"refined_score": -4.26})
+_REFINED_INTERCEPT = -30.0
+"""The same of a refined fit, and of a choice between two: the product of both probabilities, fitted
+by a script to the generated answers of ``--seed 5 --pairs 60`` and ``--seed 7 --pairs 90`` that
+were refined, 168 of two versions of the search; 129 are right."""
 
-_CHOICE = 20.0
-"""Weight of the difference of two refined scores, fitted to the same together with the others, by a
-script: of equal ones either may be right, and a difference of 0.2 tells."""
+_CHOICE: Mapping[str, float] = MappingProxyType({"refined_margin": 34.0})
+_CHOICE_INTERCEPT = -2.2
+"""Where two fit equally, most answers are wrong: the right one, where it was found, is clearly the
+best. A difference of 0.15 tells."""
 
 SURE = 0.9
 """Probability from which no reason for doubt is given, and nothing more is searched."""
@@ -108,7 +110,7 @@ def refined_confidence(
         "refined_margin": min(max(margin, 0.0), 1.0),
     }
     fitting = probability_of(measures, _REFINED_WEIGHTS, _REFINED_INTERCEPT)
-    probability = fitting * probability_of(measures, {"refined_margin": _CHOICE}, 0.0)
+    probability = fitting * probability_of(measures, _CHOICE, _CHOICE_INTERCEPT)
     reasons = (
         *((RIVAL,) if probability < SURE and margin < CLOSE else ()),
         *((MISFIT,) if fitting < SURE else ()),

@@ -87,6 +87,13 @@ def test_features_are_read_as_they_were_written(tmp_path: Path) -> None:
     save_features(tmp_path / "other.npz", [answer("people", 0.02, 0.9, other=1.0)])
     with pytest.raises(ValueError, match="different measures"):
         load_features([path, tmp_path / "other.npz"])
+    with pytest.raises(ValueError, match="different measures"):
+        load_features([path], chosen=["score"])
+    save_features(tmp_path / "more.npz", [answer("people", 0.02, 0.9, fit=8.0, more=1.0)])
+    with pytest.raises(ValueError, match="different measures"):
+        load_features([path, tmp_path / "more.npz"])
+    chosen = load_features([path, tmp_path / "more.npz"], chosen=["fit"])[1]
+    assert chosen.ravel().tolist() == [1.0, 3.0, 5.0, 7.0, 8.0]
 
 
 def test_pairs_of_different_classes_are_counted_apart() -> None:

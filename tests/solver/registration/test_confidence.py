@@ -81,12 +81,12 @@ def test_refined_reasons_agree_with_the_probability(fit: Fit, fits: list[Refined
     assert found.probability <= refined_confidence(known, stiffer).probability
 
 
-def test_of_two_that_fit_equally_well_either_may_be_right() -> None:
+def test_of_two_that_fit_equally_well_neither_is_likely_to_be_right() -> None:
     exact = RefinedFit(1e-3, 1e-2, 1e-3)
     known = confidence_of(Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3), 0.0)
     assert refined_confidence(known, [exact]).reasons == ()
     found = refined_confidence(known, [exact, exact])
-    assert found.probability == pytest.approx(0.5, abs=1e-3)
+    assert found.probability <= 0.5
     assert found.reasons == (RIVAL,)
     unfinished = refined_confidence(known, [exact], complete=False)
     assert unfinished.reasons == (UNFINISHED,)
