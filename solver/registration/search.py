@@ -17,17 +17,18 @@ from solver.registration.choice import (
     Task,
     again,
     choose,
+    distinct,
     ranked,
 )
-from solver.registration.confidence import Confidence, confidence_of, refined_confidence
+from solver.registration.confidence import SURE, Confidence, confidence_of, refined_confidence
 from solver.registration.crossing import cross
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import Compared, best_compared, compare, has_rivals
 from solver.registration.surface import Samples
 
 _BEYOND_DOUBT = 0.98
-"""Probability from which nothing more is searched. Of the generated answers that eigenfunctions
-call sure, 3 of 56 are wrong, but none from here on."""
+"""Probability by eigenfunctions from which nothing more is searched. Of the generated answers that
+they call sure, 3 of 56 are wrong, but none from here on."""
 
 _KEPT = 16
 """Best candidates of the coarse stages that go through the fine ones."""
@@ -67,10 +68,10 @@ def search(
     """Register candidates coarsely, and the best finely; when in doubt, compare and vary them.
 
     Unless the best is beyond doubt, candidates are chosen by their fit once they are refined on few
-    vertices. As long as that leaves doubt, the best are varied and crossed with others, and another
-    population is searched, from exchanged eigenfunctions. Its candidates are not crossed with those
-    known: where hypotheses begin near a wrong answer, they are so many that they crowd the others
-    out.
+    vertices, and the best are varied and crossed with others, until the best of all is sure and
+    more of them have not changed it. Where doubt remains, another population is searched, from
+    exchanged eigenfunctions. Its candidates are not crossed with those known: where hypotheses
+    begin near a wrong answer, they are so many that they crowd the others out.
 
     Parameters
     ----------
@@ -144,7 +145,7 @@ class _FurtherSearch:
     ) -> list[Compared]:
         """Return all candidates that were compared: those given, and those of them, and others."""
         compared = self._evolved(coarse, self._compared(finer), [], hypotheses)
-        if not others or self._ends(compared):
+        if not others or self._is_sure(compared):
             return compared
         coarse = choose(self.task, exchanged_pairs, COARSE, self.control)
         return self._evolved(coarse, self._registered(coarse), compared, ())
@@ -156,17 +157,24 @@ class _FurtherSearch:
         others: Sequence[Compared],
         hypotheses: Sequence[Points],
     ) -> list[Compared]:
-        """Vary and cross the best of a population's own candidates, and compare with all."""
+        """Vary and cross the best of a population's own candidates, and compare with all.
+
+        Until the best is sure, and more candidates have changed nothing.
+        """
         task, control = self.task, self.control
         for number in range(_ROUNDS):
-            if self._ends([*own, *others]):
+            if control.expired:
                 break
+            known = [*own, *others]
             best = [one.candidate for one in best_compared(own)]
             varied = choose(task, _variations(best[:_VARIED]), COARSE, control)
             if number == 0:
                 varied += _from_the_target(task, hypotheses, control)
             coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
             own = [*own, *self._registered(coarse)]
+            compared = [*own, *others]
+            if self._is_sure(compared) and not _differ(known, compared):
+                break
         return [*own, *others]
 
     def _registered(self, coarse: Sequence[Candidate]) -> list[Compared]:
@@ -178,11 +186,14 @@ class _FurtherSearch:
     def _compared(self, candidates: Sequence[Candidate]) -> list[Compared]:
         return compare(self.few, candidates, self.control)
 
-    def _ends(self, compared: Sequence[Compared]) -> bool:
-        if self.control.expired:
-            return True
-        said = refined_confidence(self.known, [one.fit for one in best_compared(compared)])
-        return said.probability >= _BEYOND_DOUBT
+    def _is_sure(self, compared: Sequence[Compared]) -> bool:
+        fits = [one.fit for one in best_compared(compared)]
+        return refined_confidence(self.known, fits).probability >= SURE
+
+
+def _differ(known: Sequence[Compared], compared: Sequence[Compared]) -> bool:
+    """Whether the best of all candidates is another one than the best of those known before."""
+    return len(distinct(best_compared(one)[0].places for one in (known, compared))) > 1
 
 
 def _variations(candidates: Sequence[Candidate]) -> Start:
