@@ -1,6 +1,6 @@
 """Confidence in a registration: a calibrated probability, and reasons for doubt in words."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -88,25 +88,25 @@ def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
 
 
 def refined_confidence(
-    known: Confidence, fits: Sequence[RefinedFit], complete: bool = True
+    known: Confidence, fit: RefinedFit, margin: float, complete: bool = True
 ) -> Confidence:
-    """Confidence in the first of some refined registrations that differ.
+    """Confidence in a registration that was refined on few vertices.
 
     Parameters
     ----------
     known
         In the best before they were refined, whose measures are kept.
-    fits
-        The best first.
+    fit
+        Of the chosen candidate.
+    margin
+        How much greater the score of the best other candidate is; infinite if there is none.
     complete
         Whether all candidates were tried.
     """
-    best, *others = fits
-    margin = min((one.score for one in others), default=np.inf) - best.score
     measures = {
         **known.measures,
-        **{f"refined_{name}": one for name, one in best.measures.items()},
-        "refined_score": best.score,
+        **{f"refined_{name}": one for name, one in fit.measures.items()},
+        "refined_score": fit.score,
         "refined_margin": min(max(margin, 0.0), 1.0),
     }
     fitting = probability_of(measures, _REFINED_WEIGHTS, _REFINED_INTERCEPT)

@@ -21,9 +21,9 @@ from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, distinct
 from solver.registration.confidence import Confidence, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases
-from solver.registration.reduction import ReducedTask, reduction, whole_maps
+from solver.registration.reduction import FEW, ReducedTask, reduction, whole_maps
 from solver.registration.refinement import RefinedFit, refine_on_few
-from solver.registration.search import confidence_in, search
+from solver.registration.search import confidence_in, margin_of, search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
 from solver.shape import Shape
@@ -136,7 +136,8 @@ def search_opened(
     rows = distinct(positions[one.images(every)] for one, _ in refined)
     confidence = refined_confidence(
         confidence_in([refined[row][0].candidate for row in rows], control),
-        [refined[row][1] for row in rows],
+        fit,
+        margin_of([refined[row][1].score for row in rows]),
         not control.expired,
     )
     if ours.shape is source and theirs.shape is target:
@@ -147,7 +148,7 @@ def search_opened(
 
 def _refined_fit(known: OpenedCandidate, control: Control) -> RefinedFit:
     ours, theirs = known.openings
-    few = ReducedTask.of(ours.shape, theirs.shape, _task(ours, theirs))
+    few = ReducedTask.of(ours.shape, theirs.shape, _task(ours, theirs), FEW)
     return refine_on_few(few, known.candidate, control).fit
 
 
@@ -159,9 +160,9 @@ def _opened_candidates(
     if ours.shape is source and theirs.shape is target:
         return []
     task = _task(ours, theirs)
-    few = partial(ReducedTask.of, ours.shape, theirs.shape, task)
+    reduced = partial(ReducedTask.of, ours.shape, theirs.shape, task)
     hypotheses = rematch(ours.shape, theirs.shape)
-    searched = search(task, few, hypotheses, control, others=False)
+    searched = search(task, reduced, hypotheses, control, others=False)
     found = [
         _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
         for one in control.in_time(searched.candidates[:_TRIED], least=1)

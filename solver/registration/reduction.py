@@ -108,8 +108,8 @@ class ReducedTask:
         return cls(task, task.samples)
 
     @classmethod
-    def of(cls, source: Shape, target: Shape, task: Task) -> "ReducedTask":
-        """Reduce the surfaces of a task to few vertices, and leave out its landmarks.
+    def of(cls, source: Shape, target: Shape, task: Task, left: int) -> "ReducedTask":
+        """Reduce the surfaces of a task, and leave out its landmarks.
 
         Parameters
         ----------
@@ -117,8 +117,10 @@ class ReducedTask:
             Its shapes.
         task
             On them.
+        left
+            Vertices that they are simplified to.
         """
-        fewer = reduction(source, FEW), reduction(target, FEW)
+        fewer = reduction(source, left), reduction(target, left)
         if fewer[0].shape is source and fewer[1].shape is target:
             return cls.entire(task)
         ours, theirs = (smooth_surface(one.shape) for one in fewer)

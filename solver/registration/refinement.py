@@ -169,10 +169,15 @@ def refine_candidate(task: Task, candidate: Candidate, control: Control) -> Refi
     MeshError
         The source's Laplacian cannot be factored.
     """
-    entire = ReducedTask.entire(task)
-    known = _aligned(entire, candidate, FINE[-1], control.in_time(_SIZES, least=1))
+    return refine_on(ReducedTask.entire(task), candidate, control)
+
+
+def refine_on(reduced: ReducedTask, candidate: Candidate, control: Control) -> RefinedCandidate:
+    """Refine a candidate of whole surfaces on reduced ones, as :func:`refine_candidate` does."""
+    task = reduced.task
+    known = _aligned(reduced, candidate, FINE[-1], control.in_time(_SIZES, least=1))
     if known.functional_map.size < candidate.alignment.size:
-        known = _aligned(entire, candidate, FINE[-1], _SIZES[-1:])
+        known = _aligned(reduced, candidate, FINE[-1], _SIZES[-1:])
     rigid = at_rest(task.source, task.is_reflected)
     refined = _refined(known, rigid, control)
     if control.expired:

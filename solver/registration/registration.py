@@ -272,8 +272,8 @@ def _registered(
     control: Control,
     others: bool,
 ) -> Registration:
-    few = partial(ReducedTask.of, source, target, task)
-    found = search(task, few, hypotheses, control, others=others)
+    reduced = partial(ReducedTask.of, source, target, task)
+    found = search(task, reduced, hypotheses, control, others=others)
     return Registration(source, target, found.candidates[0], task.is_reflected, found.confidence)
 
 

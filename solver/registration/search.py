@@ -20,10 +20,16 @@ from solver.registration.choice import (
     distinct,
     ranked,
 )
-from solver.registration.confidence import SURE, Confidence, confidence_of, refined_confidence
+from solver.registration.confidence import (
+    CLOSE,
+    SURE,
+    Confidence,
+    confidence_of,
+    refined_confidence,
+)
 from solver.registration.crossing import cross
-from solver.registration.reduction import ReducedTask
-from solver.registration.refinement import Compared, best_compared, compare, has_rivals
+from solver.registration.reduction import FEW, LEFT, ReducedTask
+from solver.registration.refinement import Compared, best_compared, compare, has_rivals, refine_on
 from solver.registration.surface import Samples
 
 _BEYOND_DOUBT = 0.98
@@ -59,7 +65,7 @@ class Found:
 
 def search(
     task: Task,
-    few: Callable[[], ReducedTask],
+    reduced: Callable[[int], ReducedTask],
     hypotheses: Sequence[Points],
     control: Control,
     *,
@@ -77,8 +83,8 @@ def search(
     ----------
     task
         The surfaces.
-    few
-        Gives them with few of their vertices.
+    reduced
+        Gives them with a number of their vertices.
     hypotheses
         Corresponding vertices, as many as there are.
     control
@@ -102,18 +108,45 @@ def search(
     if control.expired or (known.probability >= _BEYOND_DOUBT and not has_rivals(found)):
         return Found(tuple(found), known)
     try:
-        compared = _FurtherSearch(task, few(), known, control).run(
-            coarse, [*found, *halfway], hypotheses, others=others
-        )
+        further = _FurtherSearch(task, reduced(FEW), known, control)
+        best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
+        margin = margin_of([one.fit.score for one in best])
+        said = refined_confidence(known, best[0].fit, margin)
+        if margin < CLOSE and said.probability < SURE and not control.expired:
+            best, margin = _choice_of_rivals(best, reduced(LEFT), control)
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return Found(tuple(found), known)
-    best = best_compared(compared)
     chosen, *rest = (one.candidate for one in best)
     return Found(
         (*register_finely(task, [chosen], control), *rest),
-        refined_confidence(known, [one.fit for one in best], not control.expired),
+        refined_confidence(known, best[0].fit, margin, not control.expired),
     )
+
+
+def _choice_of_rivals(
+    best: Sequence[Compared], reduced: ReducedTask, control: Control
+) -> tuple[list[Compared], float]:
+    """Choose among those that fit nearly as well as the best on few vertices by more of them.
+
+    Returns
+    -------
+    The chosen one and the others, and how much greater the score of the best other is.
+    """
+    rivals = [one for one in best if one.fit.score < best[0].fit.score + CLOSE]
+    scores = [
+        refine_on(reduced, one.candidate, control).fit.score
+        for one in control.in_time(rivals, least=1)
+    ]
+    chosen = rivals[int(np.argmin(scores))]
+    order = [chosen, *(one for one in best if one is not chosen)]
+    farther = [one.fit.score - best[0].fit.score for one in best[len(rivals) :]]
+    return order, min([margin_of(sorted(scores)), *farther])
+
+
+def margin_of(scores: Sequence[float]) -> float:
+    """How much greater the second of ascending scores is; infinite if there is none."""
+    return min(scores[1:], default=np.inf) - scores[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,8 +220,9 @@ class _FurtherSearch:
         return compare(self.few, candidates, self.control)
 
     def _is_sure(self, compared: Sequence[Compared]) -> bool:
-        fits = [one.fit for one in best_compared(compared)]
-        return refined_confidence(self.known, fits).probability >= SURE
+        best = best_compared(compared)
+        margin = margin_of([one.fit.score for one in best])
+        return refined_confidence(self.known, best[0].fit, margin).probability >= SURE
 
 
 def _differ(known: Sequence[Compared], compared: Sequence[Compared]) -> bool:
@@ -244,6 +278,5 @@ def register_finely(task: Task, halfway: Sequence[Candidate], control: Control) 
 
 def confidence_in(found: Sequence[Candidate], control: Control) -> Confidence:
     """Return the confidence in the first of candidates that differ."""
-    best, *others = (one.fit for one in found)
-    margin = min((one.score for one in others), default=np.inf) - best.score
-    return confidence_of(best, margin, complete=not control.expired)
+    margin = margin_of([one.fit.score for one in found])
+    return confidence_of(found[0].fit, margin, complete=not control.expired)

@@ -64,31 +64,32 @@ def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
     assert confidence_of(bad, 0.0).reasons == (RIVAL, MISFIT)
 
 
-REFINED = st.lists(st.builds(RefinedFit, *[MEASURE] * 3), min_size=1, max_size=3)
+REFINED = st.builds(RefinedFit, *[MEASURE] * 3)
 
 
-@given(MEASURES, REFINED)
-def test_refined_reasons_agree_with_the_probability(fit: Fit, fits: list[RefinedFit]) -> None:
-    fits = sorted(fits, key=lambda one: one.score)
+@given(MEASURES, REFINED, MARGINS)
+def test_refined_reasons_agree_with_the_probability(
+    fit: Fit, refined: RefinedFit, margin: float
+) -> None:
     known = confidence_of(fit, 1.0)
-    found = refined_confidence(known, fits)
+    found = refined_confidence(known, refined, margin)
     assert bool(found.reasons) == (found.probability < 0.9)
     assert known.measures.items() <= found.measures.items()
     assert found.measures["refined_margin"] <= 1.0
     # Without rivals, or with less strain, it is more probable.
-    assert found.probability <= refined_confidence(known, fits[:1]).probability
-    stiffer = [replace(fits[0], strained=0.5 * fits[0].strained), *fits[1:]]
-    assert found.probability <= refined_confidence(known, stiffer).probability
+    assert found.probability <= refined_confidence(known, refined, np.inf).probability
+    stiffer = replace(refined, strained=0.5 * refined.strained)
+    assert found.probability <= refined_confidence(known, stiffer, margin).probability
 
 
 def test_of_two_that_fit_equally_well_neither_is_likely_to_be_right() -> None:
     exact = RefinedFit(1e-3, 1e-2, 1e-3)
     known = confidence_of(Fit(1e-3, 1e-3, 1e-3, 1e-3, (1e-3, 1e-3), 1e-3), 0.0)
-    assert refined_confidence(known, [exact]).reasons == ()
-    found = refined_confidence(known, [exact, exact])
+    assert refined_confidence(known, exact, np.inf).reasons == ()
+    found = refined_confidence(known, exact, 0.0)
     assert found.probability <= 0.5
     assert found.reasons == (RIVAL,)
-    unfinished = refined_confidence(known, [exact], complete=False)
+    unfinished = refined_confidence(known, exact, np.inf, complete=False)
     assert unfinished.reasons == (UNFINISHED,)
 
 

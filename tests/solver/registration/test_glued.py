@@ -71,7 +71,7 @@ def test_a_body_is_matched_through_the_glue(
 
 def test_its_confidence_is_of_its_refined_fit(found: OpenedChoice) -> None:
     ours, theirs = (one.shape for one in found.opened.openings)
-    few = ReducedTask.of(ours, theirs, task_of(ours, theirs))
+    few = ReducedTask.of(ours, theirs, task_of(ours, theirs), reduction.FEW)
     refined = refine_on_few(few, found.opened.candidate, Control())
     assert found.confidence.measures["refined_score"] == pytest.approx(refined.fit.score)
 

@@ -5,7 +5,7 @@ import pytest
 
 from solver.control import Control
 from solver.mesh import triangle_mesh
-from solver.registration import reduction, register
+from solver.registration import register, search
 from solver.registration.choice import FINE
 from solver.registration.opening import VertexMaps
 from solver.registration.reduction import ReducedTask, Reduction, reduced_landmarks, whole_maps
@@ -19,7 +19,7 @@ LEFT = 400
 
 @pytest.fixture
 def reduced(blob: Shape, monkeypatch: pytest.MonkeyPatch) -> Reduction:
-    monkeypatch.setattr(reduction, "FEW", LEFT)
+    monkeypatch.setattr(search, "FEW", LEFT)
     return Reduction.of(blob, LEFT)
 
 
@@ -72,11 +72,11 @@ def test_pairs_of_the_whole_are_pairs_of_the_reduced(blob: Shape, reduced: Reduc
     task = task_of(blob, blob)
     best = candidates(task)[0]
     for one in (task, task.reflected()):
-        fewer = ReducedTask.of(blob, blob, one)
+        fewer = ReducedTask.of(blob, blob, one, LEFT)
         assert fewer.task.source.mesh.n_vertices == LEFT
         assert fewer.task.is_reflected == one.is_reflected
         assert all(one.is_reflected == each.reflection for each in fewer.whole[:1])
-    pairs = ReducedTask.of(blob, blob, task).pairs(best.alignment, FINE[-1])
+    pairs = ReducedTask.of(blob, blob, task, LEFT).pairs(best.alignment, FINE[-1])
     np.testing.assert_array_equal(pairs.images, np.arange(len(pairs.images)))
 
 
@@ -85,7 +85,7 @@ def test_the_same_candidate_is_chosen(blob: Shape, reduced: Reduction) -> None:
     found = candidates(task)[:3]
     fewer, entire = (
         [one.candidate for one in best_compared(compare(few, found, Control()))]
-        for few in (ReducedTask.of(blob, blob, task), ReducedTask.entire(task))
+        for few in (ReducedTask.of(blob, blob, task, LEFT), ReducedTask.entire(task))
     )
     assert fewer[0] is found[0]
     assert [id(one) for one in fewer] == [id(one) for one in entire]

@@ -14,7 +14,7 @@ from solver.registration import Registration, register
 from solver.registration.candidates import NO_LANDMARKS, first_pairs, pairs_from_points
 from solver.registration.choice import COARSE, FINE, SAME, Candidate, Task, choose
 from solver.registration.confidence import RIVAL
-from solver.registration.reduction import ReducedTask
+from solver.registration.reduction import FEW, ReducedTask
 from solver.registration.refinement import (
     RefinedFit,
     best_compared,
@@ -68,7 +68,7 @@ def test_the_score_is_the_sum_of_the_logarithms() -> None:
 def test_those_that_fit_best_come_first_and_differ(blob: Shape) -> None:
     task = task_of(blob, blob)
     found = candidates(task)
-    chosen = best_compared(compare(ReducedTask.of(blob, blob, task), found[::-1], Control()))
+    chosen = best_compared(compare(ReducedTask.of(blob, blob, task, FEW), found[::-1], Control()))
     scores = [one.fit.score for one in chosen]
     assert scores == sorted(scores)
     assert chosen[0].candidate is found[0]
@@ -148,7 +148,7 @@ def test_the_right_candidate_is_told_where_eigenfunctions_fit_better_by_others()
     )[0]
     wrong = choose(task, lambda samples: first_pairs(surfaces, samples, ()), stages, Control())
     assert sum(one.fit.score < right.fit.score for one in wrong) >= 3
-    few = ReducedTask.of(source, target, task)
+    few = ReducedTask.of(source, target, task, FEW)
     chosen, second, *_ = best_compared(compare(few, [*wrong, right], Control()))
     assert chosen.candidate is right
     assert second.fit.score > chosen.fit.score + 0.5

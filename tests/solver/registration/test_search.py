@@ -1,6 +1,5 @@
 """Search: when it ends, and what it returns."""
 
-from functools import partial
 from typing import NoReturn
 
 import numpy as np
@@ -12,7 +11,7 @@ from solver.mesh import triangle_mesh
 from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import SAME, Task
 from solver.registration.confidence import RIVAL
-from solver.registration.reduction import ReducedTask
+from solver.registration.reduction import FEW, ReducedTask
 from solver.registration.search import search
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
@@ -35,18 +34,18 @@ def ellipsoids() -> tuple[Shape, Shape]:
     return one, other
 
 
-def cannot_be_reduced() -> NoReturn:
-    raise MeshError("nothing can be displaced")
+def cannot_be_reduced(left: int) -> NoReturn:
+    raise MeshError(f"nothing can be displaced with {left} vertices")
 
 
 def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
-    asked: list[None] = []
+    asked: list[int] = []
 
-    def few() -> ReducedTask:
-        asked.append(None)
+    def reduced(left: int) -> ReducedTask:
+        asked.append(left)
         return ReducedTask.entire(task_of(blob, blob))
 
-    found = search(task_of(blob, blob), few, (), Control())
+    found = search(task_of(blob, blob), reduced, (), Control())
     assert found.confidence.probability > 0.99
     assert not asked
     np.testing.assert_array_equal(
@@ -57,7 +56,7 @@ def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
 
 def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]) -> None:
     task = task_of(*ellipsoids)
-    found = search(task, partial(ReducedTask.entire, task), (), Control())
+    found = search(task, lambda left: ReducedTask.entire(task), (), Control())
     assert found.confidence.reasons == (RIVAL,)
     assert len(found.candidates) >= 4
     best, *others = (task.positions[one.images[:200]] for one in found.candidates)
@@ -72,3 +71,30 @@ def test_what_cannot_be_refined_is_mapped_by_eigenfunctions(
     scores = [one.fit.score for one in found.candidates]
     assert scores == sorted(scores)
     assert "refined_score" not in found.confidence.measures
+
+
+def test_rivals_are_told_apart_by_what_few_vertices_do_not_show() -> None:
+    """One ellipsoid lies on the other in four ways, but for knobs."""
+    sphere = icosphere(4)
+    centres = np.random.default_rng(3).standard_normal((20, 3))
+    centres /= np.linalg.norm(centres, axis=1, keepdims=True)
+    apart = np.linalg.norm(sphere.vertices[:, None] - centres, axis=2)
+    knobs = 1.0 + 0.05 * np.exp(-((apart / 0.1) ** 2)).sum(axis=1, keepdims=True)
+    axes = [1.0, 0.7, 1.8], [1.1, 0.7, 1.7]
+    plain, knobbly = (
+        task_of(*(Shape(triangle_mesh(sphere.vertices * by * one, sphere.faces)) for one in axes))
+        for by in (np.ones_like(knobs), knobs)
+    )
+
+    def reduced(left: int) -> ReducedTask:
+        if left != FEW:
+            return ReducedTask.entire(knobbly)
+        here, there = (one.vertices for one in plain.samples)
+        return ReducedTask(plain, (knobbly.source.at(here), knobbly.target.at(there)))
+
+    found = search(knobbly, reduced, (), Control())
+    images = found.candidates[0].images
+    truth = knobbly.samples[0].first(len(images)).vertices
+    apart = np.linalg.norm(knobbly.positions[images] - knobbly.positions[truth], axis=1)
+    assert apart.mean() < 0.05
+    assert found.confidence.probability > 0.5
