@@ -2,7 +2,8 @@
 
 Geodesic error over √area (the Princeton protocol), against the direct truth and against the better
 of the direct and the mirrored one, per pair of shapes of a class. An answer is right if no point is
-farther than 0.25 from its direct partner.
+farther than 0.25 from its direct partner. ``--sound`` leaves out points whose known partner lies on
+another part of the body (:mod:`bench.sound_truth`).
 """
 
 import argparse
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.sound_truth import with_sound_truth
 from bench.surface_error import truths_of
 from solver.arrays import FloatArray
 from solver.matching import Match, MatchOptions, match
@@ -56,6 +58,7 @@ def main() -> None:
         help="tell left from right",
     )
     parser.add_argument("--third-order", type=float, default=0.0, help="weight of that term")
+    parser.add_argument("--sound", action="store_true", help="leave out torn truth")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
     shapes = collection(arguments.data, classes=arguments.classes)
@@ -80,7 +83,8 @@ def main() -> None:
         started = time.perf_counter()
         found = match(source.shape, target.shape, options)
         seconds = time.perf_counter() - started
-        errors = np.array(point_errors(source, target, found)) / target.shape.size
+        known = with_sound_truth(source, target) if arguments.sound else (source, target)
+        errors = np.array(point_errors(*known, found)) / target.shape.size
         direct, better = float(errors[0].mean()), float(errors.mean(axis=1).min())
         farthest = float(errors[0].max())
         rows.append((direct, better, farthest, found.gap, found.levels[0].certified, seconds))

@@ -3,7 +3,8 @@
 Mean geodesic error over √area of all vertices' images with known truth, per pair of shapes of a
 class: direct, on the surface and at vertices, and against the better of the direct and the mirrored
 truth; whether the confidence of the answers was justified; and seconds. With ``--data`` the class
-is a file's name up to its first digit.
+is a file's name up to its first digit. ``--sound`` leaves out points whose known partner lies on
+another part of the body (:mod:`bench.sound_truth`).
 """
 
 import argparse
@@ -17,6 +18,7 @@ import numpy as np
 from bench.calibration import calibration, print_calibration
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.map_error import COMPARED, MapError, error_figures, map_error
+from bench.sound_truth import with_sound_truth
 from solver.matching import Match, MatchOptions, match
 from solver.shape import Shape
 
@@ -66,6 +68,7 @@ def main() -> None:
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
     parser.add_argument("--classes", type=int, default=3, help="generated ones, without --data")
     parser.add_argument("--compared", type=int, default=COMPARED, help="known points, at most")
+    parser.add_argument("--sound", action="store_true", help="leave out torn truth")
     parser.add_argument("--json", action="store_true", help="end with one line of JSON")
     arguments = parser.parse_args()
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
@@ -77,7 +80,8 @@ def main() -> None:
     match(Shape(pairs[0][0].shape.mesh), Shape(pairs[0][1].shape.mesh), options)  # compiles
     answers = []
     for source, target in pairs:
-        answer, _ = judged(source, target, options, arguments.compared)
+        known = with_sound_truth(source, target) if arguments.sound else (source, target)
+        answer, _ = judged(*known, options, arguments.compared)
         answers.append(answer)
         _print_row(f"{source.name} {target.name}", answer)
     figures = summary(answers, float(np.mean(spectra)))

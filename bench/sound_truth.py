@@ -1,0 +1,60 @@
+"""Known points without those of another part of the body.
+
+Where a scanned hand touches another, a known partner may lie on the wrong one of them: those of
+neighbours are then far apart, and a right answer counts as an error of the length of both arms.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from bench.collection import KnownShape
+from solver.arrays import BoolArray
+
+TORN = 0.2
+"""Distance in space over √area between the partners of neighbours from which on the truth is torn
+between them."""
+
+
+def with_sound_truth(source: KnownShape, target: KnownShape) -> tuple[KnownShape, KnownShape]:
+    """Leave out the known points of two shapes that lie on another part of the body than they say.
+
+    Parameters
+    ----------
+    source, target
+        Shapes of one class with known truth, of which neither lacks a point.
+
+    Returns
+    -------
+    Both with the points of the largest part of either surface on which the truth is not torn.
+    """
+    kept = _of_largest_part(source, target) & _of_largest_part(target, source)
+    return _with_points(source, kept), _with_points(target, kept)
+
+
+def _of_largest_part(source: KnownShape, target: KnownShape) -> BoolArray:
+    """(T,) points of the largest part of the source whose partners are near those next to them."""
+    assert source.truth is not None
+    assert target.truth is not None
+    nearest = source.shape.metric("geodesic").distances(source.truth).argmin(axis=0)
+    places = target.shape.mesh.vertices[target.truth] / target.shape.size
+    i, j = nearest[source.shape.mesh.edges].T
+    together = np.linalg.norm(places[i] - places[j], axis=1) <= TORN
+    count = len(source.truth)
+    i, j = i[together], j[together]
+    graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
+    parts = connected_components(graph, directed=False)[1]
+    largest: BoolArray = parts == np.bincount(parts).argmax()
+    return largest
+
+
+def _with_points(shape: KnownShape, kept: BoolArray) -> KnownShape:
+    assert shape.truth is not None
+    symmetric = shape.symmetric_truth
+    return replace(
+        shape,
+        truth=shape.truth[kept],
+        symmetric_truth=None if symmetric is None else symmetric[kept],
+    )
