@@ -22,7 +22,7 @@ _REFINED_INTERCEPT = -30.0
 by a script to the generated answers of ``--seed 5 --pairs 60`` and ``--seed 7 --pairs 90`` that
 were refined, 168 of two versions of the search; 129 are right."""
 
-_CHOICE: Mapping[str, float] = MappingProxyType({"refined_margin": 34.0})
+_CHOICE: Mapping[str, float] = MappingProxyType({"refined_margin": 34.0, "rivals_margin": 17.0})
 _CHOICE_INTERCEPT = -2.2
 """Where two fit equally, most answers are wrong: the right one, where it was found, is clearly the
 best. A difference of 0.15 tells."""
@@ -88,7 +88,12 @@ def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
 
 
 def refined_confidence(
-    known: Confidence, fit: RefinedFit, margin: float, complete: bool = True
+    known: Confidence,
+    fit: RefinedFit,
+    margin: float,
+    *,
+    among_rivals: bool = False,
+    complete: bool = True,
 ) -> Confidence:
     """Confidence in a registration that was refined on few vertices.
 
@@ -100,20 +105,25 @@ def refined_confidence(
         Of the chosen candidate.
     margin
         How much greater the score of the best other candidate is; infinite if there is none.
+    among_rivals
+        Whether the scores are those of rivals, refined with all vertices.
     complete
         Whether all candidates were tried.
     """
+    choice = "rivals_margin" if among_rivals else "refined_margin"
     measures = {
         **known.measures,
         **{f"refined_{name}": one for name, one in fit.measures.items()},
         "refined_score": fit.score,
-        "refined_margin": min(max(margin, 0.0), 1.0),
+        choice: min(max(margin, 0.0), 1.0),
     }
     fitting = probability_of(measures, _REFINED_WEIGHTS, _REFINED_INTERCEPT)
-    probability = fitting * probability_of(measures, _CHOICE, _CHOICE_INTERCEPT)
+    choosing = probability_of(measures, {choice: _CHOICE[choice]}, _CHOICE_INTERCEPT)
+    probability = fitting * choosing
+    doubtful = probability < SURE
     reasons = (
-        *((RIVAL,) if probability < SURE and margin < CLOSE else ()),
-        *((MISFIT,) if fitting < SURE else ()),
+        *((RIVAL,) if doubtful and choosing <= max(fitting, SURE) else ()),
+        *((MISFIT,) if doubtful and fitting <= max(choosing, SURE) else ()),
         *(() if complete else (UNFINISHED,)),
     )
     return Confidence(probability, reasons, MappingProxyType(measures))

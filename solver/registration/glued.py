@@ -138,7 +138,7 @@ def search_opened(
         confidence_in([refined[row][0].candidate for row in rows], control),
         fit,
         margin_of([refined[row][1].score for row in rows]),
-        not control.expired,
+        complete=not control.expired,
     )
     if ours.shape is source and theirs.shape is target:
         return OpenedChoice(best, confidence)

@@ -17,7 +17,6 @@ from solver.registration.choice import (
     Task,
     again,
     choose,
-    distinct,
     ranked,
 )
 from solver.registration.confidence import (
@@ -41,7 +40,7 @@ _KEPT = 16
 
 _ROUNDS = 2
 """How often, when in doubt, the best candidates of a population are varied and crossed; a third
-time changes nothing."""
+time changes nothing. After the first, one in forty answers that seem sure is wrong."""
 
 _VARIED = 3
 """Best candidates whose signs are varied."""
@@ -74,10 +73,10 @@ def search(
     """Register candidates coarsely, and the best finely; when in doubt, compare and vary them.
 
     Unless the best is beyond doubt, candidates are chosen by their fit once they are refined on few
-    vertices, and the best are varied and crossed with others, until the best of all is sure and
-    more of them have not changed it. Where doubt remains, another population is searched, from
-    exchanged eigenfunctions. Its candidates are not crossed with those known: where hypotheses
-    begin near a wrong answer, they are so many that they crowd the others out.
+    vertices, and the best are varied and crossed with others. Where doubt remains, another
+    population is searched, from exchanged eigenfunctions. Its candidates are not crossed with those
+    known: where hypotheses begin near a wrong answer, they are so many that they crowd the others
+    out.
 
     Parameters
     ----------
@@ -111,16 +110,19 @@ def search(
         further = _FurtherSearch(task, reduced(FEW), known, control)
         best = best_compared(further.run(coarse, [*found, *halfway], hypotheses, others=others))
         margin = margin_of([one.fit.score for one in best])
-        said = refined_confidence(known, best[0].fit, margin)
+        said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
         if margin < CLOSE and said.probability < SURE and not control.expired:
             best, margin = _choice_of_rivals(best, reduced(LEFT), control)
+            said = refined_confidence(
+                known, best[0].fit, margin, among_rivals=True, complete=not control.expired
+            )
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return Found(tuple(found), known)
     chosen, *rest = (one.candidate for one in best)
     return Found(
         (*register_finely(task, [chosen], control), *rest),
-        refined_confidence(known, best[0].fit, margin, not control.expired),
+        said,
     )
 
 
@@ -131,13 +133,16 @@ def _choice_of_rivals(
 
     Returns
     -------
-    The chosen one and the others, and how much greater the score of the best other is.
+    The chosen one and the others, and how much greater the score of the best other is: 0
+    past the deadline.
     """
     rivals = [one for one in best if one.fit.score < best[0].fit.score + CLOSE]
     scores = [
         refine_on(reduced, one.candidate, control).fit.score
         for one in control.in_time(rivals, least=1)
     ]
+    if len(scores) < len(rivals):
+        return list(best), 0.0
     chosen = rivals[int(np.argmin(scores))]
     order = [chosen, *(one for one in best if one is not chosen)]
     farther = [one.fit.score - best[0].fit.score for one in best[len(rivals) :]]
@@ -177,38 +182,25 @@ class _FurtherSearch:
         others: bool,
     ) -> list[Compared]:
         """Return all candidates that were compared: those given, and those of them, and others."""
-        compared = self._evolved(coarse, self._compared(finer), [], hypotheses)
+        compared = self._evolved(coarse, self._compared(finer), hypotheses)
         if not others or self._is_sure(compared):
             return compared
         coarse = choose(self.task, exchanged_pairs, COARSE, self.control)
-        return self._evolved(coarse, self._registered(coarse), compared, ())
+        return [*compared, *self._evolved(coarse, self._registered(coarse), ())]
 
     def _evolved(
-        self,
-        coarse: Sequence[Candidate],
-        own: Sequence[Compared],
-        others: Sequence[Compared],
-        hypotheses: Sequence[Points],
+        self, coarse: Sequence[Candidate], compared: list[Compared], hypotheses: Sequence[Points]
     ) -> list[Compared]:
-        """Vary and cross the best of a population's own candidates, and compare with all.
-
-        Until the best is sure, and more candidates have changed nothing.
-        """
+        """Vary and cross the best of a population, for some rounds."""
         task, control = self.task, self.control
-        for number in range(_ROUNDS):
-            if control.expired:
-                break
-            known = [*own, *others]
-            best = [one.candidate for one in best_compared(own)]
+        for number in control.in_time(range(_ROUNDS)):
+            best = [one.candidate for one in best_compared(compared)]
             varied = choose(task, _variations(best[:_VARIED]), COARSE, control)
             if number == 0:
                 varied += _from_the_target(task, hypotheses, control)
             coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
-            own = [*own, *self._registered(coarse)]
-            compared = [*own, *others]
-            if self._is_sure(compared) and not _differ(known, compared):
-                break
-        return [*own, *others]
+            compared = [*compared, *self._registered(coarse)]
+        return compared
 
     def _registered(self, coarse: Sequence[Candidate]) -> list[Compared]:
         """Register the best of coarse candidates halfway, and the best of those finely."""
@@ -223,11 +215,6 @@ class _FurtherSearch:
         best = best_compared(compared)
         margin = margin_of([one.fit.score for one in best])
         return refined_confidence(self.known, best[0].fit, margin).probability >= SURE
-
-
-def _differ(known: Sequence[Compared], compared: Sequence[Compared]) -> bool:
-    """Whether the best of all candidates is another one than the best of those known before."""
-    return len(distinct(best_compared(one)[0].places for one in (known, compared))) > 1
 
 
 def _variations(candidates: Sequence[Candidate]) -> Start:

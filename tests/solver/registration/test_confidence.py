@@ -67,19 +67,23 @@ def test_a_close_rival_and_a_misfit_are_told_apart() -> None:
 REFINED = st.builds(RefinedFit, *[MEASURE] * 3)
 
 
-@given(MEASURES, REFINED, MARGINS)
+@given(MEASURES, REFINED, MARGINS, st.booleans())
 def test_refined_reasons_agree_with_the_probability(
-    fit: Fit, refined: RefinedFit, margin: float
+    fit: Fit, refined: RefinedFit, margin: float, among_rivals: bool
 ) -> None:
     known = confidence_of(fit, 1.0)
-    found = refined_confidence(known, refined, margin)
+    found = refined_confidence(known, refined, margin, among_rivals=among_rivals)
     assert bool(found.reasons) == (found.probability < 0.9)
     assert known.measures.items() <= found.measures.items()
-    assert found.measures["refined_margin"] <= 1.0
+    name = "rivals_margin" if among_rivals else "refined_margin"
+    assert found.measures[name] == min(max(margin, 0.0), 1.0)
     # Without rivals, or with less strain, it is more probable.
     assert found.probability <= refined_confidence(known, refined, np.inf).probability
     stiffer = replace(refined, strained=0.5 * refined.strained)
-    assert found.probability <= refined_confidence(known, stiffer, margin).probability
+    assert (
+        found.probability
+        <= refined_confidence(known, stiffer, margin, among_rivals=among_rivals).probability
+    )
 
 
 def test_of_two_that_fit_equally_well_neither_is_likely_to_be_right() -> None:
