@@ -56,7 +56,7 @@ def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
 
 def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]) -> None:
     task = task_of(*ellipsoids)
-    found = search(task, lambda left: ReducedTask.entire(task), (), Control())
+    found = search(task, lambda left: ReducedTask.entire(task), (), Control(), others=False)
     assert found.confidence.reasons == (RIVAL,)
     assert len(found.candidates) >= 4
     best, *others = (task.positions[one.images[:200]] for one in found.candidates)
@@ -92,7 +92,7 @@ def test_rivals_are_told_apart_by_what_few_vertices_do_not_show() -> None:
         here, there = (one.vertices for one in plain.samples)
         return ReducedTask(plain, (knobbly.source.at(here), knobbly.target.at(there)))
 
-    found = search(knobbly, reduced, (), Control())
+    found = search(knobbly, reduced, (), Control(), others=False)
     images = found.candidates[0].images
     truth = knobbly.samples[0].first(len(images)).vertices
     apart = np.linalg.norm(knobbly.positions[images] - knobbly.positions[truth], axis=1)
