@@ -53,7 +53,7 @@ class Found:
     Parameters
     ----------
     candidates
-        Registered finely, those that differ, the best first.
+        Those that differ, the best, which is registered finely, first.
     confidence
         In the best.
     """
@@ -120,10 +120,7 @@ def search(
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
         return Found(tuple(found), known)
     chosen, *rest = (one.candidate for one in best)
-    return Found(
-        (*register_finely(task, [chosen], control), *rest),
-        said,
-    )
+    return Found((*register_finely(task, [chosen], control), *rest), said)
 
 
 def _choice_of_rivals(
