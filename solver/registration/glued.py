@@ -31,9 +31,6 @@ from solver.shape import Shape
 Rematch = Callable[[Shape, Shape], Sequence[Points]]
 """Finds hypotheses, corresponding vertices, of two shapes that were opened."""
 
-_TRIED = 8
-"""Best candidates that the surfaces are opened by, each for itself."""
-
 _STAGES = (COARSE[-1], *FINE)
 """Stages of the alignment after that."""
 
@@ -165,7 +162,7 @@ def _opened_candidates(
     searched = search(task, reduced, hypotheses, control, others=False)
     found = [
         _reopened(source, target, OpenedCandidate((ours, theirs), one).vertex_maps(), control)
-        for one in control.in_time(searched.candidates[:_TRIED], least=1)
+        for one in control.in_time(searched.candidates, least=1)
     ]
     return sorted(found, key=lambda one: one.candidate.fit.score)
 

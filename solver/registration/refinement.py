@@ -173,7 +173,15 @@ def refine_candidate(task: Task, candidate: Candidate, control: Control) -> Refi
 
 
 def refine_on(reduced: ReducedTask, candidate: Candidate, control: Control) -> RefinedCandidate:
-    """Refine a candidate of whole surfaces on reduced ones, as :func:`refine_candidate` does."""
+    """Refine a candidate of whole surfaces on reduced ones.
+
+    Parameters
+    ----------
+    reduced
+        The surfaces with fewer of their vertices.
+    candidate, control
+        As for :func:`refine_candidate`, which raises the same.
+    """
     task = reduced.task
     known = _aligned(reduced, candidate, FINE[-1], control.in_time(_SIZES, least=1))
     if known.functional_map.size < candidate.alignment.size:
