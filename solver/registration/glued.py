@@ -16,13 +16,14 @@ from scipy.spatial import KDTree
 
 from solver.arrays import IntArray
 from solver.control import Control
+from solver.errors import MeshError
 from solver.registration.alignment import Pairs
 from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, distinct
 from solver.registration.confidence import Confidence, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases
 from solver.registration.reduction import FEW, ReducedTask, reduction, whole_maps
-from solver.registration.refinement import RefinedFit, refine_on_few
+from solver.registration.refinement import FEWER_ROUNDS, RefinedCandidate, mend, refine_on_few
 from solver.registration.search import confidence_in, margin_of, search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -56,24 +57,58 @@ class OpenedCandidate:
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
 
-        Vertices that are left out follow those next to them.
+        They are the nearest ones next to those that the refinement on few vertices gives, as a hand
+        that touches another may be drawn to that by eigenfunctions alone. Vertices that are left
+        out follow those next to them.
         """
         ours, theirs = self.openings
-        found: IntArray = theirs.vertices[self._map.images(ours.places[vertices])]
+        rows = ours.places[vertices]
+        found: IntArray = theirs.vertices[self._map.images(rows, self._near[rows])]
         return found
 
     def vertex_maps(self) -> VertexMaps:
-        """Return the maps of all vertices of the whole shapes."""
+        """Return the maps of all vertices of the whole shapes, before any refinement."""
         ours, theirs = self.openings
         return VertexMaps(
-            self.images(np.arange(len(ours.places))),
+            theirs.vertices[self._map.images()[ours.places]],
             ours.vertices[self._map.inverse()[0][theirs.places]],
         )
 
     @cached_property
+    def task(self) -> Task:
+        """What is left of both shapes, the source reflected if it is."""
+        direct = _task(*self.openings)
+        return direct.reflected() if self.reflected else direct
+
+    def on_few(self, control: Control) -> RefinedCandidate:
+        """Return the candidate refined on few vertices.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        MeshError
+            The source's Laplacian cannot be factored.
+        """
+        ours, theirs = (one.shape for one in self.openings)
+        few = ReducedTask.of(ours, theirs, self.task, FEW)
+        return refine_on_few(few, self.candidate, control)
+
+    @cached_property
     def _map(self) -> SurfaceMap:
-        ours, theirs = (smooth_surface(one.shape) for one in self.openings)
-        return SurfaceMap.of(ours, theirs, self.candidate.alignment, self.reflected)
+        task = self.task
+        return SurfaceMap.of(task.source, task.target, self.candidate.alignment, self.reflected)
+
+    @cached_property
+    def _near(self) -> IntArray:
+        """(V,) vertices of what is left of the target that those of the source go near."""
+        try:
+            images = mend(self.on_few(Control()), Control(), FEWER_ROUNDS).images
+        except MeshError:
+            return self._map.images()
+        ours, theirs = (reduction(one.shape, FEW) for one in self.openings)
+        found: IntArray = theirs.vertices[images[ours.places]]
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +158,7 @@ def search_opened(
     found = _opened_candidates(ours.shape, theirs.shape, rematch, control)
     if not found:
         return None
-    refined = [(one, _refined_fit(one, control)) for one in control.in_time(found, least=1)]
+    refined = [(one, one.on_few(control).fit) for one in control.in_time(found, least=1)]
     refined.sort(key=lambda one: one[1].score)
     best, fit = refined[0]
     if fit.score > score:
@@ -141,12 +176,6 @@ def search_opened(
         return OpenedChoice(best, confidence)
     maps = whole_maps(best.vertex_maps(), ours, theirs)
     return OpenedChoice(_reopened(source, target, maps, control), confidence)
-
-
-def _refined_fit(known: OpenedCandidate, control: Control) -> RefinedFit:
-    ours, theirs = known.openings
-    few = ReducedTask.of(ours.shape, theirs.shape, _task(ours, theirs), FEW)
-    return refine_on_few(few, known.candidate, control).fit
 
 
 def _opened_candidates(

@@ -93,7 +93,7 @@ class Registration:
         return self.candidate.fit.score
 
     def images(self, vertices: IntArray) -> IntArray:
-        """(S,) target vertices that S source vertices go to, before any refinement."""
+        """(S,) target vertices that S source vertices go to, refined on few vertices."""
         return self._chosen.images(vertices)
 
     @cached_property
@@ -117,9 +117,7 @@ class Registration:
             The source's Laplacian cannot be factored.
         """
         here, there = self._chosen.openings
-        task = _task(here.shape, there.shape)
-        of_it = task.reflected() if self.reflected else task
-        refined = refine_candidate(of_it, self.candidate, control)
+        refined = refine_candidate(self._chosen.task, self.candidate, control)
         source, target = self.source.mesh, self.target.mesh
         forward = _of_whole(here, there, *refined.forward)
         back = _of_whole(there, here, *refined.back)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.mesh import TriangleMesh, triangle_mesh
-from solver.registration.opening import Opening, VertexMaps, creases, tears
+from solver.registration.opening import Opening, VertexMaps, creases, tears, torn_off
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver import shapes
@@ -121,6 +121,20 @@ def test_a_map_that_sends_one_half_elsewhere_tears_the_triangles_between() -> No
     torn = tears(mesh, mesh.vertices + right[:, None] * [0.0, 0.0, 0.5])
     across = right[mesh.faces].any(axis=1) & ~right[mesh.faces].all(axis=1)
     np.testing.assert_array_equal(torn, across)
+
+
+def test_tears_cut_off_the_smaller_piece_of_each_component() -> None:
+    grid = shapes.plane_grid(31, 21, 1.0)
+    n = grid.n_vertices
+    places = np.concatenate([grid.vertices, grid.vertices[:, [1, 0, 2]] + [0.0, 0.0, 2.0]])
+    both = triangle_mesh(places, np.concatenate([grid.faces, grid.faces + n]))
+    assert both.components == 2
+    assert not torn_off(both, both.vertices).any()
+    right = both.vertices[:n, 0] > 0.75
+    elsewhere = both.vertices.copy()
+    elsewhere[:n][right] += [0.0, 0.0, 0.5]
+    expected = np.concatenate([right, np.zeros(n, dtype=np.bool_)])
+    np.testing.assert_array_equal(torn_off(both, elsewhere), expected)
 
 
 def test_the_identity_opens_nothing() -> None:

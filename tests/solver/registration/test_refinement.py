@@ -16,15 +16,18 @@ from solver.registration.choice import COARSE, FINE, SAME, Candidate, Task, choo
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import FEW, ReducedTask
 from solver.registration.refinement import (
+    RefinedCandidate,
     RefinedFit,
     best_compared,
     compare,
     has_rivals,
+    mend,
     refine_candidate,
 )
 from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import SurfaceMap, at_rest
 from solver.shape import Shape
-from synthetic import ALIEN, HUMAN_POSES, HumanProportions, human_figure, transferred
+from synthetic import ALIEN, HUMAN_POSES, HumanProportions, human, human_figure, transferred
 from synthetic.shapes import posed
 from tests.solver.shapes import icosphere
 
@@ -84,6 +87,30 @@ def test_those_that_miss_the_landmarks_are_not_chosen(blob: Shape) -> None:
     assert best_compared([missing, *others])[0].candidate in [one.candidate for one in others]
     near = replace(best, candidate=replace(best.candidate, missed=0.05))
     assert best_compared([near, *others])[0] is near
+
+
+def test_feet_that_are_exchanged_are_torn_off_and_return() -> None:
+    """As rigidly as possible alone, they stay on the wrong legs."""
+    figure = human(resolution=1500)
+    shape = Shape(triangle_mesh(figure.vertices, figure.faces))
+    task = task_of(shape, shape)
+    surface = task.source
+    right = SurfaceMap.of(surface, surface, candidates(task)[0].alignment, reflected=False)
+    every = np.arange(shape.n_vertices)
+    np.testing.assert_array_equal(right.images(), every)
+    places = surface.mesh.vertices
+    foot = places[:, 1] < places[:, 1].min() + 0.18
+    feet = foot & (places[:, 0] > 0.0), foot & (places[:, 0] < 0.0)
+    apart = places[feet[0]].mean(axis=0) - places[feet[1]].mean(axis=0)
+    exchanged = right.positions - np.subtract(*feet, dtype=float)[:, None] * apart
+    known = right.moved(exchanged)
+    rigid = at_rest(surface)
+    displaced, images = known.refined(rigid, Control())
+    for one, other in (feet, feet[::-1]):
+        assert np.isin(images[one], np.flatnonzero(other)).mean() > 0.5
+    held = RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
+    np.testing.assert_array_equal(mend(held, Control()).images, every)
+    assert mend(held, Control(deadline=time.monotonic())) is held
 
 
 def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
