@@ -31,13 +31,13 @@ def variants() -> dict[str, int]:
 
 
 def work() -> None:
-    """Run the most frequent jobs: matches, and a prototype that is learned and matched."""
-    meshes = [triangle_mesh(*member(seed, 3)) for seed in range(3)]
-    meshes.append(triangle_mesh(blob(3)[0] * np.array([1.0, 1.5, 0.6]), blob(3)[1]))
-    for changes in VARIED:
+    """Run the most frequent jobs: matches, the last in doubt, and a prototype."""
+    meshes = [triangle_mesh(*member(seed, 3)) for seed in range(4)]
+    unlike = triangle_mesh(blob(3)[0] * np.array([1.0, 1.5, 0.6]), blob(3)[1])
+    for target, changes in zip((*meshes[1:3], unlike), VARIED, strict=True):
         parameters = MatchParameters.model_validate(changes)
         payload = MatchPayload(source="a", target="b", parameters=parameters)
-        match_shapes(MatchInput(meshes[0], None), MatchInput(meshes[3], None), payload, Control())
+        match_shapes(MatchInput(meshes[0], None), MatchInput(target, None), payload, Control())
     options = PrototypeOptions(points=24, components=2)
     examples = connected_examples([Shape(mesh) for mesh in meshes[:3]], options).examples
     prototype = learn_prototype(examples, options)
