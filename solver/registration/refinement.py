@@ -27,7 +27,7 @@ _SIZES = tuple(range(20, 101, 5))
 FEWER_ROUNDS = 6
 """Rounds of refinement on few vertices, and of those in which torn pieces follow the rest."""
 
-_LEAST_TORN_OFF = 0.001
+LEAST_TORN_OFF = 0.001
 """Share of the vertices that are torn off from which a map is mended; fewer are errors of single
 images."""
 
@@ -253,7 +253,7 @@ def mend(found: RefinedCandidate, control: Control, rounds: int = ROUNDS) -> Ref
     reflected = found.displaced.reflected
     for _ in control.in_time(range(_MENDED)):
         off = torn_off(source.mesh, target.mesh.vertices[found.images])
-        if off.mean() < _LEAST_TORN_OFF:
+        if off.mean() < LEAST_TORN_OFF:
             break
         following = at_rest(source, reflected, drawn=~off)
         together, _ = found.displaced.refined(following, control, FEWER_ROUNDS)

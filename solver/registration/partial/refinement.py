@@ -11,6 +11,7 @@ from solver.control import Control
 from solver.mesh import vertex_normals
 from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import distinct
+from solver.registration.opening import torn_off
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, find_pairs, fit_to_part
 from solver.registration.partial.choice import PartCandidate, PartTask
 from solver.registration.partial.cover import (
@@ -24,6 +25,7 @@ from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature
 from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.reduction import Reduction
+from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
 from solver.shape import Shape
@@ -122,6 +124,35 @@ class RefinedPart:
         rigid = at_rest(self.displaced.source, scale=self.scale, drawn=drawn)
         displaced, images = self.displaced.refined(rigid, control)
         return replace(self, displaced=displaced, images=images, back=displaced.inverse())
+
+    def mended(self, control: Control) -> "RefinedPart":
+        """Refine it once more after what tears cut off the part has let go of the whole.
+
+        As :func:`.mend` does it for whole surfaces.
+
+        Parameters
+        ----------
+        control
+            May cancel; past its deadline, nothing is done.
+
+        Returns
+        -------
+        The same if nothing is torn off, or it fits no better for it.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        """
+        whole, part = self.displaced.source, self.displaced.target.mesh
+        off = torn_off(part, self.scale * places(whole.mesh.vertices, whole, *self.back[1:]))
+        kept = self.covered & ~off[self.images]
+        if off.mean() < LEAST_TORN_OFF or not kept.any() or control.expired:
+            return self
+        following = at_rest(whole, scale=self.scale, drawn=kept)
+        loose, images = self.displaced.refined(following, control, FEWER_ROUNDS)
+        mended = replace(self, displaced=loose, images=images, back=loose.inverse()).again(control)
+        return min(self, mended, key=lambda one: one.fit.score)
 
     def on_whole(
         self, whole: Reduction, part: Reduction, shapes: tuple[Shape, Shape], control: Control

@@ -112,7 +112,7 @@ def register_part(
     chosen = refined[0]
     if fewer != (whole, part):
         chosen = chosen.on_whole(ours, theirs, (whole, part), control)
-    chosen = chosen.again(control)
+    chosen = chosen.again(control).mended(control)
     return PartMap(
         whole,
         part,
