@@ -21,9 +21,15 @@ from solver.registration.alignment import Pairs
 from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, distinct
 from solver.registration.confidence import Confidence, refined_confidence
-from solver.registration.opening import Opening, VertexMaps, creases
+from solver.registration.opening import Opening, VertexMaps, creases, torn_off
 from solver.registration.reduction import FEW, ReducedTask, reduction, whole_maps
-from solver.registration.refinement import FEWER_ROUNDS, RefinedCandidate, mend, refine_on_few
+from solver.registration.refinement import (
+    FEWER_ROUNDS,
+    LEAST_TORN_OFF,
+    RefinedCandidate,
+    mend,
+    refine_on_few,
+)
 from solver.registration.search import confidence_in, margin_of, search
 from solver.registration.surface import Samples, smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -57,9 +63,9 @@ class OpenedCandidate:
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
 
-        They are the nearest ones next to those that the refinement on few vertices gives, as a hand
-        that touches another may be drawn to that by eigenfunctions alone. Vertices that are left
-        out follow those next to them.
+        Where eigenfunctions alone tear pieces off, as a hand that touches another may be drawn to
+        that, they are the nearest ones next to those that the refinement on few vertices gives.
+        Vertices that are left out follow those next to them.
         """
         ours, theirs = self.openings
         rows = ours.places[vertices]
@@ -102,12 +108,16 @@ class OpenedCandidate:
     @cached_property
     def _near(self) -> IntArray:
         """(V,) vertices of what is left of the target that those of the source go near."""
+        images, task = self._map.images(), self.task
+        off = torn_off(task.source.mesh, task.positions[images])
+        if off.mean() < LEAST_TORN_OFF:
+            return images
         try:
-            images = mend(self.on_few(Control()), Control(), FEWER_ROUNDS).images
+            refined = mend(self.on_few(Control()), Control(), FEWER_ROUNDS)
         except MeshError:
-            return self._map.images()
+            return images
         ours, theirs = (reduction(one.shape, FEW) for one in self.openings)
-        found: IntArray = theirs.vertices[images[ours.places]]
+        found: IntArray = theirs.vertices[refined.images[ours.places]]
         return found
 
 

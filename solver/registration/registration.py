@@ -93,7 +93,7 @@ class Registration:
         return self.candidate.fit.score
 
     def images(self, vertices: IntArray) -> IntArray:
-        """(S,) target vertices that S source vertices go to, refined on few vertices."""
+        """(S,) target vertices that S source vertices go to, refined where they are torn."""
         return self._chosen.images(vertices)
 
     @cached_property
