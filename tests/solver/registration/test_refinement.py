@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.control import Control
 from solver.mesh import triangle_mesh
 from solver.registration import Registration, register
@@ -89,28 +90,61 @@ def test_those_that_miss_the_landmarks_are_not_chosen(blob: Shape) -> None:
     assert best_compared([near, *others])[0] is near
 
 
-def test_feet_that_are_exchanged_are_torn_off_and_return() -> None:
-    """As rigidly as possible alone, they stay on the wrong legs."""
+@pytest.fixture(scope="module")
+def standing() -> Registration:
+    """A body registered to itself."""
     figure = human(resolution=1500)
     shape = Shape(triangle_mesh(figure.vertices, figure.faces))
-    task = task_of(shape, shape)
-    surface = task.source
-    right = SurfaceMap.of(surface, surface, candidates(task)[0].alignment, reflected=False)
-    every = np.arange(shape.n_vertices)
-    np.testing.assert_array_equal(right.images(), every)
-    places = surface.mesh.vertices
+    found = register(shape, shape, [], Control())
+    assert found is not None
+    np.testing.assert_array_equal(
+        found.images(np.arange(shape.n_vertices)), np.arange(shape.n_vertices)
+    )
+    return found
+
+
+def exchanged(standing: Registration) -> tuple[tuple[BoolArray, BoolArray], FloatArray]:
+    """Vertices of both feet, and by how much all vertices move if they are exchanged."""
+    places = smooth_surface(standing.source).mesh.vertices
     foot = places[:, 1] < places[:, 1].min() + 0.18
     feet = foot & (places[:, 0] > 0.0), foot & (places[:, 0] < 0.0)
     apart = places[feet[0]].mean(axis=0) - places[feet[1]].mean(axis=0)
-    exchanged = right.positions - np.subtract(*feet, dtype=float)[:, None] * apart
-    known = right.moved(exchanged)
+    return feet, -np.subtract(*feet, dtype=float)[:, None] * apart
+
+
+def test_feet_that_are_exchanged_are_torn_off_and_return(standing: Registration) -> None:
+    """As rigidly as possible alone, they stay on the wrong legs."""
+    surface = smooth_surface(standing.source)
+    right = SurfaceMap.of(surface, surface, standing.candidate.alignment, reflected=False)
+    feet, moved = exchanged(standing)
     rigid = at_rest(surface)
-    displaced, images = known.refined(rigid, Control())
+    displaced, images = right.moved(right.positions + moved).refined(rigid, Control())
     for one, other in (feet, feet[::-1]):
         assert np.isin(images[one], np.flatnonzero(other)).mean() > 0.5
     held = RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
-    np.testing.assert_array_equal(mend(held, Control()).images, every)
+    np.testing.assert_array_equal(mend(held, Control()).images, np.arange(len(images)))
     assert mend(held, Control(deadline=time.monotonic())) is held
+
+
+def test_sparse_images_are_refined_where_eigenfunctions_exchange_feet(
+    standing: Registration,
+) -> None:
+    surface, known = smooth_surface(standing.source), standing.candidate
+    feet, moved = exchanged(standing)
+    foot = np.flatnonzero(np.logical_or(*feet))
+    functions = surface.spectrum.eigenfunctions[:, : known.alignment.size]
+    further = functions.T @ (surface.spectrum.mass[:, None] * moved) @ known.alignment.turn
+    wrong = replace(known.alignment, coefficients=known.alignment.coefficients + further)
+
+    def errors(images: IntArray) -> FloatArray:
+        places = surface.mesh.vertices
+        found: FloatArray = np.linalg.norm(places[images] - places[foot], axis=1)
+        return found
+
+    torn = SurfaceMap.of(surface, surface, wrong, reflected=False)
+    assert errors(torn.images(foot)).mean() > 0.2
+    found = replace(standing, candidate=replace(known, alignment=wrong))
+    assert errors(found.images(foot)).mean() < 0.05
 
 
 def test_past_a_deadline_one_is_refined(blob: Shape) -> None:
