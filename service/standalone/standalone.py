@@ -102,9 +102,9 @@ async def _run(
         ready = asyncio.create_task(_ready(settings, server, queue, pool))
         await asyncio.wait({ready, serving, stopping}, return_when=asyncio.FIRST_COMPLETED)
         if ready.done():
-            ready.result()
+            alive = ready.result()
             print(f"isomatch listens on {_url(listener)}", flush=True)
-            if _alive(queue) == 0:
+            if alive == 0:
                 log.warning("no worker is running; `python -m worker` starts one")
         else:
             ready.cancel()
@@ -136,11 +136,13 @@ async def _tend(pool: WorkerPool, redis: EmbeddedServer | None) -> None:
 
 async def _ready(
     settings: Settings, server: uvicorn.Server, queue: JobQueue, pool: WorkerPool
-) -> None:
-    while not server.started or _alive(queue) < settings.worker_count:
+) -> int:
+    """Wait for the server and its workers; return how many are alive."""
+    while not server.started or (alive := _alive(queue)) < settings.worker_count:
         if pool.early_deaths >= MOST_EARLY_DEATHS:
             raise StartError("the workers die as soon as they start; the log above has the cause")
         await asyncio.sleep(0.05)
+    return alive
 
 
 def _alive(queue: JobQueue) -> int:
