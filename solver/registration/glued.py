@@ -63,13 +63,12 @@ class OpenedCandidate:
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) vertices of the whole target that S vertices of the whole source go to.
 
-        Where eigenfunctions alone tear pieces off, as a hand that touches another may be drawn to
-        that, they are the nearest ones next to those that the refinement on few vertices gives.
+        Where eigenfunctions alone tear pieces off, as the end of a limb that goes to another, they
+        are the nearest ones next to those that the refinement on few vertices gives.
         Vertices that are left out follow those next to them.
         """
         ours, theirs = self.openings
-        rows = ours.places[vertices]
-        found: IntArray = theirs.vertices[self._map.images(rows, self._near[rows])]
+        found: IntArray = theirs.vertices[self._images[ours.places[vertices]]]
         return found
 
     def vertex_maps(self) -> VertexMaps:
@@ -106,8 +105,8 @@ class OpenedCandidate:
         return SurfaceMap.of(task.source, task.target, self.candidate.alignment, self.reflected)
 
     @cached_property
-    def _near(self) -> IntArray:
-        """(V,) vertices of what is left of the target that those of the source go near."""
+    def _images(self) -> IntArray:
+        """(V,) vertices of what is left of the target that those of the source go to."""
         images, task = self._map.images(), self.task
         off = torn_off(task.source.mesh, task.positions[images])
         if off.mean() < LEAST_TORN_OFF:
@@ -117,8 +116,7 @@ class OpenedCandidate:
         except MeshError:
             return images
         ours, theirs = (reduction(one.shape, FEW) for one in self.openings)
-        found: IntArray = theirs.vertices[refined.images[ours.places]]
-        return found
+        return self._map.images(start=theirs.vertices[refined.images[ours.places]])
 
 
 @dataclass(frozen=True, eq=False)
