@@ -7,7 +7,7 @@ begins. Compare the crossover of genetic algorithms (Holland, "Adaptation in nat
 systems", 1975) and fusion moves (Lempitsky, Rother, Roth, Blake, IEEE TPAMI 32(8), 2010).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +35,13 @@ _FEW = 0.05
 """Share of the samples that has to come from each of both."""
 
 
-def cross(task: Task, candidates: Sequence[Candidate], control: Control) -> list[Candidate]:
+Crossed = set[frozenset[Hashable]]
+"""Pairs of candidates that are crossed already."""
+
+
+def cross(
+    task: Task, candidates: Sequence[Candidate], crossed: Crossed, control: Control
+) -> list[Candidate]:
     """Cross candidates with one another for some generations.
 
     Parameters
@@ -44,6 +50,8 @@ def cross(task: Task, candidates: Sequence[Candidate], control: Control) -> list
         The surfaces.
     candidates
         Of the coarse stages, the best first.
+    crossed
+        Pairs that are left out, to which those of this call are added.
     control
         May cancel; past its deadline, fewer are crossed.
 
@@ -59,16 +67,16 @@ def cross(task: Task, candidates: Sequence[Candidate], control: Control) -> list
     samples = task.sampled(_STAGE)
     found = list(candidates[: _STAGE.kept])
     for _ in range(GENERATIONS):
-        crossed = [
+        children = [
             register_candidate(task, samples, pairs, _STAGE)
-            for pairs in control.in_time(crossed_pairs(samples, found))
+            for pairs in control.in_time(crossed_pairs(samples, found, crossed))
         ]
-        found = ranked([*found, *crossed], task.positions, _STAGE.kept)
+        found = ranked([*found, *children], task.positions, _STAGE.kept)
     return found
 
 
 def crossed_pairs(
-    samples: tuple[Samples, Samples], candidates: Sequence[Candidate]
+    samples: tuple[Samples, Samples], candidates: Sequence[Candidate], crossed: Crossed
 ) -> Iterator[Pairs]:
     """Yield pairs of the best candidates crossed with each of the others.
 
@@ -78,25 +86,51 @@ def crossed_pairs(
         That the candidates were measured at.
     candidates
         The best first.
+    crossed
+        As for :func:`cross`.
     """
     source, target = samples
     embedded = [one.alignment.embed(source, target, _STAGE.weights) for one in candidates]
     places = [target.positions[one.local.pairs.images] for one in candidates]
     fits = [one.local.densities for one in candidates]
-    for first, second, taken in crossings(fits, places, neighbours_of(source)):
+    parents = uncrossed(candidates, crossed)
+    for first, second, taken in crossings(parents, fits, places, neighbours_of(source)):
         ours = np.where(taken[:, None], embedded[second][0], embedded[first][0])
         yield Pairs(*mutual_nearest_points(ours, embedded[first][1]))
 
 
-def crossings(
-    fits: Sequence[FloatArray], places: Sequence[FloatArray], neighbours: IntArray
-) -> Iterator[tuple[int, int, BoolArray]]:
-    """Yield the best candidates with each of the others, where some samples come from either.
+def uncrossed(candidates: Sequence[Hashable], crossed: Crossed) -> Iterator[tuple[int, int]]:
+    """Yield places of the best candidates and of others that they are not crossed with yet.
 
     Parameters
     ----------
+    candidates
+        The best first.
+    crossed
+        As for :func:`cross`.
+    """
+    for first, one in enumerate(candidates[:_PARENTS]):
+        for second, other in enumerate(candidates[first + 1 :], first + 1):
+            pair = frozenset((one, other))
+            if pair not in crossed:
+                crossed.add(pair)
+                yield first, second
+
+
+def crossings(
+    parents: Iterable[tuple[int, int]],
+    fits: Sequence[FloatArray],
+    places: Sequence[FloatArray],
+    neighbours: IntArray,
+) -> Iterator[tuple[int, int, BoolArray]]:
+    """Yield pairs of candidates, where some samples come from either.
+
+    Parameters
+    ----------
+    parents
+        Places of both candidates of each pair.
     fits
-        (m, S) densities of each candidate, the best first, as of :class:`.LocalFit`.
+        (m, S) densities of each candidate, as of :class:`.LocalFit`.
     places
         (S, 3) images of each, in √area.
     neighbours
@@ -107,9 +141,8 @@ def crossings(
     first, second : places of the candidates.
     taken : (S,) samples whose image comes from the second.
     """
-    for first in range(min(_PARENTS, len(fits))):
-        for second in range(first + 1, len(fits)):
-            worse = worse_by(fits[first], fits[second])
-            taken = takes_second(worse, neighbours, places[first], places[second])
-            if _FEW <= taken.mean() <= 1.0 - _FEW:
-                yield first, second, taken
+    for first, second in parents:
+        worse = worse_by(fits[first], fits[second])
+        taken = takes_second(worse, neighbours, places[first], places[second])
+        if _FEW <= taken.mean() <= 1.0 - _FEW:
+            yield first, second, taken

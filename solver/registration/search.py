@@ -1,7 +1,7 @@
 """Search for the candidate that fits best: from coarse to fine, and among more when in doubt."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from solver.registration.confidence import (
     confidence_of,
     refined_confidence,
 )
-from solver.registration.crossing import cross
+from solver.registration.crossing import Crossed, cross
 from solver.registration.reduction import FEW, LEFT, ReducedTask
 from solver.registration.refinement import Compared, best_compared, compare, has_rivals, refine_on
 from solver.registration.surface import Samples
@@ -163,12 +163,17 @@ class _FurtherSearch:
         Confidence in the best by eigenfunctions.
     control
         May cancel; past its deadline, less is tried.
+    crossed, registered
+        Pairs of coarse candidates that are crossed, and coarse candidates that are registered
+        halfway: neither is done twice.
     """
 
     task: Task
     few: ReducedTask
     known: Confidence
     control: Control
+    crossed: Crossed = field(default_factory=set)
+    registered: set[Candidate] = field(default_factory=set)
 
     def run(
         self,
@@ -179,6 +184,7 @@ class _FurtherSearch:
         others: bool,
     ) -> list[Compared]:
         """Return all candidates that were compared: those given, and those of them, and others."""
+        self.registered.update(coarse[:_KEPT])
         compared = self._evolved(coarse, self._compared(finer), hypotheses)
         if not others or self._is_sure(compared):
             return compared
@@ -195,13 +201,18 @@ class _FurtherSearch:
             varied = choose(task, _variations(best[:_VARIED]), COARSE, control)
             if number == 0:
                 varied += _from_the_target(task, hypotheses, control)
-            coarse = cross(task, ranked([*coarse, *varied], task.positions), control)
+            coarse = ranked([*coarse, *varied], task.positions)
+            coarse = cross(task, coarse, self.crossed, control)
             compared = [*compared, *self._registered(coarse)]
         return compared
 
     def _registered(self, coarse: Sequence[Candidate]) -> list[Compared]:
         """Register the best of coarse candidates halfway, and the best of those finely."""
-        halfway = self._compared(_halfway(self.task, coarse, self.control))
+        new = [one for one in coarse[:_KEPT] if one not in self.registered]
+        if not new:
+            return []
+        self.registered.update(new)
+        halfway = self._compared(_halfway(self.task, new, self.control))
         best = [one.candidate for one in best_compared(halfway)]
         return [*halfway, *self._compared(register_finely(self.task, best, self.control))]
 

@@ -19,7 +19,7 @@ def write_shapes(folder: Path) -> None:
     """``a.off`` and ``b.obj``, which correspond, and another for ``*.off``."""
     write_blobs(folder)
     mesh = blob_meshes()[0]
-    mesh.vertices = mesh.vertices * [1.0, 1.3, 0.7]
+    mesh.vertices = mesh.vertices * [1.0, 1.2, 0.8]
     mesh.export(folder / "c.off")
 
 

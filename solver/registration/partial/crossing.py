@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.arrays import IntArray
 from solver.control import Control
-from solver.registration.crossing import GENERATIONS, crossings
+from solver.registration.crossing import GENERATIONS, Crossed, crossings, uncrossed
 from solver.registration.partial.alignment import PartPairs, PartSamples, fit_to_part
 from solver.registration.partial.choice import (
     PartCandidate,
@@ -56,12 +56,13 @@ def cross_parts(
     samples = task.samples(stage)
     neighbours = neighbours_of(task.part.samples.first(stage.part_samples))
     found = list(candidates)
+    crossed: Crossed = set()
     for _ in range(GENERATIONS):
-        crossed = [
+        children = [
             register_part_candidate(task, samples, start, _SIZES)
-            for start in control.in_time(_crossed(samples, neighbours, found))
+            for start in control.in_time(_crossed(samples, neighbours, found, crossed))
         ]
-        found = ranked_parts(task, [*found, *crossed], stage)
+        found = ranked_parts(task, [*found, *children], stage)
     return found
 
 
@@ -69,14 +70,16 @@ def _crossed(
     samples: tuple[Samples, PartSamples],
     neighbours: IntArray,
     candidates: Sequence[PartCandidate],
+    crossed: Crossed,
 ) -> Iterator[Start]:
-    """Yield the best candidates crossed with each of the others."""
+    """Yield the best candidates crossed with each of those that they are not crossed with yet."""
     whole, part = samples
     fits, partners = zip(
         *(fit_at_part(whole, part, one.alignment, one.scale) for one in candidates), strict=True
     )
     places = [whole.positions[back] for back in partners]
-    for first, second, taken in crossings(fits, places, neighbours):
+    parents = uncrossed(candidates, crossed)
+    for first, second, taken in crossings(parents, fits, places, neighbours):
         scale = float(np.sqrt(candidates[first].scale * candidates[second].scale))
         back = np.where(taken, partners[second], partners[first])
         pairs = PartPairs.of_part(back, len(whole))

@@ -28,7 +28,7 @@ from solver.registration.choice import (
     distinct,
     ranked,
 )
-from solver.registration.crossing import cross
+from solver.registration.crossing import Crossed, cross, uncrossed
 from solver.registration.fit import Fit, LocalFit
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
@@ -212,7 +212,7 @@ def test_candidates_right_on_one_half_each_are_crossed_to_one_that_is_right(
     halves = choose(
         task, starting_at(surfaces, [(points, arms), (points, legs)]), COARSE, Control()
     )
-    crossed = cross(task, halves, Control())
+    crossed = cross(task, halves, set(), Control())
     rest = figures[1].rest
     samples = surfaces[0].samples.first(len(crossed[0].images)).vertices
     here = rest[images_after(figures, [1.0] * 3)[samples]]
@@ -231,7 +231,14 @@ def test_one_candidate_alone_is_not_crossed(
     points = surfaces[0].samples.vertices[:60]
     task = task_of(surfaces)
     alone = choose(task, starting_at(surfaces, [(points, points)]), COARSE, Control())
-    assert cross(task, alone, Control()) == alone
+    assert cross(task, alone, set(), Control()) == alone
+
+
+def test_no_two_candidates_are_crossed_twice() -> None:
+    crossed: Crossed = set()
+    assert list(uncrossed("abc", crossed)) == [(0, 1), (0, 2), (1, 2)]
+    assert list(uncrossed("cbda", crossed)) == [(0, 2), (1, 2), (2, 3)]
+    assert list(uncrossed("abcd", crossed)) == []
 
 
 def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> None:
