@@ -72,7 +72,7 @@ def find_part(
     Returns
     -------
     KnownPart
-        ``None`` if a shape has too few vertices, or nothing was found to begin with.
+        ``None`` if a shape has too few vertices, or no vertex was found to have a partner.
 
     Raises
     ------
@@ -91,9 +91,9 @@ def find_part(
     with control.stage("registration", 0.3):
         given = None if whole.normalise else whole.size / part.size
         found = register_part(whole, part, control, given, partial != BOTH, landmarks)
-    if found is not None and not (found.covered.any() and found.part_covered.any()):
-        raise OptionError("partial", "the surfaces have nothing in common that was found")
-    return None if found is None else KnownPart(found, partial, is_source, pairs)
+    if found is None or not (found.covered.any() and found.part_covered.any()):
+        return None
+    return KnownPart(found, partial, is_source, pairs)
 
 
 def _is_bent_onto(source: Shape, target: Shape) -> bool:

@@ -23,7 +23,7 @@ import pytest
 
 from tests.containers.engine import Engine, running_engine
 from tests.containers.images import build, provide_bases
-from tests.containers.installation import PASSWORD, PORT, Installation
+from tests.containers.installation import PASSWORD, PORT, SETTINGS, Installation
 from tests.containers.manifests import ROOT
 from tests.worker.figures import blob_file
 
@@ -256,6 +256,7 @@ def test_a_worker_of_another_machine_joins(service: Installation, shape: str) ->
         "ISOMATCH_BLOB_URL": f"file://{volume['Mountpoint']}",
         "ISOMATCH_REDIS_URL": f"redis://:{PASSWORD}@127.0.0.1:6379/0",
         "ISOMATCH_CACHE_URL": f"redis://:{PASSWORD}@127.0.0.1:6380/0",
+        "ISOMATCH_HEARTBEAT": SETTINGS["ISOMATCH_HEARTBEAT"],
     }
     subprocess.run(
         [sys.executable, "-m", "worker", "--burst"],

@@ -11,7 +11,7 @@ from solver.matching import Match, MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import human
-from tests.solver.shapes import icosphere
+from tests.solver.shapes import icosphere, plane_grid
 
 OPTIONS = MatchOptions(points=16, dense=True)
 
@@ -110,6 +110,17 @@ def test_whole_surfaces_are_no_parts(whole: Shape) -> None:
     body = human("walking", resolution=1500, seed=2)
     found = match(whole, Shape(triangle_mesh(body.vertices, body.faces)), OPTIONS)
     assert found.overlap is None
+
+
+def test_surfaces_that_are_all_boundary_are_matched_as_wholes() -> None:
+    """Nothing on them is inside the other, so that no part is found."""
+    ours, theirs = Shape(plane_grid(30, 2)), Shape(plane_grid(25, 2))
+    options = MatchOptions(points=8)
+    found = match(ours, theirs, options)
+    assert found.overlap is None
+    assert found.best.energy == match(ours, theirs, replace(options, partial="none")).best.energy
+    with pytest.raises(OptionError, match="match them as wholes"):
+        match(ours, theirs, replace(options, partial="source"))
 
 
 def test_nothing_is_looked_for_that_is_not_wanted(
