@@ -17,12 +17,10 @@ from solver.arrays import IntArray
 from solver.consistency.maps import CollectionMaps, CycleErrors, Pair, cycle_errors
 from solver.consistency.paths import probable_paths
 from solver.control import Control
-from solver.functional_maps import nearest_points
 from solver.registration import Confidence, DenseCorrespondence, Registration
-from solver.registration.alignment import Pairs
-from solver.registration.choice import FINE, Candidate, Start, Task, choose, ranked
+from solver.registration.choice import FINE, Candidate, Task, choose, mapped, ranked
 from solver.registration.confidence import confidence_of
-from solver.registration.surface import Samples, smooth_surface
+from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
 ROUNDS: Final = 2
@@ -168,37 +166,24 @@ def _better(
 ) -> ImprovedMap | None:
     """Return the best composition, registered; None if the direct map is better, or the same."""
     source, target = (shapes[place] for place in pair)
-    ours, theirs = smooth_surface(source), smooth_surface(target)
-    task = Task(ours, theirs, (ours.samples, theirs.samples), _NO_POINTS)
+    task = Task.of(source, target)
 
     def registered(path: Sequence[int]) -> Candidate:
-        return choose(task, _from_maps(task, maps, path), FINE[-1:], control)[0]
+        start = mapped(task, maps.along(path), maps.along(path[::-1]))
+        return choose(task, start, FINE[-1:], control)[0]
 
     direct = registered(pair)
     found = [(probability, path, registered(path)) for probability, path in paths]
     probability, path, chosen = min(found, key=lambda one: one[2].fit.score - np.log(one[0]))
     known = direct.fit.score - np.log(max(maps.probabilities[pair], _LEAST))
-    same = len(ranked([chosen, direct], theirs.mesh.vertices)) == 1
+    same = len(ranked([chosen, direct], task.positions)) == 1
     if same or chosen.fit.score - np.log(probability) >= known:
         return None
     alone = confidence_of(chosen.fit, abs(direct.fit.score - chosen.fit.score))
     # It is right if all maps of the path are.
     confidence = replace(alone, probability=max(alone.probability, probability))
-    dense = Registration(source, target, chosen, False, confidence).dense(control)
+    dense = Registration.of(source, target, chosen, confidence).dense(control)
     return ImprovedMap(path, dense, confidence, chosen.fit.score, direct.fit.score)
-
-
-def _from_maps(task: Task, maps: CollectionMaps, path: Sequence[int]) -> Start:
-    """Return the start of the candidate that composes the maps along a path."""
-    ours, theirs = task.source.mesh.vertices, task.target.mesh.vertices
-
-    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        here, there = (one.vertices for one in samples)
-        forward = theirs[maps.along(path, here)]
-        backward = ours[maps.along(path[::-1], there)]
-        yield Pairs(nearest_points(forward, theirs[there]), nearest_points(backward, ours[here]))
-
-    return pairs
 
 
 def _updated(
@@ -237,5 +222,3 @@ def _above(error: float | None) -> bool:
 
 _LEAST: Final = 1e-9
 """Least probability whose logarithm is taken."""
-
-_NO_POINTS: Final = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64))

@@ -104,7 +104,7 @@ def orient(
     nearest = int(np.argmin(apart))
     warnings = (
         *((_REFLECTED,) if found.reflected and not len(landmarks[0]) else ()),
-        *((_GLUED,) if found.openings is not None else ()),
+        *((_GLUED,) if found.glued else ()),
     )
     if options.objective == LINF:
         return replace(unchanged, registration=found, place=nearest, warnings=warnings)
@@ -146,7 +146,7 @@ def _rematched(
     source: Shape, target: Shape, options: MatchOptions, control: Control
 ) -> list[Points]:
     """Coarse solutions of shapes that were opened, which no level of the match knows."""
-    silent = replace(control, on_progress=lambda _name, _part: None)
+    silent = control.quiet()
     levels, _ = sample(source, target, options.settled(common_size(source, target)), silent)
     return _further(levels, silent)
 

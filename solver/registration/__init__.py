@@ -5,8 +5,9 @@
 
 from solver.registration.candidates import Points
 from solver.registration.confidence import SURE, Confidence
+from solver.registration.dense_correspondence import DenseCorrespondence
 from solver.registration.descent import descend, nearest_in_fan, nearest_in_triangle, project
-from solver.registration.registration import DenseCorrespondence, Registration, register
+from solver.registration.registration import Registration, register
 from solver.registration.rotations import nearest_rotations
 from solver.registration.surface import EIGENPAIRS
 

@@ -7,10 +7,12 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
+from solver.functional_maps import nearest_points
 from solver.registration.alignment import GLOBAL, LOCAL, Alignment, Pairs, Weights, align
-from solver.registration.candidates import Points
+from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.fit import Fit, LocalFit, measure_fit
-from solver.registration.surface import Samples, SmoothSurface
+from solver.registration.surface import MIRROR, Samples, SmoothSurface, smooth_surface
+from solver.shape import Shape
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,20 @@ class Task:
     samples: tuple[Samples, Samples]
     landmarks: Points
 
+    @classmethod
+    def of(cls, source: Shape, target: Shape, landmarks: Points = NO_LANDMARKS) -> "Task":
+        """Return the task of two shapes.
+
+        Parameters
+        ----------
+        source, target
+            The shapes X and Y.
+        landmarks
+            Vertices of X and Y that are known to correspond.
+        """
+        ours, theirs = smooth_surface(source), smooth_surface(target)
+        return cls(ours, theirs, (ours.samples, theirs.samples), landmarks)
+
     @property
     def is_reflected(self) -> bool:
         """Whether the source is reflected in space."""
@@ -103,8 +119,9 @@ class Task:
 
     @property
     def positions(self) -> FloatArray:
-        """(V, 3) vertices of the target, at √area 1."""
-        return self.target.mesh.vertices
+        """(V, 3) vertices of the target, at √area 1, reflected if its samples are."""
+        vertices = self.target.mesh.vertices
+        return vertices * MIRROR if self.samples[1].reflection else vertices
 
     def reflected(self) -> "Task":
         """Return the task with the source reflected."""
@@ -197,6 +214,28 @@ def again(candidates: Iterable[Candidate], weights: Weights) -> Start:
     return pairs
 
 
+def mapped(task: Task, images: IntArray, back: IntArray) -> Start:
+    """Return the start of the candidate that maps of all vertices give.
+
+    Parameters
+    ----------
+    task
+        Surfaces of V and W vertices.
+    images, back
+        (V,) vertices of the target, and (W,) vertices of the source.
+    """
+    ours, theirs = task.source.mesh.vertices, task.target.mesh.vertices
+
+    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        here, there = (one.vertices for one in samples)
+        yield Pairs(
+            nearest_points(theirs[images[here]], theirs[there]),
+            nearest_points(ours[back[there]], ours[here]),
+        )
+
+    return pairs
+
+
 def register_candidate(
     task: Task, samples: tuple[Samples, Samples], pairs: Pairs, stage: Stage
 ) -> Candidate:
@@ -221,31 +260,46 @@ def ranked(
     most
         How many to return at most; all by default.
     """
-    least = min((one.missed for one in found), default=0.0)
-    order = sorted(found, key=lambda one: (one.missed > least + LANDMARK, one.fit.score))
-    chosen: list[Candidate] = []
-    places = np.empty((len(order), 0 if not order else len(order[0].images), 3))
-    for one in order:
-        if len(chosen) == most:
-            break
-        here = positions[one.images]
-        apart = np.linalg.norm(places[: len(chosen)] - here, axis=2).mean(axis=1)
-        if (apart > SAME).all():
-            places[len(chosen)] = here
-            chosen.append(one)
-    return chosen
+    met = meeting([one.missed for one in found])
+    order = sorted(zip(met, found, strict=True), key=lambda one: (not one[0], one[1].fit.score))
+    rows = distinct((positions[one.images] for _, one in order), most)
+    return [order[row][1] for row in rows]
 
 
-def distinct(places: Iterable[FloatArray]) -> list[int]:
+def meeting(missed: Sequence[float]) -> list[bool]:
+    """Return which candidates meet the landmarks as well as any, or nearly so.
+
+    Parameters
+    ----------
+    missed
+        Mean distance of the displaced landmarks of each from where they should be, in √area.
+    """
+    least = min(missed, default=0.0)
+    return [one <= least + LANDMARK for one in missed]
+
+
+def distinct(
+    places: Iterable[FloatArray], most: int | None = None, same: float = SAME
+) -> list[int]:
     """Return which of several maps differ from all before them.
 
     Parameters
     ----------
     places
         (V, 3) images of the same V vertices by each map, at √area 1.
+    most
+        How many to return at most; all by default.
+    same
+        Mean distance between the images of maps that are the same.
     """
-    chosen: list[tuple[int, FloatArray]] = []
-    for number, here in enumerate(places):
-        if all(np.linalg.norm(here - other, axis=1).mean() > SAME for _, other in chosen):
-            chosen.append((number, here))
-    return [number for number, _ in chosen]
+    every = list(places)
+    kept = np.empty((len(every), *every[0].shape)) if every else np.empty(0)
+    chosen: list[int] = []
+    for number, here in enumerate(every):
+        if len(chosen) == most:
+            break
+        apart = np.linalg.norm(kept[: len(chosen)] - here, axis=2).mean(axis=1)
+        if (apart > same).all():
+            kept[len(chosen)] = here
+            chosen.append(number)
+    return chosen

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from solver.registration.fit import Fit
-from solver.registration.refinement import RefinedFit
+from solver.registration.refined_fit import RefinedFit
 
 _WEIGHTS: Mapping[str, float] = MappingProxyType(
     {"turned": -8.85, "bent_1": -4.06, "distorted": -2.05, "margin": 2.66}

@@ -7,19 +7,17 @@ nothing of the glue. The right one fits better than before, as what glue has ben
 ones hardly do. The best are refined, and chosen from, as those of whole surfaces are.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError
-from solver.registration.alignment import Pairs
-from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.choice import COARSE, FINE, Candidate, Start, Task, choose, distinct
+from solver.registration.candidates import Points
+from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
 from solver.registration.confidence import Confidence, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases, torn_off
 from solver.registration.reduction import FEW, ReducedTask, reduction, whole_maps
@@ -28,11 +26,12 @@ from solver.registration.refinement import (
     LEAST_TORN_OFF,
     RefinedCandidate,
     mend,
+    refine_candidate,
     refine_on_few,
 )
 from solver.registration.search import confidence_in, margin_of, search
-from solver.registration.surface import Samples, smooth_surface
-from solver.registration.surface_map import SurfaceMap
+from solver.registration.surface import smooth_surface
+from solver.registration.surface_map import Images, SurfaceMap
 from solver.shape import Shape
 
 Rematch = Callable[[Shape, Shape], Sequence[Points]]
@@ -79,10 +78,30 @@ class OpenedCandidate:
             ours.vertices[self._map.inverse()[0][theirs.places]],
         )
 
+    def refined(self, control: Control) -> tuple[Images, Images]:
+        """Return images of all vertices of the whole source, and of the whole target, refined.
+
+        Parameters
+        ----------
+        control
+            May cancel; past its deadline, less is refined.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        MeshError
+            The source's Laplacian cannot be factored.
+        """
+        ours, theirs = self.openings
+        found = refine_candidate(self.task, self.candidate, control)
+        return _of_whole(found.forward, ours, theirs), _of_whole(found.back, theirs, ours)
+
     @cached_property
     def task(self) -> Task:
         """What is left of both shapes, the source reflected if it is."""
-        direct = _task(*self.openings)
+        ours, theirs = self.openings
+        direct = Task.of(ours.shape, theirs.shape)
         return direct.reflected() if self.reflected else direct
 
     def on_few(self, control: Control) -> RefinedCandidate:
@@ -119,25 +138,15 @@ class OpenedCandidate:
         return self._map.images(start=theirs.vertices[refined.images[ours.places]])
 
 
-@dataclass(frozen=True, eq=False)
-class OpenedChoice:
-    """The best candidate on opened surfaces.
-
-    Parameters
-    ----------
-    opened
-        As it was registered.
-    confidence
-        In it; its measures have the refined fit.
-    """
-
-    opened: OpenedCandidate
-    confidence: Confidence
+def _of_whole(found: Images, here: Opening, there: Opening) -> Images:
+    """Return images of what is left of a shape as those of the whole shape."""
+    (images, faces, barycentric), places = found, here.places
+    return there.vertices[images[places]], there.faces[faces[places]], barycentric[places]
 
 
 def search_opened(
     source: Shape, target: Shape, rematch: Rematch, score: float, control: Control
-) -> OpenedChoice | None:
+) -> tuple[OpenedCandidate, Confidence] | None:
     """Search for the candidate that fits best on surfaces that are opened where parts touch.
 
     Parameters
@@ -153,7 +162,8 @@ def search_opened(
 
     Returns
     -------
-    ``None`` if neither surface has creases, or too little besides, or none fits so well.
+    The best, and the confidence in it, whose measures have the refined fit; ``None`` if neither
+    surface has creases, or too little besides, or none fits so well.
 
     Raises
     ------
@@ -181,9 +191,9 @@ def search_opened(
         complete=not control.expired,
     )
     if ours.shape is source and theirs.shape is target:
-        return OpenedChoice(best, confidence)
+        return best, confidence
     maps = whole_maps(best.vertex_maps(), ours, theirs)
-    return OpenedChoice(_reopened(source, target, maps, control), confidence)
+    return _reopened(source, target, maps, control), confidence
 
 
 def _opened_candidates(
@@ -193,7 +203,7 @@ def _opened_candidates(
     ours, theirs = (Opening.at(shape, creases(smooth_surface(shape))) for shape in (source, target))
     if ours.shape is source and theirs.shape is target:
         return []
-    task = _task(ours, theirs)
+    task = Task.of(ours.shape, theirs.shape)
     reduced = partial(ReducedTask.of, ours.shape, theirs.shape, task)
     hypotheses = rematch(ours.shape, theirs.shape)
     searched = search(task, reduced, hypotheses, control, others=False)
@@ -204,30 +214,11 @@ def _opened_candidates(
     return sorted(found, key=lambda one: one.candidate.fit.score)
 
 
-def _task(ours: Opening, theirs: Opening) -> Task:
-    source, target = smooth_surface(ours.shape), smooth_surface(theirs.shape)
-    return Task(source, target, (source.samples, target.samples), NO_LANDMARKS)
-
-
 def _reopened(source: Shape, target: Shape, maps: VertexMaps, control: Control) -> OpenedCandidate:
     """Open both surfaces where the maps of a candidate tear them, and align it once more."""
-    openings = maps.openings(source, target)
-    start = _start(source, target, maps, openings)
-    return OpenedCandidate(openings, choose(_task(*openings), start, _STAGES, control)[0])
-
-
-def _start(
-    source: Shape, target: Shape, maps: VertexMaps, openings: tuple[Opening, Opening]
-) -> Start:
-    """Return the start of the candidate that maps of all vertices give."""
-    here, there = source.surface.vertices, target.surface.vertices
-
-    def pairs(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        ours, theirs = (
-            opening.vertices[one.vertices] for opening, one in zip(openings, samples, strict=True)
-        )
-        images = KDTree(there[theirs]).query(there[maps.images[ours]])[1]
-        back = KDTree(here[ours]).query(here[maps.back[theirs]])[1]
-        yield Pairs(np.asarray(images), np.asarray(back))
-
-    return pairs
+    ours, theirs = maps.openings(source, target)
+    task = Task.of(ours.shape, theirs.shape)
+    images = theirs.places[maps.images[ours.vertices]]
+    back = ours.places[maps.back[theirs.vertices]]
+    found = choose(task, mapped(task, images, back), _STAGES, control)[0]
+    return OpenedCandidate((ours, theirs), found)

@@ -14,10 +14,10 @@ from scipy.spatial import KDTree
 from solver.arrays import IntArray
 from solver.mesh import simplified
 from solver.registration.alignment import LOCAL, Alignment, Pairs
-from solver.registration.candidates import NO_LANDMARKS, Points
+from solver.registration.candidates import Points
 from solver.registration.choice import Stage, Task
 from solver.registration.opening import VertexMaps
-from solver.registration.surface import Samples, smooth_surface
+from solver.registration.surface import Samples
 from solver.shape import Shape
 
 LEFT = 10_000
@@ -123,8 +123,7 @@ class ReducedTask:
         fewer = reduction(source, left), reduction(target, left)
         if fewer[0].shape is source and fewer[1].shape is target:
             return cls.entire(task)
-        ours, theirs = (smooth_surface(one.shape) for one in fewer)
-        reduced = Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
+        reduced = Task.of(fewer[0].shape, fewer[1].shape)
         here, there = (
             surface.at(one.vertices[samples.vertices])
             for surface, one, samples in zip(

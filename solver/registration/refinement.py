@@ -1,25 +1,25 @@
-"""Refinement of candidates beyond the eigenfunctions, after which, in doubt, one is chosen.
+"""Refinement of candidates beyond the eigenfunctions.
 
 Bent by eigenfunctions, wrong candidates may fit nearly as well as the right one. Displaced as
 rigidly as possible, they reach the target only by larger strain, or not everywhere.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import IntArray
 from solver.control import Control
 from solver.registration.alignment import align
-from solver.registration.choice import FINE, LANDMARK, Candidate, Stage, Task, distinct
-from solver.registration.fit import logarithms
+from solver.registration.choice import FINE, Candidate, Stage, Task
 from solver.registration.opening import torn_off
 from solver.registration.reduction import ReducedTask
+from solver.registration.refined_fit import RefinedFit, distances
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
-from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest, places
+from solver.registration.surface_map import ROUNDS, Images, SurfaceMap, at_rest
 
 _SIZES = tuple(range(20, 101, 5))
 """Eigenfunctions that a candidate is aligned by once more, in finer steps."""
@@ -33,43 +33,6 @@ images."""
 
 _MENDED = 3
 """How often a map is mended, at most, as long as it fits better for it."""
-
-_RIVAL = 0.5
-"""Difference of scores from the best candidate up to which another may be better, refined."""
-
-_DIFFERENT = 6
-"""Candidates that differ once refined, at most."""
-
-
-@dataclass(frozen=True)
-class RefinedFit:
-    """Measures of a source displaced to a target as rigidly as possible, each 0 for an exact copy.
-
-    Means over both surfaces are geometric means of those over either.
-
-    Parameters
-    ----------
-    apart
-        Mean distance of the vertices of either surface from the other, over √area.
-    turned
-        Root mean square distance of unit normals.
-    strained
-        Mean strain of the edges of the source.
-    """
-
-    apart: float
-    turned: float
-    strained: float
-
-    @property
-    def measures(self) -> dict[str, float]:
-        """Logarithms of the measures, by name."""
-        return logarithms({"apart": self.apart, "turned": self.turned, "strained": self.strained})
-
-    @property
-    def score(self) -> float:
-        """Sum of the logarithms of the measures; the less, the better."""
-        return sum(self.measures.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,59 +66,7 @@ class RefinedCandidate:
     @cached_property
     def fit(self) -> RefinedFit:
         """Its fit."""
-        return RefinedFit(*_distances(self.displaced, self.forward, self.back), self.strained)
-
-
-def _distances(
-    known: SurfaceMap,
-    forward: Images,
-    back: Images,
-    here: IntArray | None = None,
-    there: IntArray | None = None,
-) -> tuple[float, float]:
-    """How far apart the displaced source and the target are, and how their normals are turned.
-
-    Parameters
-    ----------
-    known
-        The displaced source X and the target Y.
-    forward, back
-        Images of vertices of X on Y, and of vertices of Y on X.
-    here, there
-        These vertices, by default all.
-    """
-    source, target = known.source, known.target
-    here, there = (
-        np.arange(len(surface.normals)) if rows is None else rows
-        for surface, rows in ((source, here), (target, there))
-    )
-    ours, theirs = known.positions, target.mesh.vertices
-    apart = (
-        places(theirs, target, *forward[1:]) - ours[here],
-        places(ours, source, *back[1:]) - theirs[there],
-    )
-    turned = (
-        target.normals[forward[0]] - known.normals[here],
-        known.normals[back[0]] - target.normals[there],
-    )
-    areas = source.spectrum.mass[here], target.spectrum.mass[there]
-    return (
-        _of_both([np.linalg.norm(one, axis=1) for one in apart], areas),
-        float(np.sqrt(_of_both([(one**2).sum(axis=1) for one in turned], areas))),
-    )
-
-
-def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> float:
-    """Geometric mean of the means over both surfaces."""
-    means = (np.average(one, weights=area) for one, area in zip(densities, areas, strict=True))
-    return float(np.sqrt(np.prod(list(means))))
-
-
-def has_rivals(candidates: Sequence[Candidate]) -> bool:
-    """Whether others than the best, which comes first, may be better once they are refined."""
-    best, *others = candidates
-    met, most = best.missed + LANDMARK, best.fit.score + _RIVAL
-    return any(one.missed < met and one.fit.score < most for one in others)
+        return RefinedFit(*distances(self.displaced, self.forward, self.back), self.strained)
 
 
 def refine_candidate(task: Task, candidate: Candidate, control: Control) -> RefinedCandidate:
@@ -210,7 +121,7 @@ def _misfit(known: SurfaceMap) -> float:
     here, there = known.source.samples.vertices, known.target.samples.vertices
     images = known.images(here)
     forward = images, *known.on_triangles(images, here)
-    return float(np.prod(_distances(known, forward, known.inverse(there), here, there)))
+    return float(np.prod(distances(known, forward, known.inverse(there), here, there)))
 
 
 def _aligned(
@@ -272,64 +183,6 @@ def _refined(
 ) -> RefinedCandidate:
     displaced, images = known.refined(rigid, control, rounds)
     return RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
-
-
-@dataclass(frozen=True, eq=False)
-class Compared:
-    """A candidate that was refined on few vertices, to be compared with others.
-
-    Parameters
-    ----------
-    candidate
-        As it was registered.
-    fit
-        Of its refinement.
-    places
-        (V, 3) images of the few vertices of the source, at √area 1.
-    """
-
-    candidate: Candidate
-    fit: RefinedFit
-    places: FloatArray
-
-
-def compare(few: ReducedTask, candidates: Sequence[Candidate], control: Control) -> list[Compared]:
-    """Refine candidates on few vertices.
-
-    The fit in eigenfunctions tells candidates apart less well: of generated people of unusual
-    proportions, the right one may be behind fifty others by that, and the first by this.
-
-    Parameters
-    ----------
-    few
-        The surfaces, with few of their vertices.
-    candidates
-        Of the whole ones, registered halfway or finely, at least one.
-    control
-        May cancel; past its deadline, fewer are refined, one at least.
-
-    Raises
-    ------
-    Cancelled
-        Through `control`.
-    MeshError
-        The source's Laplacian cannot be factored.
-    """
-    rigid = at_rest(few.task.source, few.task.is_reflected)
-    found = []
-    for one in control.in_time(candidates, least=1):
-        refined = refine_on_few(few, one, control, rigid)
-        found.append(Compared(one, refined.fit, few.task.positions[refined.images]))
-    return found
-
-
-def best_compared(found: Sequence[Compared]) -> list[Compared]:
-    """Return those that differ, the best first, of those that meet the landmarks as well as any."""
-    met = min(one.candidate.missed for one in found) + LANDMARK
-    order = sorted(
-        (one for one in found if one.candidate.missed < met), key=lambda one: one.fit.score
-    )
-    return [order[row] for row in distinct(one.places for one in order)[:_DIFFERENT]]
 
 
 def refine_on_few(

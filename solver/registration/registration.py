@@ -2,22 +2,21 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError
-from solver.mesh import TriangleMesh
 from solver.registration.alignment import GLOBAL, Pairs
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again, choose
 from solver.registration.confidence import SURE, Confidence
+from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.opening import Opening
 from solver.registration.reduction import ReducedTask
-from solver.registration.refinement import refine_candidate
 from solver.registration.search import search
-from solver.registration.surface import Samples, smooth_surface
+from solver.registration.surface import Samples
 from solver.shape import Shape
 
 _REFLECTED_MARGIN = 3.0
@@ -31,37 +30,6 @@ better than any other."""
 
 
 @dataclass(frozen=True, eq=False)
-class DenseCorrespondence:
-    """A map of all vertices, and its inverse.
-
-    Parameters
-    ----------
-    source
-        (K,) the user's numbers of all vertices of the source's surface, ascending, but of those
-        without a partner on a part.
-    target
-        (K,) the user's number of the vertex nearest to each one's image; several may have the same.
-    faces
-        (K, 3) the user's numbers of the corners of the target's triangle that the image lies in.
-    barycentric
-        (K, 3) float64 barycentric coordinates of the image there; each row sums to 1.
-    hypothesis
-        Hypothesis that agrees best with the map: 0 for the match's best, or one more than a place
-        among its alternatives.
-    inverse
-        The map of all vertices of the target to the source, by the same registration: its `source`
-        are vertices of the target, and its own `inverse` is ``None``.
-    """
-
-    source: IntArray
-    target: IntArray
-    faces: IntArray
-    barycentric: FloatArray
-    hypothesis: int = 0
-    inverse: "DenseCorrespondence | None" = None
-
-
-@dataclass(frozen=True, eq=False)
 class Registration:
     """A source registered to a target.
 
@@ -69,23 +37,59 @@ class Registration:
     ----------
     source, target
         The shapes X and Y.
-    candidate
-        The chosen one.
-    reflected
-        Whether the source is reflected in space.
+    opened
+        The chosen candidate, on what is left of both where they were opened, as parts of them
+        touch, and else on the whole shapes.
     confidence
-        That the chosen one is right.
-    openings
-        What is left of both where they were opened, as parts of them touch: that is what the
-        candidates map.
+        That it is right.
     """
 
     source: Shape
     target: Shape
-    candidate: Candidate
-    reflected: bool
+    opened: OpenedCandidate
     confidence: Confidence
-    openings: tuple[Opening, Opening] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        source: Shape,
+        target: Shape,
+        candidate: Candidate,
+        confidence: Confidence,
+        *,
+        reflected: bool = False,
+    ) -> "Registration":
+        """Return the registration of whole shapes.
+
+        Parameters
+        ----------
+        source, target
+            The shapes X and Y.
+        candidate
+            The chosen one.
+        confidence
+            That it is right.
+        reflected
+            Whether the source is reflected in space.
+        """
+        whole = Opening.nowhere(source), Opening.nowhere(target)
+        return cls(source, target, OpenedCandidate(whole, candidate, reflected), confidence)
+
+    @property
+    def candidate(self) -> Candidate:
+        """The chosen one."""
+        return self.opened.candidate
+
+    @property
+    def reflected(self) -> bool:
+        """Whether the source is reflected in space."""
+        return self.opened.reflected
+
+    @property
+    def glued(self) -> bool:
+        """Whether a shape was opened, as parts of it touch."""
+        ours, theirs = self.opened.openings
+        return ours.shape is not self.source or theirs.shape is not self.target
 
     @property
     def score(self) -> float:
@@ -94,12 +98,7 @@ class Registration:
 
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) target vertices that S source vertices go to, refined where they are torn."""
-        return self._chosen.images(vertices)
-
-    @cached_property
-    def _chosen(self) -> OpenedCandidate:
-        whole = Opening.nowhere(self.source), Opening.nowhere(self.target)
-        return OpenedCandidate(self.openings or whole, self.candidate, self.reflected)
+        return self.opened.images(vertices)
 
     def dense(self, control: Control) -> DenseCorrespondence:
         """Map all vertices of both surfaces, refined beyond the eigenfunctions.
@@ -116,11 +115,8 @@ class Registration:
         MeshError
             The source's Laplacian cannot be factored.
         """
-        here, there = self._chosen.openings
-        refined = refine_candidate(self._chosen.task, self.candidate, control)
         source, target = self.source.mesh, self.target.mesh
-        forward = _of_whole(here, there, *refined.forward)
-        back = _of_whole(there, here, *refined.back)
+        forward, back = self.opened.refined(control)
         return replace(
             in_numbers_of_files(source, target, *forward),
             inverse=in_numbers_of_files(target, source, *back),
@@ -178,7 +174,7 @@ def register(
     Compare Eisenberger, Lähner and Cremers, "Smooth Shells: Multi-scale shape registration with
     functional maps", CVPR 2020, whose first candidates are random.
     """
-    task = _task(source, target, landmarks)
+    task = Task.of(source, target, landmarks)
     if min(one.size for one in task.samples) <= MIN_POINTS:
         return None
     found = _registered(source, target, task, hypotheses, control, others)
@@ -193,50 +189,6 @@ def register(
         if mirrored.score < found.score - _REFLECTED_MARGIN:
             return replace(mirrored, confidence=mirrored.confidence.of_reflection())
     return found if rematch is None else _opened(found, rematch, control)
-
-
-def _task(source: Shape, target: Shape, landmarks: Points = NO_LANDMARKS) -> Task:
-    ours, theirs = smooth_surface(source), smooth_surface(target)
-    return Task(ours, theirs, (ours.samples, theirs.samples), landmarks)
-
-
-def _of_whole(
-    here: Opening, there: Opening, images: IntArray, faces: IntArray, barycentric: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray]:
-    """Return a map of what is left of a shape as one of the whole shape."""
-    places = here.places
-    return there.vertices[images[places]], there.faces[faces[places]], barycentric[places]
-
-
-def in_numbers_of_files(
-    source: TriangleMesh,
-    target: TriangleMesh,
-    images: IntArray,
-    faces: IntArray,
-    barycentric: FloatArray,
-    mapped: BoolArray | None = None,
-) -> DenseCorrespondence:
-    """Return a map of vertices in the user's numbers, those of merged vertices included.
-
-    Parameters
-    ----------
-    source, target
-        The meshes.
-    images, faces, barycentric
-        (V,), (V,) and (V, 3) nearest vertices, triangles and coordinates of all source vertices.
-    mapped
-        (V,) source vertices that have an image, by default all.
-    """
-    ids, vertices = source.numbering
-    if mapped is not None:
-        ids, vertices = ids[mapped[vertices]], vertices[mapped[vertices]]
-    number = target.vertex_ids
-    return DenseCorrespondence(
-        ids,
-        number[images[vertices]],
-        number[target.faces[faces[vertices]]],
-        barycentric[vertices],
-    )
 
 
 def _is_meant(mirrored: Registration, direct: Registration) -> bool:
@@ -272,7 +224,9 @@ def _registered(
 ) -> Registration:
     reduced = partial(ReducedTask.of, source, target, task)
     found = search(task, reduced, hypotheses, control, others=others)
-    return Registration(source, target, found.candidates[0], task.is_reflected, found.confidence)
+    return Registration.of(
+        source, target, found.candidates[0], found.confidence, reflected=task.is_reflected
+    )
 
 
 def _opened(known: Registration, rematch: Rematch, control: Control) -> Registration:
@@ -294,9 +248,5 @@ def _opened(known: Registration, rematch: Rematch, control: Control) -> Registra
         return known
     if found is None:
         return known
-    return replace(
-        known,
-        candidate=found.opened.candidate,
-        confidence=found.confidence,
-        openings=found.opened.openings,
-    )
+    opened, confidence = found
+    return replace(known, opened=opened, confidence=confidence)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import compress
 
 import numpy as np
 
@@ -17,8 +18,10 @@ from solver.registration.choice import (
     Task,
     again,
     choose,
+    meeting,
     ranked,
 )
+from solver.registration.comparison import Compared, best_compared, compare, has_rivals
 from solver.registration.confidence import (
     CLOSE,
     SURE,
@@ -28,7 +31,7 @@ from solver.registration.confidence import (
 )
 from solver.registration.crossing import Crossed, cross
 from solver.registration.reduction import FEW, LEFT, ReducedTask
-from solver.registration.refinement import Compared, best_compared, compare, has_rivals, refine_on
+from solver.registration.refinement import refine_on
 from solver.registration.surface import Samples
 
 _BEYOND_DOUBT = 0.98
@@ -112,9 +115,14 @@ def search(
         margin = margin_of([one.fit.score for one in best])
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
         if margin < CLOSE and said.probability < SURE and not control.expired:
-            best, margin = _choice_of_rivals(best, reduced(LEFT), control)
+            among = _choice_of_rivals(best, reduced(LEFT), control)
+            best, margin = among or (best, margin)
             said = refined_confidence(
-                known, best[0].fit, margin, among_rivals=True, complete=not control.expired
+                known,
+                best[0].fit,
+                margin,
+                among_rivals=among is not None,
+                complete=not control.expired,
             )
     except MeshError:
         # The map of eigenfunctions stands, where surfaces cannot be displaced beyond them.
@@ -125,13 +133,13 @@ def search(
 
 def _choice_of_rivals(
     best: Sequence[Compared], reduced: ReducedTask, control: Control
-) -> tuple[list[Compared], float]:
+) -> tuple[list[Compared], float] | None:
     """Choose among those that fit nearly as well as the best on few vertices by more of them.
 
     Returns
     -------
-    The chosen one and the others, and how much greater the score of the best other is: 0
-    past the deadline.
+    The chosen one and the others, and how much greater the score of the best other is; ``None``
+    where the time is over before all are refined.
     """
     rivals = [one for one in best if one.fit.score < best[0].fit.score + CLOSE]
     scores = [
@@ -139,7 +147,7 @@ def _choice_of_rivals(
         for one in control.in_time(rivals, least=1)
     ]
     if len(scores) < len(rivals):
-        return list(best), 0.0
+        return None
     chosen = rivals[int(np.argmin(scores))]
     order = [chosen, *(one for one in best if one is not chosen)]
     farther = [one.fit.score - best[0].fit.score for one in best[len(rivals) :]]
@@ -266,9 +274,10 @@ def register_finely(task: Task, halfway: Sequence[Candidate], control: Control) 
 
     Returns
     -------
-    Those that differ, the best first.
+    Those that differ and meet the landmarks, the best first.
     """
-    return choose(task, again(halfway, FINE[-1].weights), FINE[-1:], control)
+    found = choose(task, again(halfway, FINE[-1].weights), FINE[-1:], control)
+    return list(compress(found, meeting([one.missed for one in found])))
 
 
 def confidence_in(found: Sequence[Candidate], control: Control) -> Confidence:

@@ -153,18 +153,21 @@ class SurfaceMap:
         """
         current, ahead, images = self, self, self.images()
         for _ in control.in_time(range(rounds)):
-            positions = rigid.step(ahead.positions, ahead._places(images))
+            positions = rigid.step(ahead.positions, ahead.places(images))
             further = positions + _MOMENTUM * (positions - current.positions)
             current, ahead = ahead.moved(positions), ahead.moved(further)
             images = ahead.images(start=images)
         return current, current.images(start=images)
 
-    def _places(self, images: IntArray) -> FloatArray:
-        """(V, 3) images of all vertices between vertices."""
-        faces, barycentric = self.on_triangles(images)
-        corners = self.target.mesh.vertices[self.target.mesh.faces[faces]]
-        places: FloatArray = (barycentric[:, :, None] * corners).sum(axis=1)
-        return places
+    def places(self, images: IntArray) -> FloatArray:
+        """(V, 3) places of the images of all vertices, between vertices of the target.
+
+        Parameters
+        ----------
+        images
+            (V,) nearest target vertices.
+        """
+        return places(self.target.mesh.vertices, self.target, *self.on_triangles(images))
 
     def moved(self, positions: FloatArray) -> "SurfaceMap":
         """Return the map of a further displaced source, embedded without spectral coordinates.

@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-
-import numpy as np
+from itertools import compress
 
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.registration.alignment import Alignment
 from solver.registration.candidates import Points
-from solver.registration.choice import LANDMARK, SAME, missed
+from solver.registration.choice import SAME, distinct, meeting, missed
 from solver.registration.partial.alignment import WEIGHTS, PartSamples, align_to_part, find_pairs
 from solver.registration.partial.fit import PartFit, measure_part_fit, scale_of
 from solver.registration.surface import Samples, SmoothSurface
@@ -177,18 +176,9 @@ def ranked_parts(
         How many are kept, and what is the same.
     """
     positions = task.whole.samples.positions
-    chosen: list[PartCandidate] = []
-    for one in sorted(_met(task, found), key=lambda one: one.fit.score):
-        here = positions[one.partners[:_PARTNERS]]
-        apart = (
-            np.linalg.norm(positions[kept.partners[:_PARTNERS]] - here, axis=1).mean()
-            for kept in chosen
-        )
-        if all(distance > stage.same for distance in apart):
-            chosen.append(one)
-        if len(chosen) == stage.kept:
-            break
-    return chosen
+    order = sorted(_met(task, found), key=lambda one: one.fit.score)
+    partners = (positions[one.partners[:_PARTNERS]] for one in order)
+    return [order[row] for row in distinct(partners, stage.kept, stage.same)]
 
 
 def _met(task: PartTask, found: Sequence[PartCandidate]) -> list[PartCandidate]:
@@ -197,5 +187,4 @@ def _met(task: PartTask, found: Sequence[PartCandidate]) -> list[PartCandidate]:
     away = [
         missed(task.whole, positions, one.alignment, task.landmarks) / one.scale for one in found
     ]
-    least = min(away, default=0.0)
-    return [one for one, apart in zip(found, away, strict=True) if apart <= least + LANDMARK]
+    return list(compress(found, meeting(away)))

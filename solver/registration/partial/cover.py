@@ -47,7 +47,7 @@ def covered_by_overlap(
     scale
         √area of the whole in the part's unit.
     """
-    there = places(known.target.mesh.vertices, known.target, *known.on_triangles(images))
+    there = known.places(images)
     met = np.linalg.norm(there - known.positions, axis=1) < _APART * scale
     return largest_patch(known.source, covered_by_part(known, images, back) & met)
 
@@ -89,7 +89,7 @@ def largest_patch(surface: SmoothSurface, covered: BoolArray) -> BoolArray:
     surface
         V vertices.
     covered
-        (V,) vertices; those of a patch are at most two edges from one another.
+        (V,) vertices; those of a patch are at most three edges from one another.
     """
     ends = surface.mesh.edges
     reached = covered.copy()

@@ -8,7 +8,6 @@ import numpy as np
 
 from solver.arrays import BoolArray, IntArray
 from solver.control import Control
-from solver.mesh import vertex_normals
 from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import distinct
 from solver.registration.opening import torn_off
@@ -46,7 +45,8 @@ class RefinedPart:
     entire
         Whether every point of the part has a partner.
     strained, bent, distorted
-        As of :class:`.RefinedPartFit`.
+        As of :class:`.RefinedPartFit`; `bent` and `distorted` as the candidate was first refined,
+        among the others.
     """
 
     candidate: PartCandidate
@@ -96,8 +96,7 @@ class RefinedPart:
             return RefinedPartFit.of_nothing(len(self.bent))
         vertices, faces, barycentric = self.back
         there = places(self.displaced.positions, whole, faces[met], barycentric[met])
-        normals = whole.side * vertex_normals(self.displaced.positions, whole.mesh.faces)
-        cosines = (normals[vertices[met]] * part.normals[met]).sum(axis=1)
+        cosines = (self.displaced.normals[vertices[met]] * part.normals[met]).sum(axis=1)
         return RefinedPartFit(
             float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
             float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
@@ -123,7 +122,11 @@ class RefinedPart:
         drawn = self.covered if self.covered.any() else None
         rigid = at_rest(self.displaced.source, scale=self.scale, drawn=drawn)
         displaced, images = self.displaced.refined(rigid, control)
-        return replace(self, displaced=displaced, images=images, back=displaced.inverse())
+        return self._moved(displaced, images, rigid.strain(displaced.positions))
+
+    def _moved(self, displaced: SurfaceMap, images: IntArray, strained: float) -> "RefinedPart":
+        back = displaced.inverse()
+        return replace(self, displaced=displaced, images=images, back=back, strained=strained)
 
     def mended(self, control: Control) -> "RefinedPart":
         """Refine it once more after what tears cut off the part has let go of the whole.
@@ -151,7 +154,7 @@ class RefinedPart:
             return self
         following = at_rest(whole, scale=self.scale, drawn=kept)
         loose, images = self.displaced.refined(following, control, FEWER_ROUNDS)
-        mended = replace(self, displaced=loose, images=images, back=loose.inverse()).again(control)
+        mended = self._moved(loose, images, self.strained).again(control)
         return min(self, mended, key=lambda one: one.fit.score)
 
     def on_whole(
@@ -184,16 +187,14 @@ class RefinedPart:
         here = ours.at(whole.vertices[samples.vertices])
         there = PartSamples.at(theirs, part.vertices[points.vertices], self.entire)
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
-        displaced, images, _ = _displaced(
+        displaced, images, strained = _displaced(
             SurfaceMap.of(ours, theirs, alignment, reflected=False),
             known.scale,
             self.entire,
             control,
         )
-        found = replace(known, alignment=alignment)
-        return replace(
-            self, candidate=found, displaced=displaced, images=images, back=displaced.inverse()
-        )
+        found = replace(self, candidate=replace(known, alignment=alignment))
+        return found._moved(displaced, images, strained)
 
 
 def refine_candidates(

@@ -6,11 +6,11 @@ from solver.arrays import BoolArray
 from solver.control import Control
 from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
+from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.refinement import refine_candidates
 from solver.registration.partial.search import search_part
 from solver.registration.reduction import reduced_landmarks, reduction
-from solver.registration.registration import DenseCorrespondence, in_numbers_of_files
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
 from solver.shape import Shape

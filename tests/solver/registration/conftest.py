@@ -2,6 +2,9 @@
 
 import pytest
 
+from solver.control import Control
+from solver.registration.candidates import first_pairs
+from solver.registration.choice import COARSE, FINE, Candidate, Task, choose
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.shape import Shape
 from tests.solver import shapes
@@ -16,3 +19,15 @@ def blob() -> Shape:
 @pytest.fixture(scope="session")
 def surface(blob: Shape) -> SmoothSurface:
     return smooth_surface(blob)
+
+
+@pytest.fixture(scope="session")
+def found(blob: Shape) -> list[Candidate]:
+    """Of a body and itself, the right one first."""
+    task = Task.of(blob, blob)
+    return choose(
+        task,
+        lambda samples: first_pairs((task.source, task.target), samples, ()),
+        (*COARSE, *FINE),
+        Control(),
+    )

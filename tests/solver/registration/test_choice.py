@@ -26,11 +26,12 @@ from solver.registration.choice import (
     Task,
     choose,
     distinct,
+    meeting,
     ranked,
 )
 from solver.registration.crossing import Crossed, cross, uncrossed
 from solver.registration.fit import Fit, LocalFit
-from solver.registration.surface import SmoothSurface, smooth_surface
+from solver.registration.surface import MIRROR, SmoothSurface, smooth_surface
 from solver.shape import Shape
 from synthetic import SyntheticShape, correspondence, human
 
@@ -250,6 +251,16 @@ def test_alignments_that_are_right_miss_no_landmarks(surface: SmoothSurface) -> 
     assert task.missed(NOTHING) > 0.1
     assert task_of((surface, surface)).missed(NOTHING) == 0.0
     assert own.pairs(surface.samples, surface.samples, GLOBAL).images[3] == 3
+    # Bent back, a surface goes to the mirror image of the source that is reflected.
+    mirrored = replace(own, coefficients=own.coefficients * MIRROR)
+    assert task.reflected().swapped().missed(mirrored) < 0.02
+    assert task.reflected().swapped().missed(own) > 0.1
+
+
+def test_landmarks_are_met_as_well_as_by_any() -> None:
+    assert meeting([0.05, 0.0, 0.1, 0.2]) == [True, True, True, False]
+    assert meeting([0.35, 0.3, 0.5]) == [True, True, False]
+    assert meeting([]) == []
 
 
 def test_maps_that_are_near_an_earlier_one_are_left_out() -> None:

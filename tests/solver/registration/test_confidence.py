@@ -15,7 +15,7 @@ from solver.registration.confidence import (
     refined_confidence,
 )
 from solver.registration.fit import Fit
-from solver.registration.refinement import RefinedFit
+from solver.registration.refined_fit import RefinedFit
 
 MEASURE = st.floats(1e-3, 3.0)
 MEASURES = st.builds(Fit, *[MEASURE] * 4, st.tuples(MEASURE, MEASURE), MEASURE)

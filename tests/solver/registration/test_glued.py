@@ -6,18 +6,17 @@ import pytest
 from solver.control import Control
 from solver.registration import reduction
 from solver.registration.candidates import Points
+from solver.registration.choice import Task
 from solver.registration.confidence import Confidence
-from solver.registration.glued import OpenedCandidate, OpenedChoice, search_opened
+from solver.registration.glued import OpenedCandidate, search_opened
 from solver.registration.reduction import ReducedTask
 from solver.registration.refinement import refine_on_few
 from solver.registration.registration import Registration
 from solver.shape import Shape
 from synthetic import Transformed, glued
 from tests.solver import shapes
-from tests.solver.registration.test_refinement import task_of
 
 FINER = 4
-_SURE = Confidence(1.0, ())
 
 RIMS = 0.15
 """Geodesic radius of the discs between which the tube is."""
@@ -40,12 +39,12 @@ def with_glue(body: Shape) -> Transformed:
 
 
 @pytest.fixture(scope="module")
-def found(body: Shape, with_glue: Transformed) -> OpenedChoice:
+def found(body: Shape, with_glue: Transformed) -> tuple[OpenedCandidate, Confidence]:
     """Found from the true partners of some points."""
     return through_the_glue(body, with_glue)
 
 
-def through_the_glue(body: Shape, with_glue: Transformed) -> OpenedChoice:
+def through_the_glue(body: Shape, with_glue: Transformed) -> tuple[OpenedCandidate, Confidence]:
     target = Shape(with_glue.mesh)
     points = np.flatnonzero(with_glue.kept)[::40]
 
@@ -64,16 +63,16 @@ def through_the_glue(body: Shape, with_glue: Transformed) -> OpenedChoice:
 
 
 def test_a_body_is_matched_through_the_glue(
-    found: OpenedChoice, body: Shape, with_glue: Transformed
+    found: tuple[OpenedCandidate, Confidence], body: Shape, with_glue: Transformed
 ) -> None:
-    assert error_of(found.opened, body, with_glue) < 0.02
+    assert error_of(found[0], body, with_glue) < 0.02
 
 
-def test_its_confidence_is_of_its_refined_fit(found: OpenedChoice) -> None:
-    ours, theirs = (one.shape for one in found.opened.openings)
-    few = ReducedTask.of(ours, theirs, task_of(ours, theirs), reduction.FEW)
-    refined = refine_on_few(few, found.opened.candidate, Control())
-    assert found.confidence.measures["refined_score"] == pytest.approx(refined.fit.score)
+def test_its_confidence_is_of_its_refined_fit(found: tuple[OpenedCandidate, Confidence]) -> None:
+    ours, theirs = (one.shape for one in found[0].openings)
+    few = ReducedTask.of(ours, theirs, Task.of(ours, theirs), reduction.FEW)
+    refined = refine_on_few(few, found[0].candidate, Control())
+    assert found[1].measures["refined_score"] == pytest.approx(refined.fit.score)
 
 
 def test_a_body_of_many_vertices_is_opened_on_fewer(
@@ -81,8 +80,8 @@ def test_a_body_of_many_vertices_is_opened_on_fewer(
 ) -> None:
     monkeypatch.setattr(reduction, "LEFT", 1300)
     found = through_the_glue(body, with_glue)
-    assert all(one.shape.n_vertices > 2000 for one in found.opened.openings)
-    assert error_of(found.opened, body, with_glue) < 0.02
+    assert all(one.shape.n_vertices > 2000 for one in found[0].openings)
+    assert error_of(found[0], body, with_glue) < 0.02
 
 
 def error_of(found: OpenedCandidate, body: Shape, with_glue: Transformed) -> float:
@@ -98,12 +97,10 @@ def test_what_fits_less_well_than_asked_is_none(body: Shape, with_glue: Transfor
 
 
 def test_maps_of_opened_surfaces_are_maps_of_all_vertices(
-    found: OpenedChoice, body: Shape, with_glue: Transformed
+    found: tuple[OpenedCandidate, Confidence], body: Shape, with_glue: Transformed
 ) -> None:
     target = Shape(with_glue.mesh)
-    best = found.opened
-    known = Registration(body, target, best.candidate, False, _SURE, best.openings)
-    dense = known.dense(Control())
+    dense = Registration(body, target, *found).dense(Control())
     np.testing.assert_array_equal(dense.source, np.arange(body.n_vertices))
     here = np.flatnonzero(with_glue.kept)
     places = with_glue.mesh.vertices[dense.target[here]]

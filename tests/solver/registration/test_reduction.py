@@ -6,13 +6,12 @@ import pytest
 from solver.control import Control
 from solver.mesh import triangle_mesh
 from solver.registration import register, search
-from solver.registration.choice import FINE
+from solver.registration.choice import FINE, Candidate, Task
+from solver.registration.comparison import best_compared, compare
 from solver.registration.opening import VertexMaps
 from solver.registration.reduction import ReducedTask, Reduction, reduced_landmarks, whole_maps
-from solver.registration.refinement import best_compared, compare
 from solver.shape import Shape
 from tests.solver import shapes
-from tests.solver.registration.test_refinement import candidates, task_of
 
 LEFT = 400
 
@@ -67,10 +66,12 @@ def test_landmarks_that_become_one_are_one(blob: Shape, reduced: Reduction) -> N
         np.testing.assert_array_equal(one, given)
 
 
-def test_pairs_of_the_whole_are_pairs_of_the_reduced(blob: Shape, reduced: Reduction) -> None:
+def test_pairs_of_the_whole_are_pairs_of_the_reduced(
+    blob: Shape, reduced: Reduction, found: list[Candidate]
+) -> None:
     """A copy's samples, which lie at the same vertices, are paired with themselves."""
-    task = task_of(blob, blob)
-    best = candidates(task)[0]
+    task = Task.of(blob, blob)
+    best = found[0]
     for one in (task, task.reflected()):
         fewer = ReducedTask.of(blob, blob, one, LEFT)
         assert fewer.task.source.mesh.n_vertices == LEFT
@@ -80,11 +81,12 @@ def test_pairs_of_the_whole_are_pairs_of_the_reduced(blob: Shape, reduced: Reduc
     np.testing.assert_array_equal(pairs.images, np.arange(len(pairs.images)))
 
 
-def test_the_same_candidate_is_chosen(blob: Shape, reduced: Reduction) -> None:
-    task = task_of(blob, blob)
-    found = candidates(task)[:3]
+def test_the_same_candidate_is_chosen(
+    blob: Shape, reduced: Reduction, found: list[Candidate]
+) -> None:
+    task = Task.of(blob, blob)
     fewer, entire = (
-        [one.candidate for one in best_compared(compare(few, found, Control()))]
+        [one.candidate for one in best_compared(compare(few, found[:3], Control()))]
         for few in (ReducedTask.of(blob, blob, task, LEFT), ReducedTask.entire(task))
     )
     assert fewer[0] is found[0]

@@ -5,10 +5,10 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
+from solver.arrays import FloatArray
 from solver.control import Control
 from solver.errors import MeshError
 from solver.mesh import triangle_mesh
-from solver.registration.candidates import NO_LANDMARKS
 from solver.registration.choice import SAME, Task
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import FEW, ReducedTask
@@ -16,11 +16,6 @@ from solver.registration.search import search
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver.shapes import icosphere
-
-
-def task_of(source: Shape, target: Shape) -> Task:
-    ours, theirs = smooth_surface(source), smooth_surface(target)
-    return Task(ours, theirs, (ours.samples, theirs.samples), NO_LANDMARKS)
 
 
 @pytest.fixture(scope="module")
@@ -43,9 +38,9 @@ def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
 
     def reduced(left: int) -> ReducedTask:
         asked.append(left)
-        return ReducedTask.entire(task_of(blob, blob))
+        return ReducedTask.entire(Task.of(blob, blob))
 
-    found = search(task_of(blob, blob), reduced, (), Control())
+    found = search(Task.of(blob, blob), reduced, (), Control())
     assert found.confidence.probability > 0.99
     assert not asked
     np.testing.assert_array_equal(
@@ -55,7 +50,7 @@ def test_beyond_doubt_nothing_is_refined(blob: Shape) -> None:
 
 
 def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]) -> None:
-    task = task_of(*ellipsoids)
+    task = Task.of(*ellipsoids)
     found = search(task, lambda left: ReducedTask.entire(task), (), Control(), others=False)
     assert found.confidence.reasons == (RIVAL,)
     assert len(found.candidates) >= 4
@@ -67,7 +62,7 @@ def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]
 def test_what_cannot_be_refined_is_mapped_by_eigenfunctions(
     ellipsoids: tuple[Shape, Shape],
 ) -> None:
-    found = search(task_of(*ellipsoids), cannot_be_reduced, (), Control())
+    found = search(Task.of(*ellipsoids), cannot_be_reduced, (), Control())
     scores = [one.fit.score for one in found.candidates]
     assert scores == sorted(scores)
     assert "refined_score" not in found.confidence.measures
@@ -81,10 +76,14 @@ def test_rivals_are_told_apart_by_what_few_vertices_do_not_show() -> None:
     apart = np.linalg.norm(sphere.vertices[:, None] - centres, axis=2)
     knobs = 1.0 + 0.05 * np.exp(-((apart / 0.1) ** 2)).sum(axis=1, keepdims=True)
     axes = [1.0, 0.7, 1.8], [1.1, 0.7, 1.7]
-    plain, knobbly = (
-        task_of(*(Shape(triangle_mesh(sphere.vertices * by * one, sphere.faces)) for one in axes))
-        for by in (np.ones_like(knobs), knobs)
-    )
+
+    def task(radius: FloatArray) -> Task:
+        one, other = (
+            Shape(triangle_mesh(sphere.vertices * radius * by, sphere.faces)) for by in axes
+        )
+        return Task.of(one, other)
+
+    plain, knobbly = task(np.ones_like(knobs)), task(knobs)
 
     def reduced(left: int) -> ReducedTask:
         if left != FEW:

@@ -1,0 +1,81 @@
+"""Comparison of candidates by their refinement on few vertices, which tells them apart better."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import compress
+
+from solver.arrays import FloatArray
+from solver.control import Control
+from solver.registration.choice import Candidate, distinct, meeting
+from solver.registration.reduction import ReducedTask
+from solver.registration.refined_fit import RefinedFit
+from solver.registration.refinement import refine_on_few
+from solver.registration.surface_map import at_rest
+
+_RIVAL = 0.5
+"""Difference of scores from the best candidate up to which another may be better, refined."""
+
+_DIFFERENT = 6
+"""Candidates that differ once refined, at most."""
+
+
+def has_rivals(candidates: Sequence[Candidate]) -> bool:
+    """Whether others than the best, which comes first, may be better once they are refined."""
+    best, *others = candidates
+    return any(one.fit.score < best.fit.score + _RIVAL for one in others)
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A candidate that was refined on few vertices, to be compared with others.
+
+    Parameters
+    ----------
+    candidate
+        As it was registered.
+    fit
+        Of its refinement.
+    places
+        (V, 3) images of the few vertices of the source, at √area 1.
+    """
+
+    candidate: Candidate
+    fit: RefinedFit
+    places: FloatArray
+
+
+def compare(few: ReducedTask, candidates: Sequence[Candidate], control: Control) -> list[Compared]:
+    """Refine candidates on few vertices.
+
+    The fit in eigenfunctions tells candidates apart less well: of generated people of unusual
+    proportions, the right one may be behind fifty others by that, and the first by this.
+
+    Parameters
+    ----------
+    few
+        The surfaces, with few of their vertices.
+    candidates
+        Of the whole ones, registered halfway or finely, at least one.
+    control
+        May cancel; past its deadline, fewer are refined, one at least.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    MeshError
+        The source's Laplacian cannot be factored.
+    """
+    rigid = at_rest(few.task.source, few.task.is_reflected)
+    found = []
+    for one in control.in_time(candidates, least=1):
+        refined = refine_on_few(few, one, control, rigid)
+        found.append(Compared(one, refined.fit, few.task.positions[refined.images]))
+    return found
+
+
+def best_compared(found: Sequence[Compared]) -> list[Compared]:
+    """Return those that differ, the best first, of those that meet the landmarks as well as any."""
+    met = meeting([one.candidate.missed for one in found])
+    order = sorted(compress(found, met), key=lambda one: one.fit.score)
+    return [order[row] for row in distinct((one.places for one in order), _DIFFERENT)]

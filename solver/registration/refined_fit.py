@@ -1,0 +1,86 @@
+"""Fit of a source that is displaced to a target as rigidly as possible."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.arrays import FloatArray, IntArray
+from solver.registration.fit import logarithms
+from solver.registration.surface_map import Images, SurfaceMap, places
+
+
+@dataclass(frozen=True)
+class RefinedFit:
+    """Measures of a source displaced to a target as rigidly as possible, each 0 for an exact copy.
+
+    Means over both surfaces are geometric means of those over either.
+
+    Parameters
+    ----------
+    apart
+        Mean distance of the vertices of either surface from the other, over √area.
+    turned
+        Root mean square distance of unit normals.
+    strained
+        Mean strain of the edges of the source.
+    """
+
+    apart: float
+    turned: float
+    strained: float
+
+    @property
+    def measures(self) -> dict[str, float]:
+        """Logarithms of the measures, by name."""
+        return logarithms({"apart": self.apart, "turned": self.turned, "strained": self.strained})
+
+    @property
+    def score(self) -> float:
+        """Sum of the logarithms of the measures; the less, the better."""
+        return sum(self.measures.values())
+
+
+def distances(
+    known: SurfaceMap,
+    forward: Images,
+    back: Images,
+    here: IntArray | None = None,
+    there: IntArray | None = None,
+) -> tuple[float, float]:
+    """How far apart the displaced source and the target are, and how their normals are turned.
+
+    Parameters
+    ----------
+    known
+        The displaced source X and the target Y.
+    forward, back
+        Images of vertices of X on Y, and of vertices of Y on X.
+    here, there
+        These vertices, by default all.
+    """
+    source, target = known.source, known.target
+    here, there = (
+        np.arange(len(surface.normals)) if rows is None else rows
+        for surface, rows in ((source, here), (target, there))
+    )
+    ours, theirs = known.positions, target.mesh.vertices
+    apart = (
+        places(theirs, target, *forward[1:]) - ours[here],
+        places(ours, source, *back[1:]) - theirs[there],
+    )
+    turned = (
+        target.normals[forward[0]] - known.normals[here],
+        known.normals[back[0]] - target.normals[there],
+    )
+    areas = source.spectrum.mass[here], target.spectrum.mass[there]
+    return (
+        _of_both([np.linalg.norm(one, axis=1) for one in apart], areas),
+        float(np.sqrt(_of_both([(one**2).sum(axis=1) for one in turned], areas))),
+    )
+
+
+def _of_both(densities: Sequence[FloatArray], areas: Sequence[FloatArray]) -> float:
+    """Geometric mean of the means over both surfaces."""
+    means = (np.average(one, weights=area) for one, area in zip(densities, areas, strict=True))
+    return float(np.sqrt(np.prod(list(means))))
