@@ -17,7 +17,7 @@ from solver.matching.refinement import refine_hypotheses
 from solver.matching.report import report_match
 from solver.matching.result import Match
 from solver.matching.sampling import common_size, sample
-from solver.registration import SURE, DenseCorrespondence
+from solver.registration import MISFIT, DenseCorrespondence
 from solver.shape import Shape
 
 _PART_BOUNDARY = 1.0
@@ -100,9 +100,9 @@ def _match_given_part(
 def _match_detected_part(
     source: Shape, target: Shape, found: Match, options: MatchOptions, control: Control
 ) -> Match:
-    """Match as a part what surely is no whole, if it fits better so."""
+    """Match as a part what does not fit as a whole, if it fits better so."""
     doubt = found.confidence
-    if doubt is None or doubt.probability >= SURE or control.expired:
+    if doubt is None or MISFIT not in doubt.reasons or control.expired:
         return found
     lengths = [relative_boundary(one) for one in (source, target)]
     if max(lengths) < _PART_BOUNDARY:

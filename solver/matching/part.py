@@ -20,6 +20,7 @@ from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import solved_level
 from solver.matching.report import report_match
 from solver.matching.result import Match, Overlap
+from solver.matching.sampling import too_few
 from solver.matching.structures import build_level
 from solver.registration.partial import PartMap, register_part
 from solver.shape import Shape
@@ -139,7 +140,7 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     best = certify(best, [level], control)
     proof = prove_over_samples([best], level, options, control)
     ids = source.mesh.vertex_ids, target.mesh.vertex_ids
-    report = report_match([best], [level], ids, (), control, proof)
+    report = report_match([best], [level], ids, too_few(count, options), control, proof)
     return replace(
         report,
         dense=found.dense(known.is_source) if options.dense else None,

@@ -28,6 +28,21 @@ _MAX_SIZE = 1e12
 fourth powers of it are computed in double precision."""
 
 
+def too_few(count: int, options: MatchOptions) -> tuple[str, ...]:
+    """Return a warning if shapes have fewer vertices than points are to be matched.
+
+    Parameters
+    ----------
+    count
+        Number of points that can be matched.
+    options
+        Of the match.
+    """
+    if count >= options.points:
+        return ()
+    return (f"only {count} points could be matched: a shape has no more vertices",)
+
+
 def sample(
     source: Shape, target: Shape, options: MatchOptions, control: Control
 ) -> tuple[list[Level], tuple[str, ...]]:
@@ -61,11 +76,7 @@ def sample(
     with control.stage("structures"):
         landmarks = landmark_vertices(options.landmarks, source.mesh, target.mesh)
         sizes = level_sizes(source.n_vertices, target.n_vertices, options)
-        warnings = (
-            (f"only {sizes[-1][0]} points could be matched: a shape has no more vertices",)
-            if sizes[-1][0] < options.points
-            else ()
-        )
+        warnings = too_few(sizes[-1][0], options)
         varadhan = uses_varadhan_level(options)
         if varadhan:
             sizes = add_varadhan_size(sizes, target.n_vertices)

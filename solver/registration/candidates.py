@@ -26,6 +26,9 @@ NO_LANDMARKS: Points = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
 MIN_POINTS = 3
 """Least number of corresponding points that say how a surface lies in space."""
 
+FEWEST = 4
+"""Least number of eigenfunctions that do: the constant one, and one for each dimension."""
+
 _SIZE = 12
 """Eigenfunctions of the first displacement: torso and limbs of a body."""
 

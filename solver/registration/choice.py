@@ -241,7 +241,7 @@ def register_candidate(
 ) -> Candidate:
     """Register a candidate in one stage, whose samples are given, and measure its fit."""
     alignment = align(*samples, pairs, stage.sizes, stage.weights)
-    fit, local = measure_fit(*samples, alignment, GLOBAL)
+    fit, local = measure_fit(*samples, alignment)
     images = samples[1].vertices[local.pairs.images]
     return Candidate(images, alignment, fit, local, task.missed(alignment))
 

@@ -1,6 +1,6 @@
 """Confidence in a registration: a calibrated probability, and reasons for doubt in words."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
@@ -54,7 +54,7 @@ class Confidence:
         Calibrated probability in [0, 1] that the answer is right: that its mean geodesic error is
         below a tenth of √area.
     reasons
-        Reasons for doubt in words; empty when sure.
+        Reasons for doubt in words; empty when sure, unless the time limit ended the search.
     measures
         What the probability is computed from, by name.
     """
@@ -71,6 +71,16 @@ class Confidence:
         return replace(self, probability=0.5 * self.probability, reasons=(REFLECTED, *self.reasons))
 
 
+def margin_of(scores: Sequence[float]) -> float:
+    """How much greater the least of the other scores is than the first; infinite if it is alone."""
+    return min(scores[1:], default=float("inf")) - scores[0]
+
+
+def measured_margin(margin: float) -> float:
+    """Return a margin as a measure: none below 0, as of rivals, and none beyond 1."""
+    return min(max(margin, 0.0), 1.0)
+
+
 def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
     """Confidence in a registration.
 
@@ -83,7 +93,7 @@ def confidence_of(fit: Fit, margin: float, complete: bool = True) -> Confidence:
     complete
         Whether all candidates were tried.
     """
-    measures = {**fit.measures, "score": fit.score, "margin": min(max(margin, 0.0), 1.0)}
+    measures = {**fit.measures, "score": fit.score, "margin": measured_margin(margin)}
     probability = probability_of(measures, _WEIGHTS, _INTERCEPT)
     reasons = reasons_for_doubt(probability, margin, complete)
     return Confidence(probability, reasons, MappingProxyType(measures))
@@ -117,7 +127,7 @@ def refined_confidence(
         **known.measures,
         **{f"refined_{name}": one for name, one in fit.measures.items()},
         "refined_score": fit.score,
-        choice: min(max(margin, 0.0), 1.0),
+        choice: measured_margin(margin),
     }
     fitting = probability_of(measures, _REFINED_WEIGHTS, _REFINED_INTERCEPT)
     choosing = probability_of(measures, {choice: _CHOICE[choice]}, _CHOICE_INTERCEPT)
@@ -140,7 +150,7 @@ def probability_of(
 
 
 def reasons_for_doubt(probability: float, margin: float, complete: bool) -> tuple[str, ...]:
-    """Return reasons in words; none when sure.
+    """Return reasons in words; none when sure, unless the search has ended before its time.
 
     Parameters
     ----------

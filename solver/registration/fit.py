@@ -13,7 +13,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray, RealArray
 from solver.functional_maps import mutual_nearest_points
-from solver.registration.alignment import Alignment, Pairs, Weights
+from solver.registration.alignment import GLOBAL, Alignment, Pairs
 from solver.registration.surface import Samples, commute_times
 
 _MOST_STRAIN = 2.0
@@ -121,10 +121,8 @@ def worse_by(ours: FloatArray, theirs: FloatArray) -> FloatArray:
     return difference
 
 
-def measure_fit(
-    source: Samples, target: Samples, alignment: Alignment, weights: Weights
-) -> tuple[Fit, LocalFit]:
-    """Measure the fit of an aligned source.
+def measure_fit(source: Samples, target: Samples, alignment: Alignment) -> tuple[Fit, LocalFit]:
+    """Measure the fit of an aligned source, whatever embedding it was aligned in.
 
     Parameters
     ----------
@@ -132,16 +130,14 @@ def measure_fit(
         S and M samples.
     alignment
         The alignment.
-    weights
-        Of the embedding.
 
     Returns
     -------
     The fit, and what its local measures are made of.
     """
     displaced = source.surface(alignment.coefficients)
-    ours = alignment.embed_source(source, displaced, weights)
-    theirs = alignment.embed_target(target, weights)
+    ours = alignment.embed_source(source, displaced, GLOBAL)
+    theirs = alignment.embed_target(target, GLOBAL)
     pairs = Pairs(*mutual_nearest_points(ours, theirs))
     sheared, stretched = strain(source, alignment)
     normals = displaced[1], target.smoothed(alignment.size)[1]

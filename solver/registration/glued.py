@@ -18,7 +18,7 @@ from solver.control import Control
 from solver.errors import MeshError
 from solver.registration.candidates import Points
 from solver.registration.choice import COARSE, FINE, Candidate, Task, choose, distinct, mapped
-from solver.registration.confidence import Confidence, refined_confidence
+from solver.registration.confidence import Confidence, margin_of, refined_confidence
 from solver.registration.opening import Opening, VertexMaps, creases, torn_off
 from solver.registration.reduction import FEW, ReducedTask, reduction, whole_maps
 from solver.registration.refinement import (
@@ -29,7 +29,7 @@ from solver.registration.refinement import (
     refine_candidate,
     refine_on_few,
 )
-from solver.registration.search import confidence_in, margin_of, search
+from solver.registration.search import confidence_in, search
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap
 from solver.shape import Shape

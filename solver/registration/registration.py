@@ -8,7 +8,7 @@ from solver.arrays import IntArray
 from solver.control import Control
 from solver.errors import MeshError
 from solver.registration.alignment import GLOBAL, Pairs
-from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points, first_pairs
+from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points, first_pairs
 from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again, choose
 from solver.registration.confidence import SURE, Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
@@ -157,12 +157,12 @@ def register(
     rematch
         Finds hypotheses on surfaces that are opened where parts of them touch: where one surface
         has handles, the other none, and the refined answer is still in doubt, it is searched there
-        as well (:func:`.search_opened`).
+        as well (:func:`.search_opened`). Not where landmarks are given, or the answer is reflected.
 
     Returns
     -------
     Registration
-        ``None`` if neither hypotheses nor eigenfunctions tell where to begin.
+        ``None`` if a surface has too few eigenfunctions to tell how it lies in space.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def register(
     functional maps", CVPR 2020, whose first candidates are random.
     """
     task = Task.of(source, target, landmarks)
-    if min(one.size for one in task.samples) <= MIN_POINTS:
+    if min(one.size for one in task.samples) < FEWEST:
         return None
     found = _registered(source, target, task, hypotheses, control, others)
     if len(landmarks[0]):

@@ -24,7 +24,7 @@ class RigidDisplacement:
     Parameters
     ----------
     mesh
-        The surface at rest, of unit area.
+        The surface at rest.
     operators
         Its stiffness matrix and vertex areas, of :func:`.laplacian`.
     length

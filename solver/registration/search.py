@@ -27,6 +27,7 @@ from solver.registration.confidence import (
     SURE,
     Confidence,
     confidence_of,
+    margin_of,
     refined_confidence,
 )
 from solver.registration.crossing import Crossed, cross
@@ -154,11 +155,6 @@ def _choice_of_rivals(
     return order, min([margin_of(sorted(scores)), *farther])
 
 
-def margin_of(scores: Sequence[float]) -> float:
-    """How much greater the second of ascending scores is; infinite if there is none."""
-    return min(scores[1:], default=np.inf) - scores[0]
-
-
 @dataclass(frozen=True, eq=False)
 class _FurtherSearch:
     """A search in doubt: candidates are compared once they are refined on few vertices.
@@ -193,22 +189,19 @@ class _FurtherSearch:
     ) -> list[Compared]:
         """Return all candidates that were compared: those given, and those of them, and others."""
         self.registered.update(coarse[:_KEPT])
-        compared = self._evolved(coarse, self._compared(finer), hypotheses)
+        back = _from_the_target(self.task, hypotheses, self.control)
+        compared = self._evolved([*coarse, *back], self._compared(finer))
         if not others or self._is_sure(compared):
             return compared
         coarse = choose(self.task, exchanged_pairs, COARSE, self.control)
-        return [*compared, *self._evolved(coarse, self._registered(coarse), ())]
+        return [*compared, *self._evolved(coarse, self._registered(coarse))]
 
-    def _evolved(
-        self, coarse: Sequence[Candidate], compared: list[Compared], hypotheses: Sequence[Points]
-    ) -> list[Compared]:
+    def _evolved(self, coarse: Sequence[Candidate], compared: list[Compared]) -> list[Compared]:
         """Vary and cross the best of a population, for some rounds."""
         task, control = self.task, self.control
-        for number in control.in_time(range(_ROUNDS)):
+        for _ in control.in_time(range(_ROUNDS)):
             best = [one.candidate for one in best_compared(compared)]
             varied = choose(task, _variations(best[:_VARIED]), COARSE, control)
-            if number == 0:
-                varied += _from_the_target(task, hypotheses, control)
             coarse = ranked([*coarse, *varied], task.positions)
             coarse = cross(task, coarse, self.crossed, control)
             compared = [*compared, *self._registered(coarse)]

@@ -3,7 +3,13 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from solver.registration.confidence import Confidence, probability_of, reasons_for_doubt
+from solver.registration.confidence import (
+    Confidence,
+    margin_of,
+    measured_margin,
+    probability_of,
+    reasons_for_doubt,
+)
 from solver.registration.partial.fit import RefinedPartFit
 
 _WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -0.78, "margin": 3.13})
@@ -32,13 +38,12 @@ def part_confidence(
     complete
         Whether all candidates were tried.
     """
-    best, *others = fits
-    margin = min((one.score for one in others), default=float("inf")) - best.score
+    best, margin = fits[0], margin_of([one.score for one in fits])
     measures = {
         **best.measures,
         "share": best.share,
         "score": best.score,
-        "margin": min(max(margin, 0.0), 1.0),
+        "margin": measured_margin(margin),
     }
     weights = _WEIGHTS if entire else _WEIGHTS_OF_OVERLAP
     intercept = _INTERCEPT if entire else _INTERCEPT_OF_OVERLAP

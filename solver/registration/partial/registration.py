@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 from solver.arrays import BoolArray
 from solver.control import Control
-from solver.registration.candidates import MIN_POINTS, NO_LANDMARKS, Points
+from solver.registration.candidates import FEWEST, NO_LANDMARKS, Points
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.partial.confidence import part_confidence
@@ -102,7 +102,7 @@ def register_part(
     """
     ours, theirs = reduction(whole), reduction(part)
     fewer = ours.shape, theirs.shape
-    if min(smooth_surface(one).samples.size for one in fewer) <= MIN_POINTS:
+    if min(smooth_surface(one).samples.size for one in fewer) < FEWEST:
         return None
     known = reduced_landmarks(ours, theirs, landmarks)
     candidates = search_part(*fewer, control, scale, entire, known)

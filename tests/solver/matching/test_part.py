@@ -8,7 +8,8 @@ import pytest
 from solver.arrays import IntArray
 from solver.errors import OptionError
 from solver.matching import Match, MatchOptions, match
-from solver.mesh import triangle_mesh
+from solver.mesh import simplified, triangle_mesh
+from solver.registration.confidence import RIVAL
 from solver.shape import Shape
 from synthetic import human
 from tests.solver.shapes import icosphere, plane_grid
@@ -121,6 +122,23 @@ def test_surfaces_that_are_all_boundary_are_matched_as_wholes() -> None:
     assert found.best.energy == match(ours, theirs, replace(options, partial="none")).best.energy
     with pytest.raises(OptionError, match="match them as wholes"):
         match(ours, theirs, replace(options, partial="source"))
+
+
+def test_a_symmetric_sheet_is_no_part_of_itself() -> None:
+    """Its own eight symmetries cast doubt on the answer; but it fits as a whole."""
+    sheet = Shape(plane_grid(9, 9, 1.0))
+    found = match(sheet, sheet, MatchOptions(points=12))
+    assert found.overlap is None
+    assert found.best.energy == pytest.approx(0.0, abs=1e-9)
+    assert found.confidence is not None
+    assert found.confidence.reasons == (RIVAL,)
+
+
+def test_fewer_points_than_asked_for_are_said(whole: Shape, half: tuple[Shape, IntArray]) -> None:
+    few = Shape(simplified(half[0].mesh, 80))
+    found = match(few, whole, MatchOptions(points=100, partial="source"))
+    assert len(found.best.source) + len(found.best.unmatched) == few.n_vertices
+    assert any(f"only {few.n_vertices} points could be matched" in one for one in found.warnings)
 
 
 def test_nothing_is_looked_for_that_is_not_wanted(

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from solver.arrays import FloatArray
 from solver.functional_maps import FunctionalMap
-from solver.registration.alignment import GLOBAL, Alignment
+from solver.registration.alignment import Alignment
 from solver.registration.fit import Fit, measure_fit, worse_by
 from solver.registration.surface import Samples, SmoothSurface, commute_times
 from solver.shape import Shape
@@ -24,12 +24,12 @@ def displaced(samples: Samples, matrix: FloatArray) -> Alignment:
 
 
 def fit_of(samples: Samples, matrix: FloatArray) -> Fit:
-    return measure_fit(samples, samples, displaced(samples, matrix), GLOBAL)[0]
+    return measure_fit(samples, samples, displaced(samples, matrix))[0]
 
 
 def test_equal_surfaces_fit_exactly(surface: SmoothSurface) -> None:
     fit, local = measure_fit(
-        surface.samples, surface.samples, displaced(surface.samples, np.eye(3)), GLOBAL
+        surface.samples, surface.samples, displaced(surface.samples, np.eye(3))
     )
     everywhere = np.arange(len(surface.samples))
     np.testing.assert_array_equal(local.pairs.images, everywhere)
@@ -97,7 +97,7 @@ def test_the_local_measures_add_up_to_the_difference_of_scores(surface: SmoothSu
     """To first order."""
     stretched = np.diag([1.3, 1.0, 0.9])
     one, other = (
-        measure_fit(surface.samples, surface.samples, displaced(surface.samples, matrix), GLOBAL)
+        measure_fit(surface.samples, surface.samples, displaced(surface.samples, matrix))
         for matrix in (stretched, stretched @ np.diag([1.005, 1.0, 1.0]))
     )
     difference = one[0].score - other[0].score
