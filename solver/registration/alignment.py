@@ -129,7 +129,7 @@ class Alignment:
 
         Returns
         -------
-        (S, k + 6) of the displaced source and (M, k + 6) of the target, in single precision.
+        (S, 6 + k) of the displaced source and (M, 6 + k) of the target, in single precision.
         """
         displaced = source.surface(self.coefficients)
         return self.embed_source(source, displaced, weights), self.embed_target(target, weights)
@@ -137,16 +137,16 @@ class Alignment:
     def embed_source(
         self, source: Samples, displaced: tuple[FloatArray, FloatArray], weights: Weights
     ) -> RealArray:
-        """(S, k + 6) embedding of the source with given displaced positions and normals."""
-        return embedding(self.functional_map.images(source.eigenfunctions), *displaced, weights)
+        """(S, 6 + k) embedding of the source with given displaced positions and normals."""
+        return embedding(*displaced, weights, self.functional_map.images(source.eigenfunctions))
 
     def embed_target(self, target: Samples, weights: Weights) -> RealArray:
-        """(M, k + 6) embedding of the target, which depends on numbers of eigenfunctions alone."""
+        """(M, 6 + k) embedding of the target, which depends on numbers of eigenfunctions alone."""
         k = self.functional_map.size
         key = (k, self.size, weights.spectrum, weights.space, weights.normals)
         if key not in target.embedded:
             functions = target.eigenfunctions[:, :k]
-            target.embedded[key] = embedding(functions, *target.smoothed(self.size), weights)
+            target.embedded[key] = embedding(*target.smoothed(self.size), weights, functions)
         return target.embedded[key]
 
     def pairs(self, source: Samples, target: Samples, weights: Weights) -> Pairs:
@@ -155,28 +155,32 @@ class Alignment:
 
 
 def embedding(
-    functions: FloatArray, positions: FloatArray, normals: FloatArray, weights: Weights
+    positions: FloatArray,
+    normals: FloatArray,
+    weights: Weights,
+    functions: FloatArray | None = None,
 ) -> RealArray:
     """Embed points of a surface, in single precision.
 
     Parameters
     ----------
-    functions
-        (S, k) spectral coordinates; k may be 0.
     positions, normals
         (S, 3) each.
     weights
         Of the three parts.
+    functions
+        (S, k) spectral coordinates; without them, there are none.
 
     Returns
     -------
-    (S, k + 6): spectral coordinates, positions, normals.
+    (S, 6 + k): positions and normals, which rule out most neighbours, then spectral coordinates.
     """
-    k = functions.shape[1]
-    found = np.empty((len(functions), k + 6), dtype=np.float32)
-    found[:, :k] = weights.spectrum / np.sqrt(max(k, 1)) * functions
-    found[:, k : k + 3] = weights.space * positions
-    found[:, k + 3 :] = weights.normals * normals
+    k = 0 if functions is None else functions.shape[1]
+    found = np.empty((len(positions), 6 + k), dtype=np.float32)
+    found[:, :3] = weights.space * positions
+    found[:, 3:6] = weights.normals * normals
+    if functions is not None and k:
+        found[:, 6:] = weights.spectrum / np.sqrt(k) * functions
     return found
 
 
@@ -232,14 +236,49 @@ def fit_alignment(source: Samples, target: Samples, pairs: Pairs, size: int) -> 
     k = min(size, source.size, target.size)
     weights, functions = pairs.weights, source.eigenfunctions[:, :k]
     goals = pairs.partners(target.smoothed(k)[0], 3)
-    turn = rotation_onto(source.smoothed(k)[0], goals, weights)
-    coefficients = source.coefficients[:k] @ turn
-    weighted = (functions * weights).T
     ridge = _RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[-1]), _LEAST)
-    gram = weighted @ functions + np.diag(ridge + _LEAST)
-    displacement = np.linalg.solve(gram, weighted @ (goals - functions @ coefficients))
-    left, _, right = np.linalg.svd((weighted @ pairs.partners(target.eigenfunctions, k)).T)
-    return Alignment(coefficients + displacement, FunctionalMap(left @ right), turn)
+    coefficients, turn = fit_displacement(
+        functions, source.coefficients[:k], goals, weights, ridge + _LEAST
+    )
+    there = pairs.partners(target.eigenfunctions, k)
+    left, _, right = np.linalg.svd(((functions * weights).T @ there).T)
+    return Alignment(coefficients, FunctionalMap(left @ right), turn)
+
+
+def fit_displacement(
+    functions: FloatArray,
+    coefficients: FloatArray,
+    goals: FloatArray,
+    weights: FloatArray,
+    ridge: FloatArray,
+    scale: float = 1.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Rotate points of a surface onto given ones, then displace them smoothly.
+
+    Parameters
+    ----------
+    functions
+        (P, k) eigenfunctions of the surface at its points.
+    coefficients
+        (k, 3) coefficients of its positions.
+    goals
+        (P, 3) where the points are to go.
+    weights
+        (P, 1) weights of the points.
+    ridge
+        (k,) of the displacement.
+    scale
+        By which lengths of the surface are multiplied.
+
+    Returns
+    -------
+    (k, 3) coefficients of the displaced surface, and (3, 3) its rotation times the scale.
+    """
+    turn = scale * rotation_onto(functions @ coefficients, goals, weights)
+    turned = coefficients @ turn
+    weighted = (functions * weights).T
+    gram = weighted @ functions + np.diag(ridge)
+    return turned + np.linalg.solve(gram, weighted @ (goals - functions @ turned)), turn
 
 
 def rotation_onto(here: FloatArray, there: FloatArray, weights: FloatArray) -> FloatArray:
@@ -250,12 +289,13 @@ def rotation_onto(here: FloatArray, there: FloatArray, weights: FloatArray) -> F
     here, there
         (S, 3) points.
     weights
-        (S, 1) weights of the points, with sum 1.
+        (S, 1) weights of the points.
 
     Returns
     -------
     (3, 3) R of determinant 1: centred points x go to x R.
     """
-    centred, centred_there = (one - (weights * one).sum(axis=0) for one in (here, there))
+    total = weights.sum()
+    centred, centred_there = (one - (weights * one).sum(axis=0) / total for one in (here, there))
     turn: FloatArray = nearest_rotations(((weights * centred).T @ centred_there)[None])[0]
     return turn

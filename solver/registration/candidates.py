@@ -15,7 +15,14 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.functional_maps import FunctionalMap, fit_orthonormal_map, mutual_nearest_points
-from solver.registration.alignment import GLOBAL, Alignment, Pairs, embedding, rotation_onto
+from solver.registration.alignment import (
+    GLOBAL,
+    Alignment,
+    Pairs,
+    embedding,
+    fit_displacement,
+    rotation_onto,
+)
 from solver.registration.surface import Samples, SmoothSurface
 
 Points = tuple[IntArray, IntArray]
@@ -29,11 +36,14 @@ MIN_POINTS = 3
 FEWEST = 4
 """Least number of eigenfunctions that do: the constant one, and one for each dimension."""
 
-_SIZE = 12
+FIRST_SIZE = 12
 """Eigenfunctions of the first displacement: torso and limbs of a body."""
 
 _RIDGE = 0.1
-"""Ridge of the first displacement, which few points determine."""
+"""Ridge of the first displacement, over that of its last eigenfunction."""
+
+_LEAST = 1e-9
+"""Least ridge, which keeps the equations regular."""
 
 _SIGNED = 6
 """First eigenfunctions all of whose signs are tried: 2⁶ candidates."""
@@ -140,23 +150,32 @@ def _rotated(samples: tuple[Samples, Samples]) -> Pairs:
     points, the one that brings both nearest together: Besl and McKay, "A method for registration of
     3-D shapes", IEEE TPAMI 14(2), 1992.
     """
-    source, target = samples
     (here, normals), (there, target_normals) = (one.smoothed(one.size) for one in samples)
     here, there = here - here.mean(axis=0), there - there.mean(axis=0)
     axes, target_axes = (np.linalg.svd(one, full_matrices=False)[2] for one in (here, there))
-    nothing, goal = source.eigenfunctions[:, :0], target.eigenfunctions[:, :0]
-    embedded = embedding(goal, there, target_normals, GLOBAL)
+    embedded = embedding(there, target_normals, GLOBAL)
     found: list[tuple[float, Pairs]] = []
     for first, second in product((1.0, -1.0), repeat=2):
         third = first * second * np.linalg.det(axes) * np.linalg.det(target_axes)
         turn = (axes.T * (first, second, third)) @ target_axes
         for _ in range(_TURNS):
-            turned = embedding(nothing, here @ turn, normals @ turn, GLOBAL)
+            turned = embedding(here @ turn, normals @ turn, GLOBAL)
             pairs = Pairs(*mutual_nearest_points(turned, embedded))
             turn = rotation_onto(here, pairs.partners(there, 3), pairs.weights)
         apart = (turned - embedded[pairs.images]) ** 2, (turned[pairs.back] - embedded) ** 2
         found.append((sum(float(one.sum(axis=1).mean()) for one in apart), pairs))
     return min(found, key=lambda one: one[0])[1]
+
+
+def first_ridge(eigenvalues: FloatArray) -> FloatArray:
+    """(k,) ridge of a first displacement, which few points determine.
+
+    Parameters
+    ----------
+    eigenvalues
+        (k,) first ones.
+    """
+    return _RIDGE * eigenvalues / max(float(eigenvalues[-1]), _LEAST) + _LEAST
 
 
 def pairs_from_points(
@@ -174,18 +193,16 @@ def pairs_from_points(
         Corresponding vertices.
     """
     source, target = samples
-    k = min(_SIZE, source.size, target.size)
+    k = min(FIRST_SIZE, source.size, target.size)
     here, there = (
         surface.spectrum.eigenfunctions[vertices, :k]
         for surface, vertices in zip(surfaces, points, strict=True)
     )
     goals = there @ target.coefficients[:k]
-    coefficients = source.coefficients[:k]
-    turn = rotation_onto(here @ coefficients, goals, np.full((len(here), 1), 1.0 / len(here)))
-    turned = coefficients @ turn
-    decay = _RIDGE * source.eigenvalues[:k] / max(float(source.eigenvalues[k - 1]), 1e-300)
-    gram = here.T @ here / len(here) + np.diag(decay + 1e-9)
-    displacement = np.linalg.solve(gram, here.T @ (goals - here @ turned) / len(here))
+    weights = np.full((len(here), 1), 1.0 / len(here))
+    coefficients, turn = fit_displacement(
+        here, source.coefficients[:k], goals, weights, first_ridge(source.eigenvalues[:k])
+    )
     few = min(k, max(len(here) // 2, 1))
     functional = fit_orthonormal_map(here[:, :few], there[:, :few])
-    return Alignment(turned + displacement, functional, turn).pairs(source, target, GLOBAL)
+    return Alignment(coefficients, functional, turn).pairs(source, target, GLOBAL)

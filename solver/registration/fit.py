@@ -21,13 +21,13 @@ _MOST_STRAIN = 2.0
 
 _DISTORTED = "distorted"
 
-_LEAST = 1e-6
+LEAST = 1e-6
 """Least measure whose logarithm is taken: those of equal surfaces are rounding errors."""
 
 
 def logarithms(measures: Mapping[str, float]) -> dict[str, float]:
     """Logarithms of measures that are positive, or 0 where surfaces are equal."""
-    return {name: float(np.log(max(one, _LEAST))) for name, one in measures.items()}
+    return {name: float(np.log(max(one, LEAST))) for name, one in measures.items()}
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def worse_by(ours: FloatArray, theirs: FloatArray) -> FloatArray:
     powers = np.ones(len(ours))
     powers[_ROOTS] = 0.5
     mean = 0.5 * (ours + theirs).mean(axis=1)
-    difference: FloatArray = (powers / np.maximum(mean, _LEAST)) @ (ours - theirs)
+    difference: FloatArray = (powers / np.maximum(mean, LEAST)) @ (ours - theirs)
     return difference
 
 
@@ -219,7 +219,7 @@ def _changes_of_curvature(source: Samples, target: Samples, pairs: Pairs) -> lis
     for here, there in zip(source.curvatures.T, target.curvatures.T, strict=True):
         found.append(_both_ways(pairs, here, there, lambda ours, theirs: np.abs(ours - theirs)))
     spread = np.sqrt(source.deviations * target.deviations)
-    return [change / max(one, _LEAST) for change, one in zip(found, spread, strict=True)]
+    return [change / max(one, LEAST) for change, one in zip(found, spread, strict=True)]
 
 
 def _distortion(source: Samples, target: Samples, images: IntArray) -> float:

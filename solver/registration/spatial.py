@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.distance import cdist
 
-from solver.arrays import FloatArray, RealArray
+from solver.arrays import FloatArray
 from solver.functional_maps import mutual_nearest_points
 from solver.registration.alignment import LOCAL, Pairs, embedding
 from solver.registration.surface import MIRROR
@@ -118,18 +118,14 @@ def displaced_in_space(known: SurfaceMap) -> SurfaceMap:
     here, there = known.source.samples, known.target.samples
     sides = MIRROR if known.reflected else np.ones(3)
     points, normals = here.positions * sides, known.source.normals[here.vertices] * sides
-    embedded = _embedded(there.positions, known.target.normals[there.vertices])
+    embedded = embedding(there.positions, known.target.normals[there.vertices], LOCAL)
     displaced = known.positions[here.vertices], known.normals[here.vertices]
     for width in _WIDTHS:
-        pairs = Pairs(*mutual_nearest_points(_embedded(*displaced), embedded))
+        pairs = Pairs(*mutual_nearest_points(embedding(*displaced, LOCAL), embedded))
         goals = pairs.partners(there.positions, 3)
         found = SpatialDisplacement.fit(points, goals, pairs.weights, points[:_CENTRES], width)
         displaced = found.positions(points), found.normals(points, normals)
     return known.moved(found.positions(known.source.mesh.vertices * sides))
-
-
-def _embedded(positions: FloatArray, normals: FloatArray) -> RealArray:
-    return embedding(np.empty((len(positions), 0)), positions, normals, LOCAL)
 
 
 def _kernel(points: FloatArray, centres: FloatArray, width: float) -> FloatArray:

@@ -190,19 +190,17 @@ class SurfaceMap:
 
     @cached_property
     def _embedded(self) -> RealArray:
-        functions = self.source.spectrum.eigenfunctions
-        images = (
-            self.functional_map.images(functions) if self.weights.spectrum else functions[:, :0]
-        )
-        return _space_first(embedding(images, self.positions, self.normals, self.weights))
+        if not self.weights.spectrum:
+            return embedding(self.positions, self.normals, self.weights)
+        images = self.functional_map.images(self.source.spectrum.eigenfunctions)
+        return embedding(self.positions, self.normals, self.weights, images)
 
     @cached_property
     def _target_embedded(self) -> RealArray:
         target = self.target
         k = self.functional_map.size if self.weights.spectrum else 0
         functions = target.spectrum.eigenfunctions[:, :k]
-        found = embedding(functions, target.mesh.vertices, target.normals, self.weights)
-        return _space_first(found)
+        return embedding(target.mesh.vertices, target.normals, self.weights, functions)
 
 
 def at_rest(
@@ -257,15 +255,6 @@ def places(
 
 def _rows(embedded: RealArray, vertices: IntArray | None) -> RealArray:
     return embedded if vertices is None else embedded[vertices]
-
-
-def _space_first(embedded: RealArray) -> RealArray:
-    """Move positions and normals, the last six columns, to the front.
-
-    They rule out most vertices, so that descent sums the squares of fewer columns.
-    """
-    found: RealArray = np.roll(embedded, 6, axis=1)
-    return found
 
 
 def _nearest_vertices(

@@ -11,14 +11,13 @@ correspondence", CGF 36(1), 2017).
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points
-from solver.registration.alignment import Alignment, Weights
-from solver.registration.rotations import nearest_rotations
+from solver.registration.alignment import Alignment, Weights, embedding, fit_displacement
 from solver.registration.surface import Samples, SmoothSurface
 
 WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3)
@@ -34,6 +33,7 @@ _SPECTRAL_RIDGE = 0.01
 """Ridge of the functional map."""
 
 _LEAST = 1e-6
+"""Least ridge, which keeps the equations regular."""
 
 NEAR = 0.1
 """Distance over √area of the whole within which a point's partner's partner is near it."""
@@ -143,16 +143,14 @@ def embed(
     -------
     (S, m) of the displaced whole and (M, m) of the part, in single precision.
     """
-    positions, normals = whole.surface(alignment.coefficients)
-    space = weights.space / scale
-    here = [space * positions, weights.normals * normals]
-    there = [space * part.positions, weights.normals * part.normals]
+    weights = replace(weights, space=weights.space / scale)
+    displaced, there = whole.surface(alignment.coefficients), (part.positions, part.normals)
+    if not weights.spectrum:
+        return embedding(*displaced, weights), embedding(*there, weights)
     functional = alignment.functional_map
-    if weights.spectrum and functional.size:
-        spectrum = weights.spectrum / np.sqrt(functional.size)
-        here.append(spectrum * functional.images(whole.eigenfunctions))
-        there.append(spectrum * part.functions[:, : functional.size])
-    return np.hstack(here).astype(np.float32), np.hstack(there).astype(np.float32)
+    images = functional.images(whole.eigenfunctions)
+    functions = part.functions[:, : functional.size]
+    return embedding(*displaced, weights, images), embedding(*there, weights, functions)
 
 
 def find_pairs(
@@ -229,53 +227,15 @@ def fit_to_part(
     weighted = (functions * weights).T
     gram = weighted @ functions
     decay = whole.eigenvalues[:k] / max(float(whole.eigenvalues[-1]), _LEAST)
-    coefficients = fit_displacement(
-        whole, functions, part.positions[pairs.columns], weights, scale, _RIDGE * decay
+    coefficients, turn = fit_displacement(
+        functions,
+        whole.coefficients[:k],
+        part.positions[pairs.columns],
+        weights,
+        _RIDGE * decay + _LEAST,
+        scale,
     )
     rank = min(max(int(_RANK * k), 4), part.functions.shape[1])
     there = part.functions[pairs.columns, :rank]
     matrix = np.linalg.solve(gram + np.diag(_SPECTRAL_RIDGE * decay + _LEAST), weighted @ there).T
-    return Alignment(coefficients[0], FunctionalMap(np.asarray(matrix)), coefficients[1])
-
-
-def fit_displacement(
-    whole: Samples,
-    functions: FloatArray,
-    goals: FloatArray,
-    weights: FloatArray,
-    scale: float,
-    ridge: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Rotate the whole onto points of the part, then displace it.
-
-    Parameters
-    ----------
-    whole
-        The samples' surface.
-    functions
-        (P, k) eigenfunctions of the whole at its points.
-    goals
-        (P, 3) where they are to go.
-    weights
-        (P, 1).
-    scale
-        √area of the whole in the part's unit.
-    ridge
-        (k,) of the displacement.
-
-    Returns
-    -------
-    (k, 3) coefficients of the displaced whole, and (3, 3) its rotation times the scale.
-    """
-    k = len(ridge)
-    total = weights.sum()
-    rest = functions @ whole.coefficients[:k]
-    middle, goal = ((weights * one).sum(axis=0) / total for one in (rest, goals))
-    turn = scale * nearest_rotations(((weights * (rest - middle)).T @ (goals - goal))[None])[0]
-    coefficients = whole.coefficients[:k] @ turn
-    # The first eigenfunction is constant.
-    coefficients[0] += (goal - middle @ turn) / functions[0, 0]
-    weighted = (functions * weights).T
-    gram = weighted @ functions + np.diag(ridge + _LEAST)
-    coefficients += np.linalg.solve(gram, weighted @ (goals - functions @ coefficients))
-    return coefficients, turn
+    return Alignment(coefficients, FunctionalMap(np.asarray(matrix)), turn)

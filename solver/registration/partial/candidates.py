@@ -19,9 +19,9 @@ from solver.control import Control
 from solver.functional_maps import FunctionalMap
 from solver.labelling import UNMATCHED, LabellingProblem, pairs_with_landmarks
 from solver.optimisation.exact import m_best_solutions
-from solver.registration.alignment import Alignment
-from solver.registration.candidates import MIN_POINTS, Points
-from solver.registration.partial.alignment import fit_displacement
+from solver.registration.alignment import Alignment, fit_displacement
+from solver.registration.candidates import FIRST_SIZE, MIN_POINTS, Points, first_ridge
+from solver.registration.fit import LEAST
 from solver.registration.surface import SmoothSurface, mean_curvatures, smooth_surface
 from solver.shape import Shape
 
@@ -75,14 +75,6 @@ OF_OVERLAP = Labellings(
 curvature is asked as well; near many small holes it is wrong, and distances alone are better. With
 half as many labellings, two of 34 generated pairs more have no right one. With the 50 best of each
 and those of 1,000 that differ by 0.1, one of 11 scanned pairs more is wrong, none more right."""
-
-_SIZE = 12
-"""Eigenfunctions of the first displacement."""
-
-_RIDGE = 0.1
-"""Ridge of the first displacement, which few points determine."""
-
-_LEAST = 1e-6
 
 
 def labelled_points(
@@ -158,7 +150,7 @@ def _changes_of_curvature(whole: Shape, part: Shape, points: Points, scale: floa
     bent, fixed = smooth_surface(whole), smooth_surface(part)
     there = bent.at(points[0]).curvatures
     here = mean_curvatures(fixed.at(points[1]), scale**2)
-    deviations = np.maximum(bent.samples.deviations, _LEAST)
+    deviations = np.maximum(bent.samples.deviations, LEAST)
     changes: FloatArray = (np.abs(here[:, None] - there) / deviations).mean(axis=2)
     return changes
 
@@ -168,14 +160,13 @@ def first_alignment(
 ) -> Alignment:
     """Displace the whole so that given points correspond."""
     here, there = points
-    k = min(_SIZE, whole.samples.size)
-    values = whole.samples.eigenvalues[:k]
+    k = min(FIRST_SIZE, whole.samples.size)
     coefficients, turn = fit_displacement(
-        whole.samples,
         whole.spectrum.eigenfunctions[here, :k],
+        whole.samples.coefficients[:k],
         part.mesh.vertices[there],
         np.full((len(here), 1), 1.0 / len(here)),
+        first_ridge(whole.samples.eigenvalues[:k]),
         scale,
-        _RIDGE * values / max(float(values[-1]), 1e-300),
     )
     return Alignment(coefficients, FunctionalMap(np.empty((0, k))), turn)

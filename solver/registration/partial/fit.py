@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import logarithms, strain
+from solver.registration.fit import LEAST, logarithms, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     NEAR,
@@ -21,8 +21,6 @@ from solver.registration.partial.alignment import (
     find_pairs,
 )
 from solver.registration.surface import Samples, mean_curvatures
-
-_LEAST = 1e-6
 
 _NEAR = 0.05
 """Distance over √area of the whole within which a point's partner's partner is near it, where the
@@ -235,5 +233,5 @@ def changes_of_curvature(
     """
     here = whole.curvatures[pairs.back[pairs.met]]
     there = mean_curvatures(part.first(len(pairs.back)), scale**2)[pairs.met]
-    changes = np.abs(here - there).mean(axis=0) / np.maximum(whole.deviations, _LEAST)
+    changes = np.abs(here - there).mean(axis=0) / np.maximum(whole.deviations, LEAST)
     return tuple(changes.tolist())

@@ -101,9 +101,9 @@ def test_the_embedding_has_the_weights_it_says(surface: SmoothSurface) -> None:
     samples, k = surface.samples, 16
     ours, theirs = identity(samples, k).embed(samples, samples, Weights(0.5, 3.0, 0.25))
     np.testing.assert_allclose(ours, theirs, atol=1e-12)
-    assert ours.shape == (len(samples), k + 6)
+    assert ours.shape == (len(samples), 6 + k)
     positions, normals = samples.smoothed(k)
-    expected = 0.5 / 4.0 * samples.eigenfunctions[:, :k], 3.0 * positions, 0.25 * normals
+    expected = 3.0 * positions, 0.25 * normals, 0.5 / 4.0 * samples.eigenfunctions[:, :k]
     np.testing.assert_allclose(ours, np.hstack(expected), rtol=1e-6, atol=1e-6)
 
 

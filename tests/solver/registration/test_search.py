@@ -71,7 +71,7 @@ def test_what_cannot_be_refined_is_mapped_by_eigenfunctions(
 def test_rivals_are_told_apart_by_what_few_vertices_do_not_show() -> None:
     """One ellipsoid lies on the other in four ways, but for knobs."""
     sphere = icosphere(4)
-    centres = np.random.default_rng(3).standard_normal((20, 3))
+    centres = np.random.default_rng(4).standard_normal((20, 3))
     centres /= np.linalg.norm(centres, axis=1, keepdims=True)
     apart = np.linalg.norm(sphere.vertices[:, None] - centres, axis=2)
     knobs = 1.0 + 0.05 * np.exp(-((apart / 0.1) ** 2)).sum(axis=1, keepdims=True)
