@@ -7,10 +7,11 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from bench.holes import with_holes
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh, largest_component, simplified, triangle_mesh, vertex_normals
 from solver.shape import Shape
-from synthetic import Transformed, glued, near_in_space, noisy, punched, remeshed
+from synthetic import glued, near_in_space, noisy, remeshed
 
 _HOLES, _HOLE_RADIUS = 5, 0.03
 """Number of holes, and their geodesic radius over √area."""
@@ -106,19 +107,8 @@ def _irregular(mesh: TriangleMesh) -> Scan:
 
 
 def _with_holes(mesh: TriangleMesh) -> Scan:
-    """Holes at random places, where they do not cut off a limb."""
-    centres: list[int] = []
-    found: Transformed | None = None
-    for centre in np.random.default_rng(0).permutation(mesh.n_vertices):
-        try:
-            tried = punched(mesh, np.array([*centres, centre]), _HOLE_RADIUS)
-        except ValueError:
-            continue
-        if tried.mesh.components == 1:
-            centres, found = [*centres, int(centre)], tried
-        if len(centres) == _HOLES:
-            break
-    return _as_it_is(mesh) if found is None else _near(mesh, found.mesh)
+    """As many of the holes as fit."""
+    return _near(mesh, with_holes(mesh, _HOLES, _HOLE_RADIUS, least=0).mesh)
 
 
 def _cut(count: int) -> Condition:

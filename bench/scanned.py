@@ -12,6 +12,7 @@ from itertools import combinations, islice
 import numpy as np
 from scipy.spatial import KDTree
 
+from bench.holes import with_holes
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
 from solver.shape import Shape
@@ -24,7 +25,6 @@ from synthetic import (
     glued,
     near_in_space,
     noisy,
-    punched,
 )
 
 GLUED, APART = 2, 0.6
@@ -158,7 +158,7 @@ def _scanned(name: str, category: str, figure: SyntheticShape, number: int) -> S
     glue = number % 2 == 1
     if glue:
         mesh, rest = _after(glued(mesh, near_in_space(mesh, GLUED, APART * size)), rest)
-    mesh, rest = _after(_with_holes(mesh, HOLE_RADIUS * size, number), rest)
+    mesh, rest = _after(with_holes(mesh, HOLES, HOLE_RADIUS * size, number), rest)
     mesh, rest = _after(noisy(mesh, NOISE_EDGES, number), rest)
     coarse = simplified(mesh, round(LEFT * mesh.n_vertices))
     rest = rest[mesh.vertices_of(coarse.vertex_ids)]
@@ -171,18 +171,3 @@ def _after(transformed: Transformed, rest: FloatArray) -> tuple[TriangleMesh, Fl
     kept = np.flatnonzero(transformed.kept)
     moved[transformed.image[kept]] = rest[kept]
     return transformed.mesh, moved
-
-
-def _with_holes(mesh: TriangleMesh, radius: float, seed: int) -> Transformed:
-    """Holes at random places, where one of that size does not cut a limb off."""
-    centres: list[int] = []
-    for centre in np.random.default_rng(seed).permutation(mesh.n_vertices):
-        try:
-            found = punched(mesh, np.array([*centres, centre]), radius)
-        except ValueError:
-            continue
-        if found.mesh.components == 1:
-            centres.append(int(centre))
-        if len(centres) == HOLES:
-            return found
-    raise ValueError("the surface is too thin for holes of that size")

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
+from bench.holes import with_holes
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
@@ -19,7 +20,6 @@ from synthetic import (
     near_in_space,
     noisy,
     painted,
-    punched,
     remeshed,
     scaled,
 )
@@ -143,36 +143,13 @@ def transformed_pairs(null: KnownShape) -> Iterator[tuple[str, Pair]]:
     mesh = null.shape.mesh
     transformations: dict[str, Transformed] = {
         TOPOLOGY: glued(mesh, near_in_space(mesh, GLUED_PAIRS, APART)),
-        HOLES: with_holes(mesh),
+        HOLES: with_holes(mesh, HOLE_COUNT, HOLE_RADIUS),
         SCALE: scaled(mesh, FACTOR),
         NOISE: noisy(mesh, NOISE_EDGES),
         REMESHING: _repainted(mesh, remeshed(mesh, round(REMESHED_SHARE * mesh.n_vertices))),
     }
     for name, transformed in transformations.items():
         yield name, _pair(null, transformed)
-
-
-def with_holes(
-    mesh: TriangleMesh, count: int = HOLE_COUNT, radius: float = HOLE_RADIUS, seed: int = 0
-) -> Transformed:
-    """Cut holes at random places, where one of that size does not cut a limb off.
-
-    Raises
-    ------
-    ValueError
-        The surface is too thin for so many.
-    """
-    centres: list[int] = []
-    for centre in np.random.default_rng(seed).permutation(mesh.n_vertices):
-        try:
-            found = punched(mesh, np.array([*centres, centre]), radius)
-        except ValueError:
-            continue
-        if found.mesh.components == 1:
-            centres.append(int(centre))
-        if len(centres) == count:
-            return found
-    raise ValueError("the surface is too thin for holes of that size")
 
 
 def _pair(null: KnownShape, transformed: Transformed) -> Pair:

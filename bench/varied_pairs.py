@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
+from bench.holes import with_holes
 from bench.humans import UNUSUAL, USUAL, random_pose, random_proportions
 from bench.quadrupeds import mixture
-from bench.transformed import with_holes
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
