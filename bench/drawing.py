@@ -1,10 +1,13 @@
 """Pictures of experiments: two shapes side by side, corresponding points joined."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
@@ -68,6 +71,13 @@ def draw_pair(axes: Axes, matched: Matched, colored: bool = False) -> None:
     axes.set_aspect("equal")
     axes.autoscale_view()
     axes.set_axis_off()
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a picture to a PNG file."""
+    figure.tight_layout()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    FigureCanvasAgg(figure).print_figure(str(path), format="png")
 
 
 def _seen(view: View, mesh: TriangleMesh) -> FloatArray:

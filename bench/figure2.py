@@ -2,11 +2,10 @@
 
 from pathlib import Path
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bench.correspondence import point_errors
-from bench.drawing import Matched, draw_pair
+from bench.drawing import Matched, draw_pair, save
 from bench.structure_change import eight_points
 from bench.transformed import BENDING, SCALE, TOPOLOGY, Pair
 from solver.matching import MatchOptions, match
@@ -71,6 +70,4 @@ def draw_figure2(pairs: dict[str, Pair], path: Path) -> None:
                 f"mean error {error:.2f}",
                 fontsize=10,
             )
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(str(path), format="png")
+    save(figure, path)

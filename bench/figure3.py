@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
-from bench.drawing import Matched, draw_pair
+from bench.drawing import Matched, draw_pair, save
 from bench.surface_error import better_errors
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints, embed
@@ -126,9 +125,7 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
                 f"mean error {answer.error:.2f}, distortion {answer.distortion:.3f}",
                 fontsize=10,
             )
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(str(path), format="png")
+    save(figure, path)
 
 
 def main() -> None:

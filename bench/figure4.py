@@ -14,10 +14,10 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from bench.collection import KnownShape, collection, default_folder
+from bench.drawing import save
 from solver.arrays import FloatArray
 from solver.gmds import InterpolatedMetric, embed
 from solver.similarity import SimilarityOptions, dissimilarity_matrix, retrieval_scores, signature
@@ -91,9 +91,7 @@ def draw(matrices: dict[str, FloatArray], shapes: list[KnownShape], path: Path) 
         axes.set_yticks(middles, [names[int(m)] for m in middles])
         axes.tick_params(length=0, labelsize=9)
         axes.set_title(title, fontsize=11)
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(str(path), format="png")
+    save(figure, path)
 
 
 def main() -> None:

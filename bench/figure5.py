@@ -13,10 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from bench.drawing import Matched, draw_pair
+from bench.drawing import Matched, draw_pair, save
 from bench.scanned import (
     HARD,
     OTHER,
@@ -122,9 +121,7 @@ def draw(rows: dict[str, tuple[Answer, Answer]], path: Path) -> None:
                 f"mean error {answer.errors.mean():.2f}",
                 fontsize=10,
             )
-    figure.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(figure).print_figure(str(path), format="png")
+    save(figure, path)
 
 
 def drawn_rows(answers: dict[str, list[Answer]]) -> dict[str, tuple[Answer, Answer]]:

@@ -21,11 +21,10 @@ from itertools import permutations
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure as Drawing
 
 from bench.collection import KnownShape, default_folder, read_collection
-from bench.drawing import Matched, draw_pair
+from bench.drawing import Matched, draw_pair, save
 from bench.humans import Family, Unfamiliar, human_family, unfamiliar_figures
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MAX_COARSE_POINTS, Match, MatchOptions, match
@@ -237,6 +236,7 @@ def real_bodies(prototype: Prototype, family: Family, folder: Path) -> dict[str,
         draw_pair(axes, Matched(*meshes, prototype.vertices, there, right))
         axes.set_title(known.name, fontsize=10)
     save(figure, REAL_PICTURE)
+    print(f"\n{REAL_PICTURE}")
     return {category: share for category, (_, share) in ours.items()}
 
 
@@ -254,13 +254,6 @@ def draw(
             draw_pair(axes, Matched(*meshes, answer.here, answer.there, right))
             axes.set_title(f"{title}: {right.sum()} of {len(right)} right", fontsize=11)
     save(drawing, path)
-
-
-def save(drawing: Drawing, path: Path) -> None:
-    """Write a picture."""
-    drawing.tight_layout()
-    path.parent.mkdir(parents=True, exist_ok=True)
-    FigureCanvasAgg(drawing).print_figure(str(path), format="png")
     print(f"\n{path}")
 
 

@@ -26,8 +26,8 @@ from scipy.spatial import KDTree
 from bench.bodies import Body, generated_animals, generated_humans, real_bodies, unit
 from bench.collection import KnownShape, default_folder, read_collection
 from bench.conditions import CONDITIONS, scanned
-from bench.drawing import Matched, draw_pair
-from bench.figure6 import RIGHT, learn, save
+from bench.drawing import Matched, draw_pair, save
+from bench.figure6 import RIGHT, learn
 from bench.humans import Family, human_family
 from bench.quadrupeds import quadruped_family
 from solver.prototype import Prototype, match_prototype
@@ -152,6 +152,7 @@ def draw(families: Mapping[str, tuple[Prototype, Family]], bodies: Mapping[str, 
         draw_pair(axes, Matched(*meshes, prototype.vertices, body.truth, right))
         axes.set_title(body.name, fontsize=10)
     save(drawing, PICTURE)
+    print(f"\n{PICTURE}")
 
 
 def main() -> None:
