@@ -15,12 +15,9 @@ import numpy as np
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.sound_truth import with_sound_truth
-from bench.surface_error import truths_of
+from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import FloatArray
 from solver.matching import Match, MatchOptions, match
-
-FARTHEST = 0.25
-"""Geodesic error of every point, over √area, up to which an answer is right."""
 
 
 def point_errors(

@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from bench.correspondence import point_errors
 from bench.drawing import Matched, draw_pair, save
 from bench.structure_change import eight_points
+from bench.surface_error import FARTHEST
 from bench.transformed import BENDING, SCALE, TOPOLOGY, Pair
 from solver.matching import MatchOptions, match
 from solver.shape.choices import (
@@ -25,9 +26,6 @@ COMBINATIONS = {
 
 ROWS = BENDING, TOPOLOGY, SCALE
 
-WRONG = 0.25
-"""Error over √area from which a matched point is drawn as wrong, on another part of the shape."""
-
 
 def matched_by(options: MatchOptions, pair: Pair) -> tuple[Matched, float]:
     """Match a pair: the match to draw, and its mean error over √area.
@@ -43,7 +41,7 @@ def matched_by(options: MatchOptions, pair: Pair) -> tuple[Matched, float]:
         target.shape.mesh,
         found.best.source,
         found.best.target,
-        errors < WRONG,
+        errors < FARTHEST,
     )
     return drawn, float(errors.mean())
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
 from bench.drawing import Matched, draw_pair, save
-from bench.surface_error import better_errors
+from bench.surface_error import FARTHEST, better_errors
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints, embed
 from solver.matching import MatchOptions, match
@@ -26,9 +26,6 @@ GEODESIC = MatchOptions(
     points=POINTS, metric=("geodesic",), descriptor=("none",), orientation=False
 )
 DEFAULT = MatchOptions(points=POINTS)
-
-WRONG = 0.25
-"""Error over √area from which a point is on another part of the shape."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,7 +114,7 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
     grid = figure.subplots(len(cases), 2, squeeze=False)
     for row, (title, pair) in zip(grid, cases.items(), strict=True):
         for axes, (method, answer) in zip(row, (("GMDS", pair.gmds), pair.best), strict=True):
-            right = answer.errors < WRONG
+            right = answer.errors < FARTHEST
             meshes = pair.source.shape.surface, pair.target.shape.surface
             draw_pair(axes, Matched(*meshes, answer.here, answer.there, right))
             axes.set_title(
@@ -151,7 +148,9 @@ def main() -> None:
     for which, method in enumerate(("gmds", "ours_geodesic", "ours_default")):
         answers = [pair.answers[which] for pair in found]
         figures[f"mean_error_{method}"] = float(np.mean([one.error for one in answers]))
-        figures[f"wrong_pairs_{method}"] = sum(bool((one.errors >= WRONG).any()) for one in answers)
+        figures[f"wrong_pairs_{method}"] = sum(
+            bool((one.errors >= FARTHEST).any()) for one in answers
+        )
     print(f"\nGMDS goes wrong: {wrong.name}; both agree: {alike.name}; {PICTURE}")
     print("   ".join(f"{name} {value:.3g}" for name, value in figures.items()))
     if arguments.json:

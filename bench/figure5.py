@@ -27,14 +27,13 @@ from bench.scanned import (
     scanned_pairs,
     scanned_shapes,
 )
+from bench.surface_error import FARTHEST
 from solver.arrays import FloatArray, IntArray
 from solver.matching import MatchOptions, match
 from solver.shape.choices import DescriptorChoice, Photometric, ScaleInvariantHeatKernelSignature
 
 PICTURE = Path("bench-output/figure5.png")
 POINTS = 7
-WRONG = 0.25
-"""Error over √area from which a point is on another part of the shape."""
 
 TEXTURE = "RGB within 0.1"
 GEOMETRY = "SI-HKS"
@@ -98,10 +97,10 @@ def shares(answers: list[Answer]) -> dict[str, float]:
     unmirrored = [one.errors.mean() < one.mirrored.mean() for one in answers]
     return {
         "unmirrored": float(np.mean(unmirrored)),
-        "points_right": float((errors < WRONG).mean()),
-        "pairs_right": float((errors < WRONG).all(axis=1).mean()),
-        "points_right_up_to_symmetry": float((better < WRONG).mean()),
-        "pairs_right_up_to_symmetry": float((better < WRONG).all(axis=1).mean()),
+        "points_right": float((errors < FARTHEST).mean()),
+        "pairs_right": float((errors < FARTHEST).all(axis=1).mean()),
+        "points_right_up_to_symmetry": float((better < FARTHEST).mean()),
+        "pairs_right_up_to_symmetry": float((better < FARTHEST).all(axis=1).mean()),
         "mean_error": float(errors.mean()),
     }
 
@@ -113,7 +112,7 @@ def draw(rows: dict[str, tuple[Answer, Answer]], path: Path) -> None:
     for row, (title, answers) in zip(grid, rows.items(), strict=True):
         names = "geometry alone", "with texture"
         for axes, name, answer in zip(row, names, answers, strict=True):
-            right = answer.errors < WRONG
+            right = answer.errors < FARTHEST
             meshes = answer.source.shape.surface, answer.target.shape.surface
             draw_pair(axes, Matched(*meshes, answer.here, answer.there, right), colored=True)
             axes.set_title(

@@ -26,6 +26,7 @@ from matplotlib.figure import Figure as Drawing
 from bench.collection import KnownShape, default_folder, read_collection
 from bench.drawing import Matched, draw_pair, save
 from bench.humans import Family, Unfamiliar, human_family, unfamiliar_figures
+from bench.surface_error import FARTHEST
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MAX_COARSE_POINTS, Match, MatchOptions, match
 from solver.prototype import (
@@ -158,7 +159,7 @@ def row_of(answers: list[Answer]) -> str:
     exact = float(np.mean([answer.exact.all() for answer in answers]))
     return (
         f"{right_share(answers):9.1%}{exact:9.1%}{direct_share(answers):9.1%}"
-        f"{np.mean(errors < RIGHT):9.1%}{np.mean(errors < 0.25):9.1%}"
+        f"{np.mean(errors < RIGHT):9.1%}{np.mean(errors < FARTHEST):9.1%}"
         f"{errors.mean():9.3f}{np.mean([a.certified for a in answers]):9.0%}"
         f"{np.median([a.seconds for a in answers]) * 1e3:9.1f}"
     )

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
-from bench.correspondence import FARTHEST, point_errors
+from bench.correspondence import point_errors
+from bench.surface_error import FARTHEST
 from solver.arrays import FloatArray
 from solver.matching import MatchOptions, match
 from synthetic import CLASSES

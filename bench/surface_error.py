@@ -6,6 +6,9 @@ from bench.collection import KnownShape
 from solver.arrays import FloatArray, IntArray
 from solver.gmds import SurfacePoints
 
+FARTHEST = 0.25
+"""Error over √area up to which a point is on the right part of the shape."""
+
 
 def truths_of(source: KnownShape, target: KnownShape, vertices: IntArray) -> list[IntArray]:
     """True correspondents of vertices of one shape on another.

@@ -17,15 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
-from bench.surface_error import truths_of
+from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.matching import MatchOptions, build_level, build_varadhan_level
 from solver.matching.third_order import ThirdOrderTerm
 from solver.optimisation import minimise
 
-FARTHEST = 0.25
-"""Greatest mean error over √area of an answer that is direct, or mirrored."""
 VARADHAN = "varadhan"
 """Metric of the level at which a match decides: the Varadhan approximation of geodesic distance."""
 _SECONDS = 60.0
