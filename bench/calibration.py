@@ -6,8 +6,9 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray
 
-SURE = 0.5
-"""Probability from which on an answer is called sure; below, it is called doubtful."""
+PROBABLY_RIGHT = 0.5
+"""Probability from which on an answer is more probably right than not, and called sure by tables;
+below, it is called doubtful. The solver's :data:`solver.registration.SURE` is stricter."""
 
 BINS = 5
 """Bins of equal width of the reliability table."""
@@ -93,7 +94,7 @@ def calibration(probability: FloatArray, right: BoolArray) -> Calibration:
     right
         (P,) whether the answer is right.
     """
-    sure = probability >= SURE
+    sure = probability >= PROBABLY_RIGHT
     bins = reliability(probability, right)
     away = [
         abs(one.probability - one.right)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.calibration import Calibration, calibration, print_calibration
+from bench.calibration import PROBABLY_RIGHT, Calibration, calibration, print_calibration
 from bench.map_error import WRONG, map_error
 from bench.varied_pairs import CONDITIONS, DIFFERENT, KINDS, VariedPair, varied_pair
 from solver.arrays import BoolArray, FloatArray
@@ -172,7 +172,7 @@ def main() -> None:
         one = answered(pair, with_landmarks(pair, options, arguments.landmarks))
         answers.append(one)
         error = "none" if one.kind == DIFFERENT else f"{one.error:.4f}"
-        mark = "wrong, sure" if not one.right and one.probability >= 0.5 else ""
+        mark = "wrong, sure" if not one.right and one.probability >= PROBABLY_RIGHT else ""
         said = "; ".join([*([mark] if mark else []), *one.reasons])
         print(
             f"{number:<5}{one.kind:26}{one.condition:12}{error:>8}{one.probability:7.3f}  {said}",
@@ -192,7 +192,7 @@ def report(answers: list[ConfidentAnswer]) -> dict[str, float | None]:
     print(f"\n{'kind':26}{'pairs':>7}{'right':>7}{'sure':>7}{'wrong and sure':>16}")
     for kind in KINDS:
         rows = [one for one in answers if one.kind == kind]
-        sure = [one for one in rows if one.probability >= 0.5]
+        sure = [one for one in rows if one.probability >= PROBABLY_RIGHT]
         wrong = sum(not one.right for one in sure)
         right = sum(one.right for one in rows)
         print(f"{kind:26}{len(rows):7}{right:7}{len(sure):7}{wrong:16}")
@@ -202,7 +202,7 @@ def report(answers: list[ConfidentAnswer]) -> dict[str, float | None]:
         print_calibration("pairs of one class", found)
         figures |= found.figures()
     if different:
-        doubted = float(np.mean([one.probability < 0.5 for one in different]))
+        doubted = float(np.mean([one.probability < PROBABLY_RIGHT for one in different]))
         print(f"\npairs of different classes: {len(different)}, {doubted:.1%} called doubtful")
         figures["doubted_of_different"] = doubted
     return figures
