@@ -3,13 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from bench.collection import KnownShape
 from bench.humans import USUAL, random_pose, random_proportions
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh, triangle_mesh
+from solver.mesh import TriangleMesh, triangle_areas, triangle_mesh
+from solver.mesh.repair import components_of
 from solver.shape import Shape
 from synthetic import human_figure
 from synthetic.shapes import correspondence, posed
@@ -142,7 +141,8 @@ def cut(mesh: TriangleMesh, how: Cut, rng: np.random.Generator) -> tuple[IntArra
     part : the mesh of these.
     """
     metric = Shape(mesh).metric("geodesic")
-    areas = _areas(mesh)
+    areas = triangle_areas(mesh.vertices, mesh.faces)
+    areas = areas / areas.sum()
     gone = float(rng.uniform(*how.shares))
     kept = np.ones(mesh.n_faces, dtype=np.bool_)
     while areas[kept].sum() > 1.0 - gone:
@@ -161,19 +161,10 @@ def submesh(mesh: TriangleMesh, kept: BoolArray) -> tuple[IntArray, TriangleMesh
     return vertices, triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
 
 
-def _areas(mesh: TriangleMesh) -> FloatArray:
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
-    doubled: FloatArray = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    shares: FloatArray = doubled / doubled.sum()
-    return shares
-
-
 def largest_component(mesh: TriangleMesh, kept: BoolArray) -> BoolArray:
     """(F,) faces of the largest component of those kept."""
     faces = mesh.faces[kept]
-    ends = np.concatenate([faces[:, :2], faces[:, 1:]])
-    graph = coo_array((np.ones(len(ends)), ends.T), shape=(mesh.n_vertices,) * 2)
-    component = connected_components(graph, directed=False)[1]
-    largest = np.bincount(component[faces[:, 0]]).argmax()
-    found: BoolArray = kept & (component[mesh.faces[:, 0]] == largest)
+    components = components_of(np.concatenate([faces[:, :2], faces[:, 1:]]), mesh.n_vertices)
+    of_faces = components[mesh.faces[:, 0]]
+    found: BoolArray = kept & (of_faces == np.bincount(of_faces[kept]).argmax())
     return found

@@ -7,11 +7,10 @@ neighbours are then far apart, and a right answer counts as an error of the leng
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from bench.collection import KnownShape
 from solver.arrays import BoolArray
+from solver.mesh.repair import components_of
 
 TORN = 0.2
 """Distance in space over √area between the partners of neighbours from which on the truth is torn
@@ -40,12 +39,10 @@ def _of_largest_part(source: KnownShape, target: KnownShape) -> BoolArray:
     assert target.truth is not None
     nearest = source.shape.metric("geodesic").distances(source.truth).argmin(axis=0)
     places = target.shape.mesh.vertices[target.truth] / target.shape.size
-    i, j = nearest[source.shape.mesh.edges].T
+    pairs = nearest[source.shape.mesh.edges]
+    i, j = pairs.T
     together = np.linalg.norm(places[i] - places[j], axis=1) <= TORN
-    count = len(source.truth)
-    i, j = i[together], j[together]
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(count, count))
-    parts = connected_components(graph, directed=False)[1]
+    parts = components_of(pairs[together], len(source.truth))
     largest: BoolArray = parts == np.bincount(parts).argmax()
     return largest
 
