@@ -7,8 +7,8 @@ from itertools import combinations, islice
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import KDTree
 
+from bench.symmetry import mirrored_vertices
 from solver.arrays import IntArray
 from solver.mesh import MESH_FORMATS, read_mesh, triangle_mesh
 from solver.shape import Shape
@@ -83,7 +83,7 @@ def generated_collection(resolution: int = 3000, classes: int = 1) -> list[Known
             articulated(category, pose, resolution, seed) for seed, pose in enumerate(known.poses)
         ]
         first = figures[0]
-        mirrored = KDTree(first.rest).query(first.rest * np.array([-1.0, 1.0, 1.0]))[1]
+        mirrored = mirrored_vertices(first.rest)
         for number, (pose, figure) in enumerate(zip(known.poses, figures, strict=True)):
             truth = correspondence(first, figure)
             shape = Shape(triangle_mesh(figure.vertices, figure.faces))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
+from bench.symmetry import mirrored_vertices
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
@@ -112,7 +113,6 @@ def random_pose(rng: np.random.Generator) -> Pose:
 def human_family(count: int, seed: int = 1) -> Family:
     """Return the standard human and `count` examples of the family."""
     standing = human("standing", resolution=_RESOLUTION)
-    mirrored = KDTree(standing.rest).query(standing.rest * np.array([-1.0, 1.0, 1.0]))[1]
     standard, rng = human_figure(HumanProportions()), np.random.default_rng(seed)
     examples = []
     for _ in range(count):
@@ -121,7 +121,7 @@ def human_family(count: int, seed: int = 1) -> Family:
         vertices = Deformation(figure, rest, standing.faces)(random_pose(rng))
         examples.append(Shape(triangle_mesh(vertices, standing.faces)))
     reference = Shape(triangle_mesh(standing.vertices, standing.faces))
-    return Family(reference, examples, standing.rest, np.asarray(mirrored, dtype=np.int64))
+    return Family(reference, examples, standing.rest, mirrored_vertices(standing.rest))
 
 
 def unfamiliar_figures(family: Family, count: int, seed: int = 2) -> list[Unfamiliar]:

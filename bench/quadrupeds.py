@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from bench.humans import Family, Unfamiliar
+from bench.symmetry import mirrored_vertices
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
@@ -33,7 +34,6 @@ def quadruped_family(count: int, seed: int = 11) -> Family:
     """Return a standard quadruped and `count` mixtures of the three kinds, in random poses."""
     standard, rng = quadruped_figure(QuadrupedProportions()), np.random.default_rng(seed)
     rest, faces = skin(standard, _RESOLUTION, 0)
-    mirrored = KDTree(rest).query(rest * np.array([-1.0, 1.0, 1.0]))[1]
     poses = list(QUADRUPED_POSES.values())
     examples = []
     for _ in range(count):
@@ -43,12 +43,7 @@ def quadruped_family(count: int, seed: int = 11) -> Family:
         pose = poses[int(rng.integers(len(poses)))]
         examples.append(Shape(triangle_mesh(deformation(pose), faces)))
     reference = Deformation(standard, rest, faces)(Pose())
-    return Family(
-        Shape(triangle_mesh(reference, faces)),
-        examples,
-        rest,
-        np.asarray(mirrored, dtype=np.int64),
-    )
+    return Family(Shape(triangle_mesh(reference, faces)), examples, rest, mirrored_vertices(rest))
 
 
 def individuals(family: Family, count: int, seed: int) -> list[tuple[str, Unfamiliar]]:

@@ -24,6 +24,7 @@ from bench.varied_pairs import AS_IT_IS, KINDS, LOPSIDED, varied_pair
 from solver.arrays import FloatArray, IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
+from solver.registration.surface import MIRROR
 from solver.shape import Shape
 from synthetic import remeshed
 
@@ -88,7 +89,7 @@ def _remeshed(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
 
 
 def _reflected(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
-    mirrored = mesh.vertices * np.array([-1.0, 1.0, 1.0])
+    mirrored = mesh.vertices * MIRROR
     return triangle_mesh(mirrored, mesh.faces[:, ::-1]), _every(mesh)
 
 

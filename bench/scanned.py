@@ -15,6 +15,7 @@ from scipy.spatial import KDTree
 from bench.holes import with_holes
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, simplified, triangle_mesh, vertex_normals
+from solver.registration.surface import MIRROR
 from solver.shape import Shape
 from synthetic import (
     CLASSES,
@@ -145,8 +146,7 @@ def point_errors(
     found = np.asarray(tree.query(target.rest[there])[1], dtype=np.int64)
     distances = target.clean.metric("geodesic").distances(found) / target.clean.size
     rows = np.arange(len(found))
-    mirror = np.array([-1.0, 1.0, 1.0])
-    truths = (tree.query(source.rest[here] * turn)[1] for turn in (1.0, mirror))
+    truths = (tree.query(source.rest[here] * turn)[1] for turn in (1.0, MIRROR))
     direct, mirrored = (distances[rows, np.asarray(truth)] for truth in truths)
     return direct, mirrored
 

@@ -9,6 +9,7 @@ from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
 from bench.holes import with_holes
+from bench.symmetry import mirrored_vertices
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
 from solver.shape import Shape
@@ -71,7 +72,7 @@ def generated_pairs(resolution: int, classes: int) -> Iterator[tuple[str, Pair]]
         unit = 1.0 / np.sqrt(meshes[0].area)
         poses = [replace(mesh, vertices=unit * mesh.vertices) for mesh in meshes]
         every = np.arange(len(rest))
-        mirrored = np.asarray(KDTree(rest).query(rest * np.array([-1.0, 1.0, 1.0]))[1])
+        mirrored = mirrored_vertices(rest)
         null = _known(category, poses[0], every, mirrored)
         for mesh in poses[1:]:
             yield BENDING, (null, _known(category, mesh, every, mirrored))

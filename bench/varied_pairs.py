@@ -18,6 +18,7 @@ from bench.humans import UNUSUAL, USUAL, random_pose, random_proportions
 from bench.quadrupeds import mixture
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, triangle_mesh
+from solver.registration.surface import MIRROR
 from solver.shape import Shape
 from synthetic import (
     Pose,
@@ -137,7 +138,7 @@ def _truths(
 
     if not (source.symmetric and target.symmetric):
         return partners(here.rest), None
-    return partners(here.rest), partners(here.rest * np.array([-1.0, 1.0, 1.0]))
+    return partners(here.rest), partners(here.rest * MIRROR)
 
 
 def _known_pair(

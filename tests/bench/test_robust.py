@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from scipy.spatial import KDTree
 
 from bench.collection import KnownShape
 from bench.robust import CHANGES, RobustAnswer, Robustness, changed
+from bench.symmetry import mirrored_vertices
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
 from synthetic import human
@@ -15,7 +15,7 @@ from synthetic import human
 def body() -> KnownShape:
     figure = human("walking", resolution=600)
     every = np.arange(600)
-    mirrored = np.asarray(KDTree(figure.rest).query(figure.rest * [-1.0, 1.0, 1.0])[1])
+    mirrored = mirrored_vertices(figure.rest)
     shape = Shape(triangle_mesh(figure.vertices, figure.faces))
     return KnownShape("human", "human", shape, every, mirrored)
 
