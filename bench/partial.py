@@ -14,7 +14,6 @@ confidence. ``--fit`` prints the weights of the confidence that fit best.
 """
 
 import argparse
-import functools
 import json
 import time
 from collections.abc import Iterator, Sequence
@@ -36,6 +35,9 @@ from synthetic import CLASSES
 
 MEASURES = "score", "margin"
 MEASURES_OF_BOTH = ("margin",)
+
+_COUNT = 12
+"""Generated parts by default."""
 
 Pair = tuple[KnownShape, KnownShape]
 
@@ -110,7 +112,7 @@ def pairs(
             yield part, whole
 
 
-def cut_pairs(folder: Path | None, count: int, first: int) -> Iterator[Pair]:
+def cut_pairs(folder: Path | None, first: int) -> Iterator[Pair]:
     """Yield a part of each shape, and the one before it in its class."""
     classes: dict[str, list[KnownShape]] = {}
     for one in collection(folder, classes=len(CLASSES)):
@@ -134,6 +136,19 @@ def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[P
             yield source, target
         return
     yield from combinations(_read(folder)[0], 2)
+
+
+def chosen_pairs(arguments: argparse.Namespace) -> Iterator[Pair]:
+    """Pairs that the command line asks for."""
+    folder, first = arguments.data, arguments.first
+    if arguments.cut:
+        return cut_pairs(folder, first)
+    count = _COUNT if arguments.count is None else arguments.count
+    if arguments.both:
+        return overlapping_pairs(folder, count, first)
+    if arguments.vertices is None:
+        return pairs(folder, count, first)
+    return pairs(folder, count, first, (arguments.vertices, arguments.vertices + 1))
 
 
 def _read(folder: Path) -> tuple[list[KnownShape], list[KnownShape]]:
@@ -219,7 +234,7 @@ def main() -> None:
     """Match all parts and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
-    parser.add_argument("--count", type=int, default=12, help="generated parts")
+    parser.add_argument("--count", type=int, help="generated parts")
     parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
     parser.add_argument("--vertices", type=int, help="vertices of the generated bodies")
     parser.add_argument("--cut", action="store_true", help="cut shapes of the folder")
@@ -231,16 +246,15 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.vertices is not None and (arguments.data or arguments.cut or arguments.both):
         parser.error("--vertices is for generated parts of whole bodies: leave out the others")
+    if arguments.count is not None and (arguments.data or arguments.cut):
+        parser.error("--count is for generated parts: leave out --data and --cut")
     both = arguments.both
     partial = "detected" if arguments.detected else "both" if both else "source"
     options = MatchOptions(dense=True, partial=partial, proof="candidates")
     f1, shares = f"{'F1':>7}" * (1 + both), f"{'share':>7}{'true':>7}" * (1 + both)
     print(f"{'part and whole':42}{'error':>8}{f1}{shares}{'P':>7}{'s':>7}")
     answers = []
-    chosen = cut_pairs if arguments.cut else overlapping_pairs if both else pairs
-    if arguments.vertices is not None:
-        chosen = functools.partial(pairs, vertices=(arguments.vertices, arguments.vertices + 1))
-    for part, whole in chosen(arguments.data, arguments.count, arguments.first):
+    for part, whole in chosen_pairs(arguments):
         answers.append(matched(part, whole, options, arguments.landmarks))
         print_row(answers[-1], both)
     found = figures_of(answers, both)
