@@ -10,7 +10,6 @@ too.
 """
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from functools import partial
@@ -18,7 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, default_folder, read_collection
+from bench.collection import KnownShape, read_collection
+from bench.command_line import command_line, parsed, print_json
 from bench.figure6 import CHOOSING, HELD_OUT, RIGHT, learn, usual_options
 from bench.humans import Family, Unfamiliar
 from bench.quadrupeds import individuals, quadruped_family
@@ -207,8 +207,7 @@ def left_out(
 
 def main() -> None:
     """Match the animals, print tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--examples", type=int, default=64)
     parser.add_argument("--animals", type=int, default=48)
     parser.add_argument("--points", type=int, default=10)
@@ -216,15 +215,13 @@ def main() -> None:
         "--choosing", action="store_true", help="the animals settings are chosen by"
     )
     parser.add_argument("--sensitivity", action="store_true", help="to the number of examples")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     figures: dict[str, object] = {**generated(arguments)}
     if arguments.data:
         figures |= real(arguments.data, arguments.points)
     if arguments.sensitivity:
         figures["sensitivity"] = sensitivity(arguments)
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,6 @@ search space. They take the place of the pairs, or are added to those of a folde
 """
 
 import argparse
-import json
 import math
 import resource
 import sys
@@ -22,7 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder, pairs_within_classes
+from bench.collection import KnownShape, collection, pairs_within_classes
+from bench.command_line import command_line, default_folder, parsed, print_json
 from bench.dd import SMALL, solve
 from bench.dd_format import parse_dd, read_dd
 from solver.control import Control
@@ -208,7 +208,7 @@ def _of_files(arguments: argparse.Namespace) -> Iterator[Certificate]:
 
 def main() -> None:
     """Print a line for each pair or instance, and a summary."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("files", type=Path, nargs="*", metavar="FILE", help=".dd, .dd.xz, ...")
     parser.add_argument("--data", type=Path, help="folder of meshes")
     parser.add_argument("--points", type=int, default=32)
@@ -216,8 +216,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0, help="limit of a match or a file")
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
     parser.add_argument("--memory", type=int, default=2, help="pairs to trace memory of")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     of_pairs = arguments.data is not None or not arguments.files
     arguments.data = arguments.data or default_folder()
     certificates = []
@@ -233,8 +232,7 @@ def main() -> None:
     figures = figures_of(certificates)
     for name, value in figures.items():
         print(f"{name:28} {value:10.4f}")
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

@@ -6,20 +6,12 @@ with that mesh and with another one of its class. Errors are geodesic distances 
 point sampled. With ``--data`` the class is a file's name up to its first digit.
 """
 
-import argparse
-import json
 import time
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import (
-    KnownShape,
-    category_of,
-    collection,
-    default_folder,
-    pairs_of_known_truth,
-)
+from bench.collection import KnownShape, category_of, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.map_error import COMPARED
 from bench.surface_error import corner_errors, truths_of
 from solver.arrays import FloatArray, IntArray
@@ -83,14 +75,12 @@ def errors_of(
 
 def main() -> None:
     """Sample clouds, match them, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--count", type=int, default=10_000, help="points of a cloud")
     parser.add_argument("--noise", type=float, nargs="+", default=[0.0, 0.002])
     parser.add_argument("--points", type=int, default=32, help="matched before")
     parser.add_argument("--classes", type=int, default=1, help="generated ones, without --data")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
     first = {category_of(source.name): (source, target) for source, target in reversed(pairs)}
     heads = "noise", "triangles", "surface s", "mean", "median", "sure", "match s"
@@ -119,8 +109,7 @@ def main() -> None:
                     f"{name:40}" + "".join(f"{value:10.4g}" for value in row.values()), flush=True
                 )
                 figures.append({"source": source.name, "target": target.name, **row})
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

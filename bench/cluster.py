@@ -7,7 +7,6 @@ with a processor of its own, and says what is the limit. How well the simulation
 measured here is printed, too.
 """
 
-import argparse
 import math
 import os
 import tempfile
@@ -22,6 +21,7 @@ from typing import Final
 
 import httpx2
 
+from bench.command_line import command_line
 from bench.machines import Cluster, end, running_cluster
 from bench.queueing import Load, simulate
 from broker.contracts import SpectrumPayload
@@ -94,7 +94,7 @@ class Measured:
 
 def main() -> None:
     """Measure, print, simulate."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--quick", action="store_true", help="two clusters and few jobs")
     options = parser.parse_args()
     configure_logging("WARNING", process="bench")

@@ -1,6 +1,5 @@
 """Shapes of an experiment: a folder of meshes, or generated ones."""
 
-import os
 import re
 from dataclasses import dataclass
 from itertools import combinations, islice
@@ -36,12 +35,6 @@ class KnownShape:
     shape: Shape
     truth: IntArray | None
     symmetric_truth: IntArray | None
-
-
-def default_folder() -> Path | None:
-    """Folder named by ``ISOMATCH_DATA``, if any."""
-    named = os.environ.get("ISOMATCH_DATA")
-    return Path(named) if named else None
 
 
 def read_collection(folder: Path) -> list[KnownShape]:

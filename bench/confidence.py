@@ -8,14 +8,13 @@ of at most 0.1. Pairs of different classes have no right answer; they are counte
 the answer was right; ``python -m bench.confidence_fit`` fits the weights to them.
 """
 
-import argparse
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from bench.calibration import PROBABLY_RIGHT, Calibration, calibration, print_calibration
+from bench.command_line import command_line, parsed, print_json
 from bench.map_error import WRONG, map_error
 from bench.varied_pairs import CONDITIONS, DIFFERENT, KINDS, VariedPair, varied_pair
 from solver.arrays import BoolArray, FloatArray
@@ -155,15 +154,14 @@ def load_features(
 
 def main() -> None:
     """Match the pairs, print the reliability table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--pairs", type=int, default=135, help="number of pairs")
     parser.add_argument("--first", type=int, default=0, help="number of the first pair")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--condition", choices=list(CONDITIONS), help="of all targets")
     parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--features", type=Path, help="file (.npz) for the measures")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     options = MatchOptions(dense=True)
     answers = []
     print(f"{'':5}{'kind':26}{'condition':12}{'error':>8}{'said':>7}  reasons for doubt")
@@ -181,8 +179,7 @@ def main() -> None:
         if arguments.features:
             save_features(arguments.features, answers)
     figures = report(answers)
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 def report(answers: list[ConfidentAnswer]) -> dict[str, float | None]:

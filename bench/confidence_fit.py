@@ -6,18 +6,18 @@ a fit to the others.
 """
 
 import argparse
-import json
 from dataclasses import asdict
 from pathlib import Path
 
 from bench.calibration import calibration, print_calibration
+from bench.command_line import command_line, parsed, print_json
 from bench.confidence import load_features
 from bench.logistic import STRENGTH, fit_logistic, held_out_probability
 
 
 def main() -> None:
     """Fit and print the weights."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("files", type=Path, nargs="+", help="written by bench.confidence")
     parser.add_argument("--measures", nargs="+", help="names of those used; all by default")
     parser.add_argument("--strength", type=float, default=STRENGTH, help="of the penalty")
@@ -27,8 +27,7 @@ def main() -> None:
         default=True,
         help="whether pairs of different classes are fitted too",
     )
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     names, measures, right = load_features(arguments.files, arguments.different, arguments.measures)
     fit = fit_logistic(names, measures, right, arguments.strength)
     print(f"{'measure':32}{'weight':>14}{'effect of one deviation':>26}")
@@ -39,8 +38,7 @@ def main() -> None:
     held_out = held_out_probability(names, measures, right, arguments.strength)
     found = calibration(held_out, right)
     print_calibration("held out", found)
-    if arguments.json:
-        print(json.dumps({"answers": len(right), **asdict(fit), **found.figures()}))
+    print_json(arguments, {"answers": len(right), **asdict(fit), **found.figures()})
 
 
 if __name__ == "__main__":

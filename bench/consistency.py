@@ -5,8 +5,6 @@ pairs, cycle errors, and seconds. With ``--data`` the class is a file's name up 
 With ``--maps`` pairwise maps are kept in a folder, and taken from there by a later run.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -15,7 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder
+from bench.collection import KnownShape, collection
+from bench.command_line import command_line, parsed, print_json
 from bench.map_error import WRONG, MapError, map_error
 from solver.consistency import Consistency, images_of, improve
 from solver.consistency.maps import Pair
@@ -93,19 +92,16 @@ def made_consistent(shapes: list[KnownShape], maps: Mapping[Pair, PairwiseMap]) 
 
 def main() -> None:
     """Map all pairs of each class, improve them, and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--maps", type=Path, help="folder of pairwise maps to keep")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     known = [one for one in collection(arguments.data) if one.truth is not None]
     figures = {}
     for category in dict.fromkeys(one.category for one in known):
         shapes = [one for one in known if one.category == category]
         figures[category] = _measured(shapes, arguments.maps)
         print(f"\n{category}: " + "   ".join(f"{k} {v:.4g}" for k, v in figures[category].items()))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 def _measured(shapes: list[KnownShape], folder: Path | None) -> dict[str, float]:

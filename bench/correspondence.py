@@ -7,13 +7,13 @@ another part of the body (:mod:`bench.sound_truth`).
 """
 
 import argparse
-import json
 import time
 from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.sound_truth import with_sound_truth
 from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import FloatArray
@@ -43,8 +43,7 @@ def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[f
 
 def main() -> None:
     """Match the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--pairs", type=Path, help="file of two names a line; else all in a class")
     parser.add_argument("--points", type=int, default=32)
     parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
@@ -56,8 +55,7 @@ def main() -> None:
     )
     parser.add_argument("--third-order", type=float, default=0.0, help="weight of that term")
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     shapes = collection(arguments.data, classes=arguments.classes)
     by_name = {shape.name: shape for shape in shapes}
     pairs = pairs_of_known_truth(shapes)
@@ -104,8 +102,7 @@ def main() -> None:
         "seconds_per_pair": float(np.median(seconds)),
     }
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

@@ -4,14 +4,13 @@ For every ``.dd`` file the energy found, its lower bound and the seconds it took
 installed ``pylibmgm`` (GPL, so no dependency of ours), its energies and times stand beside.
 """
 
-import argparse
 import importlib
 import importlib.util
-import json
 import tempfile
 import time
 from pathlib import Path
 
+from bench.command_line import command_line, parsed, print_json
 from bench.dd_format import parse_dd, read_dd, read_text
 from solver.arrays import IntArray
 from solver.control import Control
@@ -45,12 +44,11 @@ def solve_by_pylibmgm(path: Path) -> dict[str, float]:
 
 def main() -> None:
     """Solve the files, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help=".dd, .dd.xz, ...")
     parser.add_argument("--seconds", type=float, default=10.0, help="time limit of each")
     parser.add_argument("--gap", type=float, default=1e-6, help="relative gap to stop at")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     solve(parse_dd(SMALL), 60.0, 0.0)  # compiles
     print(f"{'instance':24}{'size':>12}{'terms':>9}{'energy':>14}{'bound':>14}{'gap':>10}{'s':>8}")
     rows = []
@@ -74,8 +72,7 @@ def main() -> None:
             )
         row = {"instance": path.name, "energy": found.value, "lower_bound": found.lower_bound}
         rows.append({**row, "seconds": elapsed, "iterations": found.iterations, **other})
-    if arguments.json:
-        print(json.dumps(rows[0] if len(rows) == 1 else rows))
+    print_json(arguments, rows[0] if len(rows) == 1 else rows)
 
 
 if __name__ == "__main__":

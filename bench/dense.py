@@ -7,16 +7,14 @@ is a file's name up to its first digit. ``--sound`` leaves out points whose know
 another part of the body (:mod:`bench.sound_truth`).
 """
 
-import argparse
-import json
 import time
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.map_error import COMPARED, MapError, error_figures, map_error
 from bench.sound_truth import with_sound_truth
 from solver.matching import Match, MatchOptions, match
@@ -62,15 +60,13 @@ def judged(
 
 def main() -> None:
     """Map the shapes of the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=32, help="matched before")
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
     parser.add_argument("--classes", type=int, default=3, help="generated ones, without --data")
     parser.add_argument("--compared", type=int, default=COMPARED, help="known points, at most")
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
     pairs = pairs[:: arguments.every]
     spectra = [_spectral_seconds(one) for one in {id(s): s for p in pairs for s in p}.values()]
@@ -86,8 +82,7 @@ def main() -> None:
         _print_row(f"{source.name} {target.name}", answer)
     figures = summary(answers, float(np.mean(spectra)))
     print("\n" + "   ".join(f"{k} {v:.4g}" for k, v in figures.items() if v is not None))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 def summary(answers: list[DenseAnswer], seconds_spectrum: float) -> dict[str, float | None]:

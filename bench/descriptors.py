@@ -6,14 +6,12 @@ similarity (0 if it is always the most similar, 50 % by chance). A descriptor th
 cannot rank a point above its mirror image.
 """
 
-import argparse
-import json
 import time
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray, IntArray
 from solver.shape.choices import DESCRIPTORS, Eigenfunctions
 from solver.shape.descriptors import aligned_eigenfunctions
@@ -51,11 +49,9 @@ def rank(first: FloatArray, second: FloatArray) -> float:
 
 def main() -> None:
     """Compare the pairs and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--classes", type=int, default=1, help="generated classes, without --data")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     shapes = collection(arguments.data, classes=arguments.classes)
     pairs = pairs_of_known_truth(shapes)
     random = np.random.default_rng(0)
@@ -81,8 +77,7 @@ def main() -> None:
         print(
             f"{name:20}{values['correlation']:12.3f}{values['rank']:8.1%}{values['seconds']:17.2f}"
         )
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

@@ -5,15 +5,14 @@ class; and again by ours with its default structures. The figure shows the pair 
 of GMDS exceeds ours most, with either structures, and the one on which both are best.
 """
 
-import argparse
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.drawing import Matched, draw_pair, save
 from bench.surface_error import FARTHEST, better_errors
 from solver.arrays import FloatArray, IntArray
@@ -127,10 +126,8 @@ def draw(cases: dict[str, Compared], path: Path) -> None:
 
 def main() -> None:
     """Match all pairs by both methods, print a table and draw two pairs."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    parser = command_line(__doc__, data=True)
+    arguments = parsed(parser)
     shapes = collection(arguments.data, classes=6)
     found: list[Compared] = []
     methods = "GMDS", "ours, geodesic", "ours, default"
@@ -153,9 +150,7 @@ def main() -> None:
         )
     print(f"\nGMDS goes wrong: {wrong.name}; both agree: {alike.name}; {PICTURE}")
     print("   ".join(f"{name} {value:.3g}" for name, value in figures.items()))
-    if arguments.json:
-        cases = {"gmds_wrong": wrong.name, "agree": alike.name}
-        print(json.dumps(figures | cases))
+    print_json(arguments, {**figures, "gmds_wrong": wrong.name, "agree": alike.name})
 
 
 if __name__ == "__main__":

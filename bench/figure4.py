@@ -6,8 +6,6 @@ ground. GMDS embeds the six points of either shape into the other, and counts th
 Retrieval is scored by mean average precision.
 """
 
-import argparse
-import json
 import time
 from dataclasses import dataclass
 from itertools import combinations
@@ -16,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench.collection import KnownShape, collection, default_folder
+from bench.collection import KnownShape, collection
+from bench.command_line import command_line, parsed, print_json
 from bench.drawing import save
 from solver.arrays import FloatArray
 from solver.gmds import InterpolatedMetric, embed
@@ -96,11 +95,9 @@ def draw(matrices: dict[str, FloatArray], shapes: list[KnownShape], path: Path) 
 
 def main() -> None:
     """Compare all pairs, print a table, draw the figure."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=6)
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     shapes = collection(arguments.data, classes=6)
     labels = [known.category for known in shapes]
     started = time.perf_counter()
@@ -131,18 +128,17 @@ def main() -> None:
     }
     draw(compared_values, shapes, PICTURE)
     print(f"\n{PICTURE}")
-    if arguments.json:
-        figures = {
-            "points": arguments.points,
-            "shapes": len(shapes),
-            "map_ours": scores["ours"].mean_average_precision,
-            "map_ours_geodesic": scores["ours, geodesic"].mean_average_precision,
-            "map_gmds": scores["GMDS"].mean_average_precision,
-            "certified_share": compared["ours"].certified_share,
-            "pairs_per_second": pairs / compared["ours"].seconds,
-            "pairs_per_second_gmds": pairs / compared["GMDS"].seconds,
-        }
-        print(json.dumps(figures))
+    figures = {
+        "points": arguments.points,
+        "shapes": len(shapes),
+        "map_ours": scores["ours"].mean_average_precision,
+        "map_ours_geodesic": scores["ours, geodesic"].mean_average_precision,
+        "map_gmds": scores["GMDS"].mean_average_precision,
+        "certified_share": compared["ours"].certified_share,
+        "pairs_per_second": pairs / compared["ours"].seconds,
+        "pairs_per_second_gmds": pairs / compared["GMDS"].seconds,
+    }
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

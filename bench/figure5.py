@@ -7,14 +7,13 @@ weights, as in section 6.3, and once more with SI-HKS in place of the colours, w
 left from right. A match is right where it is on the true part of the shape.
 """
 
-import argparse
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from bench.command_line import command_line, parsed, print_json
 from bench.drawing import Matched, draw_pair, save
 from bench.scanned import (
     HARD,
@@ -135,11 +134,10 @@ def drawn_rows(answers: dict[str, list[Answer]]) -> dict[str, tuple[Answer, Answ
 
 def main() -> None:
     """Match all pairs by every method, print a table, draw some of them."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--resolution", type=int, default=3000, help="vertices of the figures")
     parser.add_argument("--classes", type=int, default=6, help="of figures, the human first")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = scanned_pairs(list(scanned_shapes(arguments.resolution, arguments.classes)))
     columns = ("not mirrored", "points", "all points", "points, sym.", "all, sym.", "error")
     print(f"{len(pairs)} pairs, {POINTS} points, share that is right\n")
@@ -154,8 +152,7 @@ def main() -> None:
         print(f"{name:26}" + "".join(f"{part:14.1%}" for part in parts) + f"{error:14.3f}")
     draw(drawn_rows(answers), PICTURE)
     print(f"\n{PICTURE}")
-    if arguments.json:
-        print(json.dumps({"pairs": len(pairs), "points": POINTS, "methods": figures}))
+    print_json(arguments, {"pairs": len(pairs), "points": POINTS, "methods": figures})
 
 
 if __name__ == "__main__":

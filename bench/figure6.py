@@ -12,7 +12,6 @@ being left. ``--orientation`` has the prototype tell left from right by its surf
 """
 
 import argparse
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,7 +22,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
-from bench.collection import KnownShape, default_folder, read_collection
+from bench.collection import KnownShape, read_collection
+from bench.command_line import command_line, parsed, print_json
 from bench.drawing import Matched, draw_pair, save
 from bench.humans import Family, Unfamiliar, human_family, unfamiliar_figures
 from bench.surface_error import FARTHEST
@@ -260,8 +260,7 @@ def draw(
 
 def main() -> None:
     """Match all figures both ways, print a table, draw the figure."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--examples", type=int, default=64)
     parser.add_argument("--components", type=int, default=5)
     parser.add_argument("--figures", type=int, default=50)
@@ -271,8 +270,7 @@ def main() -> None:
     )
     parser.add_argument("--orientation", action="store_true", help="tell left from right")
     parser.add_argument("--sensitivity", action="store_true", help="to examples and components")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     most = max(arguments.examples, *(_EXAMPLES if arguments.sensitivity else (1,)))
     family = human_family(most - 1)
     figures = unfamiliar_figures(
@@ -312,8 +310,7 @@ def main() -> None:
         figures_out["sensitivity"] = sensitivity(family, figures, arguments)
     if arguments.data:
         figures_out["agreement"] = real_bodies(prototype, family, arguments.data)
-    if arguments.json:
-        print(json.dumps(figures_out))
+    print_json(arguments, figures_out)
 
 
 if __name__ == "__main__":

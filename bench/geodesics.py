@@ -6,8 +6,6 @@ greatest relative error against exact distances, and the time for a hundred sour
 of ``graph``.
 """
 
-import argparse
-import json
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +14,7 @@ import numpy as np
 import pygeodesic.geodesic
 from threadpoolctl import threadpool_limits
 
+from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from solver.shape.geodesics import GEODESIC_METHODS, GeodesicMethod, geodesics
@@ -101,11 +100,10 @@ def bodies(most: int) -> list[TriangleMesh]:
 
 def main() -> None:
     """Measure and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
     parser.add_argument("--most", type=int, default=SIZES[-1], help="greatest number of vertices")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if arguments.mesh:
         meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
     else:
@@ -127,8 +125,7 @@ def main() -> None:
                     f"{row.mean_error:12.3%}{row.greatest_error:10.2%}",
                     flush=True,
                 )
-    if arguments.json:
-        print(json.dumps([asdict(row) for row in rows]))
+    print_json(arguments, [asdict(row) for row in rows])
 
 
 if __name__ == "__main__":

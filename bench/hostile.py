@@ -5,7 +5,6 @@ alone, then while clients post bodies of 1 MB, one after the other, that are ful
 Percentiles of both runs stand side by side.
 """
 
-import argparse
 import asyncio
 import json
 import time
@@ -16,6 +15,7 @@ from typing import Any
 import httpx2
 import numpy as np
 
+from bench.command_line import command_line
 from demo.stack import running_stack
 
 _BYTES = 1024**2 - 1000
@@ -83,7 +83,7 @@ async def attack(url: str, attackers: int, seconds: float) -> dict[int, int]:
 
 def main() -> None:
     """Measure alone and under attack, print percentiles."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--attackers", type=int, default=50, help="clients that send bad bodies")
     parser.add_argument("--seconds", type=float, default=15.0, help="of each run")
     arguments = parser.parse_args()

@@ -5,7 +5,6 @@ around it, with a half of that pose, and with points of it. The pictures, one ab
 those that the service draws.
 """
 
-import argparse
 from io import BytesIO
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from isomatch import Client
 from PIL import Image
 
 from bench.clouds import sampled
+from bench.command_line import command_line
 from demo.stack import running_stack
 from solver.arrays import FloatArray, IntArray
 from solver.mesh import triangle_mesh
@@ -54,7 +54,7 @@ def _used(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
 
 def main() -> None:
     """Match, and write the pictures one above the other."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--output", type=Path, default=Path("bench-output/meshes.png"))
     arguments = parser.parse_args()
     person = articulated("human", "standing", 4000, 0)

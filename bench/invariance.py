@@ -12,14 +12,13 @@ mean geodesic distance over √area from the truth or its mirror image. A descri
 commute-time metric, a metric by SI-HKS.
 """
 
-import argparse
-import json
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from bench.collection import default_folder, read_collection
+from bench.collection import read_collection
+from bench.command_line import command_line, parsed, print_json
 from bench.figure2 import COMBINATIONS, ROWS, draw_figure2
 from bench.structure_change import (
     POINTWISE,
@@ -160,13 +159,11 @@ def figure2_pairs(pairs: list[tuple[str, Pair]]) -> dict[str, Pair]:
 
 def main() -> None:
     """Measure, print tables and draw Figure 2."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--classes", type=int, default=6, help="generated classes, without --data")
     parser.add_argument("--resolution", type=int, default=3000, help="vertices of generated shapes")
     parser.add_argument("--output", type=Path, default=Path("bench-output"))
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if arguments.data:
         pairs = list(real_pairs(read_collection(arguments.data)))
     else:
@@ -179,16 +176,15 @@ def main() -> None:
     picture = arguments.output / "figure2.png"
     draw_figure2(figure2_pairs(pairs), picture)
     print(f"Figure 2: {picture}")
-    if arguments.json:
-        figures = {
-            "agreeing": agreeing,
-            "compared": compared,
-            "changes": changes,
-            "errors": own,
-            "errors_of_images": same,
-            "passages": passages,
-        }
-        print(json.dumps(figures))
+    figures = {
+        "agreeing": agreeing,
+        "compared": compared,
+        "changes": changes,
+        "errors": own,
+        "errors_of_images": same,
+        "passages": passages,
+    }
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

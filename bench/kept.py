@@ -6,8 +6,6 @@ be known afterwards. Then the time of a request is measured, with a Redis that w
 the disk before it answers (``appendfsync always``) and with one that does so every second.
 """
 
-import argparse
-import json
 import os
 import random
 import signal
@@ -27,6 +25,7 @@ from uuid import uuid4
 import httpx2
 from redis import Redis
 
+from bench.command_line import command_line, parsed, print_json
 from broker.contracts import ShapeRecord
 from broker.store import DEFAULT_KEYS, connect
 from demo.stack import LISTENS, ROOT
@@ -169,11 +168,10 @@ def milliseconds(folder: Path, appendfsync: str, requests: int) -> float:
 
 def main() -> None:
     """Measure, print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--kills", type=int, default=200, help="times that Redis is killed")
     parser.add_argument("--requests", type=int, default=200, help="requests that are timed")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     figures: dict[str, float] = {}
     for policy in ("always", "everysec"):
         with tempfile.TemporaryDirectory(prefix="isomatch-") as folder:
@@ -187,8 +185,7 @@ def main() -> None:
             f"{policy}_lost": len(lost),
             f"{policy}_milliseconds": median,
         }
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

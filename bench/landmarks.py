@@ -8,12 +8,9 @@ the confidence. Without ``--data`` the pairs are the generated ones of :mod:`ben
 several shapes of a class and takes the median.
 """
 
-import argparse
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 from isomatch import Geometry, LandmarkSet, VertexMap
@@ -23,7 +20,8 @@ from isomatch._landmarks.surface_points import nearest_points
 from sklearn.metrics import roc_auc_score
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection, default_folder
+from bench.collection import KnownShape, collection
+from bench.command_line import command_line, parsed, print_json
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, known_points
 from bench.surface_error import corner_errors
@@ -187,16 +185,14 @@ def _area_under_curve(errors: FloatArray, measure: FloatArray) -> float | None:
 
 def main() -> None:
     """Carry the landmarks, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--most", type=int, default=60, help="specimens, at most")
     parser.add_argument("--landmarks", type=int, default=40, help="of each specimen")
     parser.add_argument("--templates", type=int, default=1, help="of each specimen")
     parser.add_argument("--seed", type=int, default=0, help="of the generated pairs")
     parser.add_argument("--first", type=int, default=0, help="number of the first generated pair")
     parser.add_argument("--fit", action="store_true", help="fit the weights of the confidence")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if arguments.data or arguments.templates > 1:
         shapes = collection(arguments.data, classes=3)
         tasks = from_classes(shapes, arguments.templates)
@@ -215,8 +211,7 @@ def main() -> None:
         print_fit(pairs)
     found = summary(pairs)
     print("\n" + "   ".join(f"{k} {v:.4g}" for k, v in found.items() if v is not None))
-    if arguments.json:
-        print(json.dumps(found))
+    print_json(arguments, found)
 
 
 if __name__ == "__main__":

@@ -5,16 +5,14 @@ proven within a limit of work, the seconds, and the greatest gap: the injective 
 samples into 1.5 N, and the Gromov-Hausdorff distance of N samples of each.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import collection, default_folder
+from bench.collection import collection
+from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray, IntArray
 from solver.labelling import Solution
 from solver.optimisation.exact import gromov_hausdorff_distance, minimax_correspondence
@@ -64,13 +62,11 @@ def solve_pairs(
 
 def main() -> None:
     """Print a line for each metric, number of points, and problem."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, nargs="+", default=[8, 12, 16, 24, 32])
     parser.add_argument("--seconds", type=float, default=1.0, help="limit of each pair's work")
     parser.add_argument("--every", type=int, default=1, help="take every n-th shape only")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     shapes = [one.shape for one in collection(arguments.data, classes=2)[:: arguments.every]]
     samples = int(np.ceil(1.5 * max(arguments.points)))
     triangle = np.ones((3, 3)) - np.eye(3)
@@ -89,8 +85,7 @@ def main() -> None:
                     f" {found['most_seconds']:.2f} s, gap {100 * found['worst_gap']:.1f} %",
                     flush=True,
                 )
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

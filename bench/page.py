@@ -3,7 +3,6 @@
 Needs the packages of `make .venv/dev`, and Chromium: `make browser`.
 """
 
-import argparse
 import shutil
 import tempfile
 import time
@@ -11,6 +10,7 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
+from bench.command_line import command_line
 from demo.figures import generate, write_off
 from demo.stack import running_stack
 
@@ -33,7 +33,7 @@ SOFTWARE = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftsha
 
 def main() -> None:
     """Start the service, match two figures on the page, and save what is seen."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--output", type=Path, default=Path("bench-output/page.png"))
     parser.add_argument("--vertices", type=int, default=VERTICES)
     options = parser.parse_args()

@@ -5,14 +5,13 @@ compute them (cold), and the same match when they are known (warm).
 """
 
 import argparse
-import json
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import collection, default_folder, pairs_within_classes
+from bench.collection import collection, pairs_within_classes
+from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh
 from solver.shape import Shape
@@ -38,8 +37,7 @@ def times_of(
 
 def main() -> None:
     """Time the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--most", type=int, default=12, help="pairs to time")
     parser.add_argument(
         "--orientation",
@@ -47,8 +45,7 @@ def main() -> None:
         default=MatchOptions().orientation,
         help="tell left from right",
     )
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     options = MatchOptions(points=8, orientation=arguments.orientation)
     shapes = collection(arguments.data, 5000)
     pairs = pairs_within_classes(shapes)
@@ -71,8 +68,7 @@ def main() -> None:
         "warm_over_spectra": float(np.median(warm / alone)),
     }
     print("\nmedian ratios: " + "   ".join(f"{k} {v:.3g}" for k, v in figures.items()))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,6 @@ confidence. ``--fit`` prints the weights of the confidence that fit best.
 """
 
 import argparse
-import json
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +23,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.calibration import calibration, print_calibration
-from bench.collection import KnownShape, collection, default_folder, read_collection
+from bench.collection import KnownShape, collection, read_collection
+from bench.command_line import command_line, parsed, print_json
 from bench.cut import CUTS, HALF, VERTICES, cut_out, generated_part
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
@@ -232,8 +232,7 @@ def figures_of(answers: Sequence[MatchedPart], both: bool) -> dict[str, float]:
 
 def main() -> None:
     """Match all parts and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--count", type=int, help="generated parts")
     parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
     parser.add_argument("--vertices", type=int, help="vertices of the generated bodies")
@@ -242,8 +241,7 @@ def main() -> None:
     parser.add_argument("--both", action="store_true", help="match parts with parts")
     parser.add_argument("--detected", action="store_true", help="do not say which is the part")
     parser.add_argument("--fit", action="store_true", help="fit the confidence")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if arguments.vertices is not None and (arguments.data or arguments.cut or arguments.both):
         parser.error("--vertices is for generated parts of whole bodies: leave out the others")
     if arguments.count is not None and (arguments.data or arguments.cut):
@@ -267,8 +265,7 @@ def main() -> None:
             names = list(MEASURES_OF_BOTH if both else MEASURES)
             measures = np.array([[one.measures[name] for name in names] for one in answers])
             print(fit_logistic(names, measures, right, balanced=True))
-    if arguments.json:
-        print(json.dumps(found))
+    print_json(arguments, found)
 
 
 if __name__ == "__main__":

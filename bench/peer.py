@@ -8,10 +8,8 @@ thread; times are processor times. The peer is no part of the requirements.
 ``--large`` compares our own time at 50,000 vertices with that at 5,000 instead.
 """
 
-import argparse
 import importlib
 import importlib.util
-import json
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -20,7 +18,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error, vertex_errors
 from bench.robust import changed, simplified_to
@@ -165,12 +164,10 @@ def _large(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
 
 def main() -> None:
     """Time the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--every", type=int, default=2, help="take every n-th pair only")
     parser.add_argument("--large", action="store_true", help="compare sizes, without the peer")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if not arguments.large and importlib.util.find_spec("pyFM") is None:
         raise SystemExit(
             "bench.peer runs pyFM, which is not installed: `pip install pyfmaps` into the "
@@ -181,8 +178,7 @@ def main() -> None:
         run_ours(pairs[0])  # compiles
         figures = by_size(pairs) if arguments.large else beside_the_peer(pairs)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

@@ -6,13 +6,12 @@ Without ``--data`` the shapes are generated, of all classes.
 """
 
 import argparse
-import json
 import time
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.correspondence import point_errors
 from bench.surface_error import FARTHEST
 from solver.arrays import FloatArray
@@ -41,8 +40,7 @@ def measured(pairs: list[tuple[KnownShape, KnownShape]], options: MatchOptions) 
 
 def main() -> None:
     """Match all pairs within classes with each number of points, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, nargs="+", default=_POINTS)
     parser.add_argument(
         "--classes", type=int, default=len(CLASSES), help="generated ones, without --data"
@@ -54,8 +52,7 @@ def main() -> None:
         default=MatchOptions().orientation,
         help="tell left from right",
     )
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
     pairs += [(target, source) for source, target in pairs] if arguments.both else []
     for pair in pairs:
@@ -85,8 +82,7 @@ def main() -> None:
             flush=True,
         )
         figures[str(points)] = found
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

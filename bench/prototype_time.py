@@ -11,18 +11,16 @@ is matched all ways one after the other, and every second one in the opposite or
 real bodies.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
 from bench.bodies import generated_humans
-from bench.collection import default_folder, read_collection
+from bench.collection import read_collection
+from bench.command_line import command_line, parsed, print_json
 from bench.figure6 import learn
 from bench.humans import human_family, unfamiliar_figures
 from solver.arrays import FloatArray
@@ -159,13 +157,11 @@ def ratio_by_geodesics(prototype: Prototype, source: Shape, targets: Sequence[Sh
 
 def main() -> None:
     """Measure both kinds of matches side by side, by number of points."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--examples", type=int, default=40)
     parser.add_argument("--figures", type=int, default=12)
     parser.add_argument("--points", type=int, nargs="*", default=list(POINTS))
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     family = human_family(arguments.examples - 1)
     prototype = learn(family, arguments.examples, 5, max(arguments.points))
     figures = [one.shape for one in unfamiliar_figures(family, arguments.figures, _SEED)]
@@ -196,8 +192,7 @@ def main() -> None:
         ratio = enumeration_ratio(prototype, family.reference, figures)
         print(f"\nEight solutions of (6) take {ratio:.2f} times as long as those of (5)")
         found["enumeration_ratio"] = ratio
-    if arguments.json:
-        print(json.dumps(found))
+    print_json(arguments, found)
 
 
 if __name__ == "__main__":

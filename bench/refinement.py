@@ -5,14 +5,12 @@ between vertices, per pair of shapes of a class; each against the better of the 
 mirrored truth.
 """
 
-import argparse
-import json
 import time
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import collection, default_folder, pairs_of_known_truth
+from bench.collection import collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.surface_error import better_errors
 from solver.gmds import SurfacePoints
 from solver.matching import MatchOptions, match
@@ -20,12 +18,10 @@ from solver.matching import MatchOptions, match
 
 def main() -> None:
     """Match and refine the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=64)
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = pairs_of_known_truth(collection(arguments.data, classes=3))
     options = MatchOptions(points=arguments.points, refine="gmds")
     rows = []
@@ -62,8 +58,7 @@ def main() -> None:
         "seconds_refining": float(refining),
     }
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

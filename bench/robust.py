@@ -7,17 +7,15 @@ left and right exchanged, so that the mirrored truth becomes the direct one, whe
 body that is not symmetric is no longer the same body, and the answer should say so.
 """
 
-import argparse
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bench.calibration import shown
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.conditions import subdivided
 from bench.map_error import WRONG, map_error
 from bench.varied_pairs import AS_IT_IS, KINDS, LOPSIDED, varied_pair
@@ -211,12 +209,10 @@ def measured(
 
 def main() -> None:
     """Change the targets of the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--every", type=int, default=3, help="take every n-th pair only")
     parser.add_argument("--classes", type=int, default=2, help="generated ones, without --data")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
     pairs = pairs[:: arguments.every]
     changes = dict(CHANGES)
@@ -230,8 +226,7 @@ def main() -> None:
     )
     figures = {name: found.figures() for name, found in measured(pairs, changes).items()}
     print_table(figures)
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 def print_table(figures: Mapping[str, Mapping[str, float]]) -> None:

@@ -7,9 +7,7 @@ metric that nobody has asked for. A second table has pairs a second on one core,
 third, what a large collection takes, of signatures that are made up.
 """
 
-import argparse
 import gzip
-import json
 import os
 import resource
 import tempfile
@@ -24,7 +22,8 @@ import numpy as np
 from isomatch import Client
 from isomatch import Shape as Uploaded
 
-from bench.collection import KnownShape, collection, default_folder
+from bench.collection import KnownShape, collection
+from bench.command_line import command_line, parsed, print_json
 from broker.contracts import (
     DissimilaritiesPayload,
     DissimilarityParameters,
@@ -208,12 +207,10 @@ def compare_many(count: int) -> float:
 
 def main() -> None:
     """Measure, print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--rounds", type=int, default=3, help="times that each side is measured")
     parser.add_argument("--many", type=int, default=1000, help="made-up shapes; 0 for none")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     known = collection(arguments.data, 5000, 6)
     served, bare = compare_with_service(known, arguments.rounds)
     figures = {
@@ -224,8 +221,7 @@ def main() -> None:
     }
     if arguments.many:
         figures["many_seconds"] = compare_many(arguments.many)
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

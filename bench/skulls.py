@@ -5,13 +5,13 @@ median distance of all vertices from their true places, in millimetres of a leng
 farther than 1 mm, the confidence, and seconds.
 """
 
-import argparse
 import time
 from itertools import combinations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from bench.command_line import command_line
 from solver.matching import MatchOptions, match
 from solver.mesh import triangle_mesh
 from solver.shape import Shape
@@ -22,7 +22,7 @@ _FAR = 1.0
 
 def main() -> None:
     """Match the individuals in pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--individuals", type=int, default=4, help="matched in pairs")
     parser.add_argument("--first", type=int, default=1, help="seed of the first one")
     parser.add_argument("--variation", type=float, default=0.5, help="in millimetres")

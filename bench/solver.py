@@ -9,8 +9,6 @@ Five tables, on random problems: points in space and a noisy copy of some of the
 5. Table 1 with third-order costs: signed volumes of the tetrahedra of the origin and three points.
 """
 
-import argparse
-import json
 import time
 import tracemalloc
 from collections.abc import Callable
@@ -19,6 +17,7 @@ from itertools import combinations
 
 import numpy as np
 
+from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray
 from solver.control import Control, iterate
 from solver.labelling import CERTIFIED_GAP, NO_TRIPLES, LabellingProblem, triple_costs
@@ -187,11 +186,10 @@ def scaling() -> dict[str, float]:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--count", type=int, default=10, help="problems of each kind")
     parser.add_argument("--seconds", type=float, default=1.0, help="limit of table 1")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     minimise(instance(17, 17, 0, 0.5), iterations=150)  # compiles
     figures = gaps(arguments.seconds, max(arguments.count // 2, 1))
     figures |= proofs(arguments.count)
@@ -199,8 +197,7 @@ def main() -> None:
     figures |= scaling()
     print("\nwith third-order costs:", end=" ")
     figures |= gaps(arguments.seconds, max(arguments.count // 2, 1), (8, 10), 0.1)
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

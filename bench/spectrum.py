@@ -7,8 +7,6 @@ times include the assembly of matrices. The table has the residuals ‖L φ − 
 M⁻¹, relative to the greatest eigenvalue, and the greatest relative difference of eigenvalues.
 """
 
-import argparse
-import json
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,6 +16,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 from threadpoolctl import threadpool_limits
 
+from bench.command_line import command_line, parsed, print_json
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from solver.shape.laplacian import laplace_beltrami_spectrum, laplacian
@@ -77,12 +76,11 @@ def residual(
 
 def main() -> None:
     """Measure and print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--mesh", type=Path, help="a mesh; by default generated bodies")
     parser.add_argument("--most", type=int, default=SIZES[-1], help="greatest number of vertices")
     parser.add_argument("--repetitions", type=int, default=3)
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     if arguments.mesh:
         meshes = [read_mesh(arguments.mesh.read_bytes(), arguments.mesh.suffix)]
     else:
@@ -103,9 +101,8 @@ def main() -> None:
                 f"{row.residual_scipy:11.1e}",
                 flush=True,
             )
-    if arguments.json:
-        figures = [asdict(row) for row in rows]
-        print(json.dumps(figures[0] if len(figures) == 1 else figures))
+    figures = [asdict(row) for row in rows]
+    print_json(arguments, figures[0] if len(figures) == 1 else figures)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,6 @@ there was a blob store: with the bytes themselves in place of the references. Th
 which has a budget of its own, is not copied.
 """
 
-import argparse
-import json
 import tempfile
 import time
 from collections.abc import Iterator
@@ -16,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from uuid import uuid4
 
+from bench.command_line import command_line, parsed, print_json
 from bench.service import workers
 from broker.contracts import JobRecord, MatchParameters, MatchPayload, ValidationPayload, shape_id
 from broker.queue import JobQueue, new_job
@@ -137,13 +136,12 @@ def used(store: Store) -> int:
 
 def main() -> None:
     """Measure, print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--vertices", type=int, default=50_000, help="of a shape")
     parser.add_argument("--shapes", type=int, default=10_000, help="copies, each with a result")
     parser.add_argument("--before", type=int, default=50, help="copies with bytes in Redis")
     parser.add_argument("--sparse", action="store_true", help="matches without dense maps")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     with workers() as queue:
         one = matched(queue, arguments.vertices, not arguments.sparse)
         before = copied(queue.store, one, arguments.before, with_bytes=True)
@@ -157,9 +155,8 @@ def main() -> None:
     foreseen = before * arguments.shapes / 1e6
     print(f"{f'before, from {arguments.before} times {arguments.shapes}':40}{foreseen:10.1f} MB")
     print(f"{'in the blob store':40}{blobs * arguments.shapes / 1e6:10.1f} MB")
-    if arguments.json:
-        figures = {"megabytes": total, "bytes_each": after, "before_bytes_each": before}
-        print(json.dumps({**figures, "blob_bytes_each": blobs}))
+    figures = {"megabytes": total, "bytes_each": after, "before_bytes_each": before}
+    print_json(arguments, {**figures, "blob_bytes_each": blobs})
 
 
 if __name__ == "__main__":

@@ -6,16 +6,14 @@ map, for all pairs of shapes of a class. With ``--data`` the class is a
 file's name up to its first digit; ``--across`` takes pairs of different classes.
 """
 
-import argparse
-import json
 import time
 from dataclasses import asdict, dataclass
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder, pairs_within_classes
+from bench.collection import KnownShape, collection, pairs_within_classes
+from bench.command_line import command_line, parsed, print_json
 from solver.matching import MatchOptions, match
 from solver.templates import register_template
 
@@ -96,12 +94,10 @@ def figures(found: list[TemplateQuality]) -> dict[str, float]:
 
 def main() -> None:
     """Register the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
     parser.add_argument("--across", action="store_true", help="pairs of different classes")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     shapes = collection(arguments.data)
     pairs = pairs_within_classes(shapes)
     if arguments.across:
@@ -120,8 +116,7 @@ def main() -> None:
         print(f"{source.name} {target.name}".ljust(40) + values + rest, flush=True)
     summary = figures(found)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in summary.items()))
-    if arguments.json:
-        print(json.dumps(summary))
+    print_json(arguments, summary)
 
 
 if __name__ == "__main__":

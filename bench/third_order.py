@@ -8,15 +8,13 @@ For all pairs within a class, of a folder or generated, and without any registra
    at most 0.25. An answer may also be nearer to the mirror image, or near neither.
 """
 
-import argparse
-import json
 import time
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from bench.surface_error import FARTHEST, truths_of
 from solver.arrays import IntArray
 from solver.control import Control
@@ -111,16 +109,14 @@ def figures_of(rows: list[Proven]) -> dict[str, float]:
 
 def main() -> None:
     """Measure the pairs, print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--classes", type=int, default=6, help="generated classes, without --data")
     parser.add_argument("--points", type=int, default=12)
     parser.add_argument("--targets", type=int, default=48, help="samples of the target")
     parser.add_argument("--metric", default=VARADHAN)
     parser.add_argument("--weights", type=float, nargs="+", default=[0.0, 0.03])
     parser.add_argument("--every", type=int, default=1, help="measure every n-th pair")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     shapes = collection(arguments.data, classes=arguments.classes)
     pairs = [
         (source, target)
@@ -146,8 +142,7 @@ def main() -> None:
         found = figures_of(rows)
         print(f"weight {weight:g}: " + "   ".join(f"{k} {v:.3g}" for k, v in found.items()))
         figures |= {f"{name}_{weight:g}": value for name, value in found.items()}
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

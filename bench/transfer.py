@@ -7,15 +7,13 @@ there and back leaves. Segments are the geodesic Voronoi cells of points spread 
 farthest first: ends of limbs, and what is between them.
 """
 
-import argparse
-import json
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from bench.collection import KnownShape, collection, default_folder, pairs_of_known_truth
+from bench.collection import KnownShape, collection, pairs_of_known_truth
+from bench.command_line import command_line, parsed, print_json
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, triangle_areas
@@ -173,13 +171,11 @@ def _by_file(known: KnownShape, values: np.ndarray, missing: float) -> np.ndarra
 
 def main() -> None:
     """Carry values along the maps of the pairs, print a table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--every", type=int, default=1, help="take every n-th pair only")
     parser.add_argument("--classes", type=int, default=1, help="generated ones, without --data")
     parser.add_argument("--segments", type=int, default=SEGMENTS, help="segments of a shape")
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     pairs = pairs_of_known_truth(collection(arguments.data, classes=arguments.classes))
     heads = "forwards", "backwards", "loss", "uncovered", "faces", "faces_back"
     print(f"{'pair':40}" + "".join(f"{head:>11}" for head in heads))
@@ -204,8 +200,7 @@ def main() -> None:
         "face_segment_area_there_and_back": float(table[:, 5].mean()),
     }
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

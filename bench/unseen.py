@@ -11,8 +11,6 @@ Generated bodies are of poses and proportions of their own. With ``--data`` ther
 well, and misfits of whole classes, also of those that no prototype here is for.
 """
 
-import argparse
-import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,7 +22,8 @@ from matplotlib.figure import Figure as Drawing
 from scipy.spatial import KDTree
 
 from bench.bodies import Body, generated_animals, generated_humans, real_bodies, unit
-from bench.collection import KnownShape, default_folder, read_collection
+from bench.collection import KnownShape, read_collection
+from bench.command_line import command_line, parsed, print_json
 from bench.conditions import CONDITIONS, scanned
 from bench.drawing import Matched, draw_pair, save
 from bench.figure6 import RIGHT, learn
@@ -157,15 +156,13 @@ def draw(families: Mapping[str, tuple[Prototype, Family]], bodies: Mapping[str, 
 
 def main() -> None:
     """Learn both prototypes, examine them, print tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    parser = command_line(__doc__, data=True)
     parser.add_argument("--examples", type=int, default=64)
     parser.add_argument("--points", type=int, default=10)
     parser.add_argument(
         "--condition", action="append", choices=CONDITIONS, help="one of them; may be repeated"
     )
-    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
-    arguments = parser.parse_args()
+    arguments = parsed(parser)
     conditions = arguments.condition or list(CONDITIONS)
     learned = {}
     for name, make in (("humans", human_family), ("animals", quadruped_family)):
@@ -195,8 +192,7 @@ def main() -> None:
         draw(learned, drawn)
         for name, (prototype, _) in learned.items():
             figures[f"foreign_to_{name}"] = foreign(prototype, shapes, name)
-    if arguments.json:
-        print(json.dumps(figures))
+    print_json(arguments, figures)
 
 
 if __name__ == "__main__":

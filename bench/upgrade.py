@@ -6,7 +6,6 @@ Prints what became of each job, and exits with 1 if one did not succeed, or cann
 Both versions run with the packages that are installed here.
 """
 
-import argparse
 import json
 import subprocess
 import sys
@@ -16,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
+from bench.command_line import command_line
 from bench.machines import Cluster, end, running_cluster
 from demo.figures import generate, write_off
 from demo.stack import ROOT
@@ -26,7 +26,7 @@ VERTICES: Final = 800
 
 def main() -> int:
     """Upgrade in both orders, and return the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = command_line(__doc__)
     parser.add_argument("--before", required=True, metavar="REVISION", help="the earlier version")
     parser.add_argument(
         "--newer",

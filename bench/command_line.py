@@ -1,0 +1,40 @@
+"""Command line of an experiment: ``--data`` is its first option, and ``--json`` its last."""
+
+import json
+import os
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+
+def default_folder() -> Path | None:
+    """Folder named by ``ISOMATCH_DATA``, if any."""
+    named = os.environ.get("ISOMATCH_DATA")
+    return Path(named) if named else None
+
+
+def command_line(description: str | None, data: bool = False) -> ArgumentParser:
+    """Return a parser without options, or with ``--data``.
+
+    Parameters
+    ----------
+    description
+        Docstring of the module.
+    data
+        Whether the experiment takes a folder of meshes.
+    """
+    parser = ArgumentParser(description=description)
+    if data:
+        parser.add_argument("--data", type=Path, default=default_folder(), help="folder of meshes")
+    return parser
+
+
+def parsed(parser: ArgumentParser) -> Namespace:
+    """Add ``--json``, and parse the command line."""
+    parser.add_argument("--json", action="store_true", help="end with one line of JSON")
+    return parser.parse_args()
+
+
+def print_json(arguments: Namespace, figures: object) -> None:
+    """End with a line of JSON, if the command line asks for it."""
+    if arguments.json:
+        print(json.dumps(figures))
