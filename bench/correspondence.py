@@ -41,6 +41,45 @@ def mean_errors(source: KnownShape, target: KnownShape, found: Match) -> tuple[f
     return float(direct.mean()) / target.shape.size, float(mirrored.mean()) / target.shape.size
 
 
+def named_pairs(path: Path, shapes: list[KnownShape]) -> list[tuple[KnownShape, KnownShape]]:
+    """Read pairs from a file of two names a line."""
+    by_name = {shape.name: shape for shape in shapes}
+    names = [line.split() for line in path.read_text().splitlines() if line.strip()]
+    return [(by_name[a], by_name[b]) for a, b in names]
+
+
+def answered(
+    source: KnownShape, target: KnownShape, options: MatchOptions, sound: bool
+) -> tuple[float, ...]:
+    """Direct, better and farthest error over √area of a match, its gap, coarse proof and seconds.
+
+    With `sound`, points of torn truth are not counted.
+    """
+    started = time.perf_counter()
+    found = match(source.shape, target.shape, options)
+    seconds = time.perf_counter() - started
+    known = with_sound_truth(source, target) if sound else (source, target)
+    errors = np.array(point_errors(*known, found)) / target.shape.size
+    direct, better = float(errors[0].mean()), float(errors.mean(axis=1).min())
+    return direct, better, float(errors[0].max()), found.gap, found.levels[0].certified, seconds
+
+
+def figures_of(rows: list[tuple[float, ...]]) -> dict[str, float]:
+    """Figures of all pairs, from what :func:`answered` returned of each."""
+    direct, better, farthest, gap, proven, seconds = np.array(rows, dtype=np.float64).T
+    return {
+        "pairs": len(rows),
+        "direct": float(direct.mean()),
+        "best": float(better.mean()),
+        "share_over_0_1": float((better > 0.1).mean()),
+        "direct_over_0_1": float((direct > 0.1).mean()),
+        "share_all_within_0_25": float((farthest <= FARTHEST).mean()),
+        "median_gap": float(np.median(gap)),
+        "coarse_proven": float(proven.mean()),
+        "seconds_per_pair": float(np.median(seconds)),
+    }
+
+
 def main() -> None:
     """Match the pairs, print a table."""
     parser = command_line(__doc__, data=True)
@@ -57,12 +96,10 @@ def main() -> None:
     parser.add_argument("--sound", action="store_true", help="leave out torn truth")
     arguments = parsed(parser)
     shapes = collection(arguments.data, classes=arguments.classes)
-    by_name = {shape.name: shape for shape in shapes}
     pairs = pairs_of_known_truth(shapes)
     if arguments.pairs:
-        names = [line.split() for line in arguments.pairs.read_text().splitlines() if line.strip()]
-        pairs = [(by_name[a], by_name[b]) for a, b in names]
-    for shape in by_name.values():
+        pairs = named_pairs(arguments.pairs, shapes)
+    for shape in shapes:
         shape.shape.spectrum()
     options = MatchOptions(
         points=arguments.points,
@@ -75,32 +112,14 @@ def main() -> None:
         f"{'pair':34}{heads[0]:>8}{heads[1]:>10}{heads[2]:>8}{'gap':>9}{'proven':>8}{'seconds':>9}"
     )
     for source, target in pairs:
-        started = time.perf_counter()
-        found = match(source.shape, target.shape, options)
-        seconds = time.perf_counter() - started
-        known = with_sound_truth(source, target) if arguments.sound else (source, target)
-        errors = np.array(point_errors(*known, found)) / target.shape.size
-        direct, better = float(errors[0].mean()), float(errors.mean(axis=1).min())
-        farthest = float(errors[0].max())
-        rows.append((direct, better, farthest, found.gap, found.levels[0].certified, seconds))
+        rows.append(answered(source, target, options, arguments.sound))
+        direct, better, farthest, gap, proven, seconds = rows[-1]
         print(
             f"{source.name + ' ' + target.name:34}{direct:8.3f}{farthest:10.3f}{better:8.3f}"
-            f"{found.gap:9.2%}"
-            f"{'coarse' if found.levels[0].certified else '-':>8}{seconds:9.2f}",
+            f"{gap:9.2%}{'coarse' if proven else '-':>8}{seconds:9.2f}",
             flush=True,
         )
-    direct, better, farthest, gap, proven, seconds = np.array(rows, dtype=np.float64).T
-    figures = {
-        "pairs": len(rows),
-        "direct": float(direct.mean()),
-        "best": float(better.mean()),
-        "share_over_0_1": float((better > 0.1).mean()),
-        "direct_over_0_1": float((direct > 0.1).mean()),
-        "share_all_within_0_25": float((farthest <= FARTHEST).mean()),
-        "median_gap": float(np.median(gap)),
-        "coarse_proven": float(proven.mean()),
-        "seconds_per_pair": float(np.median(seconds)),
-    }
+    figures = figures_of(rows)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
     print_json(arguments, figures)
 

@@ -93,13 +93,26 @@ def draw(matrices: dict[str, FloatArray], shapes: list[KnownShape], path: Path) 
     save(figure, path)
 
 
+def scored(compared: dict[str, Compared], labels: list[str], pairs: int) -> dict[str, float | None]:
+    """Print a row for each method, and return its mean average precision."""
+    print(f"{'':18}{'mAP':>9}{'first':>9}{'proven':>9}{'pairs/s':>12}")
+    precisions = {}
+    for name, found in compared.items():
+        score = retrieval_scores(found.values, labels)
+        precisions[name] = score.mean_average_precision
+        print(
+            f"{name:18}{score.mean_average_precision:9.1%}{score.precision_at_1:9.1%}"
+            f"{found.certified_share:9.0%}{pairs / found.seconds:12.1f}"
+        )
+    return precisions
+
+
 def main() -> None:
     """Compare all pairs, print a table, draw the figure."""
     parser = command_line(__doc__, data=True)
     parser.add_argument("--points", type=int, default=6)
     arguments = parsed(parser)
     shapes = collection(arguments.data, classes=6)
-    labels = [known.category for known in shapes]
     started = time.perf_counter()
     for known in shapes:
         known.shape.spectrum()
@@ -111,17 +124,10 @@ def main() -> None:
         "ours": ours(shapes, SimilarityOptions(points=arguments.points)),
     }
     pairs = len(shapes) * (len(shapes) - 1) // 2
-    print(f"{'':18}{'mAP':>9}{'first':>9}{'proven':>9}{'pairs/s':>12}")
-    scores = {}
-    for name, found in compared.items():
-        score = scores[name] = retrieval_scores(found.values, labels)
-        print(
-            f"{name:18}{score.mean_average_precision:9.1%}{score.precision_at_1:9.1%}"
-            f"{found.certified_share:9.0%}{pairs / found.seconds:12.1f}"
-        )
+    precisions = scored(compared, [known.category for known in shapes], pairs)
     compared_values = {
         # The roots of mean squared distortions are what GMDS measures too.
-        f"{name}: mAP {scores[name].mean_average_precision:.1%}": (
+        f"{name}: mAP {precisions[name]:.1%}": (
             found.values if name == "GMDS" else np.sqrt(found.values)
         )
         for name, found in compared.items()
@@ -131,9 +137,9 @@ def main() -> None:
     figures = {
         "points": arguments.points,
         "shapes": len(shapes),
-        "map_ours": scores["ours"].mean_average_precision,
-        "map_ours_geodesic": scores["ours, geodesic"].mean_average_precision,
-        "map_gmds": scores["GMDS"].mean_average_precision,
+        "map_ours": precisions["ours"],
+        "map_ours_geodesic": precisions["ours, geodesic"],
+        "map_gmds": precisions["GMDS"],
         "certified_share": compared["ours"].certified_share,
         "pairs_per_second": pairs / compared["ours"].seconds,
         "pairs_per_second_gmds": pairs / compared["GMDS"].seconds,

@@ -153,16 +153,32 @@ def direct_share(answers: list[Answer]) -> float:
     return float(np.mean([answer.direct for answer in answers]))
 
 
+def exact_share(answers: list[Answer]) -> float:
+    """Share of the figures whose points are all nearest to their own places."""
+    return float(np.mean([answer.exact.all() for answer in answers]))
+
+
 def row_of(answers: list[Answer]) -> str:
     """Show what is known of some answers as a row of the table."""
     errors = np.concatenate([answer.errors for answer in answers])
-    exact = float(np.mean([answer.exact.all() for answer in answers]))
     return (
-        f"{right_share(answers):9.1%}{exact:9.1%}{direct_share(answers):9.1%}"
+        f"{right_share(answers):9.1%}{exact_share(answers):9.1%}{direct_share(answers):9.1%}"
         f"{np.mean(errors < RIGHT):9.1%}{np.mean(errors < FARTHEST):9.1%}"
         f"{errors.mean():9.3f}{np.mean([a.certified for a in answers]):9.0%}"
         f"{np.median([a.seconds for a in answers]) * 1e3:9.1f}"
     )
+
+
+def shares_of(columns: dict[str, list[Answer]]) -> dict[str, float]:
+    """Shares of the figures that are right, direct, exact and proven, by column of the table."""
+    shares = {}
+    for name, answers in columns.items():
+        key = name.replace(" ", "_")
+        shares[f"{key}_right"] = right_share(answers)
+        shares[f"{key}_direct"] = direct_share(answers)
+        shares[f"{key}_exact"] = exact_share(answers)
+        shares[f"{key}_certified"] = float(np.mean([one.certified for one in answers]))
+    return shares
 
 
 def sensitivity(
@@ -299,13 +315,8 @@ def main() -> None:
         "components": arguments.components,
         "points": arguments.points,
         "learning_seconds": learning,
+        **shares_of(columns),
     }
-    for name, answers in columns.items():
-        key = name.replace(" ", "_")
-        figures_out[f"{key}_right"] = right_share(answers)
-        figures_out[f"{key}_direct"] = direct_share(answers)
-        figures_out[f"{key}_exact"] = float(np.mean([one.exact.all() for one in answers]))
-        figures_out[f"{key}_certified"] = float(np.mean([one.certified for one in answers]))
     if arguments.sensitivity:
         figures_out["sensitivity"] = sensitivity(family, figures, arguments)
     if arguments.data:

@@ -38,6 +38,21 @@ def measured(pairs: list[tuple[KnownShape, KnownShape]], options: MatchOptions) 
     return np.array(rows, dtype=np.float64)
 
 
+def figures_of(rows: FloatArray) -> dict[str, float]:
+    """Figures of all pairs, from what :func:`measured` returned."""
+    greatest, mean, certified, rank, seconds, direct = rows.T
+    return {
+        "pairs": len(rows),
+        "right": int((greatest <= FARTHEST).sum()),
+        "direct": int((direct <= FARTHEST).sum()),
+        "mean": float(mean.mean()),
+        "median": float(np.median(mean)),
+        "proven": int(certified.sum()),
+        "overruled": int((rank > 1).sum()),
+        "seconds": float(np.median(seconds)),
+    }
+
+
 def main() -> None:
     """Match all pairs within classes with each number of points, print a table."""
     parser = command_line(__doc__, data=True)
@@ -64,24 +79,13 @@ def main() -> None:
     print(f"{'points':>6}" + "".join(f"{head:>10}" for head in heads))
     for points in arguments.points:
         options = MatchOptions(points=points, orientation=arguments.orientation)
-        greatest, mean, certified, rank, seconds, direct = measured(pairs, options).T
-        found = {
-            "pairs": len(pairs),
-            "right": int((greatest <= FARTHEST).sum()),
-            "direct": int((direct <= FARTHEST).sum()),
-            "mean": float(mean.mean()),
-            "median": float(np.median(mean)),
-            "proven": int(certified.sum()),
-            "overruled": int((rank > 1).sum()),
-            "seconds": float(np.median(seconds)),
-        }
+        found = figures[str(points)] = figures_of(measured(pairs, options))
         print(
             f"{points:6}{found['pairs']:10}{found['right']:10}{found['direct']:10}"
             f"{found['mean']:10.4f}{found['median']:10.4f}{found['proven']:10}{found['overruled']:10}"
             f"{found['seconds']:10.3f}",
             flush=True,
         )
-        figures[str(points)] = found
     print_json(arguments, figures)
 
 

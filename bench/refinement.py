@@ -16,6 +16,19 @@ from solver.gmds import SurfacePoints
 from solver.matching import MatchOptions, match
 
 
+def figures_of(rows: list[tuple[float, float, float, float]]) -> dict[str, float]:
+    """Figures of all pairs, from the errors before and after, and the seconds of either step."""
+    before, after, matching, refining = np.array(rows).mean(axis=0)
+    return {
+        "pairs": len(rows),
+        "matched": float(before),
+        "refined": float(after),
+        "lowered_by": float(1.0 - after / before),
+        "seconds_matching": float(matching),
+        "seconds_refining": float(refining),
+    }
+
+
 def main() -> None:
     """Match and refine the pairs, print a table."""
     parser = command_line(__doc__, data=True)
@@ -48,15 +61,7 @@ def main() -> None:
             f"{refined.hypothesis:12}{rows[-1][2]:9.2f}{refining:9.2f}",
             flush=True,
         )
-    before, after, matching, refining = np.array(rows).mean(axis=0)
-    figures = {
-        "pairs": len(rows),
-        "matched": float(before),
-        "refined": float(after),
-        "lowered_by": float(1.0 - after / before),
-        "seconds_matching": float(matching),
-        "seconds_refining": float(refining),
-    }
+    figures = figures_of(rows)
     print("\n" + "   ".join(f"{name} {value:.4g}" for name, value in figures.items()))
     print_json(arguments, figures)
 
