@@ -101,6 +101,20 @@ class Control:
         """Return the same control without progress, and with timings of its own."""
         return replace(self, on_progress=_report_nothing, timings={})
 
+    def between(self, start: float, end: float) -> "Control":
+        """Return the same control for a part of the work: its progress goes from start to end.
+
+        Parameters
+        ----------
+        start, end
+            Fractions of the whole work.
+        """
+
+        def report(stage: str, fraction: float) -> None:
+            self.on_progress(stage, start + (end - start) * fraction)
+
+        return replace(self, on_progress=report)
+
     def timed(self) -> "Control":
         """Return the same control with timings of its own."""
         return replace(self, timings={})

@@ -45,7 +45,7 @@ def certify(hypothesis: Hypothesis, levels: Sequence[Level], control: Control) -
         for level, solved in zip(levels, hypothesis.levels, strict=True):
             if solved.solution.method is Method.LOCAL_SEARCH:
                 name = f"bounds for {solved.problem.n_sources} points"
-                control.report(name, 0.6 + 0.25 * level.index / len(levels))
+                control.report(name, 0.8 + 0.03 * level.index / len(levels))
                 solved = _bound(solved, control)
             certified.append(solved)
     return Hypothesis(tuple(certified))

@@ -107,9 +107,7 @@ def _match_detected_part(
     lengths = [relative_boundary(one) for one in (source, target)]
     if max(lengths) < _PART_BOUNDARY:
         return found
-    last = replace(
-        control, on_progress=lambda name, part: control.on_progress(name, 0.9 + part / 10)
-    )
+    last = control.between(0.9, 1.0)
     try:
         part = SOURCE if lengths[0] > lengths[1] else TARGET
         known = find_part(source, target, part, options, last)

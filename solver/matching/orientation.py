@@ -22,7 +22,7 @@ from solver.matching.options import MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
 from solver.matching.refinement import hypothesis_from_map, solved_level
 from solver.matching.sampling import common_size, sample
-from solver.registration import Points, Registration, register
+from solver.registration import STAGE, Points, Registration, register
 from solver.shape import Shape
 
 _COARSE_SOLUTIONS = 32
@@ -93,11 +93,12 @@ def orient(
     unchanged = Orientation(list(hypotheses), list(levels))
     if not options.registered:
         return unchanged
-    with control.stage("registration", 0.5):
+    with control.stage(STAGE, 0.5):
         starts = _starts(hypotheses, levels, options, control)
         landmarks = _landmarks(levels[0])
         rematch = partial(_rematched, options=options, control=control)
-        found = register(source, target, starts, control, landmarks, rematch=rematch)
+        part = control.between(0.5, 0.8)
+        found = register(source, target, starts, part, landmarks, rematch=rematch)
     if found is None:
         return replace(unchanged, warnings=("the shapes have too few vertices to be registered",))
     apart = [_distance(target, one.vertices(levels[-1]), found) for one in hypotheses]
@@ -110,7 +111,7 @@ def orient(
         return replace(unchanged, registration=found, place=nearest, warnings=warnings)
     if apart[nearest] > _AGREE:
         distances = _distances_from_images(target, found, levels[0])
-        with control.stage("registration"):
+        with control.stage(STAGE):
             further = hypothesis_from_map(levels, distances, hypotheses, options.rho, control)
         hypotheses, nearest = [*hypotheses, further], len(hypotheses)
     ordered = move_to_front(hypotheses, nearest)
@@ -194,7 +195,7 @@ def _place(
     """Match the points of the first hypothesis near their images, if there is room for all."""
     first = hypotheses[0]
     with (clock := control.timed()).stage("refinement"), control.stage("refinement"):
-        control.report("points of the map", 0.55)
+        control.report("points of the map", 0.8)
         images: IntArray = found.images(finest.source.vertices)
         wider = add_target_samples(source, target, finest, images)
         placed = match_near_images(target, wider, images)

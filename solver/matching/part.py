@@ -22,6 +22,7 @@ from solver.matching.report import report_match
 from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
 from solver.matching.structures import build_level
+from solver.registration import STAGE
 from solver.registration.partial import PartMap, register_part
 from solver.shape import Shape
 from solver.shape.choices import Geodesic
@@ -89,9 +90,11 @@ def find_part(
     pairs = landmark_vertices(options.landmarks, source.mesh, target.mesh)
     ours, theirs = pairs.T
     landmarks = (theirs, ours) if is_source else (ours, theirs)
-    with control.stage("registration", 0.3):
+    with control.stage(STAGE, 0.3):
         given = None if whole.normalise else whole.size / part.size
-        found = register_part(whole, part, control, given, partial != BOTH, landmarks)
+        found = register_part(
+            whole, part, control.between(0.3, 0.6), given, partial != BOTH, landmarks
+        )
     if found is None or not (found.covered.any() and found.part_covered.any()):
         return None
     return KnownPart(found, partial, is_source, pairs)

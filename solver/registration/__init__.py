@@ -9,11 +9,13 @@ from solver.registration.dense_correspondence import DenseCorrespondence
 from solver.registration.descent import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.registration.registration import Registration, register
 from solver.registration.rotations import nearest_rotations
+from solver.registration.search import STAGE
 from solver.registration.surface import EIGENPAIRS
 
 __all__ = [
     "EIGENPAIRS",
     "MISFIT",
+    "STAGE",
     "Confidence",
     "DenseCorrespondence",
     "Points",

@@ -24,6 +24,9 @@ _REFLECTED_MARGIN = 3.0
 the measures less by two fifths each. A symmetric body in a mirrored pose fits somewhat better
 reflected, too."""
 
+_PROGRESS = (0.0, 0.5), (0.5, 0.75), (0.75, 1.0)
+"""Progress of the direct registration, of the reflected one, and of that of opened surfaces."""
+
 _REFLECTED_KEPT = 4
 """Candidates of the reflected source that are kept after the first stage: a reflected copy fits far
 better than any other."""
@@ -149,7 +152,7 @@ def register(
     hypotheses
         (n,) vertices of X and (n,) vertices of Y that correspond, as many as there are.
     control
-        May cancel; past its deadline, less is tried.
+        May cancel, and reports progress in doubt; past its deadline, less is tried.
     landmarks
         Vertices of X and Y that are known to correspond: candidates that miss them come last.
     others
@@ -177,18 +180,19 @@ def register(
     task = Task.of(source, target, landmarks)
     if min(one.size for one in task.samples) < FEWEST:
         return None
-    found = _registered(source, target, task, hypotheses, control, others)
+    first, second, third = (control.between(*part) for part in _PROGRESS)
+    found = _registered(source, target, task, hypotheses, first, others)
     if len(landmarks[0]):
         # Landmarks may mean the mirror image.
-        mirrored = _registered(source, target, task.reflected(), hypotheses, control, False)
+        mirrored = _registered(source, target, task.reflected(), hypotheses, second, False)
         return mirrored if _is_meant(mirrored, found) else found
     if control.expired:
         return found
     if _may_be_reflected(task, found.candidate, control):
-        mirrored = _registered(source, target, task.reflected(), hypotheses, control, others)
+        mirrored = _registered(source, target, task.reflected(), hypotheses, second, others)
         if mirrored.score < found.score - _REFLECTED_MARGIN:
             return replace(mirrored, confidence=mirrored.confidence.of_reflection())
-    return found if rematch is None else _opened(found, rematch, control)
+    return found if rematch is None else _opened(found, rematch, third)
 
 
 def _is_meant(mirrored: Registration, direct: Registration) -> bool:

@@ -50,6 +50,10 @@ _VARIED = 3
 """Best candidates whose signs are varied."""
 
 
+STAGE = "registration"
+"""Name of the stage in reports of progress."""
+
+
 @dataclass(frozen=True, eq=False)
 class Found:
     """What a search has found.
@@ -91,7 +95,7 @@ def search(
     hypotheses
         Corresponding vertices, as many as there are.
     control
-        May cancel; past its deadline, less is tried.
+        May cancel, and reports progress in doubt; past its deadline, less is tried.
     others
         Whether the other population is searched.
 
@@ -116,6 +120,7 @@ def search(
         margin = margin_of([one.fit.score for one in best])
         said = refined_confidence(known, best[0].fit, margin, complete=not control.expired)
         if margin < CLOSE and said.probability < SURE and not control.expired:
+            control.report(STAGE, 0.8)
             among = _choice_of_rivals(best, reduced(LEFT), control)
             best, margin = among or (best, margin)
             said = refined_confidence(
@@ -188,11 +193,13 @@ class _FurtherSearch:
         others: bool,
     ) -> list[Compared]:
         """Return all candidates that were compared: those given, and those of them, and others."""
+        self.control.report(STAGE, 0.2)
         self.registered.update(coarse[:_KEPT])
         back = _from_the_target(self.task, hypotheses, self.control)
         compared = self._evolved([*coarse, *back], self._compared(finer))
         if not others or self._is_sure(compared):
             return compared
+        self.control.report(STAGE, 0.5)
         coarse = choose(self.task, exchanged_pairs, COARSE, self.control)
         return [*compared, *self._evolved(coarse, self._registered(coarse))]
 

@@ -104,6 +104,17 @@ def test_stages_add_up_and_are_told() -> None:
     assert control.quiet().timings == control.timed().timings == {}
 
 
+def test_progress_of_a_part_of_the_work() -> None:
+    told: list[tuple[str, float]] = []
+    control = Control(on_progress=lambda stage, fraction: told.append((stage, fraction)))
+    part = control.between(0.5, 0.75)
+    with part.stage("first", 0.0):
+        part.between(0.0, 0.5).report("second", 0.5)
+    part.report("third", 1.0)
+    assert told == [("first", 0.5), ("second", 0.5625), ("third", 0.75)]
+    assert set(control.timings) == {"first"}
+
+
 def test_a_later_deadline_does_not_replace_an_earlier_one() -> None:
     control = Control().within(10.0)
     assert control.within(1000.0).deadline == control.deadline

@@ -76,7 +76,7 @@ def map_points(
         (n,) points of the prototype and (n,) vertices of the target that correspond, as many as
         there are.
     control
-        May cancel; past its deadline, less is tried.
+        May cancel, and reports progress in doubt; past its deadline, less is tried.
     spectra
         Computes spectra of surfaces, or takes them from a cache.
 
@@ -91,7 +91,8 @@ def map_points(
     """
     found: list[tuple[Registration, ExampleSurface]] = []
     images: list[Points] = []
-    for surface in nearest_surfaces(surfaces, target, _MAX_SURFACES):
+    for number, surface in enumerate(nearest_surfaces(surfaces, target, _MAX_SURFACES)):
+        part = control.between(number / _MAX_SURFACES, (number + 1) / _MAX_SURFACES)
         if found and control.expired:
             break
         try:
@@ -99,7 +100,7 @@ def map_points(
             known = [(surface.points[x], y) for x, y in (*images, *hypotheses)]
             starts = [*known, *_own_matches(source, target, control.quiet())]
             # The other surfaces are other ways to the answer.
-            registration = register(source, target, starts, control, others=False)
+            registration = register(source, target, starts, part, others=False)
         except (MeshError, OptionError):  # archives may hold any surface
             continue
         if registration is None:

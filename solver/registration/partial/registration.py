@@ -11,6 +11,7 @@ from solver.registration.partial.confidence import part_confidence
 from solver.registration.partial.refinement import refine_candidates
 from solver.registration.partial.search import search_part
 from solver.registration.reduction import reduced_landmarks, reduction
+from solver.registration.search import STAGE
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import Images
 from solver.shape import Shape
@@ -79,7 +80,7 @@ def register_part(
     whole, part
         The shapes; the unit of length of either does not matter.
     control
-        May cancel; past its deadline, less is tried.
+        May cancel, and reports progress; past its deadline, less is tried.
     scale
         √area of the whole over √area of the part, if it is known.
     entire
@@ -108,8 +109,10 @@ def register_part(
     candidates = search_part(*fewer, control, scale, entire, known)
     if not candidates:
         return None
+    control.report(STAGE, 0.6)
     refined = refine_candidates(*fewer, candidates, entire, control)
     chosen = refined[0]
+    control.report(STAGE, 0.8)
     if fewer != (whole, part):
         chosen = chosen.on_whole(ours, theirs, (whole, part), control)
     chosen = chosen.again(control).mended(control)

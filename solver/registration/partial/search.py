@@ -14,6 +14,7 @@ from solver.registration.partial.candidates import (
 )
 from solver.registration.partial.choice import PartCandidate, PartStage, PartTask, choose_parts
 from solver.registration.partial.crossing import cross_parts
+from solver.registration.search import STAGE
 from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 
@@ -78,11 +79,13 @@ def search_part(
         for one in control.in_time(scales, least=1)
         for points in labelled_points(whole, part, one, how, landmarks, control)
     ]
+    control.report(STAGE, 0.2)
     if not entire:
         (overlapping,) = choose_parts(task, [starts], OF_OVERLAP_STAGES, control)
         return overlapping
     coarse, *fine = OF_PART_STAGES
     (first,) = choose_parts(task, [starts], [coarse], control)
+    control.report(STAGE, 0.4)
     crossed = cross_parts(task, first, coarse, control)
     populations = [[one.start for one in found] for found in (first, crossed)]
     known, others = choose_parts(task, populations, fine, control)
