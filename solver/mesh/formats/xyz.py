@@ -1,9 +1,15 @@
 """Point clouds as text: a line of numbers for each point, as .xyz, .txt and .csv.
 
-There is no standard. Columns are separated by white space, commas or semicolons: the coordinates,
-then a normal or a colour, then anything. A first line that is not of numbers is a header; one with
-a single number, as in .pts, is the number of points.
+There is no standard. Columns are separated by white space, commas or semicolons; where white space
+or semicolons separate them, commas are decimal commas. A first line that is not of numbers is a
+header; one with a single number, as in .pts, is the number of points. If the header or a comment
+names x, y and z, columns are found by name. Else the coordinates come first, then a normal or a
+colour, then anything.
 """
+
+import re
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
@@ -13,12 +19,31 @@ from solver.mesh.formats.contents import colors_in_unit_range
 from solver.mesh.formats.text import decode, float_table, last_line_note
 from solver.mesh.repair import TriangleSoup
 
-_COMMENTS = "#", "//"
+_COMMENTS: Final = "#", "//"
 
-_UNIT = 0.01
+_UNIT: Final = 0.01
 """Error of the length of a normal in a file: columns four to six are normals if all have it."""
 
-_SEPARATORS = str.maketrans(",;\t", "   ")
+_SEPARATORS: Final = str.maketrans(",;\t", "   ")
+_DECIMAL_COMMAS: Final = str.maketrans(",;\t", ".  ")
+
+_NOT_BY_COMMAS: Final = re.compile(r";|[^\s,][^\S\n]+[^\s,]")
+"""A semicolon, or white space that is not beside a comma."""
+
+_NO_DECIMAL_COMMA: Final = re.compile(r"(?<!\d),|,(?!\d)|,[^\s;,.]*[.,]|\.[^\s;,.]*,")
+"""A comma that is not between digits, or has another comma or a point in its number."""
+
+_AXES: Final = "x", "y", "z"
+_NORMALS: Final = ("nx", "ny", "nz"), ("normalx", "normaly", "normalz")
+_CHANNELS: Final = ("r", "g", "b"), ("red", "green", "blue")
+
+_BRACKETS: Final = re.compile(r"[\[(][^\[\]()]*[\])]")
+"""A unit after the name of a column."""
+
+_UNNAMED: Final = (
+    "the first line is no point, and does not name columns x, y and z: the first three numbers of"
+    " each line were taken for them"
+)
 
 
 def read_xyz(data: bytes) -> TriangleSoup:
@@ -32,46 +57,44 @@ def read_xyz(data: bytes) -> TriangleSoup:
     Returns
     -------
     TriangleSoup
-        Without faces; with normals or colours if columns four to six are that.
+        Without faces; with normals or colours if columns have their names, or, where columns have
+        no names, if columns four to six are that.
 
     Raises
     ------
     MeshError
-        A line is not of numbers, lines differ in length or have fewer than three numbers, or there
-        are fewer than the first line promises.
+        A line is not of numbers, lines differ in length or have fewer than three numbers, there
+        are fewer than the first line promises, or not as many columns as the header names.
     """
     text = decode(data)
-    stripped = (line.translate(_SEPARATORS).strip() for line in text.splitlines())
-    lines = [line for line in stripped if line and not line.startswith(_COMMENTS)]
-    promised = None
-    if lines and lines[0].isdigit():
-        promised, lines = int(lines[0]), lines[1:]
-    elif lines and not _is_of_numbers(lines[0]):
-        lines = lines[1:]
+    lines = [line.strip() for line in text.splitlines() if line.translate(_SEPARATORS).strip()]
+    comments = [line for line in lines if line.startswith(_COMMENTS)]
+    lines = [line for line in lines if not line.startswith(_COMMENTS)]
+    first = lines[0].translate(_SEPARATORS).strip() if lines else ""
+    promised = int(first) if first.isdigit() else None
+    header = lines[0] if lines and promised is None and not _is_of_numbers(first) else ""
+    lines = lines[1:] if header or promised is not None else lines
     if not lines:
         raise MeshError("the file has no points")
     if promised is not None and promised != len(lines):
         raise MeshError(
             f"the file promises {promised} points and has {len(lines)}; it is cut off or damaged"
         )
-    table = float_table(lines, "point")
+    table = float_table(_separated_by_blanks(lines), "point")
     if table.shape[1] < 3:
         raise MeshError(f"a point has {table.shape[1]} numbers; x, y and z are needed")
-    extra = np.ascontiguousarray(table[:, 3:6])
-    normals = colors = None
-    if extra.shape[1] == 3:
-        normals = extra if _are_normals(extra) else None
-        colors = None if normals is not None else colors_in_unit_range(extra)
-    faces: IntArray = np.zeros((0, 3), dtype=np.int64)
-    ids = np.arange(len(table), dtype=np.int64)
+    names = _names(header, comments, table.shape[1])
+    normals, colors = _named_extras(table, names) if names else _unnamed_extras(table)
+    columns = [names.index(axis) for axis in _AXES] if names else [0, 1, 2]
     notes = tuple(note.replace("face", "point") for note in last_line_note(text))
+    faces: IntArray = np.zeros((0, 3), dtype=np.int64)
     return TriangleSoup(
-        np.ascontiguousarray(table[:, :3]),
+        np.ascontiguousarray(table[:, columns]),
         faces,
         colors,
-        ids,
+        np.arange(len(table), dtype=np.int64),
         None,
-        notes,
+        (_UNNAMED, *notes) if header and not names else notes,
         normals=normals,
         is_cloud=True,
     )
@@ -85,6 +108,55 @@ def _is_of_numbers(line: str) -> bool:
     return True
 
 
-def _are_normals(columns: FloatArray) -> bool:
-    lengths = np.linalg.norm(columns, axis=1)
-    return bool((np.abs(lengths - 1.0) <= _UNIT).all())
+def _separated_by_blanks(lines: Sequence[str]) -> list[str]:
+    """Lines with blanks between numbers, and with decimal points."""
+    text = "\n".join(lines)
+    if "," not in text or not _NOT_BY_COMMAS.search(text):
+        return text.translate(_SEPARATORS).split("\n")
+    wrong = _NO_DECIMAL_COMMA.search(text)
+    if wrong:
+        line = text.count("\n", 0, wrong.start())
+        raise MeshError(
+            "blanks or semicolons separate numbers, so that commas are decimal commas; those of"
+            f" point {line}, {lines[line][:60]!r}, are not: use one separator in all lines"
+        )
+    return text.translate(_DECIMAL_COMMAS).split("\n")
+
+
+def _names(header: str, comments: Sequence[str], count: int) -> list[str]:
+    """Names of so many columns, in lower case; empty if x, y and z are not named once each."""
+    for line in (header, *comments):
+        bare = _BRACKETS.sub("", line.lstrip("#/"))
+        separator = next((one for one in ";\t," if one in bare), None)
+        names = [name.strip(" \"'").lower() for name in bare.split(separator)]
+        if any(names.count(axis) != 1 for axis in _AXES):
+            continue
+        if len(names) == count:
+            return names
+        if line == header:
+            raise MeshError(f"the header names {len(names)} columns, but a point has {count}")
+    return []
+
+
+def _named_extras(
+    table: FloatArray, names: Sequence[str]
+) -> tuple[FloatArray | None, FloatArray | None]:
+    """(V, 3) normals and colours of columns with their names."""
+    normals, colors = (
+        next(
+            (table[:, [names.index(one) for one in axes]] for axes in known if {*axes} <= {*names}),
+            None,
+        )
+        for known in (_NORMALS, _CHANNELS)
+    )
+    return normals, None if colors is None else colors_in_unit_range(colors)
+
+
+def _unnamed_extras(table: FloatArray) -> tuple[FloatArray | None, FloatArray | None]:
+    """(V, 3) normals or colours, if columns four to six are that."""
+    extra = np.ascontiguousarray(table[:, 3:6])
+    if extra.shape[1] < 3:
+        return None, None
+    if (np.abs(np.linalg.norm(extra, axis=1) - 1.0) <= _UNIT).all():
+        return extra, None
+    return None, colors_in_unit_range(extra)

@@ -1,7 +1,12 @@
 """Point clouds as text: columns, separators, headers, and what is refused."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from solver.arrays import FloatArray
 from solver.errors import MeshError
@@ -44,6 +49,71 @@ def test_further_columns_are_normals_or_colours() -> None:
     assert found.colors is None
 
 
+TABLES = arrays(
+    np.float64,
+    st.tuples(st.integers(1, 5), st.just(3)),
+    elements=st.floats(-1e6, 1e6).map(lambda number: round(number, 3)),
+)
+
+
+@given(TABLES, st.sampled_from([";", "\t", " ", " ; ", "   "]), st.booleans())
+def test_decimal_commas_are_read_where_another_separator_is(
+    points: FloatArray, separator: str, named: bool
+) -> None:
+    lines = (separator.join(f"{number!r}" for number in row) for row in points.tolist())
+    written = "\n".join(line.replace(".", ",") for line in lines) + "\n"
+    found = read_xyz((f"x{separator}y{separator}z\n" * named + written).encode())
+    np.testing.assert_array_equal(found.vertices, points)
+    assert not found.notes
+
+
+@given(
+    TABLES,
+    st.permutations(["x", "Y", "z ", '"nx"', "ny", "Nz", "red", "green", "blue", "id", "q (mm)"]),
+    st.sampled_from([("", ","), ("", ";"), ("", "\t"), ("//", ","), ("# ", ";")]),
+)
+def test_columns_are_found_by_name(
+    points: FloatArray, header: Sequence[str], style: tuple[str, str]
+) -> None:
+    start, separator = style
+    known = dict.fromkeys(header, 7.0 * np.ones(len(points)))
+    known |= dict(zip(("x", "Y", "z "), points.T, strict=True))
+    known |= dict(zip(('"nx"', "ny", "Nz"), np.resize(NORMALS, (len(points), 3)).T, strict=True))
+    known |= dict(zip(("red", "green", "blue"), np.resize(COLORS, points.shape).T, strict=True))
+    rows = np.stack([known[name] for name in header], axis=1).tolist()
+    lines = (separator.join(map(repr, row)) for row in rows)
+    found = read_xyz((start + separator.join(header) + "\n" + "\n".join(lines) + "\n").encode())
+    np.testing.assert_array_equal(found.vertices, points)
+    assert found.normals is not None
+    np.testing.assert_array_equal(found.normals, np.resize(NORMALS, points.shape))
+    assert found.colors is not None
+    np.testing.assert_allclose(found.colors, np.resize(COLORS, points.shape) / 255.0)
+
+
+@given(st.text("0123456789.,;-+e \t\nxyz#/()", max_size=60))
+def test_any_text_is_read_in_full_or_refused(written: str) -> None:
+    try:
+        found = read_xyz(written.encode())
+    except MeshError:
+        return
+    assert found.vertices.shape == (len(found.vertex_ids), 3)
+    lines = [line for line in written.splitlines() if not line.strip().startswith(("#", "//"))]
+    assert len(found.vertices) <= len(lines)
+
+
+def test_columns_of_other_names_are_no_colours() -> None:
+    found = read_xyz(b"x y z intensity class id\n0 0 0 12 1 1\n1 0 0 200 2 2\n")
+    assert found.colors is None
+    assert found.normals is None
+
+
+def test_a_header_without_x_y_and_z_is_said() -> None:
+    for header in ("id,px,py,pz", "My scan", "x,y,y"):
+        found = read_xyz(f"{header}\n{text(POINTS, ',').decode()}".encode())
+        np.testing.assert_array_equal(found.vertices, POINTS)
+        assert any("does not name columns x, y and z" in note for note in found.notes)
+
+
 @pytest.mark.parametrize(
     ("data", "message"),
     [
@@ -53,6 +123,10 @@ def test_further_columns_are_normals_or_colours() -> None:
         (b"Dear reader,\nthis is a letter.\n", "point line"),
         (b"1 2\n3 4\n", "x, y and z are needed"),
         (b"1 2 3\n4 5\n", "point line"),
+        (b"x,y,z\n1,2,3,4\n", "names 3 columns, but a point has 4"),
+        (b"x;y;z\n1,5;2,5;1.234,5\n", "point 0, '1,5;2,5;1.234,5'"),
+        (b"1 2 3\n4, 5 6\n", "point 1, '4, 5 6'"),
+        (b"1,2,3 4,5,6\n", "point 0"),
         (b"1 2 3\n4 five 6\n", "point line"),
         (b"3\n1 2 3\n4 5 6\n", "promises 3 points and has 2"),
         (b"1 2 3\n4 5 6\n", "20 points or more in different places; there are 2"),
