@@ -49,6 +49,9 @@ _JITTER = 0.01
 """Displacement, in distances to the nearest point, before points are triangulated: four points of a
 regular grid are on a circle, and have to agree on a diagonal."""
 
+_STRAIGHT = 1e-6
+"""Extent across a line, in that along it, up to which points lie on the line."""
+
 _AGREED = 0.5
 """Least share of the triangles on which three corners agree: 0.95 for 10,000 random points on a
 body, 0.8 with noise of 0.7 mean distances √(area / points), 0.7 for 300 points; 0.45 with noise of
@@ -89,6 +92,9 @@ def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
     places = (places - places.mean(axis=0)) / np.ptp(places, axis=0).max()
     alone = _outliers(places)
     kept, places = kept[~alone], places[~alone]
+    along, across = np.linalg.svd(places - places.mean(axis=0), compute_uv=False)[:2]
+    if across <= _STRAIGHT * along:
+        raise MeshError("all points lie on a line; check which columns are x, y and z")
     given = None if cloud.normals is None else _unit(cloud.normals[kept])
     faces, votes = _triangulated(places, given)
     agreed = float((votes == 3).mean()) if len(votes) else 0.0

@@ -117,6 +117,7 @@ def test_outliers_and_repeated_points_are_left_out_with_a_warning() -> None:
         (np.repeat(on_sphere(10), 5, axis=0), "there are 10"),
         (np.random.default_rng(4).random((2000, 3)), "too sparse or too noisy"),
         (np.zeros((100, 3)), "there are 1"),
+        (np.outer(np.linspace(3.0, 4.0, 50), [1.0, 2.0, 3.0]), "all points lie on a line"),
     ],
 )
 def test_what_is_no_surface_is_refused(points: FloatArray, message: str) -> None:
