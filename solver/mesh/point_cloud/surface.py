@@ -117,6 +117,9 @@ def surface_of_points(cloud: TriangleSoup) -> TriangleSoup:
         notes.append(f"merged {counted(len(merged.merged), 'point')} in the same place as others")
     if alone.any():
         notes.append(f"left out {counted(int(alone.sum()), 'outlier')}, far from all other points")
+    unused = len(places) - len(np.unique(faces))
+    if unused:
+        notes.append(f"left out {counted(unused, 'point')} that no triangle uses")
     return merged.noting(*notes)
 
 

@@ -87,6 +87,6 @@ def repaired(soup: TriangleSoup) -> TriangleSoup:
         with_defects_noted,
     ):
         soup = step(soup.compacted())
-    if unused:
+    if unused and not soup.is_cloud:
         soup = soup.noting(f"dropped {counted(unused, 'vertex', 'vertices')} that no face uses")
     return soup

@@ -14,7 +14,12 @@ _CRACK_WIDTH = 0.1
 
 
 def with_defects_noted(soup: TriangleSoup) -> TriangleSoup:
-    """Note non-manifold edges and vertices, and boundary vertices that may belong to a crack."""
+    """Note non-manifold edges and vertices, and boundary vertices that may belong to a crack.
+
+    Of a point cloud nothing is noted: its faces are ours, and the user cannot mend them.
+    """
+    if soup.is_cloud:
+        return soup
     edges = soup.edges
     notes = []
     sheets = int((edges.counts > 2).sum())

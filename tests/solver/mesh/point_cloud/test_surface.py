@@ -10,8 +10,9 @@ from solver.arrays import FloatArray
 from solver.errors import MeshError
 from solver.matching import MatchOptions, match
 from solver.mesh import TriangleMesh, read_mesh, vertex_normals
-from solver.mesh.repair import edges_of
+from solver.mesh.repair import edges_of, non_manifold_vertices
 from solver.shape import Shape
+from synthetic import human
 from tests.solver import shapes
 
 
@@ -91,6 +92,21 @@ def test_given_normals_say_which_side_is_outside() -> None:
         mesh = read_mesh(ply(np.hstack([half, sign * half]), columns), "ply")
         along = np.einsum("ij,ij->i", vertex_normals(mesh.vertices, mesh.faces), mesh.vertices)
         assert (sign * along).min() > 0.0
+
+
+def test_defects_of_the_surface_are_not_those_of_the_points() -> None:
+    """The user cannot mend what is no property of the points."""
+    body = human(resolution=1000)
+    rng = np.random.default_rng(0)
+    chosen = rng.choice(len(body.faces), 3000)
+    weights = rng.dirichlet(np.ones(3), 3000)
+    mesh = cloud(np.einsum("ij,ijk->ik", weights, body.vertices[body.faces[chosen]]))
+    assert len(non_manifold_vertices(mesh.faces, mesh.soup().edges)) > 0
+    unused = 3000 - mesh.n_vertices
+    assert mesh.warnings == (
+        f"a surface of {mesh.n_faces} triangles was made of the points",
+        *([f"left out {unused} points that no triangle uses"] * (unused > 0)),
+    )
 
 
 def test_outliers_and_repeated_points_are_left_out_with_a_warning() -> None:
