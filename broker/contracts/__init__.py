@@ -18,6 +18,7 @@ from broker.contracts.dissimilarities import (
     STRUCTURES,
     DissimilarityResult,
 )
+from broker.contracts.exports import export_refusal, exports_of
 from broker.contracts.jobs import (
     UNUSABLE,
     AttributesValidationPayload,
@@ -222,6 +223,8 @@ __all__ = [
     "attribute_format_of",
     "attributes_id",
     "catalogue",
+    "export_refusal",
+    "exports_of",
     "file_type_of",
     "is_prototype",
     "no_alternative",

@@ -66,7 +66,10 @@ class JobKind(StrEnum):
 
     @property
     def exports(self) -> tuple[str, ...]:
-        """Formats of files that the result can be written to, besides arrays and a picture."""
+        """Formats of files, besides arrays and a picture, of results of this kind.
+
+        Not every result has all: see `exports_of`.
+        """
         if self is JobKind.MATCH:
             return ("csv", "ply", "obj", "glb")
         if self is JobKind.TRANSFER:

@@ -6,7 +6,16 @@ from urllib.parse import urlsplit
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from broker.contracts import Delivery, JobKind, JobRecord, JobState, Problem, Progress, subject_of
+from broker.contracts import (
+    Delivery,
+    JobKind,
+    JobRecord,
+    JobState,
+    Problem,
+    Progress,
+    exports_of,
+    subject_of,
+)
 from broker.queue import JobQueue
 
 MOST_NAMED: Final = 20
@@ -168,7 +177,7 @@ class Job(BaseModel):
                 result=f"{path}/result" if has_result else None,
                 picture=f"{path}/result.png" if record.kind.has_picture else None,
                 arrays=f"{path}/result.npz" if record.kind.has_arrays else None,
-                exports=tuple(f"{path}/result.{one}" for one in record.kind.exports),
+                exports=tuple(f"{path}/result.{one}" for one in exports_of(record.payload)),
                 partial=_partial(record),
             ),
         )

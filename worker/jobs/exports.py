@@ -14,7 +14,6 @@ from broker.contracts import (
     TransferResult,
 )
 from broker.store import Store
-from solver.errors import OptionError
 from solver.transfer import COLORS_NAME, Attribute, PullBack, baked_texture
 from solver.transfer.files import (
     WrittenSurface,
@@ -50,8 +49,8 @@ def export_match(result: MatchResult, file_type: str, store: Store) -> bytes:
 
     Raises
     ------
-    OptionError
-        The match has no map of all vertices, which colours need.
+    ResultGone
+        The result is of a version that gave no map of all vertices in both directions.
     ShapeGone
         A shape was deleted.
     """
@@ -60,8 +59,7 @@ def export_match(result: MatchResult, file_type: str, store: Store) -> bytes:
         return _table([("source", "target", "cost"), *pairs])
     dense = result.dense
     if dense is None or dense.inverse is None:
-        message = f"{file_type.upper()} shows a map of all vertices; match again with `dense`"
-        raise OptionError("format", message)
+        raise ResultGone("the result has no map in both directions; match again")
     source = stored_mesh(result.source, store.shapes)
     target = stored_mesh(result.target, store.shapes)
     along = PullBack.along(solver_map(dense, dense.inverse, forwards=False))
@@ -80,22 +78,13 @@ def export_transfer(result: TransferResult, job_id: str, file_type: str, store: 
     ------
     ResultGone, ShapeGone
         The arrays or the shape are no longer kept.
-    OptionError
-        Landmarks are to be written to a surface.
     TransferError
         The format cannot hold an attribute.
     """
     if result.points is not None:
-        if file_type != "csv":
-            raise OptionError("format", "landmarks are written to CSV and NPZ")
         header = ("vertex1", "vertex2", "vertex3", "weight1", "weight2", "weight3")
         return _table([header, *((*one.vertices, *one.weights) for one in result.points)])
-    if result.what == UV and file_type == "ply":
-        raise OptionError("format", "PLY has no texture coordinates here; choose GLB or OBJ")
     painted = result.what in (TEXTURE, UV)
-    if file_type == "zip" and not painted:
-        message = f"zip is OBJ with images, and {result.what} have none; choose OBJ or another"
-        raise OptionError("format", message)
     if (painted and file_type in ("glb", "zip")) or (result.what, file_type) == (UV, "obj"):
         return _textured(result, file_type, store)
     arrays = store.results.arrays(job_id)

@@ -31,8 +31,7 @@ export function download(path, text, name) {
 }
 
 /** Links to the arrays of a job's result and to its files in other formats. */
-export const exportsOf = (job, endings = () => true) =>
+export const exportsOf = (job) =>
   [job.links.arrays, ...job.links.exports]
     .map((path) => [path, path.split(".").pop()])
-    .filter(([, ending]) => endings(ending))
     .flatMap(([path, ending]) => [" ", download(path, ending.toUpperCase(), `${job.id}.${ending}`)]);

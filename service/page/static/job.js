@@ -95,6 +95,5 @@ function transferView(place, result, job) {
   fill(place, h("h2", {}, "Transferred values"), h("p", {},
     `${result.what}: ${carried}, from ${result.source_name ?? result.source} to ${result.target_name ?? result.target}`),
   h("p", { class: "actions" }, linkButton(job.id), " ",
-    download(job.links.result, "JSON", `${job.id}.json`),
-    exportsOf(job, (ending) => result.what !== "uv" || ending !== "ply")));
+    download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job)));
 }

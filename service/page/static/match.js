@@ -42,8 +42,7 @@ export async function matchView(place, result, job, signal) {
     h("div", { class: "judged" }, scenes, pairs), numbers,
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`),
-      exportsOf(job, (ending) => result.dense !== null || ["npz", "csv"].includes(ending)), " ",
-      picture, " ",
+      exportsOf(job), " ", picture, " ",
       h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters")),
     result.dense !== null && !learned ? carrying(job, source, target) : null,
 );

@@ -92,6 +92,14 @@ def arrays_of(http: httpx2.Client, job: Json) -> dict[str, Any]:
     return {one.name: one.values for one in read_attributes(data, "npz")}
 
 
+def export(http: httpx2.Client, job: Json, ending: str) -> httpx2.Response:
+    """The result in a format, which is listed with the job if it can be made."""
+    link = f"{job['links']['self']}/result.{ending}"
+    answer = http.get(link)
+    assert (link in job["links"]["exports"]) == answer.is_success
+    return answer
+
+
 def test_labels_of_a_table(http: httpx2.Client, match: str, pair: tuple[str, str]) -> None:
     answer = send(http, table(part=LABELS), "segments.csv")
     assert answer.status_code == 201
@@ -125,7 +133,7 @@ def test_there_and_back_loses_nothing_on_a_copy(http: httpx2.Client, match: str)
 def test_colours_of_the_shape_itself_in_every_format(http: httpx2.Client, match: str) -> None:
     job = carried(http, match, what="colors")
     np.testing.assert_allclose(arrays_of(http, job)["colors"][TRUTH], COLORS, atol=1e-3)
-    refused = problem(http.get(job["links"]["exports"][4]), 422, "invalid-option")
+    refused = problem(export(http, job, "zip"), 422, "invalid-option")
     assert "choose OBJ" in refused["detail"]
     for link in job["links"]["exports"][1:4]:
         answer = http.get(link)
@@ -168,8 +176,9 @@ def test_landmarks(http: httpx2.Client, match: str) -> None:
     found = [shares[vertex] for vertex in TRUTH[corners].tolist()]
     np.testing.assert_allclose(found, [0.2, 0.3, 0.5], atol=1e-2)
     assert http.get(job["links"]["exports"][0]).text.count("\n") == 3
-    refused = problem(http.get(job["links"]["exports"][3]), 422, "invalid-option")
-    assert refused["errors"][0]["field"] == "path.format"
+    for ending in ("ply", "obj", "glb", "zip"):
+        refused = problem(export(http, job, ending), 422, "invalid-option")
+        assert refused["errors"][0]["field"] == "path.format"
 
 
 def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Upload) -> None:
@@ -186,7 +195,7 @@ def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Uploa
     assert seen.visual.material.baseColorTexture.size[0] > 64
     for written, file_type in (
         (baked, "glb"),
-        (http.get(job["links"]["exports"][4]).content, "zip"),
+        (export(http, job, "zip").content, "zip"),
     ):
         found = read_mesh(written, file_type)
         assert found.colors is not None
@@ -218,7 +227,9 @@ def test_texture_coordinates_with_and_without_the_image(
         expected = np.empty_like(upwards)
         expected[TRUTH] = upwards
         np.testing.assert_allclose(arrays["uv"], expected[OTHER.faces.ravel()], atol=5e-3)
-        table, ply, obj, glb, packed = (http.get(link) for link in job["links"]["exports"])
+        table, ply, obj, glb, packed = (
+            export(http, job, ending) for ending in ("csv", "ply", "obj", "glb", "zip")
+        )
         assert table.text.startswith("corner,vertex,uv.u,uv.v,texture\n0,")
         assert problem(ply, 422, "invalid-option")["errors"][0]["field"] == "path.format"
         seen: Any = trimesh.load(io.BytesIO(obj.content), file_type="obj", force="mesh")
@@ -458,7 +469,10 @@ def test_matches_that_cannot_be_carried_along(
         "field": "body.match",
         "message": "it has no map of all vertices; match again with `dense`",
     }
-    problem(http.get(f"/v1/jobs/{sparse}/result.glb"), 422, "invalid-option")
+    job = http.get(f"/v1/jobs/{sparse}").json()
+    assert export(http, job, "csv").is_success
+    refused = problem(export(http, job, "glb"), 422, "invalid-option")
+    assert "match again with `dense`" in refused["detail"]
     dense = matched(http, pair, points=11, dense=True)["id"]
     other = carried(http, dense, what="colors")["id"]
     refused = problem(
