@@ -36,7 +36,8 @@ class BatchMatch(BaseModel):
 
     target: str = Field(description="Id of the target.")
     target_name: str | None = Field(
-        description="Name of the target in the request; null for the name it is stored under."
+        description="Name of the target, of the request or as stored; null in batches of earlier"
+        " versions."
     )
     job: str | None = Field(
         description="Id of the job of this match: its result, files and transfers are those of any"
@@ -58,7 +59,8 @@ class BatchResult(BaseModel):
     version: Literal[1] = Field(default=1, description="Version of this format.")
     source: str = Field(description="Id of the source, a shape or a prototype.")
     source_name: str | None = Field(
-        description="Name of the source in the request; null for the name it is stored under."
+        description="Name of the source, of the request or as stored; null in batches of earlier"
+        " versions."
     )
     parameters: MatchParameters = Field(description="The parameters in force.")
     matches: tuple[BatchMatch, ...] = Field(description="The matches, in the order of the targets.")

@@ -13,6 +13,7 @@ from broker.contracts import (
     JobRecord,
     JobState,
     RequestOrigin,
+    is_prototype,
 )
 from service.batches.schemas import BatchProgress, BatchRequest
 from service.dependencies import Service, ServiceOf
@@ -89,10 +90,17 @@ def _matches(service: Service, record: JobRecord) -> tuple[BatchMatch, ...]:
 
 def _payload(asked: BatchRequest, service: Service) -> BatchPayload:
     fields = {f"body.targets.{place}": target for place, target in enumerate(asked.targets)}
+    parameters = checked_parameters(asked, fields, service)
+    kept = service.store.prototypes if is_prototype(asked.source) else service.store.shapes
+    source, targets = kept.get(asked.source), service.store.shapes.records(asked.targets)
+    given = asked.target_names or (None,) * len(targets)
     return BatchPayload(
         source=asked.source,
-        source_name=asked.source_name,
+        source_name=asked.source_name or (None if source is None else source.name),
         targets=asked.targets,
-        target_names=asked.target_names or (None,) * len(asked.targets),
-        parameters=checked_parameters(asked, fields, service),
+        target_names=tuple(
+            name or (None if target is None else target.name)
+            for name, target in zip(given, targets, strict=True)
+        ),
+        parameters=parameters,
     )

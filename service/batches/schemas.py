@@ -66,7 +66,8 @@ class BatchProgress(BaseModel):
     state: JobState = Field(description="State of that job.")
     source: str = Field(description="Id of the source, a shape or a prototype.")
     source_name: str | None = Field(
-        description="Name of the source in the request; null for the name it is stored under."
+        description="Name of the source, of the request or as stored; null in batches of earlier"
+        " versions."
     )
     ended: int = Field(description="Number of matches that have ended.")
     matches: tuple[BatchMatch, ...] = Field(description="The matches, in the order of the targets.")

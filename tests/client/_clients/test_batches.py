@@ -22,7 +22,7 @@ def test_matches_as_they_end(client: isomatch.Client, pair: Pair, tmp_path: Path
     result = batch.result()
     assert isinstance(result, isomatch.Batch)
     assert (result.succeeded, result.source_name) == (2, source.name)
-    assert [one.target_name for one in result.matches] == [target.name, None]
+    assert [one.target_name for one in result.matches] == [target.name, source.name]
     assert batch.matches().matches == result.matches
     for match in result.matches:
         assert match.job is not None

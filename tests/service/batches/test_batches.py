@@ -59,6 +59,8 @@ def test_every_match_of_a_batch_is_a_match(http: httpx2.Client, upload: Upload) 
     result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
     assert result.succeeded == 3
     assert [one.target for one in result.matches] == targets
+    found_names = [one.target_name for one in result.matches]
+    assert (result.source_name, found_names) == ("template", ["one", "mesh.off", "three"])
     assert progress(http, job).matches == result.matches
     alone = http.post("/v1/matches", json={"source": source, "target": targets[0], **QUICK})
     single = http.get(alone.json()["links"]["self"], params={"wait": 60}).json()
@@ -89,6 +91,22 @@ def test_every_match_of_a_batch_is_a_match(http: httpx2.Client, upload: Upload) 
     assert result.matches[0].job not in [
         one["id"] for one in http.get("/v1/jobs", params={"limit": 100}).json()["items"]
     ]
+
+
+def test_names_are_those_that_shapes_are_stored_under(http: httpx2.Client, upload: Upload) -> None:
+    source = upload(blob_file(), "template.off")["id"]
+    target = upload(blob_file(seed=1), "specimen.off")["id"]
+    job = batch(http, {"source": source, "targets": [target], **QUICK})
+    assert ended(http, job)["state"] == JobState.SUCCEEDED
+    result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
+    for found in (result, progress(http, job)):
+        names = found.source_name, found.matches[0].target_name
+        assert names == (stored_name(http, source), stored_name(http, target))
+
+
+def stored_name(http: httpx2.Client, shape: str) -> str:
+    name: str = http.get(f"/v1/shapes/{shape}").json()["name"]
+    return name
 
 
 def test_matches_that_fail_are_named_and_the_others_go_on(
