@@ -1,7 +1,7 @@
 """Attributes: named values of vertices or faces, and how each kind of them is carried."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final, Protocol
 
 import numpy as np
@@ -24,6 +24,9 @@ COLORS_NAME: Final = "colors"
 
 WEIGHTS_NAME: Final = "weights"
 """Name of the attribute of skinning weights in all formats."""
+
+_LARGEST_LABEL: Final = 2.0**53
+"""Whole numbers up to this are exact in double precision."""
 
 _ROW: Final = {None: "vertex", VERTICES: "vertex", FACES: "face"}
 
@@ -86,7 +89,8 @@ def selected(
         Of a file.
     kind
         One of `KINDS`. Scalars are attributes of one number, vectors of several; labels are whole
-        numbers or text; colours are called "colors". Skinning weights are called "weights", or
+        numbers or text, or, if they are named or there are no others, floats that are all whole;
+        colours are called "colors". Skinning weights are called "weights", or
         else every scalar is the weights of one joint.
     names
         Only these attributes; for skinning, only these joints. None for all of the kind.
@@ -99,14 +103,26 @@ def selected(
     if kind == SKINNING:
         return (_skin(attributes, names),)
     known = {one.name: one for one in attributes if _is_of(one, kind, bool(names))}
+    if kind == LABELS and (names or not known):
+        known |= {one.name: one for one in map(with_whole_numbers, attributes) if _is_of(one, kind)}
     absent = [name for name in names if name not in known]
     if absent:
         message = f"there are no {kind} called {absent[0]!r}; {_there(known)}"
         raise OptionError("names", message)
     if not known:
-        message = f"the file has no {kind}; {_there([one.name for one in attributes])}"
+        message = f"the file has no {kind}; {_there_of_kinds(attributes)}"
         raise OptionError("what", message)
     return tuple(known[name] for name in names) if names else tuple(known.values())
+
+
+def with_whole_numbers(attribute: Attribute) -> Attribute:
+    """Return an attribute of floats that are all whole as one of integers, any other as it is."""
+    values = attribute.values
+    if values.dtype.kind != "f" or not (np.abs(values) <= _LARGEST_LABEL).all():
+        return attribute
+    whole = np.rint(values)
+    same = (whole == values).all()
+    return replace(attribute, values=whole.astype(np.int64)) if same else attribute
 
 
 def carried(
@@ -173,7 +189,7 @@ def _known_means(along: Along, values: FloatArray, known: BoolArray) -> FloatArr
     return np.where(shares >= 0.5, sums / np.maximum(shares, 0.5), np.nan)
 
 
-def _is_of(attribute: Attribute, kind: str, named: bool) -> bool:
+def _is_of(attribute: Attribute, kind: str, named: bool = False) -> bool:
     number = attribute.values.dtype.kind in "if"
     if kind == LABELS:
         return attribute.values.ndim == 1 and attribute.values.dtype.kind in "iU"
@@ -194,8 +210,8 @@ def _skin(attributes: Sequence[Attribute], names: Sequence[str]) -> Attribute:
             if one.values.ndim == 1 and one.values.dtype.kind in "if" and one.on != FACES
         ]
         if not joints:
-            there = _there([one.name for one in attributes])
-            raise OptionError("what", f"the file has no skinning weights; {there}")
+            message = f"the file has no skinning weights; {_there_of_kinds(attributes)}"
+            raise OptionError("what", message)
         table = np.stack([one.values.astype(np.float64) for one in joints], axis=1)
         skin = Attribute(WEIGHTS_NAME, table, tuple(one.name for one in joints), joints[0].on)
     columns = skin.columns or tuple(f"joint{place}" for place in range(skin.width))
@@ -208,6 +224,14 @@ def _skin(attributes: Sequence[Attribute], names: Sequence[str]) -> Attribute:
     return Attribute(skin.name, skin.values[:, places], chosen, skin.on)
 
 
-def _there(names: Sequence[str] | dict[str, Attribute]) -> str:
-    listed = ", ".join(repr(name[:40]) for name in list(names)[:20])
-    return f"there are {listed}" if listed else "there are none"
+def _there_of_kinds(attributes: Sequence[Attribute]) -> str:
+    """Name what there is, such as "there are 'height' (scalars)"."""
+    kinds = (LABELS, COLORS, SCALARS, VECTORS)
+    own = [next((kind for kind in kinds if _is_of(one, kind)), SKINNING) for one in attributes]
+    return _there([one.name for one in attributes], own)
+
+
+def _there(names: Iterable[str], kinds: Sequence[str] = ()) -> str:
+    said = [repr(name[:40]) for name in names]
+    said = [f"{name} ({kind})" for name, kind in zip(said, kinds, strict=True)] if kinds else said
+    return f"there are {', '.join(said[:20])}" if said else "there are none"

@@ -2,16 +2,12 @@
 
 from typing import Final
 
-import numpy as np
-
 from solver.errors import TransferError
-from solver.transfer.attributes import Attribute
+from solver.transfer.attributes import Attribute, with_whole_numbers
 from solver.transfer.files.csv_table import column_of
 from solver.transfer.files.limits import check_size
 
 _NAME: Final = "label"
-_WHOLE: Final = 2.0**53
-"""Whole numbers up to this are exact in double precision."""
 
 
 def read_label_list(data: bytes) -> list[Attribute]:
@@ -31,9 +27,6 @@ def read_label_list(data: bytes) -> list[Attribute]:
     if not lines:
         raise TransferError("the list of labels is empty; write one label a line")
     check_size(1, len(lines))
-    values = column_of(_NAME, [line.strip() for line in lines])
-    if values.dtype.kind == "f" and (np.abs(values) <= _WHOLE).all():
-        whole = np.rint(values)
-        # numpy.savetxt writes whole numbers as 1.0e+00.
-        values = whole.astype(np.int64) if (whole == values).all() else values
-    return [Attribute(_NAME, values)]
+    # numpy.savetxt writes whole numbers as 1.0e+00.
+    labels = Attribute(_NAME, column_of(_NAME, [line.strip() for line in lines]))
+    return [with_whole_numbers(labels)]

@@ -57,6 +57,22 @@ def test_attributes_are_selected_by_name() -> None:
         selected(TABLE, SKINNING, ["tail"])
     with pytest.raises(OptionError, match="the file has no colors; there are 'height'"):
         selected(TABLE[:1], COLORS)
+    told = r"no labels; there are 'height' \(scalars\), 'flow' \(vectors\), 'weights' \(skinning\)"
+    with pytest.raises(OptionError, match=told):
+        selected([TABLE[0], TABLE[3], TABLE[5]], LABELS)
+
+
+def test_floats_that_are_whole_are_labels_where_there_are_no_others() -> None:
+    mask = Attribute("mask", np.arange(30.0) // 10)
+    for table, names in ((TABLE[:1], []), (TABLE, ["mask"])):
+        (found,) = selected([*table, mask], LABELS, names)
+        assert (found.name, found.values.dtype.kind) == ("mask", "i")
+        np.testing.assert_array_equal(found.values, mask.values)
+    assert [one.name for one in selected([*TABLE, mask], LABELS)] == ["part", "name"]
+    for wrong in (np.nan, np.inf, 0.5, 1e300):
+        values = np.append(mask.values, wrong)
+        with pytest.raises(OptionError, match=r"no labels; there are 'mask' \(scalars\)"):
+            selected([Attribute("mask", values)], LABELS)
 
 
 def test_scalars_without_a_table_of_weights_are_those_of_joints() -> None:
