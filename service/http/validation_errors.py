@@ -26,10 +26,13 @@ _BOUNDS: Final = {
 }
 """Bounds are formatted here, as Pydantic writes 1e30 with all its zeros."""
 
+_POSITIVE: Final = 1e-20
+"""Lower bounds up to this stand for positive numbers, within what floating point can compute."""
+
 _LENGTHS: Final = {"too_short": ("at least", "min_length"), "too_long": ("at most", "max_length")}
 _WORDS: Final = {
     "extra_forbidden": "There is no such field; /docs lists the fields",
-    "tuple_type": "Input should be a list of such names",
+    "tuple_type": "Input should be a list",
     "upload_file": "Input should be a file: a part of the form that has a `filename`",
     "no_file": "The form has no such part, or is truncated; send multipart/form-data with a part"
     " `file` that has a `filename`",
@@ -96,7 +99,17 @@ def _message(error: Any) -> str:
         return f"Input should have {words} {count} {noun}, not {error['ctx']['actual_length']}"
     if kind in _BOUNDS:
         key, words = _BOUNDS[kind]
-        return f"Input should be {words} {error['ctx'][key]:g}"
+        bound = error["ctx"][key]
+        if (
+            kind == "greater_than_equal"
+            and 0.0 < bound < _POSITIVE
+            and float(error["input"]) <= 0.0
+        ):
+            return "Input should be greater than 0"
+        return f"Input should be {words} {bound:g}"
+    if kind == "tuple_type" and "landmarks" in error["loc"]:
+        wanted = "a list of pairs" if error["loc"][-1] == "landmarks" else "a pair"
+        return f"Input should be {wanted} [vertex of the source, vertex of the target]"
     if kind in _NOT_AN_OBJECT and tuple(error["loc"]) == ("body",):
         kind = "not_an_object"
     elif kind == "missing" and tuple(error["loc"]) == ("body", "file"):

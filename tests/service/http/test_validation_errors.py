@@ -59,9 +59,24 @@ def test_a_structure_is_named_by_its_place(http: httpx2.Client, metric: Any, fie
 
 def test_parameters_of_a_descriptor_are_named_by_their_place(http: httpx2.Client) -> None:
     descriptor = ["hks", {"name": "hks", "times": [0.1, 0.0]}]
-    body = {"source": "a", "target": "b", "descriptor": descriptor}
+    body: dict[str, Any] = {"source": "a", "target": "b", "descriptor": descriptor}
     named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
-    assert named == {"body.descriptor.1.times.1": "Input should be greater than or equal to 1e-30"}
+    assert named == {"body.descriptor.1.times.1": "Input should be greater than 0"}
+    for times, said in ([1e-31], "greater than or equal to 1e-30"), (3, "a list"):
+        body["descriptor"] = {"name": "hks", "times": times}
+        named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+        assert list(named.values()) == [f"Input should be {said}"]
+
+
+@pytest.mark.parametrize(
+    ("landmarks", "field", "wanted"),
+    [({1: 2}, "landmarks", "a list of pairs"), ([1, 2], "landmarks.0", "a pair")],
+)
+def test_landmarks_are_pairs(http: httpx2.Client, landmarks: Any, field: str, wanted: str) -> None:
+    body = {"source": "a", "target": "b", "landmarks": landmarks}
+    named = fields(problem(http.post("/v1/matches", json=body), 422, "invalid-request"))
+    said = f"Input should be {wanted} [vertex of the source, vertex of the target]"
+    assert named == {f"body.{field}": said}
 
 
 def test_messages_of_invalid_fields_are_for_users(http: httpx2.Client) -> None:
