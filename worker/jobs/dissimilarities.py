@@ -53,7 +53,7 @@ def result_of(
         mean_average_precision=None if scores is None else scores.mean_average_precision,
         precision_at_1=None if scores is None else scores.precision_at_1,
         average_precisions=None if scores is None else _listed(scores),
-        warnings=(),
+        warnings=_warnings(scores),
         timings=dict(timings),
     )
 
@@ -83,6 +83,15 @@ def arrays_of(result: DissimilarityResult, values: FloatArray) -> bytes:
     stream = io.BytesIO()
     np.savez_compressed(stream, allow_pickle=False, **arrays)
     return stream.getvalue()
+
+
+def _warnings(scores: RetrievalScores | None) -> tuple[str, ...]:
+    if scores is None or scores.mean_average_precision is not None:
+        return ()
+    return (
+        "no two shapes have the same label, so that there are no scores; give shapes of one class"
+        " one label",
+    )
 
 
 def _square(values: FloatArray, count: int) -> FloatArray:

@@ -175,3 +175,16 @@ def test_extreme_values_are_finite_numbers_in_the_document() -> None:
     document = document_of(payload, values, {})
     np.testing.assert_allclose(document.lower_bounds, values, rtol=1e-8, atol=1e-299)
     assert DissimilarityResult.model_validate_json(document.model_dump_json()) == document
+
+
+@pytest.mark.parametrize(
+    ("labels", "warned"), [(None, False), (("a", "b", "b"), False), (("a", "b", "c"), True)]
+)
+def test_labels_that_are_all_different_are_said_to_give_no_scores(
+    labels: tuple[str, ...] | None, warned: bool
+) -> None:
+    payload = DissimilaritiesPayload(
+        shapes=("a", "b", "c"), labels=labels, parameters=DissimilarityParameters()
+    )
+    warnings = document_of(payload, np.array([1.0, 2.0, 3.0]), {}).warnings
+    assert ["no two shapes have the same label" in said for said in warnings] == [True] * warned
