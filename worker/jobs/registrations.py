@@ -38,6 +38,7 @@ from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
+from worker.jobs.registration_warnings import doubtful_specimens, relative_boundary
 from worker.jobs.transfers import solver_map
 from worker.pictures import draw_components
 
@@ -47,10 +48,14 @@ _STATISTICS_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class _Registered:
-    """A template on one specimen, with the match that put it there."""
+    """A template on one specimen, with the match that put it there.
+
+    `boundary` is the length of the specimen's boundary over √area.
+    """
 
     found: Match
     template: RegisteredTemplate
+    boundary: float
 
 
 def register(payload: RegistrationPayload, context: JobContext) -> bytes:
@@ -104,7 +109,15 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
                 statistics.variances.tolist(), statistics.explained.tolist(), strict=True
             )
         ),
-        warnings=tuple(f"template: {warning}" for warning in mesh.warnings),
+        warnings=(
+            *(f"template: {warning}" for warning in mesh.warnings),
+            *doubtful_specimens(
+                [names[place] or payload.shapes[place] for place in kept],
+                [_probability(one) for one in registered],
+                [one.boundary for one in registered],
+                relative_boundary(mesh),
+            ),
+        ),
         timings=reporter.seconds() | {TOTAL: time.perf_counter() - start},
     )
     return result.model_dump_json().encode()
@@ -192,11 +205,16 @@ def _registered(
         if found.dense is None:
             return "its surface could not be registered"
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
-        return _Registered(found, registered)
+        return _Registered(found, registered, relative_boundary(specimen.mesh))
     except UnusableShape as error:
         return error.field.message
     except (MeshError, OptionError, ShapeGone) as error:
         return str(error)
+
+
+def _probability(one: _Registered) -> float | None:
+    confidence = one.found.confidence
+    return None if confidence is None else confidence.probability
 
 
 def _reports(

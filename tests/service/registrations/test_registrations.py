@@ -96,6 +96,23 @@ def test_the_report_names_every_specimen(result: Json, given: tuple[str, list[st
     )
 
 
+def test_specimens_that_may_be_parts_are_named(
+    http: httpx2.Client, given: tuple[str, list[str]], result: Json, upload: Upload
+) -> None:
+    assert result["warnings"] == []
+    template, specimens = given
+    lower = TEMPLATE.vertices[TEMPLATE.faces].mean(axis=1)[:, 1] < 0.2
+    part = triangle_mesh(TEMPLATE.vertices, TEMPLATE.faces[lower])
+    whole, half = specimens[0], upload(file_of(part), "half.ply")["id"]
+    body = {"template": template, "shapes": [whole, half]}
+    found = ended(http, http.post("/v1/registrations", json=body))
+    warned = http.get(found["links"]["result"]).json()
+    assert [one["registered"] for one in warned["specimens"]] == [True, True]
+    (said,) = [one for one in warned["warnings"] if "long boundary" in one]
+    assert "'half.ply'" in said
+    assert "specimen0" not in said
+
+
 def test_registered_templates_have_the_vertices_of_the_template(
     http: httpx2.Client, job: Json, result: Json
 ) -> None:

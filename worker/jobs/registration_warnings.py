@@ -1,0 +1,62 @@
+"""Warnings of registrations: specimens that are registered, and may not belong to the others."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from solver.mesh import TriangleMesh
+
+_DOUBTED: Final = 0.5
+"""Confidence below which a match is rather wrong than right."""
+
+_PART_BOUNDARY: Final = 1.0
+"""Least excess of the boundary of a part over that of the template, both over √area: the length
+from which matches with `partial` "detected" take a surface for a part."""
+
+
+def relative_boundary(mesh: TriangleMesh) -> float:
+    """Length of the boundary of a surface over √area."""
+    return mesh.boundary_length / float(mesh.area**0.5)
+
+
+def doubtful_specimens(
+    names: Sequence[str],
+    confidences: Sequence[float | None],
+    boundaries: Sequence[float],
+    template: float,
+) -> tuple[str, ...]:
+    """Warn of specimens that may be parts, or matched wrongly.
+
+    Parameters
+    ----------
+    names
+        Of the registered specimens.
+    confidences
+        Of their matches, None where it is not known.
+    boundaries
+        Lengths of their boundaries over √area.
+    template
+        That of the template.
+    """
+    doubted = [
+        f"{name!r} ({confidence:.2f})"
+        for name, confidence in zip(names, confidences, strict=True)
+        if confidence is not None and confidence < _DOUBTED
+    ]
+    parts = [
+        f"{name!r} ({boundary:.1f} √area)"
+        for name, boundary in zip(names, boundaries, strict=True)
+        if boundary - template >= _PART_BOUNDARY
+    ]
+    warnings = []
+    if doubted:
+        warnings.append(
+            f"matched with a confidence below {_DOUBTED:g}, and yet in the mean and the components:"
+            f" {', '.join(doubted)}; look at them, and leave out those that are wrong"
+        )
+    if parts:
+        warnings.append(
+            f"with a long boundary, as parts of a surface have: {', '.join(parts)}; the whole"
+            " template was put on them, and they are in the mean and the components; leave them"
+            " out, or fill their holes"
+        )
+    return tuple(warnings)
