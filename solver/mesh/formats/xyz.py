@@ -33,6 +33,9 @@ _NOT_BY_COMMAS: Final = re.compile(r";|[^\s,][^\S\n]+[^\s,]")
 _NO_DECIMAL_COMMA: Final = re.compile(r"(?<!\d),|,(?!\d)|,[^\s;,.]*[.,]|\.[^\s;,.]*,")
 """A comma that is not between digits, or has another comma or a point in its number."""
 
+_COUNT: Final = re.compile(r"[0-9]{1,18}")
+"""Python refuses to read very many digits, and superscripts, which are digits to `str.isdigit`."""
+
 _AXES: Final = "x", "y", "z"
 _NORMALS: Final = ("nx", "ny", "nz"), ("normalx", "normaly", "normalz")
 _CHANNELS: Final = ("r", "g", "b"), ("red", "green", "blue")
@@ -71,7 +74,7 @@ def read_xyz(data: bytes) -> TriangleSoup:
     comments = [line for line in lines if line.startswith(_COMMENTS)]
     lines = [line for line in lines if not line.startswith(_COMMENTS)]
     first = lines[0].translate(_SEPARATORS).strip() if lines else ""
-    promised = int(first) if first.isdigit() else None
+    promised = int(first) if _COUNT.fullmatch(first) else None
     header = lines[0] if lines and promised is None and not _is_of_numbers(first) else ""
     lines = lines[1:] if header or promised is not None else lines
     if not lines:
@@ -126,7 +129,7 @@ def _separated_by_blanks(lines: Sequence[str]) -> list[str]:
 def _names(header: str, comments: Sequence[str], count: int) -> list[str]:
     """Names of so many columns, in lower case; empty if x, y and z are not named once each."""
     for line in (header, *comments):
-        bare = _BRACKETS.sub("", line.lstrip("#/"))
+        bare = _BRACKETS.sub("", line.lstrip("#/")).rstrip(" ,;\t")
         separator = next((one for one in ";\t," if one in bare), None)
         names = [name.strip(" \"'").lower() for name in bare.split(separator)]
         if any(names.count(axis) != 1 for axis in _AXES):

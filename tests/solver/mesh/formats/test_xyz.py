@@ -101,6 +101,14 @@ def test_any_text_is_read_in_full_or_refused(written: str) -> None:
     assert len(found.vertices) <= len(lines)
 
 
+@pytest.mark.parametrize("separator", [",", ";"])
+def test_separators_at_the_ends_of_lines_are_no_columns(separator: str) -> None:
+    lines = (separator.join(row) + separator for row in ("zxy", "312", "645"))
+    np.testing.assert_array_equal(
+        read_xyz("\n".join(lines).encode()).vertices, [[1, 2, 3], [4, 5, 6]]
+    )
+
+
 def test_columns_of_other_names_are_no_colours() -> None:
     found = read_xyz(b"x y z intensity class id\n0 0 0 12 1 1\n1 0 0 200 2 2\n")
     assert found.colors is None
@@ -120,6 +128,8 @@ def test_a_header_without_x_y_and_z_is_said() -> None:
         (b"", "empty"),
         (b"# nothing\n", "no points"),
         (b"x y z\n", "no points"),
+        ("²\n".encode(), "no points"),
+        (b"9" * 5000 + b"\n1 2 3\n", "point line"),
         (b"Dear reader,\nthis is a letter.\n", "point line"),
         (b"1 2\n3 4\n", "x, y and z are needed"),
         (b"1 2 3\n4 5\n", "point line"),
