@@ -154,6 +154,9 @@ def from_template(
 ) -> FromTemplate:
     """Carry the landmarks of one template.
 
+    Of a part, landmarks are missing where either shape has no partner: in triangles of the template
+    that are not mapped, or of the specimen, where no round trip tells how sure they are.
+
     Parameters
     ----------
     landmarks
@@ -169,18 +172,21 @@ def from_template(
     """
     there, back = maps
     size = square_root_of_area(template)
-    mapped = _part_of(template, there.vertices)
     given = landmarks.positions[landmarks.present]
-    points = nearest_points(mapped, given)
-    here = points.positions(mapped)
-    found = images(points, there, specimen)
-    returned = images(found, back, mapped).positions(mapped)
+    nearest = nearest_points(template, given)
+    apart = np.linalg.norm(given - nearest.positions(template), axis=1) / size
+    carried = np.flatnonzero(nearest.among(there.vertices))
+    found = images(nearest.at(carried), there, specimen)
+    returning = found.among(back.vertices)
+    carried, found = carried[returning], found.at(returning)
+    here = nearest.at(carried).positions(template)
+    returned = images(found, back, template).positions(template)
     trips = np.linalg.norm(returned - here, axis=1) / size
-    changes = local_distortion(mapped, there, specimen, here)
+    changes = local_distortion(_part_of(template, there.vertices), there, specimen, here)
 
     def placed(values: Floats) -> Floats:
         every = np.full((len(landmarks), *values.shape[1:]), np.nan)
-        every[landmarks.present] = values
+        every[np.flatnonzero(landmarks.present)[carried]] = values
         return every
 
     return FromTemplate(
@@ -188,7 +194,7 @@ def from_template(
         confidence=placed(confidence(probability, trips, changes)),
         round_trip=placed(trips),
         distortion=placed(changes),
-        from_surface=placed(np.linalg.norm(given - here, axis=1) / size),
+        from_surface=placed(apart[carried]),
     )
 
 

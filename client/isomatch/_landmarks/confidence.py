@@ -105,9 +105,10 @@ def _part_around(
     distances = np.linalg.norm(vertices - point, axis=1)
     ball = distances <= RADIUS
     near = faces[ball[faces].any(axis=1)]
-    # The nearest face belongs to the part, however large it is.
+    # The nearest face belongs to the part, however large it is. Vertices of parts may have none.
+    nearest = faces.flat[distances[faces].argmin()]
     reached = np.zeros(len(vertices), dtype=np.bool_)
-    reached[faces[(faces == distances.argmin()).any(axis=1)]] = True
+    reached[faces[(faces == nearest).any(axis=1)]] = True
     while True:
         touched = near[reached[near].any(axis=1)]
         grown = reached.copy()

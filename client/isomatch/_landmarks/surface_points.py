@@ -35,6 +35,15 @@ class SurfacePoints:
         found: Floats = np.einsum("nc,ncd->nd", self.weights, geometry.positions(self.faces))
         return found
 
+    def at(self, rows: npt.NDArray[np.int64] | npt.NDArray[np.bool_]) -> "SurfacePoints":
+        """Return the points of some rows."""
+        return SurfacePoints(self.faces[rows], self.weights[rows])
+
+    def among(self, vertices: Indices) -> npt.NDArray[np.bool_]:
+        """Return whether all corners of the triangle of each point are among vertices, (n,)."""
+        found: npt.NDArray[np.bool_] = np.isin(self.faces, vertices).all(axis=1)
+        return found
+
 
 def nearest_points(geometry: Geometry, positions: Floats) -> SurfacePoints:
     """Find the points of a surface nearest to positions in space.

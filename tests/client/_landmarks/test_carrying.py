@@ -1,8 +1,9 @@
 """Landmarks carried along maps, and merged from several templates."""
 
 import numpy as np
+import numpy.typing as npt
 import pytest
-from isomatch import LandmarkSet
+from isomatch import Geometry, LandmarkSet, VertexMap
 from isomatch._landmarks import carried_landmarks, remarks_on, with_same_labels
 from isomatch._landmarks.carrying import FromTemplate, from_template, merged
 from isomatch._landmarks.confidence import confidence, local_distortion, square_root_of_area
@@ -50,6 +51,44 @@ def test_landmarks_off_the_surface_are_carried_from_the_nearest_point() -> None:
     offset = np.array([4.0, 1.0, 0.0])
     wrong = LandmarkSet(GIVEN.labels, (offset + PLACES) * [-1.0, -1.0, 1.0])
     assert "RAS" in remarks_on(wrong, moved(BLOB, offset + BLOB.vertices))[0]
+
+
+def restricted(along: VertexMap, vertices: npt.NDArray[np.int64]) -> VertexMap:
+    """The map of some of its vertices."""
+    kept = np.isin(along.vertices, vertices)
+    return VertexMap(*(values[kept] for values in vars(along).values()))
+
+
+def test_landmarks_on_what_a_part_lacks_are_missing() -> None:
+    rows = np.flatnonzero(BLOB.vertices[:, 2] < 0.3)
+    part = Geometry(BLOB.vertices, BLOB.faces[np.isin(BLOB.faces, rows).all(axis=1)],
+                    BLOB.vertex_ids, None)  # fmt: skip
+    whole, rows = identity(BLOB), np.unique(part.faces)
+    # As at the edge of a cover, the lowest vertex has a partner, and those round it have none.
+    lowest = rows[BLOB.vertices[rows, 2].argmin()]
+    ring = np.unique(part.faces[(part.faces == lowest).any(axis=1)])
+    there = restricted(whole, BLOB.vertex_ids[np.setdiff1d(rows, ring[ring != lowest])])
+    back = restricted(whole, BLOB.vertex_ids[rows])
+    inside = int(rows[np.abs(BLOB.vertices[rows, 2] + 0.3).argmin()])
+    # The map back goes astray, to that vertex.
+    back.faces[rows == inside] = whole.faces[lowest]
+    back.weights[rows == inside] = whole.weights[lowest]
+    places = BLOB.vertices[[inside, lowest, BLOB.vertices[:, 2].argmax()]]
+    given = LandmarkSet(("inside", "uncovered", "lacking"), places)
+    one = from_template(given, BLOB, (there, back), 0.99, part)
+    for values in (one.positions[:, 0], one.confidence, one.round_trip, one.distortion):
+        assert np.isnan(values).tolist() == [False, True, True]
+    np.testing.assert_allclose(one.positions[0], places[0], atol=1e-9)
+    astray = np.linalg.norm(places[0] - places[1]) / square_root_of_area(BLOB)
+    np.testing.assert_allclose(one.round_trip[0], astray)
+
+
+def test_landmarks_whose_image_has_no_partner_are_missing() -> None:
+    low = BLOB.vertex_ids[BLOB.vertices[:, 2] < 0.3]
+    places = BLOB.vertices[[BLOB.vertices[:, 2].argmin(), BLOB.vertices[:, 2].argmax()]]
+    maps = identity(BLOB), restricted(identity(BLOB), low)
+    one = from_template(LandmarkSet(("low", "high"), places), BLOB, maps, 0.99, BLOB)
+    assert np.isnan(one.confidence).tolist() == [False, True]
 
 
 def test_distortion_is_that_of_the_best_rotation() -> None:
