@@ -14,6 +14,7 @@ from isomatch._landmarks.confidence import (
 )
 from isomatch._landmarks.landmark_set import LandmarkSet
 from isomatch._landmarks.median import geometric_median
+from isomatch._landmarks.remarks import FAR
 from isomatch._landmarks.surface_points import images, nearest_points
 from isomatch._models import Shape, VertexMap
 from isomatch._results import Geometry, Match
@@ -30,7 +31,8 @@ class LandmarkTemplate:
     shape
         The shape or its id.
     landmarks
-        In the coordinates of its file. Each stands for the nearest point of the surface.
+        In the coordinates of its file. Each stands for the nearest point of the surface, and is
+        missing if that is farther than 0.05 times the square root of the area.
     """
 
     shape: Shape | str
@@ -42,7 +44,8 @@ class CarriedLandmarks:
     """Landmarks of a specimen, carried from one or several templates.
 
     Lengths but `positions` are over the square root of a surface's area. Rows of landmarks that are
-    missing on all templates are nan.
+    missing on all templates are nan: they were missing there, are farther than 0.05 from its
+    surface, or lie on what a part lacks.
 
     Attributes
     ----------
@@ -154,8 +157,8 @@ def from_template(
 ) -> FromTemplate:
     """Carry the landmarks of one template.
 
-    Of a part, landmarks are missing where either shape has no partner: in triangles of the template
-    that are not mapped, or of the specimen, where no round trip tells how sure they are.
+    Landmarks are missing that are farther than `FAR` from the template, and those of a part whose
+    triangle, or that of whose image, has a corner without a partner.
 
     Parameters
     ----------
@@ -175,7 +178,7 @@ def from_template(
     given = landmarks.positions[landmarks.present]
     nearest = nearest_points(template, given)
     apart = np.linalg.norm(given - nearest.positions(template), axis=1) / size
-    carried = np.flatnonzero(nearest.among(there.vertices))
+    carried = np.flatnonzero(nearest.among(there.vertices) & (apart <= FAR))
     found = images(nearest.at(carried), there, specimen)
     returning = found.among(back.vertices)
     carried, found = carried[returning], found.at(returning)

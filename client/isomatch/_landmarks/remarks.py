@@ -13,7 +13,7 @@ from isomatch._results import Geometry
 Floats = npt.NDArray[np.float64]
 
 FAR: Final = 0.05
-"""Distance from the surface, over √area, above which a landmark is reported."""
+"""Distance from the surface, over √area, above which a landmark is reported and not carried."""
 
 
 def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
@@ -40,7 +40,7 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     label = np.array(landmarks.labels)[landmarks.present][worst]
     text = (
         f"{int(far.sum())} of {len(given)} landmarks are far from the surface, {label!r} by"
-        f" {apart[worst] * size:.4g}; the nearest points of the surface are taken"
+        f" {apart[worst] * size:.4g}; they are left out"
     )
     turned = _distances(template, given * np.array([-1.0, -1.0, 1.0])) / size
     if np.median(turned) < 0.5 * np.median(apart):

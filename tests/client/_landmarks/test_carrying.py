@@ -7,6 +7,7 @@ from isomatch import Geometry, LandmarkSet, VertexMap
 from isomatch._landmarks import carried_landmarks, remarks_on, with_same_labels
 from isomatch._landmarks.carrying import FromTemplate, from_template, merged
 from isomatch._landmarks.confidence import confidence, local_distortion, square_root_of_area
+from isomatch._landmarks.surface_points import nearest_points
 from scipy.spatial.transform import Rotation
 
 from tests.client._landmarks.surfaces import blob, identity, moved, surface_samples
@@ -37,14 +38,20 @@ def test_a_similarity_carries_exactly_and_leaves_out_what_is_missing() -> None:
 
 
 def test_landmarks_off_the_surface_are_carried_from_the_nearest_point() -> None:
-    outwards = PLACES * 1.2
-    given = LandmarkSet(GIVEN.labels, outwards)
-    one = from_template(given, BLOB, MAPS, 0.99, TURNED)
-    off = np.linalg.norm(one.positions - TURNED.vertices.mean(axis=0), axis=1)
-    assert (off > 0.0).all()
+    outwards = PLACES * 1.05
+    one = from_template(LandmarkSet(GIVEN.labels, outwards), BLOB, MAPS, 0.99, TURNED)
+    nearest = nearest_points(BLOB, outwards).positions(BLOB)
+    np.testing.assert_allclose(one.positions, 3.0 * nearest @ TURN.T + [5.0, 1.0, -2.0])
     size = square_root_of_area(BLOB)
     assert (one.from_surface > 0.0).all()
     assert (one.from_surface <= np.linalg.norm(outwards - PLACES, axis=1) / size).all()
+
+
+def test_landmarks_far_from_the_surface_are_reported_and_missing() -> None:
+    far = np.concatenate([PLACES[:3], PLACES[3:] * 20.0])
+    one = from_template(LandmarkSet(GIVEN.labels, far), BLOB, MAPS, 0.99, TURNED)
+    assert np.isnan(one.confidence).tolist() == 3 * [False] + 3 * [True]
+    assert np.isnan(one.positions[3:]).all()
     text = remarks_on(LandmarkSet(GIVEN.labels, PLACES * 2.0), BLOB)[0]
     assert "far from the surface" in text
     assert remarks_on(GIVEN, BLOB) == ()
