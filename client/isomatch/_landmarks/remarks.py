@@ -37,7 +37,7 @@ def remarks_on(landmarks: LandmarkSet, template: Geometry) -> tuple[str, ...]:
     if not far.any():
         return ()
     worst = int(apart.argmax())
-    label = np.array(landmarks.labels)[landmarks.present][worst]
+    label = landmarks.labels[np.flatnonzero(landmarks.present)[worst]]
     text = (
         f"{int(far.sum())} of {len(given)} landmarks are far from the surface, {label!r} by"
         f" {apart[worst] * size:.4g}; they are left out"

@@ -53,7 +53,7 @@ def test_landmarks_far_from_the_surface_are_reported_and_missing() -> None:
     assert np.isnan(one.confidence).tolist() == 3 * [False] + 3 * [True]
     assert np.isnan(one.positions[3:]).all()
     text = remarks_on(LandmarkSet(GIVEN.labels, PLACES * 2.0), BLOB)[0]
-    assert "far from the surface" in text
+    assert "far from the surface, 'p" in text
     assert remarks_on(GIVEN, BLOB) == ()
     offset = np.array([4.0, 1.0, 0.0])
     wrong = LandmarkSet(GIVEN.labels, (offset + PLACES) * [-1.0, -1.0, 1.0])
