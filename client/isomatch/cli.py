@@ -33,6 +33,7 @@ from isomatch._cli import (
     class_of,
     connected,
     echo_models,
+    files_awaited,
     jobs,
     landmarks,
     leave,
@@ -110,6 +111,7 @@ def match(
     dense = bool(parameters.get("dense"))
     if view is not None and picture is None:
         raise typer.BadParameter("it needs --picture FILE", param_hint="--view")
+    files_awaited(wait, output, picture)
     folder = None
     if len(targets) > 1 or file_format is not None:
         if picture is not None:
@@ -167,6 +169,7 @@ def compare(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Compare meshes, all with all, and print how dissimilar they are."""
+    files_awaited(wait, output, picture)
     classes = None if labels is None else labels.split(",")
     with connected(url, as_json) as client:
         shapes = uploaded(client, meshes, as_json)

@@ -249,6 +249,23 @@ Wait = Annotated[
 ]
 
 
+def files_awaited(wait: bool, output: Path | None, picture: Path | None = None) -> None:
+    """Refuse files of a result that is not awaited.
+
+    Raises
+    ------
+    typer.BadParameter
+        There is one; the message says how it is written later.
+    """
+    for name, file in (("--output", output), ("--picture", picture)):
+        if file is not None and not wait:
+            raise typer.BadParameter(
+                "with --no-wait there is no result to write; leave it out, and use `isomatch jobs"
+                f" result ID {name} {file.name}` later (of several targets, with ID-1, ID-2, ...)",
+                param_hint=name,
+            )
+
+
 def structure_choices(given: list[str] | None) -> list[StructureChoice]:
     """Return the structures that options name.
 

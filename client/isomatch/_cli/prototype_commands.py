@@ -8,7 +8,16 @@ import typer
 from isomatch._cli.examples import LEARN_EXAMPLES
 from isomatch._cli.exit_codes import EXIT_CODES, connected
 from isomatch._cli.job_runs import echo_models, run
-from isomatch._cli.options import AsJson, Meshes, Quiet, Url, Wait, output_option, writable
+from isomatch._cli.options import (
+    AsJson,
+    Meshes,
+    Quiet,
+    Url,
+    Wait,
+    files_awaited,
+    output_option,
+    writable,
+)
 from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
@@ -49,6 +58,7 @@ def learn(
     url: Url = DEFAULT_URL,
 ) -> None:
     """Learn a prototype from meshes of one class; the first says which points are taken."""
+    files_awaited(wait, output)
     if shared_connectivity:
         parameters["correspondence"] = "shared_connectivity"
     with connected(url, as_json) as client:

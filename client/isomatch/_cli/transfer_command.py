@@ -7,7 +7,15 @@ import typer
 
 from isomatch._cli.exit_codes import connected
 from isomatch._cli.job_runs import run
-from isomatch._cli.options import AsJson, Url, Wait, landmark_points, output_option, shapes_given
+from isomatch._cli.options import (
+    AsJson,
+    Url,
+    Wait,
+    files_awaited,
+    landmark_points,
+    output_option,
+    shapes_given,
+)
 from isomatch._cli.uploads import uploaded
 from isomatch._clients import Client
 from isomatch._http import DEFAULT_URL
@@ -69,6 +77,7 @@ def transfer(
     """Carry values of the vertices or faces of one shape of a match to the other, along its map."""
     if what not in KINDS:
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
+    files_awaited(wait, output)
     direction: Direction = "target_to_source" if back else "source_to_target"
     points = landmark_points(point)
     with connected(url, as_json) as client:

@@ -285,6 +285,27 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
         assert "this result has no" in done.stderr
 
 
+def test_files_of_results_that_are_not_awaited_are_refused(tmp_path: Path) -> None:
+    mesh, other, file = tmp_path / "a.off", tmp_path / "b.off", tmp_path / "file"
+    for one in (mesh, other):
+        one.touch()
+    commands: list[list[str | Path]] = [
+        ["match", mesh, other, "-o", file.with_suffix(".json")],
+        ["match", mesh, other, "--picture", file.with_suffix(".png")],
+        ["match", mesh, mesh, other, "-o", file],
+        ["compare", mesh, other, "-o", file.with_suffix(".csv")],
+        ["compare", mesh, other, "--picture", file.with_suffix(".png")],
+        ["maps", mesh, other, "-o", file.with_suffix(".npz")],
+        ["transfer", mesh, other, "--what", "colors", "-o", file.with_suffix(".ply")],
+        ["prototype", "learn", mesh, other, "-o", file.with_suffix(".json")],
+    ]
+    for command in commands:
+        done = run(*command, "--no-wait", url="http://127.0.0.1:9")
+        assert (done.returncode, done.stdout) == (2, ""), (command, done.stderr)
+        assert "`isomatch jobs result ID --" in " ".join(done.stderr.replace("│", " ").split())
+    assert not file.exists()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 def test_colours_follow_no_color(url: str) -> None:
     def said(**environment: str) -> bytes:
