@@ -10,11 +10,10 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import REFUSED
 from isomatch._cli.job_runs import cancelled_by_interrupt
-from isomatch._cli.options import files_given, output_folder_given
+from isomatch._cli.options import MATCH_FORMATS, files_given, output_folder_given
 from isomatch._clients import Client, Job
 from isomatch._errors import ConnectionFailed, IsomatchError, Unauthorized, UnexpectedResponse
 from isomatch._models import MatchParameters, Shape
-from isomatch._operations.results import ENDINGS
 from isomatch._results import Batch
 
 SURFACES: Final = ("ply", "obj", "glb")
@@ -52,8 +51,8 @@ class MatchFolder:
                 _refuse("it needs --output FOLDER", "--format")
             return cls(None, "")
         ending = file_format or "json"
-        if ending not in ENDINGS:
-            _refuse(f"{ending!r} is none of {', '.join(ENDINGS)}", "--format")
+        if ending not in (known := ("json", *MATCH_FORMATS)):
+            _refuse(f"{ending!r} is none of {', '.join(known)}", "--format")
         if ending in SURFACES and not dense:
             _refuse(f"{ending} shows a map of all vertices; add --dense", "--format")
         names = [Path(one).stem for one in targets]

@@ -15,7 +15,7 @@ from isomatch._cli.maps_rendering import print_maps
 from isomatch._cli.prototype_rendering import print_learned
 from isomatch._cli.registration_rendering import print_registration
 from isomatch._clients import Job
-from isomatch._operations.results import ENDINGS, View
+from isomatch._operations.results import View
 from isomatch._results import (
     Batch,
     ConsistentMaps,
@@ -135,10 +135,8 @@ def finish(
     """Wait for a job and print its result."""
     # With --json the standard error holds problem documents, without progress between them.
     result = job.result(progress=not as_json or sys.stderr.isatty())
-    if output is not None and output.suffix.lower().removeprefix(".") in ENDINGS:
+    if output is not None:
         job.save(output)
-    elif output is not None:
-        result.save(output)
     if picture is not None:
         job.save_picture(picture, alternative=alternative, view=cast(View | None, view))
     if as_json:

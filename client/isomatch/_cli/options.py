@@ -147,8 +147,9 @@ def output_folder_given(given: Path) -> Path:
 def files_given(folder: Path, names: Iterable[str]) -> None:
     """Refuse names of files that cannot be written in a folder, which may be missing."""
     if folder.is_dir():
-        for name in names:
-            output_given(folder / name)
+        with _of_output():
+            for name in names:
+                writable(folder / name)
 
 
 Targets = Annotated[
@@ -178,11 +179,12 @@ def output_option(*formats: str) -> Any:
 
 
 def _of_formats(file: Path | None, formats: Sequence[str]) -> Path | None:
-    """Refuse an ending of which there are results, but not this one."""
-    ending = "" if file is None else file.suffix.lower().removeprefix(".")
-    if ending in set(ENDINGS) - {"json", *formats}:
-        written = f"JSON, {_either(formats)}" if formats else "JSON"
-        raise typer.BadParameter(f"this result has no {ending.upper()} file: give {written}")
+    """Refuse an ending that this result is not written with; without one it is JSON."""
+    ending = "" if file is None else file.suffix.lower()
+    endings = [f".{name}" for name in dict.fromkeys(("json", *formats))]
+    if ending and ending not in endings:
+        given = " or ".join(", ".join(endings).rsplit(", ", 1))
+        raise typer.BadParameter(f"this result has no {ending} file: give {given}")
     return file
 
 

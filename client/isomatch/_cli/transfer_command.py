@@ -1,7 +1,8 @@
 """``isomatch transfer``: attributes and landmarks carried along a match."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, cast
+from typing import Annotated, Final, cast
 
 import typer
 
@@ -13,6 +14,7 @@ from isomatch._cli.options import (
     Wait,
     files_awaited,
     landmark_points,
+    output_given,
     output_option,
     shapes_given,
 )
@@ -60,6 +62,15 @@ Points = Annotated[
 ]
 Written = Annotated[Path | None, output_option("npz", "csv", "ply", "obj", "glb", "zip")]
 
+_FORMATS: Final[Mapping[str, tuple[str, ...]]] = {
+    "landmarks": ("npz", "csv"),
+    "texture": ("npz", "csv", "ply", "obj", "glb", "zip"),
+    "uv": ("npz", "csv", "obj", "glb", "zip"),
+}
+"""Formats of what is carried, where they are not those of `_OF_VALUES`."""
+
+_OF_VALUES: Final = ("npz", "csv", "ply", "obj", "glb")
+
 
 def transfer(
     along: Along,
@@ -77,6 +88,7 @@ def transfer(
     """Carry values of the vertices or faces of one shape of a match to the other, along its map."""
     if what not in KINDS:
         raise typer.BadParameter(f"one of {', '.join(KINDS)}", param_hint="--what")
+    output_given(output, _FORMATS.get(what, _OF_VALUES))
     files_awaited(wait, output)
     direction: Direction = "target_to_source" if back else "source_to_target"
     points = landmark_points(point)

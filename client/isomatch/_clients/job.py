@@ -164,18 +164,19 @@ class Job(RecordedJob, Generic[ResultT]):
         ------
         Conflict
             There is no result (yet).
-        OSError
-            The file cannot be written.
+        OSError, ValueError
+            The file cannot be written, or its name has another ending than ``.png``.
         """
         self._transport.run(results.save_picture(self.id, path, alternative, view))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result to a file, in the format that its name ends in.
 
-        ``.json`` is the document, ``.npz`` the arrays, ``.png`` the picture. Of a match ``.csv``
-        has the pairs; with a map of all vertices, ``.ply`` and ``.obj`` have the target in the
-        colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the matrix. Of a
-        transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape with them.
+        ``.json``, or no ending, is the document, ``.npz`` the arrays, ``.png`` the picture. Of a
+        match ``.csv`` has the pairs; with a map of all vertices, ``.ply`` and ``.obj`` have the
+        target in the colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the
+        matrix. Of a transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape
+        with them.
 
         Raises
         ------
@@ -197,8 +198,8 @@ class Job(RecordedJob, Generic[ResultT]):
         ------
         Conflict
             There is no result (yet), or it has no arrays.
-        OSError
-            The file cannot be written.
+        OSError, ValueError
+            The file cannot be written, or its name has another ending.
         """
         self._transport.run(results.save_arrays(self.id, path))
 

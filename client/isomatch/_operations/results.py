@@ -1,7 +1,7 @@
 """Operations that request results of jobs, their pictures and their figures."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeAlias
 
@@ -100,26 +100,34 @@ def save_picture(
     view: View | None = None,
 ) -> Operation[None]:
     """Request the picture of a job's result, and write it to a file."""
+    _ending_of(path, ("png",))
     Path(path).write_bytes((yield from get_picture(job_id, alternative, view)))
 
 
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result as arrays, and write them to a file."""
+    _ending_of(path, ("npz",))
     response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
     Path(path).write_bytes(response.content)
 
 
 def save(record: JobRecord, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result in the format that a file's name ends in, and write it to the file."""
-    ending = Path(path).suffix.lower().removeprefix(".")
-    if ending not in ENDINGS:
-        raise ValueError(f"{ending or Path(path).name!r} is none of {', '.join(ENDINGS)}")
+    ending = _ending_of(path, ENDINGS)
     if ending == "json":
         content = (yield from get_result(record)).to_json()
     else:
         call = Call("GET", path_to("jobs", record.id, f"result.{ending}"))
         content = (yield from send(call)).content
     Path(path).write_bytes(content)
+
+
+def _ending_of(path: str | os.PathLike[str], endings: Sequence[str]) -> str:
+    """The ending of a file's name; the first of several if it has none."""
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending not in ("", *endings):
+        raise ValueError(f"{ending!r} is none of {', '.join(endings)}")
+    return ending or endings[0]
 
 
 def get_drawable(drawn_id: str) -> Operation[Drawable]:

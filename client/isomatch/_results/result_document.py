@@ -67,9 +67,13 @@ class Result(Answer):
 
         Raises
         ------
-        OSError
-            The file cannot be written.
+        OSError, ValueError
+            The file cannot be written, or its name has another ending: :meth:`isomatch.Job.save`
+            writes other formats.
         """
+        ending = Path(path).suffix
+        if ending.lower() not in ("", ".json"):
+            raise ValueError(f"a result document is JSON, not {ending}: give .json, or job.save()")
         Path(path).write_bytes(self.to_json())
 
     def plot(self, *drawn: Drawable, alternative: int | None = None) -> "Figure":

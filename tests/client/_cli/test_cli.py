@@ -278,11 +278,22 @@ def test_what_cannot_be_written_is_refused_before_anything_is_sent(
             assert (done.returncode, done.stdout) == (2, ""), (command, path, done.stderr)
             said = " ".join(done.stderr.replace("│", " ").split())
             assert re.search("no folder|(is|not) a folder|no permission", said), said
-    formats = (0, "a.zip"), (2, "a.ply"), (4, "a.csv"), (6, "a.npz")
-    for command, name in ((files[place], name) for place, name in formats):
-        done = run(*command, tmp_path / name, url="http://127.0.0.1:9")
+    formats = [
+        (0, "a.zip", ".json, .npz, .csv, .ply, .obj, .glb or .png"),
+        (0, "a.vtk", ".json, .npz, .csv, .ply, .obj, .glb or .png"),
+        (2, "a.ply", ".json, .npz, .csv or .png"),
+        (4, "a.csv", ".json or .npz"),
+        (5, "a.ply", ".json, .npz, .csv, .obj, .glb or .zip"),
+        (5, "a.seg", ".json, .npz, .csv, .ply, .obj, .glb or .zip"),
+        (6, "a.npz", "give .json"),
+        (8, "a.xlsx", ".json, .npz, .csv, .ply, .obj, .glb, .zip or .png"),
+    ]
+    for place, name, there in formats:
+        done = run(*files[place], tmp_path / name, url="http://127.0.0.1:9")
         assert done.returncode == 2
-        assert "this result has no" in done.stderr
+        said = " ".join(done.stderr.replace("│", " ").split())
+        assert f"this result has no {Path(name).suffix} file: give" in said
+        assert there in said
 
 
 def test_files_of_results_that_are_not_awaited_are_refused(tmp_path: Path) -> None:

@@ -48,6 +48,17 @@ def test_a_match_comes_back_as_arrays(client: isomatch.Client, pair: Pair, tmp_p
     assert json.loads(saved)["distortion"]["linf"] == match.distortion.linf
     job.save_picture(tmp_path / "match.png")
     assert (tmp_path / "match.png").read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
+    for write in (match.save, job.save):
+        write(tmp_path / "document")
+        assert (tmp_path / "document").read_bytes() == saved
+    for save, wrong, message in (
+        (match.save, "match.csv", r"JSON, not \.csv: give \.json, or job\.save"),
+        (job.save_picture, "match.jpg", "'jpg' is none of png"),
+        (job.save_arrays, "match.mat", "'mat' is none of npz"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            save(tmp_path / wrong)
+        assert not (tmp_path / wrong).exists()
 
 
 def test_refined_points(client: isomatch.Client, pair: Pair, blobs: tuple[Path, Path]) -> None:
