@@ -41,7 +41,7 @@ class SurfacePoints:
 
     def among(self, vertices: Indices) -> npt.NDArray[np.bool_]:
         """Return whether all corners of the triangle of each point are among vertices, (n,)."""
-        found: npt.NDArray[np.bool_] = np.isin(self.faces, vertices).all(axis=1)
+        found: npt.NDArray[np.bool_] = np.all(np.isin(self.faces, vertices), axis=1)
         return found
 
 
