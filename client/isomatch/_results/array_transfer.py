@@ -69,7 +69,10 @@ def transferred(
 
 
 def _images(along: VertexMap, vertices: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    wanted = np.asarray(vertices, dtype=np.int64)
+    wanted = np.asarray(vertices)
+    if wanted.size and wanted.dtype.kind not in "iu":
+        raise ValueError(f"landmarks are vertices, whole numbers, not {wanted.dtype}")
+    wanted = wanted.astype(np.int64)
     rows = np.searchsorted(along.vertices, wanted).clip(max=len(along.vertices) - 1)
     unknown = wanted[along.vertices[rows] != wanted]
     if unknown.size:

@@ -76,6 +76,9 @@ def test_landmarks_go_along_the_map() -> None:
     assert MATCH.transfer([3], "landmarks", "target_to_source").tolist() == [0]
     with pytest.raises(ValueError, match="vertex 1 is not part"):
         MATCH.transfer([1], "landmarks", "target_to_source")
+    assert MATCH.transfer([], "landmarks").tolist() == []
+    with pytest.raises(ValueError, match="whole numbers, not float64"):
+        MATCH.transfer([0.5], "landmarks")
 
 
 @pytest.mark.parametrize(
