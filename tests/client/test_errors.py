@@ -49,6 +49,14 @@ def test_unknown_ids(client: isomatch.Client) -> None:
     assert [wrong.field for wrong in unknown.value.errors] == ["body.source", "body.target"]
 
 
+def test_a_file_that_is_not_uploaded(client: isomatch.Client) -> None:
+    for given in ("shapes/a.off", Path("a.off")):
+        with pytest.raises(ValueError, match=r"a\.off' is no id: give what client\.upload returns"):
+            client.match(given, UNKNOWN)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="is no id"):
+        client.match_many(UNKNOWN, ["a.off"])
+
+
 def test_a_bad_parameter(client: isomatch.Client) -> None:
     with pytest.raises(isomatch.InvalidRequest) as refusal:
         client.match(UNKNOWN, UNKNOWN, points=2, metric="euclidean")

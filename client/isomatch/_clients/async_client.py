@@ -195,7 +195,7 @@ class AsyncClient:
         idempotency_key: str | None = None,
     ) -> AsyncJob[Transfer]:
         start = transfers.start_transfer(
-            match if isinstance(match, str) else match.id,
+            match,
             values,
             what,
             direction,

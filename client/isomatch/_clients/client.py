@@ -245,6 +245,8 @@ class Client:
             The value of a parameter is invalid; the message names it.
         TypeError
             A parameter does not exist.
+        ValueError
+            The name of a file was given, not its shape.
         """
         start = jobs.start_match(source, target, parameters, webhook, idempotency_key)
         return Job(self._transport, self._transport.run(start))
@@ -398,9 +400,11 @@ class Client:
             There is no such match, it has expired, or has no result (yet).
         UnknownAttributes, UnprocessableAttributes, InvalidRequest
             The values do not exist, cannot be read, or do not fit; the message says why.
+        TypeError
+            The result of the match was given, not its job.
         """
         start = transfers.start_transfer(
-            match if isinstance(match, str) else match.id,
+            match,
             values,
             what,
             direction,

@@ -1,16 +1,40 @@
 """Paths of resources, and ids and parameters as they are sent."""
 
+import os
+import re
+from typing import Final, Protocol
 from urllib.parse import quote
 
 import numpy as np
 
 from isomatch._http import Json
-from isomatch._models import Shape
-from isomatch._results import Prototype
+from isomatch._results import Result
+
+_ID: Final = re.compile(r"[0-9a-zA-Z_-]{1,64}")
 
 
-def id_of(given: Shape | Prototype | str) -> str:
-    """Return the id of a shape or a prototype, which may be given as its id."""
+class Identified(Protocol):
+    """A shape, a prototype or a job."""
+
+    @property
+    def id(self) -> str:
+        """Its id."""
+
+
+def id_of(given: Identified | str) -> str:
+    """Return the id of a shape, a prototype or a job, which may be given as its id.
+
+    Raises
+    ------
+    ValueError
+        A text is no id, but the name of a file.
+    TypeError
+        A result is given instead of its job.
+    """
+    if isinstance(given, str | os.PathLike) and not _ID.fullmatch(str(given)):
+        raise ValueError(f"{str(given)!r} is no id: give what client.upload returns of the file")
+    if isinstance(given, Result):
+        raise TypeError("a result does not know its job: give the job itself, or its id")
     return given if isinstance(given, str) else given.id
 
 

@@ -1,5 +1,6 @@
 """Operations on attribute files, and transfers along a match."""
 
+import operator
 import os
 import re
 from collections.abc import Iterable, Mapping
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import Attributes, JobRecord, SurfacePoint
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import path_to
+from isomatch._operations.request_parts import Identified, id_of, path_to
 from isomatch._operations.shapes import read_upload
 from isomatch._results import Direction, Element, TransferKind
 from isomatch._upload import attribute_file
@@ -54,7 +55,7 @@ def delete_attributes(attributes: Attributes | str) -> Operation[None]:
 
 
 def start_transfer(
-    match: str,
+    match: Identified | str,
     values: Attributes | AttributesSource | None,
     what: TransferKind,
     direction: Direction,
@@ -66,7 +67,7 @@ def start_transfer(
     key: str | None,
 ) -> Operation[JobRecord]:
     """Queue a transfer, of an attribute file that is uploaded first if it is not yet."""
-    body: dict[str, Json] = {"match": match, "what": what, "direction": direction}
+    body: dict[str, Json] = {"match": id_of(match), "what": what, "direction": direction}
     if isinstance(values, Attributes):
         body["attributes"] = values.id
     elif isinstance(values, str) and _ID.fullmatch(values):
@@ -87,4 +88,5 @@ def start_transfer(
 def _point(given: Landmark) -> Json:
     if isinstance(given, SurfacePoint):
         return {"vertices": list(given.vertices), "weights": list(given.weights)}
-    return given if isinstance(given, Mapping) else int(given)
+    # `int` would make a vertex of 0.5, too.
+    return given if isinstance(given, Mapping) else operator.index(given)

@@ -118,6 +118,10 @@ def test_files_that_are_refused(client: isomatch.Client, job_id: str) -> None:
         client.upload_attributes(7)  # type: ignore[arg-type]
     with pytest.raises(isomatch.NotFound):
         client.transfer("no-such-job", what="colors")
+    with pytest.raises(TypeError, match="give the job itself, or its id"):
+        client.transfer(client.job(job_id).result(), what="colors")
+    with pytest.raises(TypeError, match="'float' object"):
+        client.transfer(job_id, what="landmarks", points=[0.5])  # type: ignore[list-item]
     one = client.upload_attributes(b"a\n" + b"1\n" * len(PARTS), file_type="csv")
     job = client.transfer(job_id, one, what="scalars", names=["b"])
     with pytest.raises(isomatch.JobFailed, match="no scalars called 'b'"):
