@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from typing import Annotated
+from zipfile import ZipFile, is_zipfile
 
 import typer
 
@@ -22,7 +23,7 @@ from isomatch._cli.parameter_options import LEARN
 from isomatch._cli.parameter_table import takes
 from isomatch._cli.prototype_rendering import print_prototype, print_prototypes
 from isomatch._cli.render import standard_error, standard_output
-from isomatch._cli.uploads import uploaded
+from isomatch._cli.uploads import named_upload, uploaded
 from isomatch._http import DEFAULT_URL
 from isomatch._models import PrototypeParameters
 
@@ -116,10 +117,29 @@ def download(
         client.download_prototype(prototype_id, path)
 
 
+def _archive(given: Path) -> Path:
+    """Refuse arrays of something else, such as maps, and name what they lack."""
+    if is_zipfile(given):
+        with ZipFile(given) as archive:
+            if "about.npy" not in archive.namelist():
+                raise typer.BadParameter(
+                    f"{str(given)!r} is no prototype: it has no array 'about'; give a file that"
+                    " `isomatch prototype download` has written"
+                )
+    return given
+
+
 @prototypes.command()
 def upload(
     archive: Annotated[
-        Path, typer.Argument(exists=True, dir_okay=False, readable=True, help="A prototype, .npz.")
+        Path,
+        typer.Argument(
+            exists=True,
+            dir_okay=False,
+            readable=True,
+            callback=_archive,
+            help="A prototype, .npz.",
+        ),
     ],
     name: Name = None,
     as_json: AsJson = False,
@@ -128,7 +148,8 @@ def upload(
 ) -> None:
     """Upload a prototype; the same file again gives the same prototype."""
     with connected(url, as_json) as client:
-        prototype = client.upload_prototype(archive, name)
+        with named_upload(str(archive), as_json):
+            prototype = client.upload_prototype(archive, name)
         if as_json:
             typer.echo(prototype.model_dump_json())
         elif quiet:

@@ -12,7 +12,7 @@ import typer
 from isomatch._cli import render
 from isomatch._cli.exit_codes import leave
 from isomatch._clients import Client
-from isomatch._errors import TooLarge, UnprocessableShape
+from isomatch._errors import TooLarge, UnprocessablePrototype, UnprocessableShape
 from isomatch._models import Shape
 
 SLOW_UPLOAD: Final = 8.0
@@ -69,7 +69,7 @@ def named_upload(source: str, as_json: bool, after: float = SLOW_UPLOAD) -> Iter
         timer.start()
     try:
         yield
-    except (UnprocessableShape, TooLarge) as error:
+    except (UnprocessableShape, UnprocessablePrototype, TooLarge) as error:
         leave(error, as_json, "the standard input" if source == "-" else source)
     finally:
         timer.cancel()

@@ -139,5 +139,11 @@ def test_the_commands(url: str, meshes: list[Path], tmp_path: Path) -> None:
     assert json.loads(uploaded.stdout)["id"] == first
     wrong = run("prototype", "upload", meshes[0], url=url)
     assert wrong.returncode == 1
-    assert "not a prototype" in wrong.stderr
+    assert f"isomatch: {meshes[0]}: not a prototype" in wrong.stderr
+    np.savez(tmp_path / "maps.npz", map_0_1=np.arange(3))
+    wrong = run("prototype", "upload", tmp_path / "maps.npz", url=url)
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert "is no prototype: it has no array 'about'" in " ".join(
+        wrong.stderr.replace("│", " ").split()
+    )
     assert run("match", "p-1234", meshes[5], url=url).returncode == 2
