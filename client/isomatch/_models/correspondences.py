@@ -258,7 +258,9 @@ class InverseCorrespondence(Answer):
 class DenseCorrespondence(Answer):
     """A match extended to all vertices: of the source, and by `inverse` of the target.
 
-    As arrays the two directions are :attr:`source_to_target` and :attr:`target_to_source`.
+    As arrays the two directions are :attr:`source_to_target` and :attr:`target_to_source`. Their
+    rows are those of `source`, and of `target` of `inverse`; :meth:`isomatch.Match.vertex_map` has
+    a row for each vertex of the file.
 
     Attributes
     ----------
@@ -266,7 +268,8 @@ class DenseCorrespondence(Answer):
         Extended solution: 0 for the match's own pairs, j for ``alternatives[j - 1]`` if its map
         preserves more.
     source
-        Vertex indices in the source's file, ascending: all vertices of the matched surface.
+        Vertex indices in the source's file, ascending: all vertices of the matched surface; where
+        one shape was matched as a part, those that have a partner.
     target
         Vertex index in the target's file nearest to the image of each; not injective.
     faces

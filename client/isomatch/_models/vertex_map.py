@@ -9,7 +9,11 @@ import numpy.typing as npt
 
 @dataclass(frozen=True, eq=False)
 class VertexMap:
-    """A map in one direction: from all vertices of one surface to points of another.
+    """A map in one direction: from the vertices of one surface to points of another.
+
+    Row k is of vertex ``vertices[k]``, not of vertex k: vertices of the file that no face uses have
+    no row, and those that the other surface lacks have none, where one is a part of the other.
+    :meth:`isomatch.Match.vertex_map` has a row for each vertex of the file.
 
     Values go the other way: a vertex takes the value at its image. A map from the target to the
     source thus carries values of the source to the target, and leaves no vertex without one.

@@ -25,6 +25,21 @@ KINDS: Final = (*ARRAY_KINDS, "texture", "uv")
 """All kinds; texture and texture coordinates are in a file, and carried by the service."""
 
 
+def goes_forwards(direction: Direction) -> bool:
+    """Return whether a direction is from source to target.
+
+    Raises
+    ------
+    ValueError
+        It is no direction.
+    """
+    if direction not in ("source_to_target", "target_to_source"):
+        raise ValueError(
+            f"direction is 'source_to_target' or 'target_to_source', not {direction!r}"
+        )
+    return direction == "source_to_target"
+
+
 def transferred(
     dense: DenseCorrespondence,
     values: npt.ArrayLike,
@@ -32,16 +47,14 @@ def transferred(
     direction: Direction,
     influences: int | None,
     rows: int | None,
+    others: int | None,
 ) -> npt.NDArray[Any]:
     """Carry values from one shape of a match to the other; see :meth:`isomatch.Match.transfer`.
 
-    `rows` is the number of vertices of the file that values are of, None if it is not known.
+    `rows` is the number of vertices of the file that values are of, `others` that of the other
+    file; None if it is not known.
     """
-    if direction not in ("source_to_target", "target_to_source"):
-        raise ValueError(
-            f"direction is 'source_to_target' or 'target_to_source', not {direction!r}"
-        )
-    forwards = direction == "source_to_target"
+    forwards = goes_forwards(direction)
     if kind == "landmarks":
         return _images(dense.source_to_target if forwards else dense.target_to_source, values)
     if rows is not None and np.ndim(values) and len(np.asarray(values)) > rows:
@@ -52,7 +65,7 @@ def transferred(
     # Each vertex takes the value at its image, so the map goes the other way.
     along = dense.target_to_source if forwards else dense.source_to_target
     if kind == "labels":
-        return _by_vertex(along, _whole(along.majority(values)))
+        return by_vertex(along, _whole(along.majority(values)), others)
     if kind not in ARRAY_KINDS:
         raise ValueError(f"kind is one of {', '.join(ARRAY_KINDS)}, not {kind!r}")
     given = np.asarray(values)
@@ -60,8 +73,8 @@ def transferred(
     if np.isinf(numbers).any():
         raise ValueError("values must not be infinite")
     if kind == "skinning":
-        return _by_vertex(along, _skinning(along, numbers, influences))
-    found = _by_vertex(along, _known_means(along, numbers))
+        return by_vertex(along, _skinning(along, numbers, influences), others)
+    found = by_vertex(along, _known_means(along, numbers), others)
     if kind == "colors" and given.dtype == np.uint8:
         rounded: npt.NDArray[np.uint8] = np.rint(np.nan_to_num(found)).astype(np.uint8)
         return rounded
@@ -119,10 +132,20 @@ def _whole(labels: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return labels.astype(np.int64) if labels.dtype.kind == "u" else labels
 
 
-def _by_vertex(along: VertexMap, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Row i for vertex i of the file; vertices that no face uses have nan, -1 or an empty text."""
+def by_vertex(along: VertexMap, values: npt.NDArray[Any], rows: int | None) -> npt.NDArray[Any]:
+    """Return row i for vertex i of the file; others than `along` has get nan, -1 or an empty text.
+
+    Parameters
+    ----------
+    along
+        The map of K vertices.
+    values
+        Of these, (K, ...).
+    rows
+        Number of vertices of the file; None if it is not known.
+    """
     missing = {"f": np.nan, "i": -1, "U": ""}.get(values.dtype.kind, 0)
-    count = int(along.vertices.max(initial=-1)) + 1
+    count = int(along.vertices.max(initial=-1)) + 1 if rows is None else rows
     found = np.full((count, *values.shape[1:]), missing, dtype=values.dtype)
     found[along.vertices] = values
     return found

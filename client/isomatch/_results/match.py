@@ -21,7 +21,13 @@ from isomatch._models import (
     Refinement,
     SampleProof,
 )
-from isomatch._results.array_transfer import Direction, TransferKind, transferred
+from isomatch._results.array_transfer import (
+    Direction,
+    TransferKind,
+    by_vertex,
+    goes_forwards,
+    transferred,
+)
 from isomatch._results.geometry import Geometry
 from isomatch._results.match_panels import match_panels
 from isomatch._results.result_document import Drawable, Result
@@ -165,8 +171,9 @@ class Match(Result, Correspondences):
 
         Returns
         -------
-        Row i for vertex i of the other shape's file. Vertices that no face uses have nan, -1 or an
-        empty text. Labels have the type of `values`, colours of type uint8 stay such.
+        Row i for vertex i of the other shape's file. Vertices that no face uses, or without a
+        partner, have nan, -1 or an empty text. Labels have the type of `values`, colours of type
+        uint8 stay such.
 
         Raises
         ------
@@ -177,11 +184,40 @@ class Match(Result, Correspondences):
         --------
         >>> labels = match.transfer(source_labels, "labels")  # of the target's vertices
         """
+        rows, others = self.source_file_vertices, self.target_file_vertices
+        if not goes_forwards(direction):
+            rows, others = others, rows
+        return transferred(self._map(), values, kind, direction, influences, rows, others)
+
+    def vertex_map(self, direction: Direction = "source_to_target") -> npt.NDArray[np.int64]:
+        """Return the dense map with a row for each vertex of the file, as consistent maps have it.
+
+        Parameters
+        ----------
+        direction
+            ``"source_to_target"`` or ``"target_to_source"``.
+
+        Returns
+        -------
+        (V,) int64: row v is the vertex of the other shape's file that vertex v is mapped to; -1 if
+        it has no partner, as one shape lacks it, or no face uses it.
+
+        Raises
+        ------
+        ValueError
+            The match is not dense.
+        """
+        dense = self._map()
+        if goes_forwards(direction):
+            along, rows = dense.source_to_target, self.source_file_vertices
+        else:
+            along, rows = dense.target_to_source, self.target_file_vertices
+        return by_vertex(along, along.images, rows)
+
+    def _map(self) -> DenseCorrespondence:
         if self.dense is None:
             raise ValueError("the match has no map of all vertices; match with dense=True")
-        forwards = direction == "source_to_target"
-        rows = self.source_file_vertices if forwards else self.target_file_vertices
-        return transferred(self.dense, values, kind, direction, influences, rows)
+        return self.dense
 
     def drawn_ids(self) -> tuple[str, ...]:
         """Return the ids of source and target."""

@@ -71,6 +71,14 @@ def test_values_with_gaps_go_there_and_back() -> None:
     np.testing.assert_allclose(back[gone == 0.0], whole[gone == 0.0])
 
 
+def test_rows_are_those_of_the_file() -> None:
+    """Of a part, the last vertices of the whole may have no partner."""
+    part = MATCH.model_copy(update={"source_file_vertices": 3, "target_file_vertices": 6})
+    assert part.transfer([5, 7, 7], "labels").tolist() == [5, -1, 7, 5, -1, -1]
+    assert part.vertex_map().tolist() == [0, 2, 3]
+    assert part.vertex_map("target_to_source").tolist() == [0, -1, 2, 0, -1, -1]
+
+
 def test_landmarks_go_along_the_map() -> None:
     assert MATCH.transfer([2, 0], "landmarks").tolist() == [3, 0]
     assert MATCH.transfer([3], "landmarks", "target_to_source").tolist() == [0]
@@ -102,3 +110,5 @@ def test_a_match_of_points_alone_carries_nothing() -> None:
         sparse.transfer([1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match="direction is"):
         MATCH.transfer([1.0, 2.0, 3.0], direction="back")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="direction is"):
+        MATCH.vertex_map("back")  # type: ignore[arg-type]
