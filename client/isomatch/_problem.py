@@ -52,10 +52,14 @@ class Problem(BaseModel):
 
     @property
     def summary(self) -> str:
-        """The document in one line."""
+        """The document in one line, without errors of fields that `detail` has already."""
         line = self.detail or self.title
-        fields = [f"{error.field.removeprefix('body.')}: {error.message}" for error in self.errors]
-        if all(field in line for field in fields):
+        fields = [
+            f"{error.field.removeprefix('body.')}: {error.message}"
+            for error in self.errors
+            if error.message not in line
+        ]
+        if not fields:
             return line
         # A reference to the document's `errors` is of no use in a line that contains them.
         line = re.sub(r"; `errors` says [a-z ]+\.?$", "", line)

@@ -5,6 +5,7 @@ from pathlib import Path
 import isomatch
 import numpy as np
 import pytest
+from isomatch._problem import FieldProblem, Problem
 
 from tests.client.shapes import LASTING
 from tests.worker.figures import blob, off
@@ -79,6 +80,16 @@ def test_field_errors_are_not_repeated(
     with pytest.raises(isomatch.JobFailed, match="not part of the target's surface") as failure:
         job.result()
     assert str(failure.value).count("landmarks.0.1") == 1
+
+
+def test_field_errors_that_the_detail_has_are_left_out() -> None:
+    said = "PLY has no texture coordinates"
+    errors = (FieldProblem(field="path.format", message=said),)
+    detail = f"format: {said}"
+    assert Problem(title="Invalid", status=422, detail=detail, errors=errors).summary == detail
+    other = FieldProblem(field="body.points", message="too few")
+    several = Problem(title="Invalid", status=422, detail=detail, errors=(*errors, other))
+    assert several.summary == f"{detail}: points: too few"
 
 
 def test_the_result_of_an_unfinished_job(
