@@ -107,7 +107,9 @@ AsJson = Annotated[
     bool,
     typer.Option("--json", help="Print JSON and nothing else.", rich_help_panel=OUTPUT),
 ]
-FORMATS: Final = "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures; points: PLY, XYZ, TXT, CSV"
+FORMATS: Final = (
+    "OFF, OBJ, PLY, STL, GLB, GLTF, ZIP with textures; points: PLY, LAS, LAZ, XYZ, TXT, CSV"
+)
 Quiet = Annotated[
     bool,
     typer.Option("--quiet", "-q", help="Print ids and nothing else.", rich_help_panel=OUTPUT),

@@ -141,7 +141,8 @@ class Client:
         name
             Name of the shape; by default that of the file.
         file_type
-            Format (off, obj, ply, stl, glb, gltf, zip); by default the extension of the file.
+            Format (off, obj, ply, stl, glb, gltf, zip; of points ply, las, laz, xyz, txt, csv); by
+            default the extension of the file.
         timeout
             Seconds the service may take to read the uploaded file; None for no limit.
 

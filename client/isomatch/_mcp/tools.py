@@ -63,10 +63,11 @@ class Tools:
     async def upload(
         self, path: Annotated[str, Field(description="Path of a mesh file in the folder.")]
     ) -> UploadAnswer:
-        """Upload a mesh: OFF, OBJ, PLY, STL, GLB, GLTF, ZIP, or points as PLY, XYZ, TXT, CSV.
+        """Upload a mesh, or points.
 
-        The answer has its size and what was repaired. Other tools take paths as well, so this is
-        needed only to look at a mesh.
+        Formats are OFF, OBJ, PLY, STL, GLB, GLTF and ZIP, of points PLY, LAS, LAZ, XYZ, TXT and
+        CSV. The answer has its size and what was repaired. Other tools take paths as well, so this
+        is needed only to look at a mesh.
         """
         with tool_errors():
             return upload_answer(await self.client.upload(self.folder.readable(path)))

@@ -7,8 +7,11 @@ from typing import Any
 
 import pytest
 from isomatch import cli
+from isomatch._cli import FORMATS
 from typer.main import get_command
 from typer.testing import CliRunner
+
+from broker.contracts.shapes import MESH_FORMATS
 
 PANELS = {
     "match": ["Options", "Shapes", "Structures", "Solver"],
@@ -32,6 +35,10 @@ def epilog(command: str) -> list[str]:
     """The lines that its help ends with."""
     lines: list[str] = asked(command).epilog.splitlines()
     return lines
+
+
+def test_all_formats_are_named() -> None:
+    assert {name.lower() for name in re.findall("[A-Z]{3,}", FORMATS)} == set(MESH_FORMATS)
 
 
 @longer
