@@ -203,8 +203,9 @@ MatchOutput = Annotated[
     typer.Option(
         "--output",
         "-o",
-        help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending. Of"
-        " several targets, write a file for each to this folder, made if missing.",
+        help="Write the result to this file: JSON, or NPZ, CSV, PLY, OBJ or GLB by its ending. CSV"
+        " has the matched points alone; JSON and NPZ have the map of all vertices of --dense, too."
+        " Of several targets, write a file for each to this folder, made if missing.",
         rich_help_panel=OUTPUT,
     ),
 ]

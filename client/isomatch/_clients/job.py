@@ -173,8 +173,9 @@ class Job(RecordedJob, Generic[ResultT]):
         """Write the result to a file, in the format that its name ends in.
 
         ``.json``, or no ending, is the document, ``.npz`` the arrays, ``.png`` the picture. Of a
-        match ``.csv`` has the pairs; with a map of all vertices, ``.ply`` and ``.obj`` have the
-        target in the colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the
+        match ``.csv`` has the pairs of matched points alone; ``.json`` and ``.npz`` have the map of
+        all vertices, too, if there is one, of which ``.ply`` and ``.obj`` show the target in the
+        colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the
         matrix. Of a transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape
         with them.
 

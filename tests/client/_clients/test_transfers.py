@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from demo.stack import ROOT
 from tests.client.command_line import run
 from tests.client.shapes import blob_meshes
 
@@ -134,6 +136,10 @@ def test_a_match_is_saved_in_every_format(
     job = client.job(job_id)
     for ending in ("json", "npz", "csv", "ply", "obj", "glb", "png"):
         job.save(tmp_path / f"match.{ending}")
+    named = set(re.findall(r"`(\w+)`", (ROOT / "docs" / "api.md").read_text()))
+    with np.load(tmp_path / "match.npz") as arrays:
+        assert "inverse_source" in arrays.files
+        assert set(arrays.files) <= named
     pairs = table(tmp_path / "match.csv")
     assert pairs[0] == ["source", "target", "cost"]
     assert [[int(a), int(b)] for a, b, _ in pairs[1:]] == job.result().pairs.tolist()
@@ -143,8 +149,8 @@ def test_a_match_is_saved_in_every_format(
         assert len(np.unique(seen.visual.vertex_colors, axis=0)) > 100
     scene: Any = trimesh.load(tmp_path / "match.glb")
     assert set(scene.geometry) == {"source", "target"}
-    named = json.loads((tmp_path / "match.json").read_bytes())
-    assert (named["source_name"], named["target_name"]) == ("a.off", "b.obj")
+    document = json.loads((tmp_path / "match.json").read_bytes())
+    assert (document["source_name"], document["target_name"]) == ("a.off", "b.obj")
     with pytest.raises(ValueError, match="'txt' is none of"):
         job.save(tmp_path / "match.txt")
 
