@@ -17,6 +17,7 @@ def print_maps(found: ConsistentMaps, console: Console) -> None:
         Column("target"),
         Column("cycle error", justify="right"),
         Column("confidence"),
+        Column("fits"),
         Column("through"),
         box=SIMPLE_HEAD,
         pad_edge=False,
@@ -24,7 +25,8 @@ def print_maps(found: ConsistentMaps, console: Console) -> None:
     for pair in found.pairs:
         said = str(pair.confidence) if pair.mapped else f"no map: {pair.reason}"
         through = ", ".join(names[shape] for shape in pair.through)
-        row = (names[pair.source], names[pair.target], _errors(pair), said, through)
+        fits = "yes" if pair.fits else "no"
+        row = (names[pair.source], names[pair.target], _errors(pair), said, fits, through)
         table.add_row(*map(Text, row))
     console.print(table)
     shapes = Table(
@@ -36,7 +38,11 @@ def print_maps(found: ConsistentMaps, console: Console) -> None:
         pad_edge=False,
     )
     for one in found.shapes:
-        agreement = "fits" if one.fits else f"does not fit: {one.reason}"
+        reason, pairs = found.disagreement(one), found.pairs_of(one)
+        fitting = sum(pair.fits for pair in pairs)
+        agreement = "fits" if fitting == len(pairs) else f"fits in {fitting} of {len(pairs)} pairs"
+        if reason is not None:
+            agreement = f"does not fit: {reason}"
         shapes.add_row(*map(Text, (one.name or "-", one.shape, _errors(one), agreement)))
     console.print(shapes)
     if found.cycle_error_before is not None and found.cycle_error is not None:

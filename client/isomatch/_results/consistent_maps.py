@@ -27,7 +27,8 @@ class CollectionShape(Answer):
         Mean cycle error of the triples that it is in, by the pairwise maps and by those of the
         result; None if it is in none.
     fits
-        Whether it was mapped, and its maps agree with the others.
+        Whether it was mapped, and its maps agree with the others. All of them may yet be in doubt:
+        see :meth:`ConsistentMaps.disagreement`.
     reason
         Why it does not fit; None if it does.
     """
@@ -114,11 +115,21 @@ class ConsistentMaps(ArrayResult):
         if self.cycle_error_before is not None and self.cycle_error is not None:
             heading += f"; mean cycle error {change(self.cycle_error_before, self.cycle_error)}"
         names = {one.shape: called(one.name, one.shape) for one in self.shapes}
-        shapes = [f"{names[one.shape]}: does not fit: {one.reason}"
-                  for one in self.shapes if not one.fits]  # fmt: skip
+        reasons = ((one, self.disagreement(one)) for one in self.shapes)
+        shapes = [f"{names[one.shape]}: does not fit: {why}" for one, why in reasons if why]
         # What does not fit, and what was improved, is looked for first.
         ranked = sorted(self.pairs, key=lambda pair: (pair.fits, not pair.through))
         return screen(heading, [*shapes, *(_line(pair, names) for pair in ranked)])
+
+    def pairs_of(self, shape: CollectionShape) -> tuple[CollectionPair, ...]:
+        """Return the pairs that a shape is in."""
+        return tuple(pair for pair in self.pairs if shape.shape in (pair.source, pair.target))
+
+    def disagreement(self, shape: CollectionShape) -> str | None:
+        """Return why a shape does not fit, or that none of its pairs does; None if it fits."""
+        if shape.fits and not any(pair.fits for pair in self.pairs_of(shape)):
+            return "none of its pairs does"
+        return shape.reason
 
     def map(self, source: int, target: int) -> npt.NDArray[np.int64]:
         """Return the map from one shape to another.

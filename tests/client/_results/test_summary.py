@@ -1,9 +1,12 @@
 """Results of several shapes as text: one screen, with names beside ids."""
 
+import io
 from itertools import combinations
 from typing import Any
 
 from isomatch import Batch, ConsistentMaps, Registration
+from isomatch._cli.maps_rendering import print_maps
+from rich.console import Console
 
 IDS = [f"{place:02x}" * 16 for place in range(16)]
 SURE = {"probability": 0.97, "reasons": []}
@@ -88,6 +91,34 @@ def test_maps_of_a_large_collection_fit_a_screen_and_begin_with_what_does_not_fi
     )
     assert lines[3].endswith("cycle error 0.250 -> 0.125; through s5.ply (05050505)")
     assert lines[-1] == "  and 101 more"
+
+
+def test_a_shape_that_no_pair_fits_does_not_fit() -> None:
+    doubtful = {"fits": False, "reason": "it is probably wrong"}
+    result = ConsistentMaps.model_validate(
+        {
+            "shapes": [shape(place) for place in range(3)],
+            "pairs": [pair(0, 1), pair(0, 2, **doubtful), pair(1, 2, **doubtful)],
+            "cycle_error_before": 0.05,
+            "cycle_error": 0.05,
+            "warnings": [],
+            "timings": {},
+        }
+    )
+    assert (
+        str(result).splitlines()[1] == "  s2.ply (02020202): does not fit: none of its pairs does"
+    )
+    console = Console(width=120, record=True, file=io.StringIO())
+    print_maps(result, console)
+    rows = [line.split() for line in console.export_text().splitlines()]
+    assert [row[-1] for row in rows if row[:2] == ["s1.ply", "s2.ply"]] == ["no"]
+    assert [row[-1] for row in rows if row[:2] == ["s0.ply", "s1.ply"]] == ["yes"]
+    said = {row[0]: " ".join(row[3:]) for row in rows if len(row) > 1 and row[1] in IDS}
+    assert said == {
+        "s0.ply": "fits in 1 of 2 pairs",
+        "s1.ply": "fits in 1 of 2 pairs",
+        "s2.ply": "does not fit: none of its pairs does",
+    }
 
 
 def test_a_batch_names_its_targets() -> None:
