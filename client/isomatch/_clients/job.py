@@ -175,9 +175,8 @@ class Job(RecordedJob, Generic[ResultT]):
         ``.json``, or no ending, is the document, ``.npz`` the arrays, ``.png`` the picture. Of a
         match ``.csv`` has the pairs of matched points alone; ``.json`` and ``.npz`` have the map of
         all vertices, too, if there is one, of which ``.ply`` and ``.obj`` show the target in the
-        colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the
-        matrix. Of a transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape
-        with them.
+        colours of the source, and ``.glb`` both. Of dissimilarities ``.csv`` has the matrix. Of a
+        transfer ``.csv`` has the values, and ``.ply``, ``.obj`` and ``.glb`` the shape with them.
 
         Raises
         ------
