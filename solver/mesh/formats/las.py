@@ -1,6 +1,7 @@
 """Point clouds of laser scanners: LAS, and LAZ, which is compressed."""
 
 import io
+import struct
 from typing import Any, Final
 
 import laspy
@@ -13,6 +14,13 @@ from solver.mesh.repair import TriangleSoup
 
 _MOST_BYTES: Final = 512 * 2**20
 """Bytes of all points, uncompressed; a damaged header promises more."""
+
+_RECORDS: Final = struct.Struct("<25xB68xHxxxxI"), struct.Struct("<235xQI")
+"""Minor version, size of the header and number of records; start and number of the extended ones.
+"""
+
+_LEAST_BYTES: Final = 54, 60
+"""Bytes of a record without data, and of an extended one."""
 
 _NORMALS: Final = ("normalx", "normaly", "normalz"), ("nx", "ny", "nz")
 """Names of the extra dimensions that programs write normals to, in lower case."""
@@ -42,6 +50,7 @@ def read_las(data: bytes) -> TriangleSoup:
     MeshError
         The bytes are not a complete LAS or LAZ file, or it has no points or too many.
     """
+    _check_records(data)
     try:
         with laspy.open(io.BytesIO(data)) as reader:
             promised, size = reader.header.point_count, reader.header.point_format.size
@@ -69,6 +78,28 @@ def read_las(data: bytes) -> TriangleSoup:
         normals=_normals(points),
         is_cloud=True,
     )
+
+
+def _check_records(data: bytes) -> None:
+    """Refuse more variable length records than the file has room for: laspy reads them one by one.
+
+    Raises
+    ------
+    MeshError
+        The header promises them.
+    """
+    table, extended = _RECORDS
+    header = data[: extended.size].ljust(extended.size, b"\0")
+    minor, start, count = table.unpack_from(header)
+    promised = [(start, count)]
+    if minor >= 4:  # the fields are of LAS 1.4
+        promised.append(extended.unpack_from(header))
+    for (first, records), least in zip(promised, _LEAST_BYTES, strict=False):
+        if records and first + records * least > len(data):
+            raise MeshError(
+                f"not a LAS file, or a damaged one: the header promises {records} variable length"
+                f" records, more than its {len(data)} bytes can hold"
+            )
 
 
 def _colors(points: Any) -> FloatArray | None:

@@ -92,6 +92,17 @@ def test_files_that_promise_too_much_are_refused() -> None:
         read_las(empty())
 
 
+def test_more_records_than_the_file_can_hold_are_refused_before_they_are_read() -> None:
+    with pytest.raises(MeshError, match="4294967295 variable length records"):
+        read_las(b"LASF" + b"\xff" * 400)
+    plain, extended = (bytearray(written(SPHERE.vertices, version="1.4")) for _ in range(2))
+    plain[100:104] = (2**20).to_bytes(4, "little")
+    extended[243:247] = (2**20).to_bytes(4, "little")
+    for data in plain, extended:
+        with pytest.raises(MeshError, match="1048576 variable length records"):
+            read_las(bytes(data))
+
+
 def empty() -> bytes:
     stream = io.BytesIO()
     laspy.LasData(laspy.LasHeader(point_format=0, version="1.2")).write(stream)
