@@ -13,7 +13,7 @@ from solver.transfer.files.columns import CHANNELS
 from solver.transfer.files.limits import check_size
 from solver.transfer.files.npz import dense_weights
 
-_WHOLE: Final = 2.0**24
+WHOLE: Final = 2.0**24
 """Whole numbers up to this are exact in single precision."""
 
 
@@ -98,7 +98,7 @@ def _joined(name: str, parts: Sequence[npt.NDArray[Any]], joints: tuple[str, ...
         numbers, weights = values[:, :half].astype(np.int64), values[:, half:]
         table = dense_weights(numbers, weights, len(joints) or None)
         return Attribute(name, table, joints or numbered_joints(table.shape[1]))
-    whole = values.ndim == 1 and bool((np.abs(values) <= _WHOLE).all())
+    whole = values.ndim == 1 and bool((np.abs(values) <= WHOLE).all())
     if whole and bool((values == np.rint(values)).all()):
         return Attribute(name, values.astype(np.int64))
     return Attribute(name, values)

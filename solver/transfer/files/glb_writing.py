@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
+import numpy.typing as npt
 
 from solver.errors import TransferError
 from solver.transfer.attributes import COLORS_NAME, WEIGHTS_NAME, Attribute
 from solver.transfer.files.columns import color_bytes
-from solver.transfer.files.glb import numbered_joints
+from solver.transfer.files.glb import WHOLE, numbered_joints
 from solver.transfer.files.glb_file import INDICES, VERTEX_DATA, GlbFile
 from solver.transfer.files.surface import WrittenSurface
 from solver.transfer.overlap import FACES
@@ -18,19 +19,24 @@ _INFLUENCES: Final = 4
 """Joints of a vertex in a set of glTF, and greatest number of columns of an attribute."""
 
 
+_LIMITS: Final = {"f": float(np.finfo(np.float32).max), "i": WHOLE}
+"""Greatest numbers of an attribute, by the kind of its type."""
+
+
 def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
     """Return surfaces as a binary glTF file, a node each.
 
     Colours are COLOR_0, as bytes. Skinning weights are JOINTS_0 and WEIGHTS_0, the four greatest of
     each vertex, and a skin whose joints lie in the middle of what they move. All others are
     ``_NAME``, in single precision; those of text are numbers, and `extras` of the primitive has
-    the texts. Vertices without a value have zeros. With attributes of faces, which glTF has not,
-    each triangle has vertices of its own.
+    the texts. Vertices of no face have zeros where they have no value. With attributes of faces,
+    which glTF has not, each triangle has vertices of its own.
 
     Raises
     ------
     TransferError
-        An attribute has more than four columns.
+        An attribute has more than four columns, a vertex of a face without a value, which glTF
+        cannot say, or numbers that single precision cannot hold.
     """
     file = GlbFile()
     for surface in surfaces:
@@ -47,13 +53,15 @@ def write_glb(surfaces: Sequence[WrittenSurface]) -> bytes:
             if one.name == WEIGHTS_NAME and one.width:
                 node["skin"] = _write_skin(file, primitive, one, surface)
             else:
-                _write_attribute(file, primitive, one)
+                _write_attribute(file, primitive, one, surface)
         node["mesh"] = file.append("meshes", {"name": surface.name, "primitives": [primitive]})
         file.tree["scenes"][0]["nodes"].append(file.append("nodes", node))
     return file.to_bytes()
 
 
-def _write_attribute(file: GlbFile, primitive: dict[str, Any], attribute: Attribute) -> None:
+def _write_attribute(
+    file: GlbFile, primitive: dict[str, Any], attribute: Attribute, surface: WrittenSurface
+) -> None:
     values, attributes = attribute.values, primitive["attributes"]
     if attribute.name == COLORS_NAME and attribute.width in (3, 4):
         octets = np.full((len(values), 4), 255, dtype=np.uint8)
@@ -69,8 +77,21 @@ def _write_attribute(file: GlbFile, primitive: dict[str, Any], attribute: Attrib
         texts, values = np.unique(values, return_inverse=True)
         labels = primitive.setdefault("extras", {}).setdefault("labels", {})
         labels[attribute.name] = texts.tolist()
+    _check_numbers(attribute.name, values[surface.faces])
     numbers = np.nan_to_num(values.astype("<f4"), nan=0.0)
     attributes[f"_{attribute.name}"] = file.accessor(numbers, VERTEX_DATA)
+
+
+def _check_numbers(name: str, values: npt.NDArray[Any]) -> None:
+    """Refuse values that would be others in the file."""
+    limit = _LIMITS[values.dtype.kind]
+    if np.isnan(values).any():
+        reason, others = "has vertices without a value", "PLY, CSV or NPZ"
+    elif values.max(initial=0) > limit or values.min(initial=0) < -limit:
+        reason, others = f"has numbers beyond {limit:.8g}", "CSV or NPZ"
+    else:
+        return
+    raise TransferError(f"GLB cannot hold {name[:40]!r}, which {reason}; choose {others}")
 
 
 def _write_skin(

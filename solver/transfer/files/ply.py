@@ -17,6 +17,9 @@ from solver.transfer.overlap import FACES, VERTICES
 _GEOMETRY: Final = frozenset(("x", "y", "z", "nx", "ny", "nz", *CHANNELS))
 _TYPES: Final = {"u1": "uchar", "i4": "int", "f8": "double"}
 
+_WHOLE: Final = 2**53
+"""Whole numbers up to this are exact in double precision."""
+
 
 def read_ply_attributes(data: bytes) -> list[Attribute]:
     """Read the properties of vertices and faces, but for positions and normals.
@@ -48,6 +51,11 @@ def write_ply(surface: WrittenSurface) -> bytes:
 
     Colours are bytes. Text becomes numbers, and comments of the form ``label NAME NUMBER TEXT`` say
     which.
+
+    Raises
+    ------
+    TransferError
+        Whole numbers are too large for PLY.
     """
     comments: list[str] = []
     vertex, face = (
@@ -90,7 +98,7 @@ def _columns(attributes: Sequence[Attribute], comments: list[str]) -> dict[str, 
             comments += [
                 f"comment label {written} {code} {text}" for code, text in enumerate(shown)
             ]
-        columns[written] = _stored(values)
+        columns[written] = _stored(name, values)
     return columns
 
 
@@ -102,14 +110,19 @@ def _properties(columns: Mapping[str, npt.NDArray[Any]]) -> list[str]:
     return [f"property {_type(one.dtype)} {name}" for name, one in columns.items()]
 
 
-def _stored(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def _stored(name: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Values in a type of PLY: bytes, whole numbers of 32 bits, or double precision."""
     if values.dtype == np.uint8:
         return values
-    limits = np.iinfo(np.int32)
-    small = values.dtype.kind == "i" and values.min(initial=0) >= limits.min
-    if small and values.max(initial=0) <= limits.max:
-        return values.astype("<i4")
+    if values.dtype.kind == "i":
+        least, greatest = int(values.min(initial=0)), int(values.max(initial=0))
+        limits = np.iinfo(np.int32)
+        if limits.min <= least and greatest <= limits.max:
+            return values.astype("<i4")
+        if max(-least, greatest) > _WHOLE:
+            raise TransferError(
+                f"PLY cannot hold {name[:40]!r}, which has numbers beyond 2^53; choose CSV or NPZ"
+            )
     return values.astype("<f8")
 
 

@@ -163,8 +163,49 @@ def test_missing_values_can_be_written(tmp_path: Any) -> None:
     values: npt.NDArray[Any] = surface.attributes[0].values
     assert np.isnan(values[1:]).all()
     assert surface.attributes[1].values[2:].tolist() == [-1] * (ROWS - 2)
-    for file_type in ("ply", "glb"):
-        read_attributes(write_attributes(short, file_type, surface), file_type)
+    read_attributes(write_attributes(short, "ply", surface), "ply")
+    with pytest.raises(TransferError, match="'a', which has vertices without a value; choose PLY"):
+        write_attributes(short, "glb", surface)
+
+
+def test_glb_has_zeros_at_vertices_of_no_face() -> None:
+    vertices = np.concatenate([MESH.vertices, np.full((1, 3), 50.0)])
+    heights = np.append(np.linspace(1.0, 2.0, ROWS), np.nan)
+    one = Attribute("height", heights)
+    surface = WrittenSurface.of(triangle_mesh(vertices, MESH.faces), [one])
+    found = read_attributes(write_attributes([one], "glb", surface), "glb")[0]
+    np.testing.assert_allclose(found.values, np.nan_to_num(heights), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("file_type", "values", "refused"),
+    [
+        ("glb", [2**24 + 1, 2**24, 0], "beyond 16777216"),
+        ("glb", [-(2**24) - 1, 2, 0], "beyond 16777216"),
+        ("glb", [1e39, 2.0, 0.0], "beyond 3.4028235e\\+38"),
+        ("ply", [2**53 + 1, 2**53, 0], "beyond 2\\^53"),
+        ("ply", [-(2**63), 2, 0], "beyond 2\\^53"),
+    ],
+)
+def test_numbers_that_would_change_are_refused(
+    file_type: str, values: list[float], refused: str
+) -> None:
+    one = Attribute("part", np.array(values))
+    surface = WrittenSurface.of(TRIANGLE, [one])
+    message = f"cannot hold 'part', which has numbers {refused}; choose CSV or NPZ"
+    with pytest.raises(TransferError, match=message):
+        write_attributes([one], file_type, surface)
+    kept = {
+        one.name: one for one in read_attributes(write_attributes([one], "csv", surface), "csv")
+    }
+    np.testing.assert_array_equal(kept["part"].values, values)
+
+
+@pytest.mark.parametrize(("file_type", "greatest"), [("glb", 2**24), ("ply", 2**53)])
+def test_the_greatest_labels_are_kept(file_type: str, greatest: int) -> None:
+    one = Attribute("part", np.array([greatest, -greatest, greatest - 1]))
+    data = write_attributes([one], file_type, WrittenSurface.of(TRIANGLE, [one]))
+    np.testing.assert_array_equal(read_attributes(data, file_type)[0].values, one.values)
 
 
 @pytest.mark.parametrize("file_type", ["npz", "csv"])
