@@ -184,6 +184,8 @@ def first_eigenvalues(shape: Shape) -> FloatArray:
 def surface_of(shape: Shape, points: IntArray) -> ExampleSurface | None:
     """Simplify a shape's surface; ``None`` if the result is unsound or still too large.
 
+    It is unsound if single precision does not reach its coordinates.
+
     Parameters
     ----------
     shape
@@ -196,7 +198,8 @@ def surface_of(shape: Shape, points: IntArray) -> ExampleSurface | None:
         return None
     places = mesh.vertices_of(shape.mesh.vertex_ids[points])
     centred = mesh.vertices - shape.mesh.vertices[points].mean(axis=0)
-    vertices = centred.astype(np.float32).astype(np.float64)
+    with np.errstate(over="ignore"):  # infinite coordinates are refused as those of no sound mesh
+        vertices = centred.astype(np.float32).astype(np.float64)
     surface = ExampleSurface(vertices, mesh.faces, places, first_eigenvalues(shape))
     try:
         surface.mesh()

@@ -9,7 +9,6 @@ import numpy as np
 from pydantic import ValidationError
 
 from broker.contracts import (
-    GREATEST,
     PrototypeRecord,
     PrototypeStructures,
     PrototypeValidationPayload,
@@ -27,6 +26,10 @@ from worker.jobs.failures import PrototypeGone, UploadGone
 from worker.jobs.options import choice_of
 from worker.jobs.torus import torus_file
 from worker.pictures import packed_prototype
+
+_GREATEST: Final = 1e64
+"""Greatest number of an archive: the largest extent of a mesh, so that what was learned of any can
+be read again. The fourth power is still finite."""
 
 _MAX_WARNINGS: Final = 300
 """Warnings of an uploaded archive that are kept."""
@@ -72,8 +75,8 @@ def _check(prototype: Prototype) -> None:
         numbers += [surface.vertices, surface.eigenvalues]
     for level in described:
         numbers += [level.centre, level.axes, level.mixtures.means]
-    if any(np.abs(array).max(initial=0.0) > GREATEST for array in numbers):
-        raise PrototypeError(f"not a sound prototype: it has numbers beyond {GREATEST:g}")
+    if any(np.abs(array).max(initial=0.0) > _GREATEST for array in numbers):
+        raise PrototypeError(f"not a sound prototype: it has numbers beyond {_GREATEST:g}")
     mixtures = [level.mixtures for level in prototype.distances]
     mixtures += [level.mixtures for level in described]
     if not all(map(_has_finite_peaks, mixtures)):

@@ -139,6 +139,26 @@ def test_a_downloaded_archive_uploads_as_the_same_prototype(
     assert named == [record.id]
 
 
+@pytest.mark.parametrize(("unit", "surfaces"), [(1e30, 3), (1e-30, 3), (1e60, 0)])
+def test_what_was_learned_in_any_unit_can_be_uploaded_again(
+    http: httpx2.Client, upload: Upload, unit: float, surfaces: int
+) -> None:
+    meshes = [read_mesh(data, "off") for data in family(3)]
+    examples = [upload(off(unit * mesh.vertices, mesh.faces))["id"] for mesh in meshes]
+    learned = learn(http, {"shapes": examples, "name": "huge", **SHARED}).prototype
+    path = f"/v1/prototypes/{learned.id}"
+    archive = http.get(f"{path}/archive").content
+    assert http.delete(path).status_code == 204
+    again = send(http, archive)
+    assert again.status_code == 201, again.text
+    assert (again.json()["id"], again.json()["surfaces"]) == (learned.id, surfaces)
+    body = {"source": learned.id, "target": examples[0]}
+    job = http.post("/v1/matches", json=body).json()
+    ended = http.get(job["links"]["self"], params={"wait": 60}).json()
+    assert ended["state"] == "succeeded", ended["error"]
+    assert http.get(f"{job['links']['self']}/result.png").status_code == 200
+
+
 def test_a_match_with_a_prototype_is_that_of_the_solver(
     http: httpx2.Client, upload: Upload, archive: bytes
 ) -> None:
