@@ -210,8 +210,7 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             stated = str(error) if isinstance(error, TooLarge) else detail
             return Problem.of("out-of-memory", "Out of memory", 422, stated)
         case JobTimeoutException():
-            detail = "This takes longer than a job may take; try fewer points or a time_limit."
-            return Problem.of("timed-out", "Took too long", 422, detail)
+            return Problem.of("timed-out", "Took too long", 422, _timed_out(record))
         case NoAlternative():
             return Problem.of("invalid-request", "Invalid request", 422, str(error), (error.field,))
         case NewerRecord():
@@ -221,6 +220,15 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
         case Gone():
             return Problem.of(error.slug, error.title, 410, str(error))
     return _store_failed(error) or _unforeseen(record)
+
+
+def _timed_out(record: JobRecord) -> str:
+    """Return what happened and what can be done, which only some requests can do by parameters."""
+    if record.kind in UNUSABLE:
+        return "Reading the file takes longer than a job may take; send a smaller or simpler one."
+    if hasattr(getattr(record.payload, "parameters", None), "time_limit"):
+        return "This takes longer than a job may take; try fewer points or a time_limit."
+    return "This takes longer than a job may take; simplify the shapes."
 
 
 def _store_failed(error: Exception) -> Problem | None:
