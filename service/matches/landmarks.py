@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from broker.contracts import FieldProblem, MatchParameters, ShapeRecord
+from service.shapes import vertices_out_of_range
 
 
 def landmarks_out_of_range(
@@ -17,18 +18,12 @@ def landmarks_out_of_range(
     shapes
         The source as ``body.source``, and one or several targets.
     """
-    wrong = []
+    wrong: list[FieldProblem] = []
     for field, shape in shapes.items():
-        count, end = shape.file_vertices, 0 if field == "body.source" else 1
-        if count is None:
-            continue
-        wrong += [
-            FieldProblem(
-                field=f"body.landmarks.{place}.{end}",
-                message=f"{pair[end]} is no vertex of {field.removeprefix('body.')}, whose file has"
-                f" vertices 0 to {count - 1}",
-            )
+        end = 0 if field == "body.source" else 1
+        numbers = (
+            (f"body.landmarks.{place}.{end}", pair[end])
             for place, pair in enumerate(asked.landmarks)
-            if pair[end] >= count
-        ]
+        )
+        wrong += vertices_out_of_range(numbers, shape, field.removeprefix("body."))
     return wrong

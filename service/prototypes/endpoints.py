@@ -31,6 +31,7 @@ from service.shapes import (
     repeated_shapes,
     shape_fields,
     use_shapes,
+    vertices_out_of_range,
 )
 
 router = APIRouter(prefix=PROTOTYPES, tags=["prototypes"])
@@ -113,7 +114,8 @@ def _payload(asked: PrototypeRequest, service: Service) -> PrototypePayload:
     refuse(_contradictions(asked), _REFUSED)
     shapes = use_shapes(service, shape_fields(asked.shapes))
     few = [] if asked.correspondences else few_vertices(shapes, asked.points)
-    check_shapes(asked, shapes, _REFUSED, few + _different_connectivity(asked, shapes))
+    wrong = few + _different_connectivity(asked, shapes) + _out_of_range(asked, shapes)
+    check_shapes(asked, shapes, _REFUSED, wrong)
     return PrototypePayload(
         shapes=asked.shapes,
         reference=0 if asked.reference is None else asked.shapes.index(asked.reference),
@@ -158,3 +160,13 @@ def _different_connectivity(
         for field, shape in shapes.items()
         if (shape.vertices, shape.faces) != (reference.vertices, reference.faces)
     ]
+
+
+def _out_of_range(asked: PrototypeRequest, shapes: Mapping[str, ShapeRecord]) -> list[FieldProblem]:
+    wrong: list[FieldProblem] = []
+    for place, (vertices, shape) in enumerate(
+        zip(asked.correspondences or (), shapes.values(), strict=False)
+    ):
+        numbers = ((f"body.correspondences.{place}.{i}", one) for i, one in enumerate(vertices))
+        wrong += vertices_out_of_range(numbers, shape, f"shapes.{place}")
+    return wrong

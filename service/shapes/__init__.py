@@ -12,6 +12,7 @@ from service.shapes.requirements import (
     repeated_shapes,
     shape_fields,
     simplified_too_far,
+    vertices_out_of_range,
 )
 
 ROUTERS = (endpoints.router, files.router)
@@ -28,4 +29,5 @@ __all__ = [
     "shape_fields",
     "simplified_too_far",
     "use_shapes",
+    "vertices_out_of_range",
 ]

@@ -1,6 +1,6 @@
 """Checks of shapes against the parameters of a job, from their records, before it is queued."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from broker.contracts import (
@@ -96,6 +96,31 @@ def few_vertices(shapes: Mapping[str, ShapeRecord], points: int) -> list[FieldPr
         )
         for field, shape in shapes.items()
         if shape.vertices < points
+    ]
+
+
+def vertices_out_of_range(
+    numbers: Iterable[tuple[str, int]], shape: ShapeRecord, name: str
+) -> list[FieldProblem]:
+    """Return the problems of numbers that no vertex of a shape's file has.
+
+    Parameters
+    ----------
+    numbers
+        Fields, and the number that each gives.
+    shape
+        The shape. Those of earlier versions do not know the vertices of their file.
+    name
+        Name of the shape in the messages.
+    """
+    count = shape.file_vertices
+    if count is None:
+        return []
+    message = f"is no vertex of {name}, whose file has vertices 0 to {count - 1}"
+    return [
+        FieldProblem(field=field, message=f"{number} {message}")
+        for field, number in numbers
+        if number >= count
     ]
 
 

@@ -24,7 +24,7 @@ from service.http import (
     UnknownAttributes,
 )
 from service.jobs import Job, JobOrder, answers, packed_result, requested_job
-from service.shapes import refuse, use_shapes
+from service.shapes import refuse, use_shapes, vertices_out_of_range
 from service.transfers.attributes import use_attributes
 from service.transfers.schemas import TransferRequest
 
@@ -77,6 +77,7 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
     ends = match.source, match.target
     source, target = ends if asked.direction == "source_to_target" else ends[::-1]
     shapes = use_shapes(service, {"body.match": source, "body.match.target": target})
+    refuse(_points_out_of_range(asked, shapes["body.match"]), _REFUSED)
     if asked.attributes is not None:
         _check_rows(use_attributes(service, asked.attributes), shapes["body.match"])
     return TransferPayload(
@@ -91,6 +92,14 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
         influences=asked.influences,
         points=asked.points,
     )
+
+
+def _points_out_of_range(asked: TransferRequest, shape: ShapeRecord) -> list[FieldProblem]:
+    name = "the match's " + asked.direction.partition("_")[0]
+    numbers = (
+        (f"body.points.{place}", max(point.vertices)) for place, point in enumerate(asked.points)
+    )
+    return vertices_out_of_range(numbers, shape, name)
 
 
 def _check_rows(attributes: AttributesRecord, shape: ShapeRecord) -> None:

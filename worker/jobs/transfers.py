@@ -278,6 +278,11 @@ def _images(
         np.array([one.vertices for one in points], dtype=np.int64),
         np.array([one.weights for one in points]),
     )
+    unknown = np.argwhere(~np.isin(given.corners, dense.source))
+    if unknown.size:
+        point, corner = unknown[0].tolist()
+        message = f"vertex {points[point].vertices[corner]} is not part of the mapped surface"
+        raise OptionError(f"points.{point}", message)
     try:
         found = transfer.landmark_images(given, dense, target)
     except TransferError as error:

@@ -181,6 +181,34 @@ def test_landmarks(http: httpx2.Client, match: str) -> None:
         assert refused["errors"][0]["field"] == "path.format"
 
 
+def test_landmarks_at_no_vertex_are_refused_by_their_place(
+    http: httpx2.Client, match: str, upload: Upload
+) -> None:
+    inside = {"vertices": [1, COUNT, 2], "weights": [0.2, 0.3, 0.5]}
+    asked = {"match": match, "what": "landmarks", "points": [5, inside, 10**6]}
+    refused = problem(http.post("/v1/transfers", json=asked), 422, "invalid-request")
+    assert refused["errors"] == [
+        {
+            "field": f"body.points.{place}",
+            "message": f"{vertex} is no vertex of the match's source, whose file has vertices 0 to"
+            f" {COUNT - 1}",
+        }
+        for place, vertex in ((1, COUNT), (2, 10**6))
+    ]
+    data = mesh_files.ply(
+        np.r_[OTHER.vertices, OTHER.vertices + 1.0], OTHER.faces.tolist(), "ascii"
+    )
+    unused = upload(data, "unused.ply")["id"]
+    again = matched(http, (unused, unused), points=12, dense=True)["id"]
+    failed = carried(http, again, what="landmarks", points=[5, COUNT])
+    assert failed["error"]["errors"] == [
+        {
+            "field": "body.points.1",
+            "message": f"vertex {COUNT} is not part of the mapped surface",
+        }
+    ]
+
+
 def test_a_texture_as_colours_and_as_an_image(http: httpx2.Client, upload: Upload) -> None:
     shares = (MESH.vertices[:, :2] - MESH.vertices[:, :2].min()) / np.ptp(MESH.vertices[:, :2])
     data = textured_glb(MESH.vertices, MESH.faces, 0.1 + 0.8 * shares, image_file(ramp()))
