@@ -78,6 +78,7 @@ def _payload(asked: TransferRequest, service: Service) -> TransferPayload:
     source, target = ends if asked.direction == "source_to_target" else ends[::-1]
     shapes = use_shapes(service, {"body.match": source, "body.match.target": target})
     refuse(_points_out_of_range(asked, shapes["body.match"]), _REFUSED)
+    refuse(_faces_of_points(asked, shapes["body.match.target"]), _REFUSED)
     if asked.attributes is not None:
         _check_rows(use_attributes(service, asked.attributes), shapes["body.match"])
     return TransferPayload(
@@ -100,6 +101,13 @@ def _points_out_of_range(asked: TransferRequest, shape: ShapeRecord) -> list[Fie
         (f"body.points.{place}", max(point.vertices)) for place, point in enumerate(asked.points)
     )
     return vertices_out_of_range(numbers, shape, name)
+
+
+def _faces_of_points(asked: TransferRequest, onto: ShapeRecord) -> list[FieldProblem]:
+    if asked.on != "faces" or onto.kind != "points":
+        return []
+    message = 'a point cloud has no faces that could take values; give "vertices"'
+    return [FieldProblem(field="body.on", message=message)]
 
 
 def _check_rows(attributes: AttributesRecord, shape: ShapeRecord) -> None:

@@ -153,6 +153,10 @@ def _outcome(
     asked = transfer.selected(_attributes(payload, context), payload.what, payload.names)
     chosen = with_rows_known(asked, source, payload)
     onto = payload.on or _shared([one.on for one in chosen])
+    if onto == FACES and target.is_cloud:
+        # As `on` is left out: the service refuses faces of a point cloud.
+        message = 'the values are of faces, which a point cloud has not; give "vertices"'
+        raise OptionError("on", message)
     kind, influences = payload.what, payload.influences
     ways: dict[str, Along] = {}
     carried = []

@@ -1,5 +1,6 @@
 """Point clouds through the whole chain: points in, a map with a row for each point out."""
 
+import io
 from collections.abc import Callable
 
 import httpx2
@@ -30,6 +31,25 @@ def test_a_cloud_is_matched_with_its_mesh(http: httpx2.Client, upload: Upload) -
     nearest = np.argmax(directions @ shapes.icosphere(3).vertices.T, axis=1)
     apart = np.linalg.norm(body.vertices[dense["target"]] - body.vertices[nearest], axis=1)
     assert np.mean(apart) / np.sqrt(body.area) < 0.03
+    faces = io.BytesIO()
+    np.savez(faces, part=np.arange(body.n_faces))
+    files = {"file": ("part.npz", faces.getvalue())}
+    attributes = http.post("/v1/attributes", files=files).json()["id"]
+    asked = {"match": job["id"], "what": "labels", "direction": "target_to_source"}
+    asked |= {"attributes": attributes}
+    refused = http.post("/v1/transfers", json={**asked, "on": "faces"})
+    assert problem(refused, 422, "invalid-request")["errors"] == [
+        {
+            "field": "body.on",
+            "message": 'a point cloud has no faces that could take values; give "vertices"',
+        }
+    ]
+    for on, state in ((None, "failed"), ("vertices", "succeeded")):
+        transfer = http.post("/v1/transfers", json={**asked, "on": on}).json()
+        ended = http.get(transfer["links"]["self"], params={"wait": 60}).json()
+        assert ended["state"] == state, ended["error"]
+        if on is None:
+            assert ended["error"]["errors"][0]["field"] == "body.on"
 
 
 def test_points_in_a_volume_are_refused(http: httpx2.Client) -> None:
