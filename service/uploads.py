@@ -23,7 +23,7 @@ from broker.contracts import (
     ShapeRecord,
     UploadPayload,
 )
-from broker.store import Keys, Store
+from broker.store import Keys, RecordLost, Store
 from service.dependencies import Caller, RequestId, Service, ServiceOf
 from service.http import (
     INVALID,
@@ -267,12 +267,10 @@ class UploadKind(Generic[RecordT]):
             raise Reported(job.error)
         record = self.records(service.store).get(payload.upload)
         if record is not None:
-            service.store.durability.wait(self.key(service.store.keys, payload.upload))
+            self._wait_for_disk(service, payload, job_id)
             return self.show(self.named(record, payload.name), 201)
         if job is not None and job.state is JobState.SUCCEEDED:
-            raise self.deleted(
-                f"The {self.noun} was deleted as soon as it was validated; upload it again."
-            )
+            raise self._deleted_at_once()
         if job is None or job.state.ended:
             raise UploadCancelled(
                 "The upload was cancelled before it was validated; send it again."
@@ -280,6 +278,20 @@ class UploadKind(Generic[RecordT]):
         service.store.uploads.defer(payload.upload, job_id)
         service.store.durability.wait(service.store.keys.job(job_id))
         return self._still_validating(service, payload.upload, job)
+
+    def _wait_for_disk(self, service: Service, payload: UploadPayload, job_id: str) -> None:
+        try:
+            service.store.durability.wait(self.key(service.store.keys, payload.upload))
+        except RecordLost:
+            # A restart of Redis that lost the record lost the end of its job, written later, too.
+            job = service.store.jobs.get(job_id)
+            if job is None or job.state is not JobState.SUCCEEDED:
+                raise
+            raise self._deleted_at_once() from None
+
+    def _deleted_at_once(self) -> ApiProblem:
+        detail = f"The {self.noun} was deleted as soon as it was validated; upload it again."
+        return self.deleted(detail)
 
     def _still_validating(self, service: Service, record_id: str, job: JobRecord) -> Response:
         return Response(

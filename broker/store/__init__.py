@@ -23,7 +23,7 @@ from broker.store.connections import (
     connect,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
-from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk
+from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
 from broker.store.jobs import Jobs
 from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
 from broker.store.listings import InvalidCursor, Listing, Page
@@ -71,6 +71,7 @@ __all__ = [
     "Quota",
     "QuotaExceeded",
     "Quotas",
+    "RecordLost",
     "Results",
     "Shapes",
     "Spectra",

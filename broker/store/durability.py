@@ -27,6 +27,10 @@ class NotOnDisk(RedisError):
     """What was accepted is not on the disk of Redis, or was lost when it restarted."""
 
 
+class RecordLost(NotOnDisk):
+    """The record is not there: Redis was restarted and has lost it, or it was deleted."""
+
+
 @dataclass(frozen=True)
 class Durability:
     """Waiting until records are on the disk of Redis.
@@ -55,7 +59,9 @@ class Durability:
         Raises
         ------
         NotOnDisk
-            It is not there in time, or Redis was restarted and has lost the record.
+            It is not there in time.
+        RecordLost
+            The record is gone: Redis was restarted and has lost it, or it was deleted.
         """
         with self.client.pipeline(transaction=False) as pipe:
             # The command waits for the writes of its own connection, and all before them.
@@ -73,4 +79,4 @@ class Durability:
         elif not waited[0]:
             raise NotOnDisk(f"Redis has not written its file within {self.seconds} s")
         if not exists:
-            raise NotOnDisk("Redis was restarted and has lost what it had taken")
+            raise RecordLost("Redis was restarted and has lost what it had taken")

@@ -16,6 +16,7 @@ import pytest
 import trimesh
 
 from broker.contracts import Problem
+from broker.store import Durability
 from service.dependencies import UPLOADS_AT_ONCE
 from service.standalone import EmbeddedServer
 from tests.service.conftest import LIMIT, Api, Json, idle_api, problem
@@ -388,6 +389,23 @@ def test_an_upload_that_others_meddle_with_while_it_is_read(server: EmbeddedServ
         assert jobs.claim(job, "me")
         assert jobs.succeed(job, "me")
         problem(answer.result(), 410, "shape-deleted")
+
+
+def test_a_shape_that_is_deleted_while_its_upload_is_answered(
+    http: httpx2.Client, api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wait = Durability.wait
+
+    def deleting(self: Durability, key: str) -> None:
+        assert api.store.shapes.delete(key.rpartition(":")[2])
+        wait(self, key)
+
+    monkeypatch.setattr(Durability, "wait", deleting)
+    data = blob_file(3, seed=77)
+    deleted = problem(
+        http.post("/v1/shapes", files={"file": ("a.off", data)}), 410, "shape-deleted"
+    )
+    assert "upload it again" in deleted["detail"]
 
 
 def test_uploads_at_the_same_time_are_all_taken(server: EmbeddedServer) -> None:
