@@ -367,12 +367,12 @@ class MatchResult(_Part):
     refinement: Refinement | None = Field(
         default=None,
         description="The matched points between the target's vertices; null if that was not asked"
-        " for, or if fewer than three points were matched.",
+        " for, or if a shape has fewer than four vertices, too few to be registered.",
     )
     dense: DenseCorrespondence | None = Field(
         default=None,
         description="The match extended to all vertices; null if that was not asked for, or if"
-        " fewer than three points were matched.",
+        " a shape has fewer than four vertices, too few to be registered.",
     )
     misfit: FiniteFloat | None = Field(
         default=None,
