@@ -4,7 +4,7 @@ import io
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 import numpy.typing as npt
@@ -42,6 +42,9 @@ from worker.jobs.registration_warnings import doubtful_specimens, relative_bound
 from worker.jobs.transfers import solver_map
 from worker.pictures import draw_components
 
+_LEAST_VERTICES: Final = 4
+"""Least number of vertices of a surface that can be registered."""
+
 _STATISTICS_SHARE = 0.02
 """Share of the progress for the statistics."""
 
@@ -77,6 +80,9 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
     loading = reporter.control(0.0, 1.0 - _STATISTICS_SHARE)
     loading.report("spectrum of the template", 0.0)
     template = load_shape("template", payload.template, payload, context, loading)
+    if template.mesh.n_vertices < _LEAST_VERTICES:
+        reason = f"it has fewer than {_LEAST_VERTICES} vertices, too few to be registered"
+        raise UnusableShape("template", reason)
     found: list[_Registered | str] = []
     count = len(payload.shapes)
     for place in range(count):

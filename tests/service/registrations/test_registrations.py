@@ -113,6 +113,21 @@ def test_specimens_that_may_be_parts_are_named(
     assert "specimen0" not in said
 
 
+def test_a_template_of_too_few_vertices_is_named(
+    http: httpx2.Client, given: tuple[str, list[str]]
+) -> None:
+    template, (*_, coarse) = given
+    body = {"template": coarse, "shapes": [template]}
+    failed = ended(http, http.post("/v1/registrations", json=body))
+    assert failed["error"]["type"].endswith("unusable-mesh")
+    assert failed["error"]["errors"] == [
+        {
+            "field": "body.template",
+            "message": "it has fewer than 4 vertices, too few to be registered",
+        }
+    ]
+
+
 def test_registered_templates_have_the_vertices_of_the_template(
     http: httpx2.Client, job: Json, result: Json
 ) -> None:
