@@ -80,7 +80,7 @@ def _unsupported(
         for name in ("refine", "dense", "landmarks", "third_order")
         if getattr(asked, name)
     ]
-    if asked.partial in ("source", "target"):
+    if asked.partial not in ("detected", "none"):
         message = 'parts are not supported with a prototype; leave it out, or set it to "none"'
         wrong.append(FieldProblem(field="body.partial", message=message))
     if asked.objective != "l2":

@@ -307,6 +307,8 @@ def test_errors_found_while_learning_name_the_field(
         ({"eigenpairs": 60}, "body.eigenpairs", "learned with"),
         ({"normalise": False}, "body.normalise", "learned with"),
         ({"points": 2}, "body.points", "3"),
+        ({"partial": "source"}, "body.partial", "not supported"),
+        ({"partial": "both"}, "body.partial", "not supported"),
     ],
 )
 def test_parameters_not_supported_with_a_prototype(
