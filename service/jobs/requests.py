@@ -120,18 +120,30 @@ def _with_webhook(service: Service, asked: JobRequest, order: RequestOrigin) -> 
     Raises
     ------
     InvalidRequest
-        The webhook's host is an IP address that is not permitted. (Host names are resolved and
-        checked at delivery.)
+        The webhook's host is an IP address that is not permitted, or no host name. (Host names
+        are resolved and checked at delivery.)
     """
     if asked.webhook is None:
         return order
     host = urlsplit(asked.webhook.url).hostname or ""
-    address = literal_address(host)
+    address, message = literal_address(host), None
     if address is not None and not permitted(address, service.settings.webhook_networks):
         message = f"{host} is not a public address; this service does not permit it"
+    elif not _is_host_name(host):
+        message = "the parts of a host name between dots have 1 to 63 characters"
+    if message is not None:
         fields = (FieldProblem(field="body.webhook.url", message=message),)
         raise InvalidRequest(INVALID, fields)
     return replace(order, webhook=asked.webhook)
+
+
+def _is_host_name(host: str) -> bool:
+    """Return whether a host can be resolved: the standard library encodes it so first."""
+    try:
+        host.encode("idna")
+    except UnicodeError:
+        return False
+    return True
 
 
 def requested_job(

@@ -107,6 +107,8 @@ def test_no_webhook_is_delivered_unless_requested(http: httpx2.Client, api: Api)
         ("http://[::1]/", "not a public address"),
         ("http://[::ffff:10.0.0.1]/", "not a public address"),
         ("http://0xa000001/", "not a public address"),
+        (f"https://{'a' * 64}.org/", "1 to 63 characters"),
+        ("https://example..org/", "1 to 63 characters"),
     ],
 )
 def test_addresses_that_webhooks_may_not_go_to(
