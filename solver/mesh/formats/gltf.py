@@ -160,10 +160,25 @@ def _opened(
     except (SolverError, MemoryError):
         raise
     except Exception as error:  # the JSON may have anything anywhere
-        reason = f"{type(error).__name__}: {error}".rstrip(": ")[:200]
         raise MeshError(
-            f"the {kind} file cannot be read; it is damaged or cut off ({reason})"
+            f"the {kind} file cannot be read; it is damaged or cut off: {_reason(error)[:200]}"
         ) from error
+
+
+def _reason(error: Exception) -> str:
+    """Return what is wrong with a file by what was raised when its JSON was used."""
+    match error:
+        case json.JSONDecodeError():
+            return f"its JSON ends early or is none: {error}"
+        case UnicodeDecodeError():
+            return "its JSON is not UTF-8"
+        case RecursionError():
+            return "its JSON is nested too deeply"
+        case KeyError():
+            return f"{error} is missing in its JSON, or unknown"
+        case AttributeError() | TypeError() | IndexError():
+            return "a value in its JSON is not of the kind that glTF has there"
+    return str(error) or type(error).__name__
 
 
 @dataclass(frozen=True, eq=False)

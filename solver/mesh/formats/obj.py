@@ -14,7 +14,7 @@ from solver.errors import MeshError
 from solver.mesh.formats.companions import Companions
 from solver.mesh.formats.contents import colors_in_unit_range, polygon_contents
 from solver.mesh.formats.materials import ObjMaterial, read_materials
-from solver.mesh.formats.text import decode, float_table, last_line_note
+from solver.mesh.formats.text import decode, float_table, last_line_note, plain_reason
 from solver.mesh.repair import TriangleSoup, triangulated
 from solver.mesh.textures import ImageBudget, Paint, Texture, painted_colors
 
@@ -186,13 +186,22 @@ def _indices(words: list[str], before: IntArray, what: str = "vertex") -> IntArr
     try:
         written = np.array([int(word) for word in words], dtype=np.int64)
     except (ValueError, OverflowError) as error:
-        raise MeshError(f"a face line of the OBJ file cannot be read: {error}") from error
+        raise MeshError(
+            f"a face line of the OBJ file cannot be read: {plain_reason(error)}"
+        ) from error
     if (written == 0).any():
         raise MeshError(
             f"a face of the OBJ file refers to {what} 0, but OBJ counts from 1; "
             "the program that wrote the file counted from 0"
         )
-    return np.where(written > 0, written - 1, before + written)
+    places = np.where(written > 0, written - 1, before + written)
+    if (places < 0).any():
+        first = int(np.argmax(places < 0))
+        raise MeshError(
+            f"a face of the OBJ file refers to {what} {written[first]}, counted back, but"
+            f" {before[first]} come before it; the file is cut off or damaged"
+        )
+    return places
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from solver.arrays import IntArray
 from solver.errors import MeshError
 from solver.mesh.formats.ply_rows import CUT_OFF, NEGATIVE, copy_values, list_sizes
+from solver.mesh.formats.text import plain_reason
 
 Values: TypeAlias = npt.NDArray[Any]
 
@@ -137,7 +138,7 @@ def text_columns(elements: Sequence[Element], text: str) -> dict[str, Columns]:
             columns[element.name] = _text_rows(element, lines[position:end])
         except (ValueError, OverflowError) as error:
             raise MeshError(
-                f"a {element.name} line of the PLY file cannot be read: {error}; "
+                f"a {element.name} line of the PLY file cannot be read: {plain_reason(error)}; "
                 "the file is cut off or damaged"
             ) from error
         position = end

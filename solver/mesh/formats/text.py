@@ -39,7 +39,7 @@ def float_table(lines: Sequence[str], what: str) -> FloatArray:
     try:
         return np.loadtxt(lines, dtype=np.float64, comments=None, ndmin=2)
     except ValueError as error:
-        raise MeshError(f"a {what} line cannot be read: {_plain(error)}") from error
+        raise MeshError(f"a {what} line cannot be read: {plain_reason(error)}") from error
 
 
 def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
@@ -81,7 +81,7 @@ def counted_lists(lines: Sequence[str], what: str) -> tuple[IntArray, IntArray]:
                 raise ValueError("a word in it is no number")
         return np.array(sizes, dtype=np.int64), np.array(values, dtype=np.int64)
     except (ValueError, OverflowError) as error:
-        raise MeshError(f"a {what} line cannot be read: {_plain(error)}") from error
+        raise MeshError(f"a {what} line cannot be read: {plain_reason(error)}") from error
 
 
 def _equal_lists(lines: Sequence[str]) -> tuple[IntArray, IntArray] | None:
@@ -112,5 +112,8 @@ def last_line_note(text: str) -> tuple[str, ...]:
     return ("the file does not end with a line break; if it was cut off, its last face is wrong",)
 
 
-def _plain(error: Exception) -> str:
+def plain_reason(error: Exception) -> str:
+    """Return why a line of numbers cannot be read, without the terms of NumPy."""
+    if isinstance(error, OverflowError):
+        return "a number in it is too large"
     return str(error).partition(";")[0].rstrip(".")

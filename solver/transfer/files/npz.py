@@ -155,7 +155,11 @@ def _values(name: str, array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     if kind == "U" and array.ndim == 1:
         return array
     if kind == "S" and array.ndim == 1:
-        return array.astype(np.str_)
+        try:
+            return np.char.decode(array, "utf-8")
+        except UnicodeDecodeError as error:
+            message = f"{name!r} is text that is not UTF-8; save an array of text (str)"
+            raise TransferError(message) from error
     raise TransferError(f"{name!r} is of type {array.dtype}; give numbers, or text in one column")
 
 

@@ -3,6 +3,7 @@
 import base64
 import json
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -155,4 +156,25 @@ def test_a_promised_accessor_allocates_nothing() -> None:
     tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
     tree["accessors"].append({"componentType": 5126, "count": 10**12, "type": "MAT4"})
     with pytest.raises(MeshError, match="far more values"):
+        read_mesh(mesh_files.glb_of(tree, buffer), "glb")
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (
+            lambda tree: tree["accessors"][0].update(type="VEC9"),
+            "'VEC9' is missing in its JSON, or",
+        ),
+        (lambda tree: tree["accessors"][0].pop("type"), "'type' is missing in its JSON, or"),
+        (lambda tree: tree.update(nodes=["body"]), "not of the kind that glTF has there"),
+        (lambda tree: tree.update(meshes=7), "not of the kind that glTF has there"),
+    ],
+)
+def test_what_is_wrong_with_the_json_is_told(
+    change: Callable[[dict[str, Any]], object], reason: str
+) -> None:
+    tree, buffer = mesh_files.gltf_tree(SQUARE, np.array(TWO))
+    change(tree)
+    with pytest.raises(MeshError, match=f"damaged or cut off: .*{reason}"):
         read_mesh(mesh_files.glb_of(tree, buffer), "glb")

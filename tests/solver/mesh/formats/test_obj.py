@@ -53,7 +53,8 @@ def test_obj_colors() -> None:
     [
         ("f 0 1 2", "counts from 1"),
         ("f 1 2 5", "vertex 4"),
-        ("f 1 2 -5", "vertex -1"),
+        ("f 1 2 -5", "vertex -5, counted back, but 4 come before it"),
+        (f"f 1 2 {10**20}", "read: a number in it is too large"),
         ("f 1 2", "2 corners"),
         ("f 1 2 x", "face line"),
         ("v 1 2\nf 1 2 3", "vertex line"),

@@ -56,6 +56,7 @@ def test_colors_of_off(header: str, colors: str) -> None:
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 0_2\n", "face line"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 3\n", "vertex 3"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 -1\n", "vertex -1"),
+        (f"OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 {10**20}\n", "read: a number in it is too large"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1\n", "promises 3 values and has 2"),
         ("OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n2 0 1\n", "2 corners"),
         ("OFF\n3 1 0\n0 0 0\n1 0 nan\n1 1 0\n3 0 1 2\n", "not a finite number"),

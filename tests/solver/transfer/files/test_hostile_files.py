@@ -87,6 +87,11 @@ HOSTILE: dict[str, tuple[str, bytes, str]] = {
     "vast, overflowing": ("npz", vast((2**62, 2**62)), "promises more values"),
     "vast, of nothing": ("npz", vast((2**40,), "|S0"), "promises more values"),
     "cut off": ("npz", archive(a=np.zeros(9))[:-40], "cannot be read"),
+    "bytes that are no text": (
+        "npz",
+        archive(a=np.array([b"arm", b"\xff"])),
+        "'a' is text that is not UTF-8",
+    ),
     "complex": ("npz", archive(a=np.zeros(9, dtype=complex)), "give numbers"),
     "cube": ("npz", archive(a=np.zeros((9, 2, 2))), "has the shape"),
     "scalar": ("npz", archive(a=3.0), "has the shape"),
