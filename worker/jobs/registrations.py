@@ -302,7 +302,13 @@ def _arrays(
 
 
 def _rows_of_file(mesh: TriangleMesh, positions: FloatArray) -> FloatArray:
-    """(..., W, 3) positions by the vertex numbers of the file; of unused ones, the first's."""
+    """Positions by the vertex numbers of the file.
+
+    Returns
+    -------
+    (..., W, 3), those of vertices that no face uses from the first one that is used: OBJ and GLB
+    have no positions that are missing.
+    """
     ids, own = mesh.numbering
     rows = np.repeat(positions[..., :1, :], int(ids[-1]) + 1, axis=-2)
     rows[..., ids, :] = positions[..., own, :]

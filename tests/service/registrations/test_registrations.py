@@ -17,6 +17,7 @@ from tests.service.conftest import Json, problem
 from tests.service.jobs.test_jobs import matched
 from tests.service.matches.test_refinement import file_of
 from tests.solver import shapes
+from tests.solver.mesh import mesh_files
 from tests.worker.figures import blob_file
 
 Upload = Callable[..., Json]
@@ -165,6 +166,23 @@ def test_arrays_are_the_statistics_of_the_positions(
     for one, given in zip(aligned, found["positions"], strict=True):
         apart, known = (np.linalg.norm(p - p.mean(axis=0), axis=1) for p in (one, given))
         np.testing.assert_allclose(apart, known, atol=1e-9)
+
+
+def test_rows_of_vertices_that_no_face_uses(
+    http: httpx2.Client, given: tuple[str, list[str]], upload: Upload
+) -> None:
+    """They are those of the first used vertex, and rows end with the last used one."""
+    vertices = np.concatenate([np.full((2, 3), 50.0), TEMPLATE.vertices, np.full((1, 3), 60.0)])
+    data = mesh_files.ply(vertices, (TEMPLATE.faces + 2).tolist(), "ascii")
+    body = {"template": upload(data, "unused.ply")["id"], "shapes": given[1][:1]}
+    found = ended(http, http.post("/v1/registrations", json=body))
+    with np.load(io.BytesIO(http.get(found["links"]["arrays"]).content)) as arrays:
+        positions, mean, faces = arrays["positions"], arrays["mean"], arrays["faces"]
+    np.testing.assert_array_equal(faces, TEMPLATE.faces + 2)
+    assert positions.shape == (1, TEMPLATE.n_vertices + 2, 3)
+    for rows in (positions[0], mean):
+        np.testing.assert_array_equal(rows[:2], rows[[2, 2]])
+    np.testing.assert_allclose(positions[0, 2:], PLACES[0], atol=0.01)
 
 
 def test_without_size_nothing_varies(http: httpx2.Client, given: tuple[str, list[str]]) -> None:
