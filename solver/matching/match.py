@@ -12,7 +12,7 @@ from solver.matching.gromov_hausdorff import UNPROVEN_DISTANCE, gromov_hausdorff
 from solver.matching.hypothesis import Hypothesis, drop_duplicates
 from solver.matching.options import GMDS, PARTS, SOURCE, TARGET, MatchOptions
 from solver.matching.orientation import Orientation, orient
-from solver.matching.part import find_part, match_part, relative_boundary
+from solver.matching.part import find_part, match_part
 from solver.matching.refinement import refine_hypotheses
 from solver.matching.report import report_match
 from solver.matching.result import Match
@@ -20,7 +20,7 @@ from solver.matching.sampling import common_size, sample
 from solver.registration import MISFIT, DenseCorrespondence
 from solver.shape import Shape
 
-_PART_BOUNDARY = 1.0
+PART_BOUNDARY = 1.0
 """Least length of the boundary of a part that is detected, over √area: that of one hole as large as
 a twelfth of the area. Scans of whole bodies have shorter ones."""
 
@@ -104,8 +104,8 @@ def _match_detected_part(
     doubt = found.confidence
     if doubt is None or MISFIT not in doubt.reasons or control.expired:
         return found
-    lengths = [relative_boundary(one) for one in (source, target)]
-    if max(lengths) < _PART_BOUNDARY:
+    lengths = [one.mesh.relative_boundary for one in (source, target)]
+    if max(lengths) < PART_BOUNDARY:
         return found
     last = control.between(0.9, 1.0)
     try:

@@ -106,12 +106,7 @@ def _is_bent_onto(source: Shape, target: Shape) -> bool:
     The one with less boundary is bent: its eigenfunctions know less of cuts. So the roles of the
     two in the match do not matter.
     """
-    return relative_boundary(source) > relative_boundary(target)
-
-
-def relative_boundary(shape: Shape) -> float:
-    """Length of the boundary of a surface over √area."""
-    return shape.mesh.boundary_length / float(shape.mesh.area**0.5)
+    return source.mesh.relative_boundary > target.mesh.relative_boundary
 
 
 def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Match:

@@ -127,6 +127,11 @@ class TriangleMesh:
         starts, ends = self.vertices[self._edges.boundary.T]
         return float(np.linalg.norm(ends - starts, axis=1).sum())
 
+    @property
+    def relative_boundary(self) -> float:
+        """Length of all boundary edges over √area."""
+        return self.boundary_length / float(self.area**0.5)
+
     @cached_property
     def genus(self) -> float:
         """Number of handles, once every boundary is filled by a disc.

@@ -3,19 +3,10 @@
 from collections.abc import Sequence
 from typing import Final
 
-from solver.mesh import TriangleMesh
+from solver.matching import PART_BOUNDARY
 
 _DOUBTED: Final = 0.5
 """Confidence below which a match is rather wrong than right."""
-
-_PART_BOUNDARY: Final = 1.0
-"""Least excess of the boundary of a part over that of the template, both over √area: the length
-from which matches with `partial` "detected" take a surface for a part."""
-
-
-def relative_boundary(mesh: TriangleMesh) -> float:
-    """Length of the boundary of a surface over √area."""
-    return mesh.boundary_length / float(mesh.area**0.5)
 
 
 def doubtful_specimens(
@@ -45,7 +36,7 @@ def doubtful_specimens(
     parts = [
         f"{name!r} ({boundary:.1f} √area)"
         for name, boundary in zip(names, boundaries, strict=True)
-        if boundary - template >= _PART_BOUNDARY
+        if boundary - template >= PART_BOUNDARY
     ]
     warnings = []
     if doubted:

@@ -38,7 +38,7 @@ from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
-from worker.jobs.registration_warnings import doubtful_specimens, relative_boundary
+from worker.jobs.registration_warnings import doubtful_specimens
 from worker.jobs.transfers import solver_map
 from worker.pictures import draw_components
 
@@ -121,7 +121,7 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
                 [names[place] or payload.shapes[place] for place in kept],
                 [_probability(one) for one in registered],
                 [one.boundary for one in registered],
-                relative_boundary(mesh),
+                mesh.relative_boundary,
             ),
         ),
         timings=reporter.seconds() | {TOTAL: time.perf_counter() - start},
@@ -211,7 +211,7 @@ def _registered(
         if found.dense is None:
             return "its surface could not be registered"
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
-        return _Registered(found, registered, relative_boundary(specimen.mesh))
+        return _Registered(found, registered, specimen.mesh.relative_boundary)
     except UnusableShape as error:
         return error.field.message
     except (MeshError, OptionError, ShapeGone) as error:

@@ -19,8 +19,6 @@ def print_registration(
 ) -> None:
     """Print how well the template was registered to each specimen, and the components.
 
-    A warning names specimens in doubt, which are in mean and components like all others.
-
     Parameters
     ----------
     found
@@ -39,24 +37,15 @@ def print_registration(
         box=SIMPLE_HEAD,
         pad_edge=False,
     )
-    names = [one.name or one.shape for one in found.specimens] if names is None else names
-    doubtful = []
-    for name, one in zip(names, found.specimens, strict=True):
+    stored = [one.name or "-" for one in found.specimens]
+    for name, one in zip(stored if names is None else names, found.specimens, strict=True):
         measures = ["-", "-", f"not registered: {one.reason}"]
         if one.registered:
             reflected = " (reflected)" if one.reflected else ""
-            if one.confidence is not None and one.confidence.in_doubt:
-                doubtful.append(name)
             measures = [f"{one.max_distance:.4f}", str(one.flipped), f"{one.confidence}{reflected}"]
         table.add_row(*map(Text, (name, one.shape, *measures)))
     console.print(table)
     shares = [f"{100.0 * one.explained:.1f} %" for one in found.components[:_SHOWN]]
     if shares:
         console.print(f"variance of the components: {', '.join(shares)}")
-    warnings = list(found.warnings)
-    if doubtful:
-        warnings.append(
-            f"in doubt, yet in mean and components: {', '.join(doubtful)}; look at them, and"
-            " register again without those that are wrong"
-        )
-    print_warnings(warnings, console)
+    print_warnings(found.warnings, console)

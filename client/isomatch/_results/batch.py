@@ -38,7 +38,7 @@ class BatchMatch(Answer):
     Attributes
     ----------
     target, target_name
-        Id of the target, and its name in the request or None.
+        Id of the target, and its name: that in the request, else the stored one, else None.
     job
         Id of the job of this match; None until it is queued. ``client.job(match.job).result()``
         is the :class:`isomatch.Match`.
@@ -74,7 +74,8 @@ class Batch(Result):
     version
         Version of the result format.
     source, source_name
-        Id of the source, a shape or a prototype, and its name in the request or None.
+        Id of the source, a shape or a prototype, and its name: that in the request, else the
+        stored one, else None.
     parameters
         Parameters of the matches, with defaults filled in.
     matches

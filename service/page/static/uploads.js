@@ -51,7 +51,7 @@ export function dropZone(arrived, complete, signal) {
     await complete();
   };
   const zone = fileArea({ id: "files", accept: ENDINGS, multiple: true }, [h("strong", {}, "Choose meshes"), " or drop them here"],
-    "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP; points as PLY, XYZ, TXT or CSV", take);
+    "OFF, OBJ, PLY, STL, GLB or GLTF; OBJ with its materials as one ZIP; points as PLY, XYZ, TXT, CSV, LAS or LAZ", take);
   return {
     node: h("section", { "aria-label": "Upload" }, zone, said, list), take, begin: () => takeFromElsewhere(take, signal),
   };

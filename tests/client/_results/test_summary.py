@@ -6,7 +6,6 @@ from typing import Any
 
 from isomatch import Batch, ConsistentMaps, Registration
 from isomatch._cli.maps_rendering import print_maps
-from isomatch._cli.registration_rendering import print_registration
 from rich.console import Console
 
 IDS = [f"{place:02x}" * 16 for place in range(16)]
@@ -65,16 +64,6 @@ def test_a_registration_names_its_specimens() -> None:
     )
     assert second == "  02020202: not registered: it is flat"
     assert repr(result) == "<Registration of 1 of 2 specimens>"
-
-
-def test_a_warning_names_specimens_in_doubt() -> None:
-    cut = specimen(2, confidence={"probability": 0.07, "reasons": ["large parts do not fit"]})
-    console = Console(width=160, record=True, file=io.StringIO())
-    print_registration(registration(specimen(1), cut), console)
-    (warning,) = [line for line in console.export_text().splitlines() if "warning: " in line]
-    assert warning.startswith("warning: in doubt, yet in mean and components: s2.ply; look at them")
-    print_registration(registration(specimen(1)), console)
-    assert "warning" not in console.export_text()
 
 
 def test_maps_of_a_large_collection_fit_a_screen_and_begin_with_what_does_not_fit() -> None:

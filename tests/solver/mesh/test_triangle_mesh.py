@@ -198,3 +198,9 @@ def test_whatever_the_arrays_the_mesh_is_sound(seed: int, n_vertices: int, n_fac
         given_places = {frozenset(map(tuple, corners)) for corners in vertices[faces].tolist()}
         kept = {frozenset(map(tuple, corners)) for corners in mesh.vertices[mesh.faces].tolist()}
         assert kept <= given_places
+
+
+def test_a_hemisphere_has_the_boundary_of_its_circle() -> None:
+    cap = shapes.spherical_cap(np.pi / 2)
+    assert cap.relative_boundary == pytest.approx(np.sqrt(2 * np.pi), rel=0.01)
+    assert shapes.icosphere().relative_boundary == 0.0

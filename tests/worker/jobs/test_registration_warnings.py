@@ -1,18 +1,8 @@
 """Warnings of registrations: which specimens are named, and which are not."""
 
-import numpy as np
-import pytest
-
-from tests.solver import shapes
-from worker.jobs.registration_warnings import doubtful_specimens, relative_boundary
+from worker.jobs.registration_warnings import doubtful_specimens
 
 NAMES = ["a", "b", "c"]
-
-
-def test_a_hemisphere_has_the_boundary_of_its_circle() -> None:
-    cap = shapes.spherical_cap(np.pi / 2)
-    assert relative_boundary(cap) == pytest.approx(np.sqrt(2 * np.pi), rel=0.01)
-    assert relative_boundary(shapes.icosphere()) == 0.0
 
 
 def test_matches_in_doubt_are_named_with_their_confidence() -> None:
