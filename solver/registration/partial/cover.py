@@ -1,11 +1,10 @@
 """Cover: which vertices of a displaced whole and of a part have a partner on the other."""
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.mesh import TriangleMesh
+from solver.mesh.repair import components_of
 from solver.registration.surface import SmoothSurface
 from solver.registration.surface_map import Images, SurfaceMap, places
 
@@ -95,8 +94,7 @@ def largest_patch(surface: SmoothSurface, covered: BoolArray) -> BoolArray:
     reached = covered.copy()
     reached[ends[covered[ends].any(axis=1)]] = True
     ends = ends[reached[ends].all(axis=1)]
-    graph = coo_array((np.ones(len(ends)), ends.T), shape=(len(covered),) * 2)
-    patch = connected_components(graph, directed=False)[1]
+    patch = components_of(ends, len(covered))
     areas = np.bincount(patch, np.where(covered, surface.spectrum.mass, 0.0))
     return np.asarray(covered & (patch == areas.argmax()))
 
