@@ -184,12 +184,12 @@ class MatchOptions(StrictModel):
                 ' scale: "source", "target", "both", or "none". With "both" the two overlap,'
                 ' and each lacks points of the other. With "detected", the one with more'
                 " boundary is taken for a part of the other if that boundary is longer than"
-                " √area, the wholes may not fit, and the part fits better. Points without a"
-                " partner stay unmatched, vertices without one are left out of `dense`;"
-                " `overlap` of the result tells which shares of both have one. Points are"
-                " matched at one level, by geodesic distance, and `occlusion_cost` is 0.25"
-                " unless given. With `normalise` false the scale is that of the files, else it"
-                " is found. Not with `refine`."
+                " √area, the wholes may not fit, and, where both boundaries are so long, the"
+                " part fits better. Points without a partner stay unmatched, vertices without"
+                " one are left out of `dense`; `overlap` of the result tells which shares of"
+                " both have one. Points are matched at one level, by geodesic distance, and"
+                " `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is"
+                " that of the files, else it is found. Not with `refine`."
             ),
         )
     )
