@@ -2,6 +2,14 @@
 
 from service.standalone.embedded import EmbeddedServer, server_binary
 from service.standalone.pool import WorkerPool
-from service.standalone.standalone import StartError, listening, serve
+from service.standalone.standalone import KEEP_ALIVE_SECONDS, StartError, listening, serve
 
-__all__ = ["EmbeddedServer", "StartError", "WorkerPool", "listening", "serve", "server_binary"]
+__all__ = [
+    "KEEP_ALIVE_SECONDS",
+    "EmbeddedServer",
+    "StartError",
+    "WorkerPool",
+    "listening",
+    "serve",
+    "server_binary",
+]

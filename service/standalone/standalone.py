@@ -32,6 +32,11 @@ TEND_INTERVAL: Final = 0.2
 DRAIN_SECONDS: Final = 3
 """Seconds that open requests may take to end when the service stops."""
 
+KEEP_ALIVE_SECONDS: Final = 75
+"""Seconds after which idle connections are closed: later than clients and proxies give them up, so
+that no request is sent to one that is just being closed. HTTPX keeps them for 5 s, as long as
+Uvicorn does by default, and many proxies for 60 s."""
+
 MOST_EARLY_DEATHS: Final = 4
 """Workers in a row that may die before one is ready; then the start is given up."""
 
@@ -91,6 +96,7 @@ async def _run(
         access_log=False,
         server_header=False,
         timeout_graceful_shutdown=DRAIN_SECONDS,
+        timeout_keep_alive=KEEP_ALIVE_SECONDS,
     )
     server = _Server(config)
     pool = WorkerPool(settings.worker_count, settings.redis_url, settings.blob_url)

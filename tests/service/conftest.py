@@ -21,7 +21,7 @@ from broker.queue import JobQueue
 from broker.store import DEFAULT_KEYS, Store, connect
 from service.app import create_app
 from service.settings import Settings
-from service.standalone import EmbeddedServer, WorkerPool
+from service.standalone import KEEP_ALIVE_SECONDS, EmbeddedServer, WorkerPool
 from tests.blobs import blob_url
 from tests.worker.figures import blob_file
 from tests.worker.records import shape_record
@@ -73,6 +73,7 @@ def running_api(settings: Settings) -> Iterator[Api]:
         log_config=None,
         access_log=False,
         timeout_graceful_shutdown=2,
+        timeout_keep_alive=KEEP_ALIVE_SECONDS,
     )
     server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run)

@@ -401,7 +401,7 @@ def test_a_shape_that_is_deleted_while_its_upload_is_answered(
         wait(self, key)
 
     monkeypatch.setattr(Durability, "wait", deleting)
-    data = blob_file(3, seed=77)
+    data = blob_file(3, seed=1077)
     deleted = problem(
         http.post("/v1/shapes", files={"file": ("a.off", data)}), 410, "shape-deleted"
     )
