@@ -253,7 +253,7 @@ def fit_displacement(
     ridge: FloatArray,
     scale: float = 1.0,
 ) -> tuple[FloatArray, FloatArray]:
-    """Rotate points of a surface onto given ones, then displace them smoothly.
+    """Rotate and move points of a surface onto given ones, then displace them smoothly.
 
     Parameters
     ----------
@@ -274,9 +274,12 @@ def fit_displacement(
     -------
     (k, 3) coefficients of the displaced surface, and (3, 3) its rotation times the scale.
     """
-    turn = scale * rotation_onto(functions @ coefficients, goals, weights)
-    turned = coefficients @ turn
+    here = functions @ coefficients
+    turn = scale * rotation_onto(here, goals, weights)
     weighted = (functions * weights).T
+    turned = coefficients @ turn
+    # The first eigenfunction is constant: the translation is free of the ridge.
+    turned[0] += (weights * (goals - here @ turn)).sum(axis=0) / (weights.sum() * functions[0, 0])
     gram = weighted @ functions + np.diag(ridge)
     return turned + np.linalg.solve(gram, weighted @ (goals - functions @ turned)), turn
 

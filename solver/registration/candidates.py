@@ -42,7 +42,7 @@ FIRST_SIZE = 12
 _RIDGE = 0.1
 """Ridge of the first displacement, over that of its last eigenfunction."""
 
-_LEAST = 1e-9
+_LEAST = 1e-6
 """Least ridge, which keeps the equations regular."""
 
 _SIGNED = 6
