@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -117,7 +118,7 @@ class Task:
         """Whether the source is reflected in space."""
         return self.samples[0].reflection
 
-    @property
+    @cached_property
     def positions(self) -> FloatArray:
         """(V, 3) vertices of the target, at √area 1, reflected if its samples are."""
         vertices = self.target.mesh.vertices
