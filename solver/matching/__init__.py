@@ -10,7 +10,7 @@ from solver.matching.hypothesis import (
     move_to_front,
 )
 from solver.matching.level import Level, SampledStructure
-from solver.matching.match import PART_BOUNDARY, match
+from solver.matching.match import match
 from solver.matching.options import (
     CANDIDATES,
     GMDS,
@@ -46,7 +46,6 @@ __all__ = [
     "MAX_COARSE_POINTS",
     "MAX_POINTS",
     "MIN_POINTS",
-    "PART_BOUNDARY",
     "SAMPLES",
     "Correspondence",
     "GromovHausdorff",

@@ -4,7 +4,7 @@
 """
 
 from solver.registration.candidates import Points
-from solver.registration.confidence import MISFIT, Confidence
+from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence
 from solver.registration.descent import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.registration.registration import Registration, register
@@ -14,7 +14,6 @@ from solver.registration.surface import EIGENPAIRS
 
 __all__ = [
     "EIGENPAIRS",
-    "MISFIT",
     "STAGE",
     "Confidence",
     "DenseCorrespondence",

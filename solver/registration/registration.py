@@ -13,6 +13,7 @@ from solver.registration.choice import COARSE, LANDMARK, Candidate, Task, again,
 from solver.registration.confidence import SURE, Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence, in_numbers_of_files
 from solver.registration.glued import OpenedCandidate, Rematch, search_opened
+from solver.registration.lacking import share_lacking
 from solver.registration.opening import Opening
 from solver.registration.reduction import ReducedTask
 from solver.registration.search import search
@@ -102,6 +103,25 @@ class Registration:
     def images(self, vertices: IntArray) -> IntArray:
         """(S,) target vertices that S source vertices go to, refined where they are torn."""
         return self.opened.images(vertices)
+
+    def share_lacking(self, control: Control, *, of_source: bool) -> float:
+        """Share of the area of X that Y lacks, or of Y that X lacks, by this registration.
+
+        Parameters
+        ----------
+        control
+            May cancel; past its deadline, less is refined.
+        of_source
+            Whether it is that of X.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        MeshError
+            The Laplacian of the shape cannot be factored.
+        """
+        return share_lacking((self.source, self.target), self.opened, of_source, control)
 
     def dense(self, control: Control) -> DenseCorrespondence:
         """Map all vertices of both surfaces, refined beyond the eigenfunctions.

@@ -3,10 +3,12 @@
 from collections.abc import Sequence
 from typing import Final
 
-from solver.matching import PART_BOUNDARY
-
 _DOUBTED: Final = 0.5
 """Confidence below which a match is rather wrong than right."""
+
+_LONG: Final = 1.0
+"""How much longer, over √area, the boundary of a specimen is than the template's where it may be a
+part: that of one hole as large as a twelfth of the area."""
 
 
 def doubtful_specimens(
@@ -36,7 +38,7 @@ def doubtful_specimens(
     parts = [
         f"{name!r} ({boundary:.1f} √area)"
         for name, boundary in zip(names, boundaries, strict=True)
-        if boundary - template >= PART_BOUNDARY
+        if boundary - template >= _LONG
     ]
     warnings = []
     if doubted:

@@ -48,9 +48,10 @@ class MatchParameters(TypedDict, total=False):
     partial
         Whether one shape is a part of the other, with holes or cut off, of unknown scale:
         ``"source"``, ``"target"``, ``"both"``, or ``"none"``. With ``"both"`` the two overlap,
-        and each lacks points of the other. With ``"detected"``, the one with more boundary is
-        taken for a part of the other if that boundary is longer than √area, the wholes may not
-        fit, and, where both boundaries are so long, the part fits better. Points without a
+        and each lacks points of the other. With ``"detected"``, both are matched as wholes, and
+        again with the one with more boundary as a part, if that boundary is longer than half of
+        √area and it lacks more than a thirteenth of the other's area by that match; where both
+        boundaries are so long, the answer of greater confidence is taken. Points without a
         partner stay unmatched, vertices without one are left out of `dense`; `overlap` of the
         result tells which shares of both have one. Points are matched at one level, by geodesic
         distance, and `occlusion_cost` is 0.25 unless given. With `normalise` false the scale is

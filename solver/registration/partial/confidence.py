@@ -12,16 +12,18 @@ from solver.registration.confidence import (
 )
 from solver.registration.partial.fit import RefinedPartFit
 
-_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -0.78, "margin": 3.13})
-_INTERCEPT = -9.73
-"""Logistic regression on 96 generated people, of which 85 are right, corrected to as many right as
-wrong ones: ``python -m bench.partial --count 96 --first 300 --fit``. Users' parts may be harder."""
+_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -0.57, "margin": 2.87})
+_INTERCEPT = -7.16
+"""Logistic regression on 196 generated people, of which 184 are right, corrected to three right
+ones for each wrong one, as users' parts may be harder: ``python -m bench.partial --fit --first 300
+--count 96``, and the same with ``--first 500 --count 100``, together."""
 
-_WEIGHTS_OF_OVERLAP: Mapping[str, float] = MappingProxyType({"margin": 3.19})
-_INTERCEPT_OF_OVERLAP = -0.39
-"""Of surfaces that overlap, on 41 answers to 30 pairs generated as those of ``python -m
-bench.partial --both``; 23 are right. Wrong answers fit as well as right ones, so that only the
-margin tells, and only answers of the greatest margin are sure."""
+_WEIGHTS_OF_OVERLAP: Mapping[str, float] = MappingProxyType({"margin": 3.73})
+_INTERCEPT_OF_OVERLAP = -0.99
+"""Of surfaces that overlap, corrected to as many right as wrong ones, on the 44 generated pairs of
+``python -m bench.partial --both --count 22``, without and with ``--first 100``; 37 are right. Wrong
+answers fit as well as right ones, so that only the margin tells, and only answers of the greatest
+margin are sure."""
 
 
 def part_confidence(

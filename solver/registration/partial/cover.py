@@ -2,15 +2,11 @@
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh
+from solver.arrays import BoolArray, IntArray
 from solver.mesh.repair import components_of
+from solver.registration.lacking import NEAR, inside
 from solver.registration.surface import SmoothSurface
 from solver.registration.surface_map import Images, SurfaceMap, places
-
-_NEAR = 0.03
-"""Distance over √area of the whole within which a vertex' partner's partner is near it: between
-0.02 and 0.05, the F1 score of vertices without partner changes by two hundredths."""
 
 _APART = 0.015
 """Distance over √area of the whole within which partners meet, once displaced, of surfaces that
@@ -29,7 +25,9 @@ def covered_by_part(known: SurfaceMap, images: IntArray, back: IntArray) -> Bool
     """
     positions = known.source.mesh.vertices
     apart = np.linalg.norm(positions - positions[back[images]], axis=1)
-    return np.asarray((apart < _NEAR) & _inside(known.target.mesh, *known.on_triangles(images)))
+    part = known.target.mesh
+    met = inside(part, part.on_boundary, *known.on_triangles(images))
+    return np.asarray((apart < NEAR) & met)
 
 
 def covered_by_overlap(
@@ -66,15 +64,10 @@ def covered_by_whole(known: SurfaceMap, images: IntArray, back: Images, scale: f
     around = np.linalg.norm(positions - positions[images[vertices]], axis=1)
     there = places(known.positions, known.source, faces, barycentric)
     apart = np.linalg.norm(there - positions, axis=1)
-    near = (around < _NEAR * scale) & (apart < _APART * scale)
-    inside = _inside(known.source.mesh, faces, barycentric)
-    return largest_patch(known.target, np.asarray(near & inside))
-
-
-def _inside(mesh: TriangleMesh, faces: IntArray, barycentric: FloatArray) -> BoolArray:
-    """(N,) points that lie inside a surface, not on its boundary."""
-    inside: FloatArray = (barycentric * ~mesh.on_boundary[mesh.faces[faces]]).sum(axis=1)
-    return np.asarray(inside > 0.0)
+    near = (around < NEAR * scale) & (apart < _APART * scale)
+    whole = known.source.mesh
+    met = inside(whole, whole.on_boundary, faces, barycentric)
+    return largest_patch(known.target, np.asarray(near & met))
 
 
 def largest_patch(surface: SmoothSurface, covered: BoolArray) -> BoolArray:

@@ -15,12 +15,11 @@ from solver.registration.partial.alignment import (
     IN_SPACE,
     NEAR,
     WEIGHTS,
-    PartPairs,
     PartSamples,
     embed,
     find_pairs,
 )
-from solver.registration.surface import Samples, mean_curvatures
+from solver.registration.surface import Samples, SmoothSurface, mean_curvatures
 
 _NEAR = 0.05
 """Distance over √area of the whole within which a point's partner's partner is near it, where the
@@ -194,9 +193,9 @@ class RefinedPartFit:
     share: float = 1.0
 
     @classmethod
-    def of_nothing(cls, times: int) -> "RefinedPartFit":
+    def of_nothing(cls) -> "RefinedPartFit":
         """Return the fit of surfaces of which nothing has a partner."""
-        return cls(1.0, 1.0, 1.0, (1.0,) * times, None, 0.0)
+        return cls(1.0, 1.0, 1.0, (), None, 0.0)
 
     @property
     def measures(self) -> dict[str, float]:
@@ -218,20 +217,29 @@ class RefinedPartFit:
 
 
 def changes_of_curvature(
-    whole: Samples, part: Samples, pairs: PartPairs, scale: float
+    whole: SmoothSurface,
+    part: SmoothSurface,
+    vertices: IntArray,
+    images: IntArray,
+    scale: float,
 ) -> tuple[float, ...]:
-    """Mean changes of the curvature from the whole to the part, over the mean deviation there.
+    """Mean changes of the curvature from the part to the whole, over the mean deviation there.
 
     Parameters
     ----------
     whole, part
-        Samples; those of the part are more than the pairs', or as many.
-    pairs
-        Of them.
+        The surfaces.
+    vertices, images
+        (M,) vertices of the part, and those of the whole that they go to.
     scale
         √area of the whole in the part's unit.
+
+    Returns
+    -------
+    One for each diffusion time; none where there are no vertices.
     """
-    here = whole.curvatures[pairs.back[pairs.met]]
-    there = mean_curvatures(part.first(len(pairs.back)), scale**2)[pairs.met]
-    changes = np.abs(here - there).mean(axis=0) / np.maximum(whole.deviations, LEAST)
-    return tuple(changes.tolist())
+    if not len(vertices):
+        return ()
+    here = mean_curvatures(part.at(vertices), scale**2)
+    changes = np.abs(whole.at(images).curvatures - here).mean(axis=0)
+    return tuple((changes / np.maximum(whole.samples.deviations, LEAST)).tolist())

@@ -12,10 +12,10 @@ from solver.arrays import FloatArray, IntArray
 from solver.shape import Shape
 
 _POINTS = 60
-_NEAREST = 0.25
+_NEAREST = 0.5
 """Points of the part, and the share of their pairs that are compared: the nearest. Of the same
-candidates of 72 generated parts, a wrong one is chosen 14 times without this measure, 8 times with
-it, 9 times with twice the points, 10 times with half of the pairs or half the weight."""
+candidates of 200 generated parts, a wrong one is chosen 9 times without this measure or with a
+quarter of the pairs, 7 times with a half, 11 times with all."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,9 +25,14 @@ from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
-from solver.registration.surface import smooth_surface
+from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
 from solver.shape import Shape
+
+_BEST = 6
+"""Best candidates that are refined twice. Of 200 generated parts, 19 answers are wrong if the first
+refinement decides, 12 if the two best are refined twice, 8 with four, 7 with six or with all; three
+have no right candidate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +50,8 @@ class RefinedPart:
     entire
         Whether every point of the part has a partner.
     strained, bent, distorted
-        As of :class:`.RefinedPartFit`; `bent` and `distorted` as the candidate was first refined,
-        among the others.
+        As of :class:`.RefinedPartFit`; `bent` and `distorted` as it was measured last, among the
+        other candidates.
     """
 
     candidate: PartCandidate
@@ -55,8 +60,8 @@ class RefinedPart:
     back: Images
     entire: bool
     strained: float
-    bent: tuple[float, ...]
-    distorted: float | None
+    bent: tuple[float, ...] = ()
+    distorted: float | None = None
 
     @property
     def scale(self) -> float:
@@ -93,7 +98,7 @@ class RefinedPart:
         whole, part = self.displaced.source, self.displaced.target
         met = self.part_covered
         if not met.any():
-            return RefinedPartFit.of_nothing(len(self.bent))
+            return RefinedPartFit.of_nothing()
         vertices, faces, barycentric = self.back
         there = places(self.displaced.positions, whole, faces[met], barycentric[met])
         cosines = (self.displaced.normals[vertices[met]] * part.normals[met]).sum(axis=1)
@@ -204,7 +209,10 @@ def refine_candidates(
     entire: bool,
     control: Control,
 ) -> list[RefinedPart]:
-    """Refine candidates, those that fit best first; of those that become the same only the best.
+    """Refine candidates, and the best once more, by what then has a partner.
+
+    Parts are mended before they are compared: of 196 generated ones, 12 answers are wrong then,
+    else 16. Surfaces that overlap are not: of 59 pairs, 13 are wrong then, else 12.
 
     Parameters
     ----------
@@ -217,6 +225,10 @@ def refine_candidates(
     control
         May cancel; past its deadline, fewer are refined, one at least.
 
+    Returns
+    -------
+    Those refined twice, which fit best first; of those that become the same only the best.
+
     Raises
     ------
     Cancelled
@@ -224,39 +236,66 @@ def refine_candidates(
     MeshError
         The Laplacian of the whole cannot be factored.
     """
-    near = NearDistances.of(part, smooth_surface(part).samples.vertices) if entire else None
-    refined = [
-        _refined(whole, part, one, near, control) for one in control.in_time(candidates, least=1)
-    ]
-    refined.sort(key=lambda one: one.fit.score)
-    positions = smooth_surface(whole).mesh.vertices
-    return [refined[row] for row in distinct(positions[one.back[0]] for one in refined)]
+    compared = _Compared.of(whole, part, entire)
+    refined = (
+        _refined(compared.surfaces, one, entire, control)
+        for one in control.in_time(candidates, least=1)
+    )
+    best = compared.ranked(refined)[:_BEST]
+    again = (one.again(control) for one in control.in_time(best, least=1))
+    return compared.ranked((one.mended(control) for one in again) if entire else again)
+
+
+@dataclass(frozen=True, eq=False)
+class _Compared:
+    """What refined candidates are compared by.
+
+    Parameters
+    ----------
+    whole
+        The whole.
+    surfaces
+        Its surface and the part's.
+    near
+        Distances on the part; ``None`` where the surfaces only overlap.
+    """
+
+    whole: Shape
+    surfaces: tuple[SmoothSurface, SmoothSurface]
+    near: NearDistances | None
+
+    @classmethod
+    def of(cls, whole: Shape, part: Shape, entire: bool) -> "_Compared":
+        surfaces = smooth_surface(whole), smooth_surface(part)
+        near = NearDistances.of(part, surfaces[1].samples.vertices) if entire else None
+        return cls(whole, surfaces, near)
+
+    def ranked(self, found: Iterable[RefinedPart]) -> list[RefinedPart]:
+        """Measure candidates, and return those that differ, the best first."""
+        order = sorted(map(self._measured, found), key=lambda one: one.fit.score)
+        positions = self.surfaces[0].mesh.vertices
+        return [order[row] for row in distinct(positions[one.back[0]] for one in order)]
+
+    def _measured(self, one: RefinedPart) -> RefinedPart:
+        vertices = self.surfaces[1].samples.vertices[: FINEST.part_samples]
+        vertices = vertices[one.part_covered[vertices]]
+        back = one.back[0]
+        return replace(
+            one,
+            bent=changes_of_curvature(*self.surfaces, vertices, back[vertices], one.scale),
+            distorted=None if self.near is None else self.near.change(self.whole, back, one.scale),
+        )
 
 
 def _refined(
-    shape: Shape,
-    part_shape: Shape,
+    surfaces: tuple[SmoothSurface, SmoothSurface],
     candidate: PartCandidate,
-    near: NearDistances | None,
+    entire: bool,
     control: Control,
 ) -> RefinedPart:
-    whole, part, entire = smooth_surface(shape), smooth_surface(part_shape), near is not None
-    known = SurfaceMap.of(whole, part, candidate.alignment, reflected=False)
+    known = SurfaceMap.of(*surfaces, candidate.alignment, reflected=False)
     displaced, images, strained = _displaced(known, candidate.scale, entire, control)
-    samples = whole.samples.first(FINEST.whole_samples)
-    points = PartSamples.of(part, FINEST.part_samples, entire)
-    pairs = find_pairs(samples, points, candidate.alignment, candidate.scale, WEIGHTS)
-    back = displaced.inverse()
-    return RefinedPart(
-        candidate,
-        displaced,
-        images,
-        back,
-        entire,
-        strained,
-        changes_of_curvature(samples, part.samples, pairs, candidate.scale),
-        near.change(shape, back[0], candidate.scale) if near is not None else None,
-    )
+    return RefinedPart(candidate, displaced, images, displaced.inverse(), entire, strained)
 
 
 def _displaced(

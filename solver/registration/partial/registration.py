@@ -115,7 +115,8 @@ def register_part(
     control.report(STAGE, 0.8)
     if fewer != (whole, part):
         chosen = chosen.on_whole(ours, theirs, (whole, part), control)
-    chosen = chosen.again(control).mended(control)
+        chosen = chosen.again(control)
+    chosen = chosen.mended(control)
     return PartMap(
         whole,
         part,

@@ -107,6 +107,23 @@ def test_a_part_is_detected(of_part: Match) -> None:
     assert of_part.overlap.part == "source"
 
 
+def test_a_body_without_a_leg_is_detected_as_a_part(whole: Shape) -> None:
+    """What it lacks tells, as its boundary is short."""
+    body = human("walking", resolution=1500, seed=1)
+    mesh = triangle_mesh(body.vertices, body.faces)
+    side, height, _ = mesh.vertices.T
+    leg = (side > np.median(side)) & (height < np.quantile(height, 0.3))
+    faces = mesh.faces[~leg[mesh.faces].any(axis=1)]
+    vertices = np.unique(faces)
+    part = Shape(triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces)))
+    assert part.mesh.components == 1
+    assert part.mesh.relative_boundary < 1.0
+    found = match(whole, part, OPTIONS)
+    assert found.overlap is not None
+    assert found.overlap.part == "target"
+    assert errors(whole, vertices[found.best.target], found.best.source) < 0.06
+
+
 def test_whole_surfaces_are_no_parts(whole: Shape) -> None:
     body = human("walking", resolution=1500, seed=2)
     found = match(whole, Shape(triangle_mesh(body.vertices, body.faces)), OPTIONS)

@@ -24,10 +24,10 @@ def near(whole: Shape) -> NearDistances:
 
 
 def test_the_nearest_pairs_are_taken(whole: Shape, near: NearDistances) -> None:
-    """On a sphere of unit area, those within an angle: cos θ = 1/2 for a quarter of all pairs."""
+    """On a sphere of unit area, those within an angle: cos θ = 0 for half of all pairs."""
     points = whole.mesh.vertices[near.points]
     angles = np.arccos((points[near.first] * points[near.second]).sum(axis=1))
-    assert angles.max() == pytest.approx(np.pi / 3, rel=0.1)
+    assert angles.max() == pytest.approx(np.pi / 2, rel=0.1)
     np.testing.assert_allclose(near.lengths, angles / np.sqrt(4.0 * np.pi), rtol=0.05)
 
 
