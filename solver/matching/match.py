@@ -21,8 +21,8 @@ from solver.registration import DenseCorrespondence, Registration
 from solver.shape import Shape
 
 _BOUNDARY = 0.5
-"""Least length of the boundary of a part that is detected, over √area: half the girth of a person.
-Scans of whole bodies have shorter ones."""
+"""Least length of the boundary of a part that is detected, over √area: less than the girth of a
+person, and more than holes in scans of whole ones."""
 
 _LACKING = 0.075
 """Share of the area of the other that a part lacks at least by the registration of both as wholes,
