@@ -143,6 +143,7 @@ def carried_landmarks(
                 (match.dense.source_to_target, match.dense.target_to_source),
                 match.confidence.probability,
                 specimen,
+                None if match.overlap is None else match.overlap.scale,
             )
         )
     return merged(aligned[0].labels, each, np.array(probabilities), specimen)
@@ -154,6 +155,7 @@ def from_template(
     maps: tuple[VertexMap, VertexMap],
     probability: float,
     specimen: Geometry,
+    scale: float | None = None,
 ) -> FromTemplate:
     """Carry the landmarks of one template.
 
@@ -172,6 +174,8 @@ def from_template(
         Confidence of the match.
     specimen
         Its surface.
+    scale
+        As for :func:`.local_distortion`.
     """
     there, back = maps
     size = square_root_of_area(template)
@@ -185,7 +189,8 @@ def from_template(
     here = nearest.at(carried).positions(template)
     returned = images(found, back, template).positions(template)
     trips = np.linalg.norm(returned - here, axis=1) / size
-    changes = local_distortion(_part_of(template, there.vertices), there, specimen, here)
+    part = _part_of(template, there.vertices)
+    changes = local_distortion(part, there, specimen, here, scale)
 
     def placed(values: Floats) -> Floats:
         every = np.full((len(landmarks), *values.shape[1:]), np.nan)

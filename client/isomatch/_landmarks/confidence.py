@@ -61,9 +61,13 @@ def confidence(probability: float, round_trip: Floats, distortion: Floats) -> Fl
 
 
 def local_distortion(
-    template: Geometry, along: VertexMap, specimen: Geometry, points: Floats
+    template: Geometry,
+    along: VertexMap,
+    specimen: Geometry,
+    points: Floats,
+    scale: float | None = None,
 ) -> Floats:
-    """Measure how far the map is from a rigid motion around points, both shapes of unit area.
+    """Measure how far the map is from a rigid motion around points, both shapes at one scale.
 
     The vertices of the part of the surface within `RADIUS` of a point, and their images, are
     brought together by the best rotation (Kabsch 1976); the measure is the root mean square
@@ -79,13 +83,18 @@ def local_distortion(
         The other surface.
     points
         On the template, (n, 3).
+    scale
+        Factor from lengths of the template to lengths of the specimen, by default that of their
+        √area: not so if one is a part of the other.
     """
-    here = template.positions(along.vertices) / square_root_of_area(template)
-    corners = specimen.positions(along.faces) / square_root_of_area(specimen)
+    size = square_root_of_area(template)
+    scale = square_root_of_area(specimen) / size if scale is None else scale
+    here = template.positions(along.vertices) / size
+    corners = specimen.positions(along.faces) / (scale * size)
     there = np.einsum("kc,kcd->kd", along.weights, corners)
     faces = np.searchsorted(along.vertices, template.vertex_ids[template.faces])
     found = []
-    for point in points / square_root_of_area(template):
+    for point in points / size:
         inside = _part_around(here, faces, point)
         found.append(_rigid_residual(here[inside], there[inside]) / RADIUS)
     return np.array(found, dtype=np.float64)

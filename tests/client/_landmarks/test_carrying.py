@@ -98,6 +98,17 @@ def test_landmarks_whose_image_has_no_partner_are_missing() -> None:
     assert np.isnan(one.confidence).tolist() == [False, True]
 
 
+def test_a_part_is_not_distorted_at_its_scale() -> None:
+    """Its area is not that of the specimen."""
+    rows = np.flatnonzero(BLOB.vertices[:, 2] < 0.3)
+    faces = BLOB.faces[np.isin(BLOB.faces, rows).all(axis=1)]
+    part = Geometry(BLOB.vertices, faces, BLOB.vertex_ids, None)
+    there = restricted(identity(BLOB), BLOB.vertex_ids[np.unique(faces)])
+    point = BLOB.vertices[[BLOB.vertices[:, 2].argmin()]]
+    assert local_distortion(part, there, TURNED, point, 3.0).max() < 1e-7
+    assert local_distortion(part, there, TURNED, point).min() > 0.05
+
+
 def test_distortion_is_that_of_the_best_rotation() -> None:
     whole = identity(BLOB)
     assert (local_distortion(BLOB, whole, TURNED, PLACES) < 1e-7).all()
