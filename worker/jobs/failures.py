@@ -193,16 +193,18 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
     record
         The job.
     """
+    uploaded = record.kind in UNUSABLE
+    file = (FieldProblem(field="body.file", message=str(error)),) if uploaded else ()
     match error:
         case OptionError():
             return _impossible(error, record)
         case MeshError() | UnusableShape():
-            errors = (error.field,) if isinstance(error, UnusableShape) else ()
+            errors = (error.field,) if isinstance(error, UnusableShape) else file
             return Problem.of(*UNUSABLE[JobKind.VALIDATION], 422, str(error), errors)
         case PrototypeError():
-            return Problem.of(*UNUSABLE[JobKind.PROTOTYPE_VALIDATION], 422, str(error))
+            return Problem.of(*UNUSABLE[JobKind.PROTOTYPE_VALIDATION], 422, str(error), file)
         case TransferError():
-            return Problem.of(*UNUSABLE[JobKind.ATTRIBUTES_VALIDATION], 422, str(error))
+            return Problem.of(*UNUSABLE[JobKind.ATTRIBUTES_VALIDATION], 422, str(error), file)
         case SolverError():
             return Problem.of("no-solution", "No answer", 422, str(error))
         case TooLarge() | MemoryError():

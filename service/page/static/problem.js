@@ -2,9 +2,9 @@
 
 import { h } from "./dom.js";
 
-/** A box with a problem: its title, detail, and the problems of fields. */
+/** A box with a problem: its title, detail, and the problems of fields that the detail lacks. */
 export function problemBox(error) {
-  const errors = error.errors ?? [];
+  const errors = (error.errors ?? []).filter((field) => !error.message.includes(field.message));
   return h("div", { class: "problem", role: "alert" },
     h("strong", {}, error.title ?? "Something went wrong"),
     h("p", {}, error.message),

@@ -201,6 +201,7 @@ def test_unreadable_meshes_are_refused_and_leave_nothing(
     name = hashlib.sha256(data).hexdigest()[:32]
     document = problem(post(http, data), 422, "unusable-mesh")
     assert len(document["detail"]) > 10
+    assert document["errors"] == [{"field": "body.file", "message": document["detail"]}]
     problem(http.get(f"/v1/shapes/{name}"), 404, "shape-not-found")
     left = [key for key in api.store.client.keys("*") if name.encode() in key]
     assert left == []
