@@ -37,6 +37,20 @@ def half() -> tuple[Shape, IntArray]:
 
 
 @pytest.fixture(scope="module")
+def without_leg() -> tuple[Shape, IntArray]:
+    """The walking body without a leg, and its vertices of the whole."""
+    body = human("walking", resolution=1500, seed=1)
+    mesh = triangle_mesh(body.vertices, body.faces)
+    side, height, _ = mesh.vertices.T
+    leg = (side > np.median(side)) & (height < np.quantile(height, 0.3))
+    faces = mesh.faces[~leg[mesh.faces].any(axis=1)]
+    vertices = np.unique(faces)
+    part = triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces))
+    assert part.components == 1
+    return Shape(part), vertices
+
+
+@pytest.fixture(scope="module")
 def of_part(whole: Shape, half: tuple[Shape, IntArray]) -> Match:
     """Which of them is the part is not said."""
     return match(half[0], whole, OPTIONS)
@@ -107,16 +121,11 @@ def test_a_part_is_detected(of_part: Match) -> None:
     assert of_part.overlap.part == "source"
 
 
-def test_a_body_without_a_leg_is_detected_as_a_part(whole: Shape) -> None:
+def test_a_body_without_a_leg_is_detected_as_a_part(
+    whole: Shape, without_leg: tuple[Shape, IntArray]
+) -> None:
     """What it lacks tells, as its boundary is short."""
-    body = human("walking", resolution=1500, seed=1)
-    mesh = triangle_mesh(body.vertices, body.faces)
-    side, height, _ = mesh.vertices.T
-    leg = (side > np.median(side)) & (height < np.quantile(height, 0.3))
-    faces = mesh.faces[~leg[mesh.faces].any(axis=1)]
-    vertices = np.unique(faces)
-    part = Shape(triangle_mesh(mesh.vertices[vertices], np.searchsorted(vertices, faces)))
-    assert part.mesh.components == 1
+    part, vertices = without_leg
     assert part.mesh.relative_boundary < 1.0
     found = match(whole, part, OPTIONS)
     assert found.overlap is not None
@@ -159,9 +168,9 @@ def test_fewer_points_than_asked_for_are_said(whole: Shape, half: tuple[Shape, I
 
 
 def test_nothing_is_looked_for_that_is_not_wanted(
-    whole: Shape, half: tuple[Shape, IntArray]
+    whole: Shape, without_leg: tuple[Shape, IntArray]
 ) -> None:
-    found = match(half[0], whole, replace(OPTIONS, partial="none", points=8))
+    found = match(without_leg[0], whole, replace(OPTIONS, partial="none", points=8))
     assert found.overlap is None
     assert found.dense is not None
     assert found.dense.inverse is not None
