@@ -80,7 +80,7 @@ def share_lacking(
     returned = places(places(positions, surface, *back), target, *forward)
     far = np.linalg.norm(returned - positions, axis=1) >= NEAR
     beyond = ~here & ~inside(target.mesh, there, *forward)
-    return float(surface.spectrum.mass[far | beyond].sum())
+    return surface.share_of_area(far | beyond)
 
 
 def _few_on_boundary(shape: Shape, opening: Opening) -> BoolArray:

@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 import scipy.sparse as sp
 
-from solver.arrays import FloatArray, IntArray, RealArray
+from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.kernel import kernel
 from solver.mesh import TriangleMesh, face_normals, vertex_normals
 from solver.shape import Shape, euclidean_farthest_points
@@ -205,6 +205,11 @@ class SmoothSurface:
         """Stiffness matrix and vertex areas of the mesh."""
         known = self.spectrum.stiffness
         return laplacian(self.mesh) if known is None else (known, self.spectrum.mass)
+
+    def share_of_area(self, vertices: BoolArray) -> float:
+        """Share of the area that chosen ones of the V vertices have."""
+        mass = self.spectrum.mass
+        return float(mass[vertices].sum() / mass.sum())
 
     @cached_property
     def samples(self) -> Samples:

@@ -90,9 +90,3 @@ def largest_patch(surface: SmoothSurface, covered: BoolArray) -> BoolArray:
     patch = components_of(ends, len(covered))
     areas = np.bincount(patch, np.where(covered, surface.spectrum.mass, 0.0))
     return np.asarray(covered & (patch == areas.argmax()))
-
-
-def share_of_area(surface: SmoothSurface, covered: BoolArray) -> float:
-    """Share of a surface's area that chosen vertices have."""
-    mass = surface.spectrum.mass
-    return float(mass[covered].sum() / mass.sum())

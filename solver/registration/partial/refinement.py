@@ -18,7 +18,6 @@ from solver.registration.partial.cover import (
     covered_by_part,
     covered_by_whole,
     largest_patch,
-    share_of_area,
 )
 from solver.registration.partial.fit import RefinedPartFit, changes_of_curvature, mean_share
 from solver.registration.partial.near_distances import NearDistances
@@ -85,12 +84,12 @@ class RefinedPart:
     @property
     def share(self) -> float:
         """Share of the whole's area that has a partner."""
-        return share_of_area(self.displaced.source, self.covered)
+        return self.displaced.source.share_of_area(self.covered)
 
     @property
     def part_share(self) -> float:
         """Share of the part's area that has a partner."""
-        return share_of_area(self.displaced.target, self.part_covered)
+        return self.displaced.target.share_of_area(self.part_covered)
 
     @cached_property
     def fit(self) -> RefinedPartFit:
@@ -236,18 +235,18 @@ def refine_candidates(
     MeshError
         The Laplacian of the whole cannot be factored.
     """
-    compared = _Compared.of(whole, part, entire)
+    comparison = _Comparison.of(whole, part, entire)
     refined = (
-        _refined(compared.surfaces, one, entire, control)
+        _refined(comparison.surfaces, one, entire, control)
         for one in control.in_time(candidates, least=1)
     )
-    best = compared.ranked(refined)[:_BEST]
+    best = comparison.ranked(refined)[:_BEST]
     again = (one.again(control) for one in control.in_time(best, least=1))
-    return compared.ranked((one.mended(control) for one in again) if entire else again)
+    return comparison.ranked((one.mended(control) for one in again) if entire else again)
 
 
 @dataclass(frozen=True, eq=False)
-class _Compared:
+class _Comparison:
     """What refined candidates are compared by.
 
     Parameters
@@ -265,7 +264,7 @@ class _Compared:
     near: NearDistances | None
 
     @classmethod
-    def of(cls, whole: Shape, part: Shape, entire: bool) -> "_Compared":
+    def of(cls, whole: Shape, part: Shape, entire: bool) -> "_Comparison":
         surfaces = smooth_surface(whole), smooth_surface(part)
         near = NearDistances.of(part, surfaces[1].samples.vertices) if entire else None
         return cls(whole, surfaces, near)

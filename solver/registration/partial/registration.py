@@ -115,8 +115,9 @@ def register_part(
     control.report(STAGE, 0.8)
     if fewer != (whole, part):
         chosen = chosen.on_whole(ours, theirs, (whole, part), control)
-        chosen = chosen.again(control)
-    chosen = chosen.mended(control)
+        chosen = chosen.again(control).mended(control)
+    elif not entire:
+        chosen = chosen.mended(control)
     return PartMap(
         whole,
         part,
