@@ -1,7 +1,9 @@
-"""Triangle meshes: reading, repair, colours and textures, normals, simplification."""
+"""Triangle meshes: reading, repair, colours, normals, simplification, nearest points."""
 
 from solver.mesh.file_contents import mapped_surface, textured_surface
+from solver.mesh.nearest_points import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.mesh.normals import face_normals, vertex_normals
+from solver.mesh.rotations import nearest_rotations
 from solver.mesh.simplification import simplified
 from solver.mesh.triangle_mesh import (
     MESH_FORMATS,
@@ -15,9 +17,14 @@ from solver.mesh.triangle_mesh import (
 __all__ = [
     "MESH_FORMATS",
     "TriangleMesh",
+    "descend",
     "face_normals",
     "largest_component",
     "mapped_surface",
+    "nearest_in_fan",
+    "nearest_in_triangle",
+    "nearest_rotations",
+    "project",
     "read_mesh",
     "simplified",
     "textured_surface",

@@ -6,9 +6,7 @@
 from solver.registration.candidates import Points
 from solver.registration.confidence import Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence
-from solver.registration.descent import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.registration.registration import Registration, register
-from solver.registration.rotations import nearest_rotations
 from solver.registration.search import STAGE
 from solver.registration.surface import EIGENPAIRS
 
@@ -19,10 +17,5 @@ __all__ = [
     "DenseCorrespondence",
     "Points",
     "Registration",
-    "descend",
-    "nearest_in_fan",
-    "nearest_in_triangle",
-    "nearest_rotations",
-    "project",
     "register",
 ]

@@ -16,7 +16,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray, RealArray
 from solver.functional_maps import FunctionalMap, mutual_nearest_points
 from solver.kernel import kernel
-from solver.registration.rotations import nearest_rotations
+from solver.mesh import nearest_rotations
 from solver.registration.surface import Samples
 
 _RIDGE = 0.01

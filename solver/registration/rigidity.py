@@ -13,8 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray
-from solver.mesh import TriangleMesh
-from solver.registration.rotations import nearest_rotations
+from solver.mesh import TriangleMesh, nearest_rotations
 from solver.shape.laplacian import definite_factor
 
 

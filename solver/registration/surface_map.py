@@ -8,9 +8,8 @@ import numpy as np
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
-from solver.mesh import vertex_normals
+from solver.mesh import descend, project, vertex_normals
 from solver.registration.alignment import LOCAL, Alignment, Weights, embedding
-from solver.registration.descent import descend, project
 from solver.registration.rigidity import RigidDisplacement
 from solver.registration.surface import MIRROR, SmoothSurface
 

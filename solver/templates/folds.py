@@ -19,7 +19,7 @@ import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.kernel import kernel
-from solver.registration import nearest_in_fan
+from solver.mesh import nearest_in_fan
 from solver.templates.surface_tree import SurfaceTree, nearest_triangles
 
 _STEPS = 1.0, 0.5, 0.25

@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.errors import OptionError
-from solver.registration import nearest_rotations
+from solver.mesh import nearest_rotations
 
 _TOLERANCE = 1e-10
 """Change of the mean, relative to its centroid size, at which the alignment has converged."""

@@ -6,8 +6,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import kernel
-from solver.mesh import face_normals
-from solver.registration import nearest_in_triangle
+from solver.mesh import face_normals, nearest_in_triangle
 
 _LEAF = 4
 """Triangles of a leaf, at most twice as many."""

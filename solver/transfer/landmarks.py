@@ -6,8 +6,8 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.errors import TransferError
-from solver.mesh import TriangleMesh
-from solver.registration import DenseCorrespondence, descend, project
+from solver.mesh import TriangleMesh, descend, project
+from solver.registration import DenseCorrespondence
 
 
 @dataclass(frozen=True, eq=False)

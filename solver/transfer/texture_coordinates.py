@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.mesh import TriangleMesh
+from solver.mesh import TriangleMesh, descend, project
 from solver.mesh.textures import Paint
-from solver.registration import DenseCorrespondence, descend, project
+from solver.registration import DenseCorrespondence
 from solver.transfer.landmarks import Landmarks, surface_images
 from solver.transfer.overlap import mapped_faces
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.arrays import FloatArray
-from solver.registration import nearest_rotations
+from solver.mesh import nearest_rotations
 
 COUNT = 50
 

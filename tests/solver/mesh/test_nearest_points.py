@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.arrays import FloatArray, IntArray
-from solver.registration.descent import descend, project
+from solver.mesh import descend, project
 from solver.registration.surface import SmoothSurface
 from solver.shape import Shape
 from tests.solver import shapes
