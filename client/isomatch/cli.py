@@ -170,6 +170,8 @@ def compare(
 ) -> None:
     """Compare meshes, all with all, and print how dissimilar they are."""
     files_awaited(wait, output, picture)
+    if labels_from_names and labels is not None:
+        raise typer.BadParameter("give --labels or --labels-from-names, not both")
     classes = None if labels is None else labels.split(",")
     with connected(url, as_json) as client:
         shapes = uploaded(client, meshes, as_json)

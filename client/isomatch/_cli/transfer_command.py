@@ -7,7 +7,7 @@ from typing import Annotated, Final, cast
 import typer
 
 from isomatch._cli.exit_codes import connected
-from isomatch._cli.job_runs import run
+from isomatch._cli.job_runs import cancelled_by_interrupt, run
 from isomatch._cli.options import (
     AsJson,
     Url,
@@ -124,8 +124,10 @@ def _match_and_values(client: Client, along: list[str], as_json: bool) -> tuple[
     if len(meshes) < 2:
         raise typer.BadParameter("give the id of a match, or two meshes")
     source, target = uploaded(client, meshes, as_json)
-    job = client.match(source, target, dense=True)
-    job.result(progress=not as_json)
+    with cancelled_by_interrupt(
+        lambda: client.match(source, target, dense=True), None, as_json
+    ) as job:
+        job.result(progress=not as_json)
     return job.id, _values(along[2]) if len(along) > 2 else None
 
 

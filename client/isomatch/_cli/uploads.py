@@ -60,8 +60,8 @@ def named_upload(source: str, as_json: bool, after: float = SLOW_UPLOAD) -> Iter
         Seconds before the report.
     """
     text = (
-        f"{source} is waiting for a worker: all workers are busy, or none is running; see"
-        " /health/ready of the service"
+        f"{source} is not read yet: it is still being sent, or all workers are busy, or none is"
+        " running; see /health/ready of the service"
     )
     timer = threading.Timer(after, typer.echo, (text,), {"err": True})
     timer.daemon = True

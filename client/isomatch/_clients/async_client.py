@@ -33,8 +33,8 @@ from isomatch._operations import (
     shapes,
     transfers,
 )
-from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
+from isomatch._operations.uploads import UPLOAD_TIMEOUT
 from isomatch._results import (
     Batch,
     ConsistentMaps,
@@ -50,7 +50,7 @@ from isomatch._results import (
     Transfer,
     TransferKind,
 )
-from isomatch._upload import MeshSource
+from isomatch._upload import FileSource, MeshSource
 from isomatch._webhooks import Webhook
 
 
@@ -108,7 +108,7 @@ class AsyncClient:
         name: str | None = None,
         *,
         file_type: str | None = None,
-        timeout: float | None = 600.0,
+        timeout: float | None = UPLOAD_TIMEOUT,
     ) -> Shape:
         return await self._transport.run(shapes.upload_shape(shape, name, file_type, timeout))
 
@@ -169,7 +169,7 @@ class AsyncClient:
         name: str | None = None,
         *,
         file_type: str | None = None,
-        timeout: float | None = 600.0,
+        timeout: float | None = UPLOAD_TIMEOUT,
     ) -> Attributes:
         return await self._transport.run(
             transfers.upload_attributes(values, name, file_type, timeout)
@@ -298,10 +298,10 @@ class AsyncClient:
     @documented_as(Client.upload_prototype)
     async def upload_prototype(
         self,
-        archive: ArchiveSource,
+        archive: FileSource,
         name: str | None = None,
         *,
-        timeout: float | None = 600.0,
+        timeout: float | None = UPLOAD_TIMEOUT,
     ) -> Prototype:
         return await self._transport.run(prototypes.upload_prototype(archive, name, timeout))
 

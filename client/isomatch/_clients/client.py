@@ -31,8 +31,8 @@ from isomatch._operations import (
     shapes,
     transfers,
 )
-from isomatch._operations.prototypes import ArchiveSource
 from isomatch._operations.transfers import AttributesSource, Landmark
+from isomatch._operations.uploads import UPLOAD_TIMEOUT
 from isomatch._results import (
     Batch,
     ConsistentMaps,
@@ -48,7 +48,7 @@ from isomatch._results import (
     Transfer,
     TransferKind,
 )
-from isomatch._upload import MeshSource
+from isomatch._upload import FileSource, MeshSource
 from isomatch._webhooks import Webhook
 
 
@@ -127,7 +127,7 @@ class Client:
         name: str | None = None,
         *,
         file_type: str | None = None,
-        timeout: float | None = 600.0,
+        timeout: float | None = UPLOAD_TIMEOUT,
     ) -> Shape:
         """Upload a shape. The same file uploaded again has the same id.
 
@@ -144,7 +144,7 @@ class Client:
             Format (off, obj, ply, stl, glb, gltf, zip; of points ply, las, laz, xyz, txt, csv); by
             default the extension of the file.
         timeout
-            Seconds the service may take to read the uploaded file; None for no limit.
+            Seconds the upload may take, until the service has read it; None for no limit.
 
         Raises
         ------
@@ -302,7 +302,7 @@ class Client:
         name: str | None = None,
         *,
         file_type: str | None = None,
-        timeout: float | None = 600.0,
+        timeout: float | None = UPLOAD_TIMEOUT,
     ) -> Attributes:
         """Upload attributes of the vertices or faces of a shape. The same file has the same id.
 
@@ -317,7 +317,7 @@ class Client:
         file_type
             Format (npz, csv, ply, obj, glb, seg, txt); by default the extension of the file.
         timeout
-            Seconds the service may take to read the uploaded file; None for no limit.
+            Seconds the upload may take, until the service has read it; None for no limit.
 
         Raises
         ------
@@ -685,10 +685,10 @@ class Client:
 
     def upload_prototype(
         self,
-        archive: ArchiveSource,
+        archive: FileSource,
         name: str | None = None,
         *,
-        timeout: float | None = 600.0,
+        timeout: float | None = UPLOAD_TIMEOUT,
     ) -> Prototype:
         """Upload a prototype. The same file uploaded again has the same id.
 
@@ -699,7 +699,7 @@ class Client:
         name
             Name of the prototype; by default that of the file.
         timeout
-            Seconds the service may take to read the uploaded file; None for no limit.
+            Seconds the upload may take, until the service has read it; None for no limit.
 
         Raises
         ------
@@ -750,7 +750,8 @@ class Client:
             or ``"cancelled"``.
         kind
             Only those of this kind: ``"match"``, ``"batch"``, ``"dissimilarities"``,
-            ``"prototype"`` or ``"transfer"``. The matches of a batch are not among them.
+            ``"prototype"``, ``"transfer"``, ``"registration"`` or ``"consistent_maps"``. The
+            matches of a batch are not among them.
         of
             Only those of this shape or prototype.
         """

@@ -45,12 +45,12 @@ class RecordedJob:
 
     @property
     def source(self) -> str | None:
-        """Id of the source of a match or a batch, a shape or a prototype; None for other kinds."""
+        """Id of the source of a match, batch or transfer, or of a registration's template."""
         return self._record.source
 
     @property
     def target(self) -> str | None:
-        """Id of a match's target; None for other kinds."""
+        """Id of the target of a match or transfer; None for other kinds."""
         return self._record.target
 
     @property

@@ -3,6 +3,8 @@
 import os
 from typing import Final
 
+import httpx2
+
 DEFAULT_URL: Final = "http://127.0.0.1:8000"
 URL_VARIABLE: Final = "ISOMATCH_URL"
 KEY_VARIABLE: Final = "ISOMATCH_API_KEY"
@@ -19,6 +21,10 @@ def url_or_default(given: str | None) -> str:
     url = given or os.environ.get(URL_VARIABLE) or DEFAULT_URL
     if not url.startswith(("http://", "https://")):
         raise ValueError(f"the service's address must begin with http:// or https://, not {url!r}")
+    try:
+        httpx2.URL(url)
+    except httpx2.InvalidURL as error:
+        raise ValueError(f"the service's address {url!r} cannot be used: {error}") from error
     return url
 
 

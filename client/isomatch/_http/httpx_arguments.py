@@ -6,6 +6,7 @@ from importlib.metadata import version
 from typing import Any, Final, TypedDict
 
 import httpx2
+import numpy as np
 
 from isomatch._http.operation import Call
 
@@ -40,12 +41,19 @@ def request_arguments(call: Call, timeout: float | None) -> dict[str, Any]:
         "headers": {**_trace_context(), **call.headers},
     }
     if call.body is not None:
-        arguments["content"] = json.dumps(call.body, allow_nan=False).encode()
+        arguments["content"] = json.dumps(call.body, allow_nan=False, default=_plain).encode()
         arguments["headers"]["content-type"] = "application/json"
     if call.file is not None:
         arguments["files"] = {"file": (call.file.name, call.file.content)}
         arguments["data"] = dict(call.form)
     return arguments
+
+
+def _plain(value: object) -> object:
+    """Return numbers and arrays of numpy as those of Python."""
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"a parameter holds {type(value).__name__}, which is not JSON")
 
 
 def _trace_context() -> dict[str, str]:

@@ -31,7 +31,7 @@ class Call:
     query
         Query parameters; those that are None are left out.
     body
-        JSON body.
+        JSON body; scalars and arrays of numpy become JSON.
     file
         File to upload, with the form fields `form`.
     headers
@@ -43,7 +43,7 @@ class Call:
     method: str
     path: str
     query: Mapping[str, str | int | float | None] = field(default_factory=dict)
-    body: Mapping[str, Json] | None = None
+    body: Mapping[str, object] | None = None
     file: MeshFile | None = None
     form: Mapping[str, str] = field(default_factory=dict)
     headers: Mapping[str, str] = field(default_factory=dict)

@@ -41,13 +41,16 @@ from isomatch._models import (
     Shape,
     check_names,
 )
-from isomatch._operations.request_parts import id_of, json_value, path_to
+from isomatch._operations.request_parts import id_of, path_to
 from isomatch._progress import ProgressBar
 from isomatch._results import Prototype
 from isomatch._webhooks import Webhook
 
 LONG_POLL: Final = 20.0
 """Seconds for which the service may hold back the answer about a running job."""
+
+HEARTBEAT: Final = 15.0
+"""Seconds after which the service sends something, if only to show that it is there."""
 
 PROGRESS_POLL: Final = 0.5
 """Seconds between answers while a progress bar is shown."""
@@ -118,7 +121,7 @@ def start_job(
     key
         Idempotency key; None for a new one.
     """
-    sent = {**body, **{name: json_value(value) for name, value in parameters.items()}}
+    sent: dict[str, object] = {**body, **parameters}
     if webhook is not None:
         sent["webhook"] = webhook
     headers = {"idempotency-key": key or uuid4().hex}
@@ -144,7 +147,8 @@ def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
     last, failures = None, 0
     while True:
         headers: dict[str, str] = {} if last is None else {"last-event-id": last}
-        call = Call("GET", path_to("jobs", job_id, "events"), headers=headers)
+        path = path_to("jobs", job_id, "events")
+        call = Call("GET", path, headers=headers, patience=HEARTBEAT)
         reader = EventReader()
         requested = 0.0
         try:
@@ -152,8 +156,9 @@ def follow_job(job_id: str, retries: int) -> Stream[JobRecord]:
             assert isinstance(response, httpx2.Response)
             checked(response)
             while isinstance(line := (yield NextLine()), str):
+                failures = 0
                 if (event := reader.feed(line)) is not None:
-                    last, failures = event.id, 0
+                    last = event.id
                     record = _record_of(event.data, call)
                     yield Item(record)
                     if record.finished:

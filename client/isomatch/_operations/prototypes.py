@@ -1,23 +1,18 @@
 """Operations on prototypes."""
 
 import os
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from pathlib import Path
-from typing import BinaryIO, TypeAlias
 
 from isomatch._errors import UnexpectedResponse
 from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import JobRecord, Page, PrototypeParameters, Shape, check_names
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import id_of, path_to
-from isomatch._operations.shapes import read_upload
+from isomatch._operations.uploads import upload
 from isomatch._results import Prototype, PrototypePoints
-from isomatch._upload import MeshFile, name_of
+from isomatch._upload import FileSource, prototype_file
 from isomatch._webhooks import Webhook
-
-ArchiveSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
-"""A path, the bytes of a file, or an open binary file."""
 
 
 def start_prototype(
@@ -74,7 +69,7 @@ def get_prototype_points(prototype: Prototype | str) -> Operation[PrototypePoint
 
 
 def upload_prototype(
-    source: ArchiveSource, name: str | None, timeout: float | None
+    source: FileSource, name: str | None, timeout: float | None
 ) -> Operation[Prototype]:
     """Upload the archive of a prototype, and wait until the service has read it.
 
@@ -83,24 +78,6 @@ def upload_prototype(
     WaitTimeout
         It was not read within `timeout` seconds.
     """
-    with _archive_file(source) as file:
-        form = {} if name is None else {"name": name}
-        call = Call("POST", "/v1/prototype-archives", file=file, form=form)
-        response = yield from send(call)
-    return parsed(Prototype, (yield from read_upload(response, name or file.name, timeout)))
-
-
-@contextmanager
-def _archive_file(source: ArchiveSource) -> Iterator[MeshFile]:
-    if isinstance(source, str | os.PathLike):
-        path = Path(source)
-        with path.open("rb") as file:
-            yield MeshFile(path.name, file)
-    elif isinstance(source, bytes | bytearray | memoryview):
-        yield MeshFile("prototype.npz", bytes(source))
-    elif hasattr(source, "read"):
-        yield MeshFile(name_of(source) or "prototype.npz", source)
-    else:
-        raise TypeError(
-            f"a prototype is a path, bytes or an open binary file, not {type(source).__name__}"
-        )
+    file = prototype_file(source)
+    answer = yield from upload("/v1/prototype-archives", file, name, timeout)
+    return parsed(Prototype, answer)

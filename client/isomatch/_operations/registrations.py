@@ -4,10 +4,11 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
-from isomatch._http import Call, Operation, send
+from isomatch._http import Operation
 from isomatch._models import JobRecord, Shape
 from isomatch._operations.jobs import start_job
-from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.request_parts import id_of
+from isomatch._operations.results import get_file
 from isomatch._webhooks import Webhook
 
 SURFACES = "ply", "obj", "glb"
@@ -33,6 +34,5 @@ def save_registered(job_id: str, path: str | os.PathLike[str], specimen: int) ->
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending not in SURFACES:
         raise ValueError(f"{ending or Path(path).name!r} is none of {', '.join(SURFACES)}")
-    file = path_to("jobs", job_id, f"registered.{ending}")
-    response = yield from send(Call("GET", file, query={"specimen": specimen}))
-    Path(path).write_bytes(response.content)
+    registered = yield from get_file(job_id, f"registered.{ending}", {"specimen": specimen})
+    Path(path).write_bytes(registered)

@@ -5,10 +5,11 @@ import re
 from typing import Final, Protocol
 from urllib.parse import quote
 
-import numpy as np
-
-from isomatch._http import Json
 from isomatch._results import Result
+
+HELD: Final = 60.0
+"""Seconds for which the service may hold back the answer to an upload, or one that it makes first:
+pictures and files."""
 
 _ID: Final = re.compile(r"[0-9a-zA-Z_-]{1,64}")
 
@@ -41,10 +42,3 @@ def id_of(given: Identified | str) -> str:
 def path_to(*parts: str) -> str:
     """Return the path of a resource."""
     return "/v1/" + "/".join(quote(part, safe="") for part in parts)
-
-
-def json_value(value: object) -> Json:
-    """Return the value of a parameter as JSON; scalars of numpy become numbers of Python."""
-    # Callers give JSON or scalars of numpy, which `object` does not say.
-    sent: Json = value.item() if isinstance(value, np.generic) else value  # type: ignore[assignment]
-    return sent

@@ -11,7 +11,7 @@ from isomatch._errors import JobCancelled, JobFailed
 from isomatch._http import Call, Operation, parsed, send, unexpected
 from isomatch._models import JobRecord
 from isomatch._operations.prototypes import get_prototype_points
-from isomatch._operations.request_parts import path_to
+from isomatch._operations.request_parts import HELD, path_to
 from isomatch._operations.shapes import get_geometry
 from isomatch._results import (
     ArrayResult,
@@ -79,9 +79,16 @@ def get_result(record: JobRecord) -> Operation[Result]:
     except ValidationError as error:
         raise unexpected(response, error) from error
     if isinstance(found, ArrayResult):
-        arrays = yield from send(Call("GET", path_to("jobs", record.id, "result.npz")))
-        found._archive = arrays.content
+        found._archive = yield from get_file(record.id, "result.npz")
     return found
+
+
+def get_file(
+    job_id: str, name: str, query: Mapping[str, str | int | None] | None = None
+) -> Operation[bytes]:
+    """Request a file of a job's result, which the service may make first."""
+    call = Call("GET", path_to("jobs", job_id, name), query=query or {}, patience=HELD)
+    return (yield from send(call)).content
 
 
 def get_picture(
@@ -89,8 +96,7 @@ def get_picture(
 ) -> Operation[bytes]:
     """Request the picture of a job's result, or of one of its alternatives."""
     query = {"alternative": alternative, "view": view}
-    response = yield from send(Call("GET", path_to("jobs", job_id, "result.png"), query=query))
-    return response.content
+    return (yield from get_file(job_id, "result.png", query))
 
 
 def save_picture(
@@ -107,8 +113,7 @@ def save_picture(
 def save_arrays(job_id: str, path: str | os.PathLike[str]) -> Operation[None]:
     """Request a job's result as arrays, and write them to a file."""
     _ending_of(path, ("npz",))
-    response = yield from send(Call("GET", path_to("jobs", job_id, "result.npz")))
-    Path(path).write_bytes(response.content)
+    Path(path).write_bytes((yield from get_file(job_id, "result.npz")))
 
 
 def save(record: JobRecord, path: str | os.PathLike[str]) -> Operation[None]:
@@ -117,8 +122,7 @@ def save(record: JobRecord, path: str | os.PathLike[str]) -> Operation[None]:
     if ending == "json":
         content = (yield from get_result(record)).to_json()
     else:
-        call = Call("GET", path_to("jobs", record.id, f"result.{ending}"))
-        content = (yield from send(call)).content
+        content = yield from get_file(record.id, f"result.{ending}")
     Path(path).write_bytes(content)
 
 

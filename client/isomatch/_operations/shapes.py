@@ -1,19 +1,12 @@
 """Operations on shapes, and the list of structures that can be compared."""
 
-import time
-from typing import Final
-
-import httpx2
-
-from isomatch._errors import UnexpectedResponse, WaitTimeout
-from isomatch._http import Call, Operation, Pause, parsed, send
+from isomatch._errors import UnexpectedResponse
+from isomatch._http import Call, Operation, parsed, send
 from isomatch._models import Page, Shape, Structures
 from isomatch._operations.request_parts import id_of, path_to
+from isomatch._operations.uploads import upload
 from isomatch._results import Geometry
 from isomatch._upload import MeshSource, mesh_file
-
-VALIDATION_POLL: Final = 0.5
-"""Seconds between requests for the state of an upload that is being read."""
 
 
 def upload_shape(
@@ -26,41 +19,8 @@ def upload_shape(
     WaitTimeout
         It was not read within `timeout` seconds.
     """
-    with mesh_file(source, file_type) as file:
-        form = {} if name is None else {"name": name}
-        response = yield from send(Call("POST", "/v1/shapes", file=file, form=form))
-    return parsed(Shape, (yield from read_upload(response, name or file.name, timeout)))
-
-
-def read_upload(
-    response: httpx2.Response, name: str, timeout: float | None
-) -> Operation[httpx2.Response]:
-    """Wait until the service has read an upload.
-
-    Parameters
-    ----------
-    response
-        Answer to the upload.
-    name
-        Name of the file.
-    timeout
-        Seconds to wait; None for no limit.
-
-    Raises
-    ------
-    WaitTimeout
-        It was not read within `timeout` seconds.
-    """
-    sent = time.monotonic()
-    while response.status_code == 202:
-        if timeout is not None and time.monotonic() - sent >= timeout:
-            raise WaitTimeout(f"reading {name}", timeout)
-        yield Pause(VALIDATION_POLL)
-        location = response.headers.get("location")
-        if location is None:
-            raise UnexpectedResponse("the service accepted the upload without naming its location")
-        response = yield from send(Call("GET", location))
-    return response
+    answer = yield from upload("/v1/shapes", mesh_file(source, file_type), name, timeout)
+    return parsed(Shape, answer)
 
 
 def get_shape(shape_id: str) -> Operation[Shape]:

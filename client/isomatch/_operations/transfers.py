@@ -1,10 +1,9 @@
 """Operations on attribute files, and transfers along a match."""
 
 import operator
-import os
 import re
 from collections.abc import Iterable, Mapping
-from typing import BinaryIO, Final, TypeAlias
+from typing import Final, TypeAlias
 
 import numpy.typing as npt
 
@@ -12,22 +11,17 @@ from isomatch._http import Call, Json, Operation, parsed, send
 from isomatch._models import Attributes, JobRecord, SurfacePoint
 from isomatch._operations.jobs import start_job
 from isomatch._operations.request_parts import Identified, id_of, path_to
-from isomatch._operations.shapes import read_upload
+from isomatch._operations.uploads import UPLOAD_TIMEOUT, upload
 from isomatch._results import Direction, Element, TransferKind
-from isomatch._upload import attribute_file
+from isomatch._upload import FileSource, attribute_file
 from isomatch._webhooks import Webhook
 
-AttributesSource: TypeAlias = (
-    str | os.PathLike[str] | bytes | BinaryIO | Mapping[str, npt.ArrayLike]
-)
+AttributesSource: TypeAlias = FileSource | Mapping[str, npt.ArrayLike]
 """A path, the bytes of a file, an open binary file, or arrays by name."""
 
 Landmark: TypeAlias = int | SurfacePoint | Mapping[str, object]
 """A vertex, or a point with `vertices` and `weights`."""
 
-
-UPLOAD_TIMEOUT: Final = 600.0
-"""Seconds the service may take to read an uploaded file."""
 
 _ID: Final = re.compile(r"a-[0-9a-f]{32}")
 
@@ -42,10 +36,9 @@ def upload_attributes(
     WaitTimeout
         It was not read within `timeout` seconds.
     """
-    with attribute_file(source, file_type) as file:
-        form = {} if name is None else {"name": name}
-        response = yield from send(Call("POST", "/v1/attributes", file=file, form=form))
-    return parsed(Attributes, (yield from read_upload(response, name or file.name, timeout)))
+    file = attribute_file(source, file_type)
+    answer = yield from upload("/v1/attributes", file, name, timeout)
+    return parsed(Attributes, answer)
 
 
 def delete_attributes(attributes: Attributes | str) -> Operation[None]:

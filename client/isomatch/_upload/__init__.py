@@ -1,21 +1,23 @@
 """Meshes in memory and in files, as they are uploaded."""
 
 from isomatch._upload.meshes import (
+    FileSource,
     MeshFile,
     MeshLike,
     MeshSource,
     attribute_file,
     binary_ply,
     mesh_file,
-    name_of,
+    prototype_file,
 )
 
 __all__ = [
+    "FileSource",
     "MeshFile",
     "MeshLike",
     "MeshSource",
     "attribute_file",
     "binary_ply",
     "mesh_file",
-    "name_of",
+    "prototype_file",
 ]

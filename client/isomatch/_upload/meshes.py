@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final, Protocol, TypeAlias, runtime_checkable
+from typing import BinaryIO, Final, Protocol, TypeAlias, TypeGuard, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -28,11 +28,11 @@ class MeshLike(Protocol):
         """Vertex indices of the triangles, shape (F, 3)."""
 
 
+FileSource: TypeAlias = str | os.PathLike[str] | bytes | BinaryIO
+"""A path, the bytes of a file, or an open binary file."""
+
 MeshSource: TypeAlias = (
-    str
-    | os.PathLike[str]
-    | bytes
-    | BinaryIO
+    FileSource
     | npt.NDArray[np.floating]
     | tuple[npt.ArrayLike, npt.ArrayLike]
     | tuple[npt.ArrayLike, npt.ArrayLike, npt.ArrayLike | None]
@@ -81,12 +81,9 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
         The format is unknown, or arrays are invalid.
     """
     extension = None if file_type is None else "." + file_type.lower().removeprefix(".")
-    if isinstance(source, str | os.PathLike):
-        path = Path(source)
-        with path.open("rb") as file:
-            yield MeshFile(_file_name(path.name, extension), file)
-    elif isinstance(source, bytes | bytearray | memoryview):
-        yield MeshFile(_file_name("", extension), bytes(source))
+    if _is_file(source):
+        with _opened(source) as file:
+            yield MeshFile(_file_name(file.name, extension), file.content)
     elif isinstance(source, np.ndarray):
         yield MeshFile("points.ply", points_ply(source))
     elif isinstance(source, tuple):
@@ -95,16 +92,13 @@ def mesh_file(source: MeshSource, file_type: str | None = None) -> Iterator[Mesh
         yield MeshFile("mesh.ply", binary_ply(*source))
     elif isinstance(source, MeshLike):
         yield MeshFile("mesh.ply", binary_ply(source.vertices, source.faces, _colors(source)))
-    elif hasattr(source, "read"):
-        yield MeshFile(_file_name(name_of(source), extension), source)
     else:
         raise TypeError(_MESH_SOURCES + type(source).__name__)
 
 
 @contextmanager
 def attribute_file(
-    source: str | os.PathLike[str] | bytes | BinaryIO | Mapping[str, npt.ArrayLike],
-    file_type: str | None = None,
+    source: FileSource | Mapping[str, npt.ArrayLike], file_type: str | None = None
 ) -> Iterator[MeshFile]:
     """Context that provides a file of attributes, or arrays by name as one.
 
@@ -113,15 +107,51 @@ def attribute_file(
     if isinstance(source, Mapping):
         yield MeshFile("values.npz", _archive(source))
         return
-    if not isinstance(source, str | os.PathLike | bytes | bytearray | memoryview) and not hasattr(
-        source, "read"
-    ):
+    if not _is_file(source):
         raise TypeError(
             "attributes are a path, bytes, an open binary file, or arrays by name, not "
             + type(source).__name__
         )
     with mesh_file(source, file_type) as file:
         yield file
+
+
+@contextmanager
+def prototype_file(source: FileSource) -> Iterator[MeshFile]:
+    """Context that provides the archive of a prototype as a file, whatever its name.
+
+    Raises
+    ------
+    OSError
+        The path cannot be read.
+    TypeError
+        `source` is of an unsupported type.
+    """
+    if not _is_file(source):
+        raise TypeError(
+            f"a prototype is a path, bytes or an open binary file, not {type(source).__name__}"
+        )
+    with _opened(source) as file:
+        yield MeshFile(file.name or "prototype.npz", file.content)
+
+
+def _is_file(source: object) -> TypeGuard[FileSource]:
+    of_file = isinstance(source, str | os.PathLike | bytes | bytearray | memoryview)
+    return of_file or hasattr(source, "read")
+
+
+@contextmanager
+def _opened(source: FileSource) -> Iterator[MeshFile]:
+    """Provide a file with the name it has, which may be none; a path is closed again."""
+    if isinstance(source, str | os.PathLike):
+        path = Path(source)
+        with path.open("rb") as file:
+            yield MeshFile(path.name, file)
+    elif isinstance(source, bytes | bytearray | memoryview):
+        yield MeshFile("", bytes(source))
+    else:
+        name = getattr(source, "name", "")
+        yield MeshFile(Path(name).name if isinstance(name, str) else "", source)
 
 
 def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
@@ -133,12 +163,6 @@ def _archive(arrays: Mapping[str, npt.ArrayLike]) -> bytes:
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 np.lib.format.write_array(member, np.asarray(values), allow_pickle=False)
     return stream.getvalue()
-
-
-def name_of(file: object) -> str:
-    """Return the name of an open file, without its folder; empty if it has none."""
-    name = getattr(file, "name", "")
-    return Path(name).name if isinstance(name, str) else ""
 
 
 def _file_name(name: str, extension: str | None) -> str:

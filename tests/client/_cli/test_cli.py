@@ -377,7 +377,7 @@ def test_a_waiting_upload_is_reported(capsys: pytest.CaptureFixture[str]) -> Non
         for thread in set(threading.enumerate()) - before:
             if isinstance(thread, threading.Timer):
                 thread.join()
-    assert "a.off is waiting for a worker" in capsys.readouterr().err
+    assert "a.off is not read yet" in capsys.readouterr().err
     with named_upload("a.off", as_json=True, after=0.01):
         time.sleep(0.3)
     with named_upload("a.off", as_json=False, after=30.0):

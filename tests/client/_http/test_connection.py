@@ -7,9 +7,11 @@ from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from email.utils import format_datetime
 from pathlib import Path
+from typing import Any
 
 import httpx2
 import isomatch
+import numpy as np
 import pytest
 from isomatch._http import retries
 
@@ -26,6 +28,18 @@ SHAPE = {
     "has_colors": False,
     "warnings": [],
     "created": "2026-01-01T00:00:00Z",
+}
+
+JOB = {
+    "kind": "mesh",
+    "state": "succeeded",
+    "progress": {"stage": "finished", "fraction": 1.0},
+    "started": None,
+    "ended": None,
+    "position": None,
+    "error": None,
+    "caller": None,
+    "webhook": None,
 }
 
 Answer = Callable[[httpx2.Request], httpx2.Response]
@@ -200,6 +214,37 @@ def test_a_match_that_was_never_sent_is_sent_again() -> None:
     assert len(service.requests) == 2
 
 
+def test_answers_that_the_service_holds_back_are_waited_for(tmp_path: Path) -> None:
+    """An upload until it is read, and files until they are made, whatever the timeout is."""
+    service = Broken(0, httpx2.ReadError, SHAPE | JOB)
+    transport = httpx2.MockTransport(service)
+    with isomatch.Client("http://service.test", timeout=1.0, transport=transport) as client:
+        client.upload(b"OFF", file_type="off")
+        job = client.job("1")
+        job.save_arrays(tmp_path / "result.npz")
+        job.save_picture(tmp_path / "result.png")
+    patience = [request.extensions["timeout"]["read"] for request in service.requests]
+    assert patience == [61.0, 1.0, 61.0, 61.0]
+
+
+def test_numbers_and_arrays_of_numpy_are_sent_as_json() -> None:
+    service = Broken(0, httpx2.ReadError, {})
+    pairs = np.array([[0, 1], [2, 3]])
+    given: list[dict[str, Any]] = [
+        {"points": np.int64(8), "landmarks": pairs},
+        {"landmarks": [tuple(pair) for pair in pairs], "metric": [{"time": np.float32(0.5)}]},
+    ]
+    for parameters in given:
+        with client_of(service) as client, pytest.raises(isomatch.UnexpectedResponse):
+            client.match("a", "b", **parameters)
+    first, second = (json.loads(request.content) for request in service.requests)
+    assert (first["points"], second["metric"]) == (8, [{"time": 0.5}])
+    assert first["landmarks"] == second["landmarks"] == [[0, 1], [2, 3]]
+    strange: dict[str, Any] = {"points": object()}
+    with client_of(service) as client, pytest.raises(TypeError, match="not JSON"):
+        client.match("a", "b", **strange)
+
+
 def test_only_given_parameters_are_sent() -> None:
     service = Broken(0, httpx2.ReadError, {})
     with client_of(service) as client, pytest.raises(isomatch.UnexpectedResponse):
@@ -290,3 +335,5 @@ def test_the_address_comes_from_the_environment(monkeypatch: pytest.MonkeyPatch)
     assert isomatch.Client().base_url == "http://127.0.0.1:8000"
     with pytest.raises(ValueError, match="must begin with http"):
         isomatch.Client("127.0.0.1:8000")
+    with pytest.raises(ValueError, match="cannot be used"):
+        isomatch.Client("http://localhost:abc")

@@ -103,6 +103,12 @@ def test_failures_of_a_stream_are_limited() -> None:
         followed(Service(event("a"), None, None, None, None))
 
 
+def test_a_stream_that_shows_itself_is_no_failure() -> None:
+    """However often a proxy cuts it off."""
+    cut = [Breaking(b": still there\n\n") for _ in range(6)]
+    assert followed(Service(*cut, event("a", state="succeeded"))) == ["succeeded"]
+
+
 @pytest.mark.parametrize("data", [b"{", b'{"id": "1"}', b"[]"])
 def test_events_that_are_not_jobs(data: bytes) -> None:
     with pytest.raises(isomatch.UnexpectedResponse, match="not a job"):

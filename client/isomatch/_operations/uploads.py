@@ -1,0 +1,58 @@
+"""Uploads of files: of shapes, prototypes and attributes."""
+
+import time
+from contextlib import AbstractContextManager
+from typing import Final
+
+import httpx2
+
+from isomatch._errors import UnexpectedResponse, WaitTimeout
+from isomatch._http import Call, Operation, Pause, send
+from isomatch._operations.request_parts import HELD
+from isomatch._upload import MeshFile
+
+UPLOAD_TIMEOUT: Final = 600.0
+"""Seconds an upload may take, until the service has read it, unless told otherwise."""
+
+VALIDATION_POLL: Final = 0.5
+"""Seconds between requests for the state of an upload that is being read."""
+
+
+def upload(
+    path: str,
+    source: AbstractContextManager[MeshFile],
+    name: str | None,
+    timeout: float | None,
+) -> Operation[httpx2.Response]:
+    """Upload a file, and wait until the service has read it.
+
+    Parameters
+    ----------
+    path
+        Path of the collection that it joins.
+    source
+        The file.
+    name
+        Name of what it describes; that of the file if None.
+    timeout
+        Seconds to wait; None for no limit.
+
+    Raises
+    ------
+    WaitTimeout
+        It was not read within `timeout` seconds.
+    """
+    started = time.monotonic()
+    with source as file:
+        form = {} if name is None else {"name": name}
+        called = name or file.name
+        response = yield from send(Call("POST", path, file=file, form=form, patience=HELD))
+    while response.status_code == 202:
+        if timeout is not None and time.monotonic() - started >= timeout:
+            raise WaitTimeout(f"reading {called}", timeout)
+        yield Pause(VALIDATION_POLL)
+        location = response.headers.get("location")
+        if location is None:
+            raise UnexpectedResponse("the service accepted the upload without naming its location")
+        response = yield from send(Call("GET", location))
+    return response
