@@ -62,7 +62,7 @@ class JobKind(StrEnum):
     @property
     def has_arrays(self) -> bool:
         """Whether the result is also stored as NumPy arrays."""
-        return self.has_result and self is not JobKind.PROTOTYPE
+        return self.has_result and self not in (JobKind.PROTOTYPE, JobKind.BATCH)
 
     @property
     def exports(self) -> tuple[str, ...]:

@@ -1,8 +1,7 @@
 """Batches: matching one source with many targets."""
 
 from service.batches import endpoints
-from service.batches.schemas import BatchProgress
 
 ROUTERS = (endpoints.router,)
 
-__all__ = ["ROUTERS", "BatchProgress"]
+__all__ = ["ROUTERS"]

@@ -20,6 +20,7 @@ from broker.contracts import (
     RegistrationPayload,
     RequestOrigin,
     View,
+    export_refusal,
     is_prototype,
     no_alternative,
 )
@@ -235,12 +236,17 @@ def _check(service: Service, payload: PicturePayload) -> None:
         raise JobWithoutResult(
             f"A job of kind {record.kind.value!r} has no {what}; ask for its result."
         )
+    exported = payload.format != "png" and payload.specimen is None
+    if exported and (refusal := export_refusal(record.payload, payload.format)) is not None:
+        raise JobWithoutResult(f"{refusal[0].upper()}{refusal[1:]}.")
     packed = packed_result(service, payload.job)
     if payload.specimen is not None:
         _check_registered(record, packed, payload.specimen)
     if isinstance(record.payload, MatchPayload):
         _check_alternative(packed, payload.alternative)
-        _check_match(service, record.payload)
+        # A table of vertices names shapes, and shows none.
+        if payload.format != "csv":
+            _check_match(service, record.payload)
 
 
 def _refuse_options_of_matches(payload: PicturePayload) -> None:
@@ -292,7 +298,7 @@ def _check_match(service: Service, match: MatchPayload) -> None:
 
 
 def _gone(what: str) -> str:
-    return f"{what}, which the picture shows, was deleted or has expired."
+    return f"{what}, which it shows, was deleted or has expired."
 
 
 def _submit_picture(service: Service, payload: PicturePayload, order: RequestOrigin) -> str:

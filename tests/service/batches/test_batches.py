@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from broker.contracts import BatchResult, JobState
-from service.batches import BatchProgress
+from service.batches.schemas import BatchProgress
 from tests.service.conftest import Api, Json, problem
 from tests.worker.figures import blob_file
 
@@ -56,6 +56,8 @@ def test_every_match_of_a_batch_is_a_match(http: httpx2.Client, upload: Upload) 
     job = batch(http, body | named)
     assert (job["kind"], job["source"], job["shapes"]) == ("batch", source, [source, *targets])
     assert ended(http, job)["state"] == JobState.SUCCEEDED
+    assert job["links"]["arrays"] is None
+    problem(http.get(f"/v1/jobs/{job['id']}/result.npz"), 409, "job-without-result")
     result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
     assert result.succeeded == 3
     assert [one.target for one in result.matches] == targets
@@ -98,6 +100,8 @@ def test_names_are_those_that_shapes_are_stored_under(http: httpx2.Client, uploa
     target = upload(blob_file(seed=1), "specimen.off")["id"]
     job = batch(http, {"source": source, "targets": [target], **QUICK})
     assert ended(http, job)["state"] == JobState.SUCCEEDED
+    assert job["links"]["arrays"] is None
+    problem(http.get(f"/v1/jobs/{job['id']}/result.npz"), 409, "job-without-result")
     result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
     for found in (result, progress(http, job)):
         names = found.source_name, found.matches[0].target_name
@@ -124,6 +128,8 @@ def test_matches_that_fail_are_named_and_the_others_go_on(
     for match in running.matches[:2]:
         http.delete(f"/v1/jobs/{match.job}")
     assert ended(http, job)["state"] == JobState.SUCCEEDED
+    assert job["links"]["arrays"] is None
+    problem(http.get(f"/v1/jobs/{job['id']}/result.npz"), 409, "job-without-result")
     result = BatchResult.model_validate_json(http.get(job["links"]["result"]).content)
     assert [one.state for one in result.matches] == ["cancelled", "cancelled", "failed"]
     error = result.matches[2].error

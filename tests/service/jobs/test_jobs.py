@@ -136,11 +136,16 @@ def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api)
         assert said in wrong_field["message"]
 
 
-def test_a_picture_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> None:
+def test_files_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> None:
+    """A table needs no shape; and what no match without a dense map has is not made."""
     shape = upload(blob_file(2, seed=40))["id"]
     job = matched(http, (shape, shape), **QUICK)
     http.delete(f"/v1/shapes/{shape}")
     problem(http.get(job["links"]["picture"]), 410, "shape-deleted")
+    (table,) = job["links"]["exports"]
+    assert http.get(table).text.startswith("source,target")
+    refused = problem(http.get(table.replace(".csv", ".ply")), 409, "job-without-result")
+    assert refused["detail"].startswith("PLY shows a map of all vertices")
 
 
 def test_listing(http: httpx2.Client, shapes: Shapes) -> None:
