@@ -6,7 +6,7 @@ so that no process that dies, and no record that expires, leaves one that is wro
 """
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 
 from redis import Redis
 from redis.client import Pipeline
@@ -80,15 +80,23 @@ class Quotas:
 
     def get(self) -> Quota:
         """Return the tenant's quota."""
-        own = text(self.client.hget(Keys.QUOTAS, self.keys.tenant))
-        if own is not None:
-            return Quota(**json.loads(own))
         found = self.settings
-        return Quota(found.tenant_shapes, found.tenant_bytes, found.tenant_jobs)
+        usual = Quota(found.tenant_shapes, found.tenant_bytes, found.tenant_jobs)
+        return replace(usual, **self.own())
 
-    def set(self, quota: Quota) -> None:
-        """Give the tenant a quota of its own."""
-        self.client.hset(Keys.QUOTAS, self.keys.tenant, json.dumps(asdict(quota)))
+    def own(self) -> dict[str, int]:
+        """Return the limits that the tenant has of its own, by name; the others are the usual."""
+        own = text(self.client.hget(Keys.QUOTAS, self.keys.tenant))
+        limits: dict[str, int] = {} if own is None else json.loads(own)
+        return limits
+
+    def set(self, **limits: int) -> None:
+        """Give the tenant limits of its own; those that are not given stay as they are."""
+        self.client.hset(Keys.QUOTAS, self.keys.tenant, json.dumps({**self.own(), **limits}))
+
+    def tenants(self) -> list[str]:
+        """Names of all tenants that have limits of their own."""
+        return [str(text(name)) for name in self.client.hkeys(Keys.QUOTAS)]
 
     def unset(self) -> None:
         """Return the tenant to the quota of the settings."""

@@ -23,6 +23,7 @@ from service.admin.commands import (
     unset_quota,
 )
 from service.settings import Settings
+from service.standalone.embedded import address_in
 
 
 def main() -> int:
@@ -43,6 +44,9 @@ def main() -> int:
     except (NameTaken, NoSuchKey) as error:
         print(f"admin: {error.args[0]}", file=sys.stderr)
         return 1
+    except ValueError as error:
+        print(f"admin: {error}", file=sys.stderr)
+        return 2
     except RedisError as error:
         print(f"admin: the store cannot be used: {error}", file=sys.stderr)
         return 1
@@ -55,14 +59,14 @@ def main() -> int:
 def _open() -> Store:
     settings = Settings()
     if settings.redis_url is None:
-        socket = settings.data_dir.resolve() / "redis" / "redis.sock"
-        if not socket.exists():
+        address = address_in(settings.data_dir / "redis")
+        if address is None:
             raise ValueError(
                 "no store: set ISOMATCH_REDIS_URL and ISOMATCH_BLOB_URL, or call this in the folder"
-                f" of a running service (there is no {socket})"
+                f" of a running service (none runs in {settings.data_dir.resolve()})"
             )
         blobs = settings.blob_url or (settings.data_dir.resolve() / "blobs").as_uri()
-        settings = settings.model_copy(update={"redis_url": f"unix://{socket}", "blob_url": blobs})
+        settings = settings.model_copy(update={"redis_url": address, "blob_url": blobs})
     return Store.open(settings, retry_seconds=1.0)
 
 

