@@ -22,6 +22,9 @@ _EARLY_DEATH: Final = 10.0
 _LONGEST_PAUSE: Final = 30.0
 """Longest pause in seconds before workers that died early are restarted."""
 
+_MOST_DOUBLINGS: Final = 6
+"""Doublings of half a second that exceed the longest pause; thousands of them exceed a float."""
+
 log = logger("isomatch.pool")
 
 
@@ -72,7 +75,8 @@ class WorkerPool:
         elif running.restart_at is None:
             early = lived < _EARLY_DEATH
             self.early_deaths = self.early_deaths + 1 if early else 0
-            pause = min(0.5 * 2**self.early_deaths, _LONGEST_PAUSE) if early else 0.0
+            doublings = min(self.early_deaths, _MOST_DOUBLINGS)
+            pause = min(0.5 * 2**doublings, _LONGEST_PAUSE) if early else 0.0
             running.restart_at = now + pause
             log.warning("workers died", code=running.process.returncode, pause=pause)
         elif now >= running.restart_at:
