@@ -17,7 +17,7 @@ ROWS = dict(re.findall(r"(?m)^\| `(ISOMATCH_\w+)` \| (.*) \|$", GUIDE.split("## 
 def shown(value: object) -> str:
     """A default as the table has it."""
     if value is None or value == ():
-        return "none"
+        return "unset"
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     return f"`{value}`"
