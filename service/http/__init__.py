@@ -49,21 +49,17 @@ from service.http.problems import (
 )
 from service.http.request_context import RequestContext
 from service.http.security import (
-    ApiKey,
     ApiKeys,
     Auth,
     Authentication,
     KeyRing,
-    accepted_key,
-    read_keys,
 )
-from service.http.validation_errors import MOST_FIELDS, field_problems
+from service.http.validation_errors import MOST_FIELDS
 
 __all__ = [
     "INVALID",
     "MOST_FIELDS",
     "AcceptEncoding",
-    "ApiKey",
     "ApiKeys",
     "ApiProblem",
     "AttributesDeleted",
@@ -111,14 +107,11 @@ __all__ = [
     "UnusablePrototype",
     "UploadCancelled",
     "UploadTooLarge",
-    "accepted_key",
     "binary_file",
     "body_wanted",
     "etag_matches",
-    "field_problems",
     "file_response",
     "gzip_response",
     "page_of",
-    "read_keys",
     "responses",
 ]

@@ -2,7 +2,6 @@
 
 from service.shapes import endpoints, files
 from service.shapes.endpoints import PATH as SHAPES_PATH
-from service.shapes.files import get_geometry
 from service.shapes.lookup import use_shapes
 from service.shapes.requirements import (
     check_shapes,
@@ -23,7 +22,6 @@ __all__ = [
     "check_shapes",
     "descriptor_problems",
     "few_vertices",
-    "get_geometry",
     "refuse",
     "repeated_shapes",
     "shape_fields",

@@ -63,7 +63,7 @@ def _require_keys(schema: dict[str, Any]) -> None:
         "apiKey": {
             "type": "http",
             "scheme": "bearer",
-            "description": "An API key, if the service is configured with `ISOMATCH_API_KEYS`.",
+            "description": "An API key, if the service has any.",
         }
     }
     for path, calls in schema["paths"].items():

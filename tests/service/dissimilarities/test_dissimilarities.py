@@ -19,12 +19,9 @@ from broker.contracts import (
 from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS
 from service.dependencies import Service
-from service.dissimilarities import (
-    PartialDissimilarities,
-    known_matrix,
-    known_so_far,
-    number_of_pairs,
-)
+from service.dissimilarities.endpoints import known_so_far
+from service.dissimilarities.partial import known_matrix, number_of_pairs
+from service.dissimilarities.schemas import PartialDissimilarities
 from service.http import JobExpired
 from service.settings import Settings
 from service.standalone import EmbeddedServer

@@ -6,7 +6,7 @@ import httpx2
 import pytest
 
 from broker.contracts import PicturePayload
-from service.http import ApiKey
+from service.http.security import ApiKey
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file

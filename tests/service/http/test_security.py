@@ -13,7 +13,7 @@ import httpx2
 import pytest
 from pydantic import ValidationError
 
-from service.http import accepted_key
+from service.http.security import accepted_key
 from service.settings import Settings
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, idle_api, problem, put_shapes

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import httpx2
 from playwright.sync_api import Browser, FilePayload, Page, expect
 
-from service.http import read_keys
+from service.http.security import read_keys
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api
 from tests.service.page.conftest import accessible, job_of, opened

@@ -13,7 +13,7 @@ from broker.store import DEFAULT_KEYS, Shapes
 from service.dependencies import Service
 from service.http import ShapeNotFound
 from service.settings import Settings
-from service.shapes import get_geometry
+from service.shapes.files import get_geometry
 from service.standalone import EmbeddedServer
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.figures import blob_file
