@@ -22,7 +22,7 @@ from solver.matching.report import report_match
 from solver.matching.result import Match, Overlap
 from solver.matching.sampling import too_few
 from solver.matching.structures import build_level
-from solver.registration import STAGE
+from solver.registration import STAGE, SURE
 from solver.registration.partial import PartMap, register_part
 from solver.shape import Shape
 from solver.shape.choices import Geodesic
@@ -53,6 +53,16 @@ class KnownPart:
     partial: str
     is_source: bool
     landmarks: IntArray
+
+    @property
+    def probability(self) -> float:
+        """Confidence that the registration is right."""
+        return self.surfaces.confidence.probability
+
+    @property
+    def sure(self) -> bool:
+        """Whether nothing more is searched."""
+        return self.probability >= SURE
 
 
 def find_part(

@@ -4,18 +4,20 @@
 """
 
 from solver.registration.candidates import Points
-from solver.registration.confidence import Confidence
+from solver.registration.confidence import SURE, Confidence
 from solver.registration.dense_correspondence import DenseCorrespondence
-from solver.registration.registration import Registration, register
+from solver.registration.registration import Registration, first_registration, register
 from solver.registration.search import STAGE
 from solver.registration.surface import EIGENPAIRS
 
 __all__ = [
     "EIGENPAIRS",
     "STAGE",
+    "SURE",
     "Confidence",
     "DenseCorrespondence",
     "Points",
     "Registration",
+    "first_registration",
     "register",
 ]

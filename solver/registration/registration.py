@@ -16,7 +16,7 @@ from solver.registration.glued import OpenedCandidate, Rematch, search_opened
 from solver.registration.lacking import share_lacking
 from solver.registration.opening import Opening
 from solver.registration.reduction import ReducedTask
-from solver.registration.search import search
+from solver.registration.search import first_found, search
 from solver.registration.surface import Samples
 from solver.shape import Shape
 
@@ -213,6 +213,34 @@ def register(
         if mirrored.score < found.score - _REFLECTED_MARGIN:
             return replace(mirrored, confidence=mirrored.confidence.of_reflection())
     return found if rematch is None else _opened(found, rematch, third)
+
+
+def first_registration(source: Shape, target: Shape, control: Control) -> Registration | None:
+    """Register a source to a target as :func:`register` begins, without hypotheses.
+
+    It takes a second, and tells what one of them lacks as well as the whole search does: where one
+    is a part, that only finds better ways to bend it onto what is not there.
+
+    Parameters
+    ----------
+    source, target, control
+        As for :func:`register`.
+
+    Returns
+    -------
+    Registration
+        ``None`` if a surface has too few eigenfunctions to tell how it lies in space.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    task = Task.of(source, target, NO_LANDMARKS)
+    if min(one.size for one in task.samples) < FEWEST:
+        return None
+    found = first_found(task, (), control)
+    return Registration.of(source, target, found.candidates[0], found.confidence)
 
 
 def _is_meant(mirrored: Registration, direct: Registration) -> bool:

@@ -104,13 +104,7 @@ def search(
     Cancelled
         Through `control`.
     """
-
-    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
-        return first_pairs((task.source, task.target), samples, hypotheses)
-
-    coarse = choose(task, first, COARSE, control)
-    halfway = _halfway(task, coarse, control)
-    found = register_finely(task, halfway[: FINE[0].kept], control)
+    coarse, halfway, found = _begun(task, hypotheses, control)
     known = confidence_in(found, control)
     if control.expired or (known.probability >= _BEYOND_DOUBT and not has_rivals(found)):
         return Found(tuple(found), known)
@@ -135,6 +129,36 @@ def search(
         return Found(tuple(found), known)
     chosen, *rest = (one.candidate for one in best)
     return Found((*register_finely(task, [chosen], control), *rest), said)
+
+
+def first_found(task: Task, hypotheses: Sequence[Points], control: Control) -> Found:
+    """Register candidates as a search begins: nothing more is tried in doubt.
+
+    Parameters
+    ----------
+    task, hypotheses, control
+        As for :func:`search`.
+
+    Raises
+    ------
+    Cancelled
+        Through `control`.
+    """
+    _, _, found = _begun(task, hypotheses, control)
+    return Found(tuple(found), confidence_in(found, control))
+
+
+def _begun(
+    task: Task, hypotheses: Sequence[Points], control: Control
+) -> tuple[list[Candidate], list[Candidate], list[Candidate]]:
+    """Candidates after the coarse stages, after the first of the fine ones, and after the last."""
+
+    def first(samples: tuple[Samples, Samples]) -> Iterator[Pairs]:
+        return first_pairs((task.source, task.target), samples, hypotheses)
+
+    coarse = choose(task, first, COARSE, control)
+    halfway = _halfway(task, coarse, control)
+    return coarse, halfway, register_finely(task, halfway[: FINE[0].kept], control)
 
 
 def _choice_of_rivals(

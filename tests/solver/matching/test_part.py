@@ -116,9 +116,10 @@ def test_vertices_without_a_partner_are_not_mapped(of_whole: Match, of_part: Mat
     np.testing.assert_array_equal(of_whole.dense.source, of_part.dense.inverse.source)
 
 
-def test_a_part_is_detected(of_part: Match) -> None:
+def test_a_part_that_is_sure_is_not_matched_as_a_whole(of_part: Match) -> None:
     assert of_part.overlap is not None
     assert of_part.overlap.part == "source"
+    assert "coarse matching" not in of_part.timings
 
 
 def test_a_body_without_a_leg_is_detected_as_a_part(
