@@ -82,6 +82,7 @@ export async function post(path, body) {
  */
 export async function upload(path, file, progress, signal) {
   for (;;) {
+    signal?.throwIfAborted();
     const { status, text, location } = await send(path, file, progress, signal);
     if (status === 200 || status === 201) return JSON.parse(text);
     if (status === 202) return validated(location, signal);

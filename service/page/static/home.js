@@ -24,6 +24,8 @@ export async function homeView(place, ids, signal) {
   const lists = h("div", { class: "columns" });
 
   const choose = (...shapes) => {
+    // What arrives once the page was left is not chosen.
+    if (signal.aborted) return;
     for (const shape of shapes) {
       // At most one prototype can be chosen, as the source.
       if (isPrototype(shape)) chosen.splice(0, isPrototype(chosen[0]) ? 1 : 0, shape);
@@ -40,7 +42,7 @@ export async function homeView(place, ids, signal) {
     showChosen(selected, chosen, last, show, forms.signal);
   };
   const listShapes = async () => fill(shapes, await shapeList(choose, signal));
-  const uploads = dropZone(choose, listShapes, signal);
+  const uploads = dropZone(choose, () => listShapes().catch((error) => fill(shapes, problemBox(error))), signal);
 
   fill(place,
     h("p", { class: "lead" },
@@ -60,6 +62,7 @@ export async function homeView(place, ids, signal) {
       selected.before(problemBox(error));
       return null;
     })));
+  if (signal.aborted) return;
   choose(...records.filter((record) => record?.name));
   uploads.begin();
   await Promise.all([listShapes(), jobList(signal).then((list) => fill(jobs, list)),

@@ -1,0 +1,73 @@
+"""The page without workers or without an answer, and pages that are left before one arrives."""
+
+from collections.abc import Iterator
+
+import httpx2
+import pytest
+from playwright.sync_api import Browser, FilePayload, Page, Request, Route, expect
+
+from service.standalone import EmbeddedServer
+from tests.service.conftest import Api, idle_api, put_shapes
+from tests.service.page.conftest import SMALL, opened
+
+
+@pytest.fixture(scope="module")
+def idle(server: EmbeddedServer) -> Iterator[Api]:
+    """An API without a worker, which does not wait for one."""
+    with idle_api(server, validation_wait=0) as api:
+        yield api
+
+
+@pytest.fixture
+def page(browser: Browser, idle: Api) -> Iterator[Page]:
+    with opened(browser, idle.url, viewport=SMALL) as tab:
+        yield tab
+
+
+def requested(idle: Api, path: str, body: dict[str, object]) -> str:
+    """Id of a job that nobody runs."""
+    answer = httpx2.post(f"{idle.url}/v1/{path}", json=body)
+    assert answer.status_code == 202, answer.text
+    job: str = answer.json()["id"]
+    return job
+
+
+def unanswered(_: Route) -> None:
+    """Leave a request without an answer."""
+
+
+def files(count: int) -> list[FilePayload]:
+    return [{"name": f"{n}.off", "mimeType": "", "buffer": b"OFF # %d" % n} for n in range(count)]
+
+
+def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> None:
+    source, target = put_shapes(idle)
+    job = requested(idle, "matches", {"source": source, "target": target})
+    page.route(f"**/v1/shapes/{source}", unanswered)
+    with page.expect_response(f"**/v1/shapes/{target}"):
+        page.goto(f"/#/with/{source}/{target}")
+    page.evaluate("job => { location.hash = `#/jobs/${job}` }", job)
+    expect(page.locator("[data-state=queued]")).to_be_visible()
+    assert page.url.endswith(f"#/jobs/{job}")
+    # A file that is dropped leads to the start page that is shown then.
+    dropped = page.evaluate_handle(
+        """() => {
+          const dropped = new DataTransfer();
+          dropped.items.add(new File(['OFF'], 'dropped.off'));
+          return dropped;
+        }"""
+    )
+    page.dispatch_event("footer", "drop", {"dataTransfer": dropped})
+    expect(page.locator(".uploads .name")).to_have_text("dropped.off")
+    # Files that wait for others to be uploaded are not sent.
+    sent: list[Request] = []
+    page.on("request", lambda asked: sent.append(asked) if asked.method == "POST" else None)
+    page.goto("/#/nowhere")
+    page.goto("/#/")
+    page.locator("#files").set_input_files(files(10))
+    expect(page.locator(".uploads .name")).to_have_count(10)
+    expect(page.locator(".uploads li").filter(has_text="validating")).to_have_count(4)
+    page.evaluate("job => { location.hash = `#/jobs/${job}` }", job)
+    expect(page.locator("[data-state=queued]")).to_be_visible()
+    assert page.url.endswith(f"#/jobs/{job}")
+    assert len(sent) == 4
