@@ -1,10 +1,10 @@
 // The form that requests a job for the chosen shapes.
 
 import { get, post } from "./api.js";
-import { h, fill } from "./dom.js";
+import { h, fill, button } from "./dom.js";
 import { keepEntries, restoreEntries } from "./entries.js";
 import { showErrors } from "./fields.js";
-import { occupied } from "./focus.js";
+import { isOff, occupied, turnOff } from "./focus.js";
 import { fieldName, problemBox } from "./problem.js";
 import { TASKS, fieldsOf, tasksFor } from "./tasks.js";
 
@@ -21,30 +21,35 @@ export function jobForm(shapes, last, signal) {
   const submit = h("button", { type: "submit", class: "primary" });
   const form = h("form", { novalidate: true, "aria-label": "Task" });
   // Requested once: an answer that came twice would replace fields that are already filled in.
-  const structures = get("/v1/structures", signal);
+  let structures = null;
   let task;
   const take = async (name) => {
     const taken = TASKS[name];
     last.task = name;
     task = taken;
     submit.textContent = task.title;
+    turnOff(submit, true);
     fill(parts, h("p", { class: "faint" }, "Loading the metrics and descriptors."));
     try {
+      structures ??= get("/v1/structures", signal);
       const known = await structures;
       if (task !== taken) return;
       fill(parts, fieldsOf(task, known, shapes, signal));
       restoreEntries(name, form);
+      turnOff(submit, false);
     } catch (error) {
-      if (!signal.aborted) fill(parts, problemBox(error));
+      structures = null;
+      if (!signal.aborted) fill(parts, problemBox(error), button("Try again", () => take(last.task)));
     }
   };
   form.addEventListener("change", () => keepEntries(last.task, form));
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
+    if (isOff(submit)) return;
     fill(said);
-    const unfinished = form.querySelector("[data-unfinished]");
-    if (unfinished !== null) {
-      showErrors(form, [{ field: unfinished.name, message: unfinished.dataset.unfinished }], fieldName);
+    const wrong = unusable(form);
+    if (wrong.length > 0) {
+      showErrors(form, wrong, fieldName);
       return;
     }
     await occupied(submit, async () => {
@@ -71,6 +76,15 @@ function choiceOf(names, first, take) {
       onchange: () => take(name),
     }), " ", TASKS[name].about);
   return h("fieldset", {}, h("legend", {}, "Task"), names.map(option));
+}
+
+/** Errors of the fields that cannot be sent as they are. */
+function unusable(form) {
+  // The value of a number field that has no number is empty, as if it was left out.
+  const wrongs = [...form.elements].map((field) => ({
+    field: field.name, message: field.dataset.unfinished ?? (field.validity.badInput ? "Give a number." : null),
+  }));
+  return wrongs.filter(({ message }) => message !== null);
 }
 
 function values(form) {

@@ -91,7 +91,7 @@ export function landmarkField(shapes, signal) {
 
 function numberInput(end, changed, entered) {
   const input = h("input", { id: `landmark-${end}`, type: "number", min: 0, step: 1, class: "short" });
-  input.addEventListener("input", () => changed(input.value === "" ? null : Number(input.value)));
+  input.addEventListener("input", () => changed(input.value === "" && !input.validity.badInput ? null : input.valueAsNumber));
   input.addEventListener("keydown", (event) => {
     if (event.key !== "Enter") return;
     event.preventDefault();
@@ -104,7 +104,7 @@ function errorOf(pending, pairs, shapes, sides) {
   for (const at of [0, 1]) {
     const number = pending[at];
     if (number === null) return `Give a vertex of the ${ENDS[at]}.`;
-    if (!Number.isInteger(number) || number < 0) return `${number} is not a vertex index: indices are whole numbers from 0.`;
+    if (!Number.isInteger(number) || number < 0) return `Give a vertex of the ${ENDS[at]} by its index, a whole number from 0.`;
     const count = shapes[at].file_vertices;
     if ((count !== null && number >= count) || (sides !== null && sides[at].place(number) === undefined)) return `${shapes[at].name} has no vertex ${number}.`;
     if (pairs.some((pair) => pair[at] === number)) return `Vertex ${number} of ${shapes[at].name} is a landmark already.`;

@@ -71,3 +71,18 @@ def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> N
     expect(page.locator("[data-state=queued]")).to_be_visible()
     assert page.url.endswith(f"#/jobs/{job}")
     assert len(sent) == 4
+
+
+def test_a_form_without_its_fields_is_not_sent(page: Page, idle: Api) -> None:
+    page.route("**/v1/structures", lambda route: route.abort())
+    page.goto(f"/#/with/{'/'.join(put_shapes(idle))}")
+    submit = page.get_by_role("button", name="Match", exact=True)
+    expect(page.get_by_role("alert")).to_contain_text("does not answer")
+    expect(submit).to_have_attribute("aria-disabled", "true")
+    submit.dispatch_event("click")
+    page.unroute("**/v1/structures")
+    page.get_by_role("button", name="Try again").click()
+    expect(page.get_by_label("Points", exact=True)).to_be_visible()
+    assert "#/with/" in page.url
+    submit.click()
+    page.wait_for_url("**/#/jobs/*")

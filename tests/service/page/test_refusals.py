@@ -82,6 +82,17 @@ def test_a_request_that_is_refused_names_the_field(page: Page, upload: Callable[
     expect(points).to_be_focused()
     expect(page.get_by_role("alert")).to_contain_text("points")
     expect(page.get_by_role("alert")).not_to_contain_text("`errors`")
+    page.get_by_text("Landmarks: points known").click()
+    # What is no number is not left out, which would ask for the default.
+    for field, wrong, error in (
+        (points, "1-6", page.locator("#error-points")),
+        (page.get_by_label("Vertex of the source"), "e", page.locator("#error-landmarks")),
+    ):
+        field.fill("")
+        field.press_sequentially(wrong)
+        page.get_by_role("button", name="Match", exact=True).click()
+        expect(error).to_contain_text("Give a")
+        points.fill("13")
 
 
 def test_rarer_parameters_are_folded(page: Page, upload: Callable[..., Json]) -> None:
