@@ -3,6 +3,8 @@
 import { Problem, get, request } from "./api.js";
 
 const ENDED = new Set(["succeeded", "failed", "cancelled"]);
+/** Statuses of a service that is away or busy for a while, or of a proxy before it. */
+const PASSING = new Set([0, 429, 502, 503, 504]);
 /** Milliseconds until a reconnection. */
 const PAUSE = 1000;
 
@@ -13,14 +15,16 @@ export const ended = (job) => ENDED.has(job.state);
  * @param {string} path address of the events
  * @param {function(Object)} tell called with the job at each change
  * @param {AbortSignal} signal
+ * @param {function(boolean)} connected called with whether the service answers, at each request
  */
-export async function follow(path, tell, signal) {
+export async function follow(path, tell, signal, connected = () => {}) {
   let last = null;
   while (!signal.aborted) {
     try {
       const headers = last === null ? {} : { "Last-Event-ID": last };
       const answer = await request(path, { signal, headers });
       if (answer.status === 204) return;
+      connected(true);
       for await (const event of events(answer.body)) {
         last = event.id;
         const job = JSON.parse(event.data);
@@ -29,8 +33,9 @@ export async function follow(path, tell, signal) {
       }
     } catch (error) {
       if (signal.aborted) return;
-      const again = error instanceof TypeError || (error instanceof Problem && passing(error.status));
+      const again = error instanceof TypeError || (error instanceof Problem && PASSING.has(error.status));
       if (!again) throw error;
+      connected(false);
     }
     await new Promise((resolve) => setTimeout(resolve, PAUSE));
   }
@@ -46,8 +51,6 @@ export async function resultOf({ links }, signal) {
   if (job.state !== "succeeded") throw new Problem(0, job.error ?? { detail: "The job was cancelled." });
   return get(links.result, signal);
 }
-
-const passing = (status) => status === 0 || status === 503;
 
 async function* events(body) {
   const reader = body.pipeThrough(new TextDecoderStream()).getReader();

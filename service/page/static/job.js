@@ -36,7 +36,7 @@ export async function jobView(place, [id], signal) {
       job = now;
       status.show(job);
       if (!ended(job)) partial(job);
-    }, signal);
+    }, signal, (connected) => status.show(job, connected));
     if (signal.aborted) return;
     job = await get(path, signal);
   }
@@ -59,12 +59,12 @@ function statusOf(job) {
   });
   const box = h("div");
   const node = h("div", {}, title, said, bar, " ", cancel, box);
-  const show = (now) => {
+  const show = (now, connected = true) => {
     const over = ended(now);
     keepFocus(node, () => { bar.hidden = cancel.hidden = over; });
     bar.value = now.progress.fraction;
     node.dataset.state = now.state;
-    said.textContent = sentence(now);
+    said.textContent = connected ? sentence(now) : "Connection lost; trying again.";
     fill(box, now.error ? problemBox({
       title: now.error.title, message: now.error.detail, errors: now.error.errors,
     }) : null);

@@ -86,3 +86,19 @@ def test_a_form_without_its_fields_is_not_sent(page: Page, idle: Api) -> None:
     assert "#/with/" in page.url
     submit.click()
     page.wait_for_url("**/#/jobs/*")
+
+
+def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> None:
+    source, target = put_shapes(idle)
+    job = requested(idle, "matches", {"source": source, "target": target})
+    page.route("**/events", lambda route: route.abort())
+    page.goto(f"/#/jobs/{job}")
+    status = page.locator(".status")
+    expect(status).to_have_text("Connection lost; trying again.")
+    page.unroute("**/events")
+    # So a proxy answers while the service behind it restarts.
+    with page.expect_response(lambda answer: answer.status == 502):
+        page.route("**/events", lambda route: route.fulfill(status=502))
+    page.unroute("**/events")
+    expect(status).to_have_text("Waiting: no worker is alive.")
+    assert page.get_by_role("alert").count() == 0
