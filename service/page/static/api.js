@@ -76,7 +76,7 @@ export async function post(path, body) {
  * Upload a file.
  * @param {string} path of the collection that takes it
  * @param {File} file
- * @param {function(number)} progress called with the fraction that was sent
+ * @param {function(number, Object?)} progress called with the fraction that was sent, then with the job that validates it
  * @param {AbortSignal} signal
  * @returns {Promise<Object>} its record
  */
@@ -85,7 +85,10 @@ export async function upload(path, file, progress, signal) {
     signal?.throwIfAborted();
     const { status, text, location } = await send(path, file, progress, signal);
     if (status === 200 || status === 201) return JSON.parse(text);
-    if (status === 202) return validated(location, signal);
+    if (status === 202) {
+      progress(1, JSON.parse(text));
+      return validated(location, progress, signal);
+    }
     const problem = status === 0 ? Problem.away() : Problem.read(status, text);
     if (status !== 401 || !(await askForKey(problem.message))) throw problem;
   }
@@ -113,10 +116,12 @@ function send(path, file, progress, signal) {
   });
 }
 
-async function validated(location, signal) {
+async function validated(location, progress, signal) {
   for (;;) {
     const answer = await request(location, { signal });
-    if (answer.status !== 202) return answer.json();
+    const found = await answer.json();
+    if (answer.status !== 202) return found;
+    progress(1, found);
     await new Promise((resolve) => setTimeout(resolve, AGAIN));
   }
 }

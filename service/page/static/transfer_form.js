@@ -45,8 +45,11 @@ export function transferForm(match, source, target) {
       try {
         const { what, direction, on } = Object.fromEntries(new FormData(form));
         const [values] = file.querySelector("input").files;
-        const attributes = values === undefined ? null
-          : (await upload("/v1/attributes", values, () => fill(said, h("p", { class: "faint" }, `Uploading ${values.name}.`)))).id;
+        const told = (_, job) => {
+          const text = job?.waiting_for === "worker" ? `${values.name} waits: no worker is alive.` : `Uploading ${values.name}.`;
+          if (said.textContent !== text) fill(said, h("p", { class: "faint" }, text));
+        };
+        const attributes = values === undefined ? null : (await upload("/v1/attributes", values, told)).id;
         const job = await post("/v1/transfers", { match: match.id, attributes, what, direction, on: on || null });
         location.hash = `#/jobs/${job.id}`;
       } catch (error) {

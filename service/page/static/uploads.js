@@ -146,9 +146,9 @@ async function sent(file, list, inTurn, signal) {
   const line = h("li", {}, h("span", { class: "name" }, file.name), " ", bar, " ", said);
   list.append(line);
   try {
-    const shape = await inTurn(() => upload("/v1/shapes", file, (share) => {
+    const shape = await inTurn(() => upload("/v1/shapes", file, (share, job) => {
       bar.value = share;
-      said.textContent = share < 1 ? percent(share) : "validating";
+      said.textContent = stage(share, job);
     }, signal));
     line.remove();
     for (const warning of shape.warnings) list.append(note(`${shape.name}: ${warning}`));
@@ -160,5 +160,8 @@ async function sent(file, list, inTurn, signal) {
     return null;
   }
 }
+
+const stage = (share, job) => (share < 1 ? percent(share)
+  : job?.waiting_for === "worker" ? "waiting: no worker is alive" : "validating");
 
 const note = (text) => h("li", { class: "faint" }, text);

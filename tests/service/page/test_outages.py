@@ -66,7 +66,7 @@ def test_a_start_page_that_is_left_does_nothing_more(page: Page, idle: Api) -> N
     page.goto("/#/")
     page.locator("#files").set_input_files(files(10))
     expect(page.locator(".uploads .name")).to_have_count(10)
-    expect(page.locator(".uploads li").filter(has_text="validating")).to_have_count(4)
+    expect(page.locator(".uploads li").filter(has_text="no worker is alive")).to_have_count(4)
     page.evaluate("job => { location.hash = `#/jobs/${job}` }", job)
     expect(page.locator("[data-state=queued]")).to_be_visible()
     assert page.url.endswith(f"#/jobs/{job}")
