@@ -55,17 +55,23 @@ function statusOf(job) {
   const bar = h("progress", { max: 1, "aria-label": "Progress" });
   const cancel = button("Cancel", async () => {
     said.textContent = "Cancelling.";
-    await remove(job.links.self).catch((error) => node.append(problemBox(error)));
+    fill(box);
+    await remove(job.links.self).catch((error) => {
+      show(last);
+      fill(box, problemBox(error));
+    });
   });
   const box = h("div");
   const node = h("div", {}, title, said, bar, " ", cancel, box);
+  let last = job;
   const show = (now, connected = true) => {
+    last = now;
     const over = ended(now);
     keepFocus(node, () => { bar.hidden = cancel.hidden = over; });
     bar.value = now.progress.fraction;
     node.dataset.state = now.state;
     said.textContent = connected ? sentence(now) : "Connection lost; trying again.";
-    fill(box, now.error ? problemBox({
+    if (over) fill(box, now.error ? problemBox({
       title: now.error.title, message: now.error.detail, errors: now.error.errors,
     }) : null);
   };

@@ -102,3 +102,7 @@ def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> No
     page.unroute("**/events")
     expect(status).to_have_text("Waiting: no worker is alive.")
     assert page.get_by_role("alert").count() == 0
+    page.route(f"**/v1/jobs/{job}", lambda route: route.abort())
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_role("alert")).to_contain_text("does not answer")
+    expect(status).to_have_text("Waiting: no worker is alive.")
