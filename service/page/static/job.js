@@ -23,7 +23,7 @@ const PARTIAL = { batch: batchProgress, dissimilarities: partialView };
 
 export async function jobView(place, [id], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
-  const head = h("section", { class: "card", "aria-live": "polite" });
+  const head = h("section", { class: "card" });
   const body = h("div");
   fill(place, head, body);
   let job = await get(path, signal);
@@ -51,8 +51,9 @@ export async function jobView(place, [id], signal) {
 
 function statusOf(job) {
   const title = h("h2", {}, kindName(job.kind));
-  const said = h("p", { class: "status" });
+  const said = h("p", { class: "status", role: "status" });
   const bar = h("progress", { max: 1, "aria-label": "Progress" });
+  const share = h("span", { class: "faint" });
   const cancel = button("Cancel", async () => {
     said.textContent = "Cancelling.";
     fill(box);
@@ -62,7 +63,7 @@ function statusOf(job) {
     });
   });
   const box = h("div");
-  const node = h("div", {}, title, said, bar, " ", cancel, box);
+  const node = h("div", {}, title, said, bar, " ", share, " ", cancel, box);
   let last = job;
   const show = (now, connected = true) => {
     last = now;
@@ -70,7 +71,10 @@ function statusOf(job) {
     keepFocus(node, () => { bar.hidden = cancel.hidden = over; });
     bar.value = now.progress.fraction;
     node.dataset.state = now.state;
-    said.textContent = connected ? sentence(now) : "Connection lost; trying again.";
+    share.textContent = now.state === "running" ? percent(now.progress.fraction) : "";
+    const text = connected ? sentence(now) : "Connection lost; trying again.";
+    // Screen readers announce what is written, even if it is the same.
+    if (said.textContent !== text) said.textContent = text;
     if (over) fill(box, now.error ? problemBox({
       title: now.error.title, message: now.error.detail, errors: now.error.errors,
     }) : null);
@@ -84,9 +88,7 @@ function sentence(job) {
     if (job.waiting_for === "worker") return "Waiting: no worker is alive.";
     return job.position ? `Waiting, with ${job.position} ahead of it.` : "Waiting for a worker.";
   }
-  if (job.state === "running") {
-    return `${job.progress.stage}, ${percent(job.progress.fraction)}`;
-  }
+  if (job.state === "running") return job.progress.stage;
   const asked = `Requested ${time(job.created)}`;
   return `${stateName(job.state)[0].toUpperCase()}${stateName(job.state).slice(1)}. ${asked}.`;
 }

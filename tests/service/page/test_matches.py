@@ -307,6 +307,10 @@ def test_a_job_is_cancelled(page: Page, api: Api) -> None:
     page.get_by_role("button", name="Match", exact=True).click()
     bar = page.get_by_role("progressbar", name="Progress")
     bar.wait_for()
+    # What is announced has the state and the stage, and not each percentage.
+    announced = page.get_by_role("main").locator("[aria-live], [role=status]")
+    expect(announced.filter(has=bar)).to_have_count(0)
+    expect(announced.and_(page.locator(".status"))).not_to_contain_text("%")
     page.get_by_role("button", name="Cancel").click()
     expect(page.locator("[data-state=cancelled]")).to_be_visible()
     expect(page.get_by_role("main")).to_be_focused()
