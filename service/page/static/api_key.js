@@ -3,6 +3,8 @@
 import { h, fill } from "./dom.js";
 
 const NAME = "isomatch-key";
+/** Printable Latin-1, as browsers send headers of nothing else. */
+const LETTERS = "[\\s\\x21-\\x7e\\xa1-\\xff]*";
 let asking = null;
 
 export const key = () => sessionStorage.getItem(NAME);
@@ -24,7 +26,8 @@ export function askForKey(reason) {
 function ask(reason) {
   return new Promise((resolve) => {
     const input = h("input", {
-      id: "key-input", type: "password", autocomplete: "off", spellcheck: "false",
+      id: "key-input", type: "password", autocomplete: "off", spellcheck: "false", pattern: LETTERS,
+      title: "A key has Latin letters, digits and punctuation only.",
     });
     const dialog = h("dialog", { "aria-labelledby": "key-title" });
     const form = h("form", {},
