@@ -8,32 +8,16 @@ import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
 const HEADS = ["target", "state", "answer", "second-order distortion"];
-/** Least milliseconds between two looks at a batch that runs. */
-const PAUSE = 1500;
 
-/** Returns a function that shows the matches known so far, to be called at each change. */
-export function batchProgress(place, path, signal) {
-  let last = 0;
-  let busy = false;
-  return async () => {
-    if (busy || performance.now() - last < PAUSE) return;
-    busy = true;
-    try {
-      const known = await get(path, signal);
-      const rows = await rowsOf(known.matches, signal);
-      if (signal.aborted || place.dataset.done) return;
-      fill(place, matchTable(rows, `${count(known.ended)} of ${count(rows.length)} matches have ended`));
-    } catch {
-      // The next change or the result is shown instead.
-    } finally {
-      last = performance.now();
-      busy = false;
-    }
-  };
+/** Show the matches known so far. */
+export async function batchProgress(place, path, signal) {
+  const known = await get(path, signal);
+  const rows = await rowsOf(known.matches, signal);
+  if (signal.aborted) return;
+  fill(place, matchTable(rows, `${count(known.ended)} of ${count(rows.length)} matches have ended`));
 }
 
 export async function batchView(place, result, job, signal) {
-  place.dataset.done = "true";
   const rows = await rowsOf(result.matches, signal);
   document.title = `${count(rows.length)} matches – isomatch`;
   fill(place,

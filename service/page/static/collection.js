@@ -10,36 +10,19 @@ import { linkButton } from "./share_link.js";
 
 const NEIGHBOURS = 3;
 const MOST_ROWS = 500;
-/** Least milliseconds between two drawings of a heat map that grows. */
-const PAUSE = 1500;
 
-/** Returns a function that draws the dissimilarities known so far, to be called at each change. */
-export function partialView(place, path, signal) {
-  let last = 0;
-  let busy = false;
-  return async () => {
-    if (busy || performance.now() - last < PAUSE) return;
-    busy = true;
-    try {
-      const known = await get(path, signal);
-      const names = await namesOf(known.shapes, signal);
-      const map = place.querySelector(".heat") ?? h("div", { class: "heat", role: "img", "aria-label": "Heat map" });
-      const said = `${count(known.pairs_done)} of ${count(known.pairs)} pairs compared.`;
-      if (signal.aborted || place.dataset.done) return;
-      fill(place, h("p", { class: "faint" }, said), known.pairs_done ? map : null);
-      if (!known.pairs_done) return;
-      await drawHeatMap(map, dissimilarityPicture(known.matrix, names, known.labels), () => {}, signal);
-    } catch {
-      // The next change or the result is drawn instead.
-    } finally {
-      last = performance.now();
-      busy = false;
-    }
-  };
+/** Draw the dissimilarities known so far. */
+export async function collectionProgress(place, path, signal) {
+  const known = await get(path, signal);
+  const names = await namesOf(known.shapes, signal);
+  if (signal.aborted) return;
+  const map = place.querySelector(".heat") ?? h("div", { class: "heat", role: "img", "aria-label": "Heat map" });
+  fill(place, h("p", { class: "faint" }, `${count(known.pairs_done)} of ${count(known.pairs)} pairs compared.`), known.pairs_done ? map : null);
+  if (!known.pairs_done) return;
+  await drawHeatMap(map, dissimilarityPicture(known.matrix, names, known.labels), () => {}, signal);
 }
 
 export async function collectionView(place, result, job, signal) {
-  place.dataset.done = "true";
   const names = await namesOf(result.shapes, signal);
   document.title = `${result.shapes.length} shapes – isomatch`;
   const map = h("div", { class: "heat", role: "img", "aria-label": "Heat map of the dissimilarities; the table below has the nearest of each shape" });

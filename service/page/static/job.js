@@ -2,7 +2,7 @@
 
 import { get, remove } from "./api.js";
 import { batchProgress, batchView } from "./batch.js";
-import { collectionView, partialView } from "./collection.js";
+import { collectionProgress, collectionView } from "./collection.js";
 import { consistentMapsView } from "./consistent_maps.js";
 import { h, fill, button } from "./dom.js";
 import { ended, follow } from "./events.js";
@@ -13,13 +13,14 @@ import { linkButton } from "./share_link.js";
 import { problemBox } from "./problem.js";
 import { prototypeDetails } from "./prototype.js";
 import { registrationView } from "./registration.js";
+import { throttled } from "./throttle.js";
 import { kindName, percent, several, stateName, time } from "./format.js";
 
 const RESULTS = {
   match: matchView, batch: batchView, dissimilarities: collectionView, prototype: learnedView, transfer: transferView,
   registration: registrationView, consistent_maps: consistentMapsView,
 };
-const PARTIAL = { batch: batchProgress, dissimilarities: partialView };
+const PARTIAL = { batch: batchProgress, dissimilarities: collectionProgress };
 
 export async function jobView(place, [id], signal) {
   const path = `/v1/jobs/${encodeURIComponent(id)}`;
@@ -31,12 +32,16 @@ export async function jobView(place, [id], signal) {
   const status = statusOf(job);
   fill(head, status.node);
   if (!ended(job)) {
-    const partial = job.links.partial ? PARTIAL[job.kind](body, job.links.partial, signal) : () => {};
+    const running = new AbortController();
+    signal.addEventListener("abort", () => running.abort());
+    const partial = job.links.partial ? throttled(() => PARTIAL[job.kind](body, job.links.partial, running.signal)) : () => {};
     await follow(`${path}/events`, (now) => {
       job = now;
       status.show(job);
-      if (!ended(job)) partial(job);
+      if (!ended(job)) partial();
     }, signal, (connected) => status.show(job, connected));
+    // What is known so far may arrive late.
+    running.abort();
     if (signal.aborted) return;
     job = await get(path, signal);
   }
