@@ -8,6 +8,8 @@ import { namesOf } from "./names.js";
 import { linkButton } from "./share_link.js";
 
 const HEADS = ["target", "state", "answer", "second-order distortion"];
+/** Milliseconds until matches that still run are requested again. */
+const AGAIN = 1000;
 
 /** Show the matches known so far. */
 export async function batchProgress(place, path, signal) {
@@ -17,13 +19,25 @@ export async function batchProgress(place, path, signal) {
   fill(place, matchTable(rows, `${count(known.ended)} of ${count(rows.length)} matches have ended`));
 }
 
+/** Show the matches of a batch that ended without a result: some may have ended before, and some run for a moment more. */
+export async function stoppedBatchView(place, job, signal) {
+  for (;;) {
+    const known = await get(job.links.partial, signal);
+    await batchView(place, known, job, signal);
+    if (known.ended === known.matches.length) return;
+    await new Promise((resolve) => setTimeout(resolve, AGAIN));
+  }
+}
+
 export async function batchView(place, result, job, signal) {
   const rows = await rowsOf(result.matches, signal);
+  const path = job.state === "succeeded" ? job.links.result : job.links.partial;
+  const succeeded = result.matches.filter((match) => match.state === "succeeded").length;
   document.title = `${count(rows.length)} matches – isomatch`;
   fill(place,
     h("h2", {}, `${count(rows.length)} matches with ${result.source_name ?? (await namesOf([result.source], signal))[0]}`),
-    h("p", { class: "actions" }, linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`)),
-    matchTable(rows, `${count(result.succeeded)} of ${count(rows.length)} matches have succeeded`));
+    h("p", { class: "actions" }, linkButton(job.id), " ", download(path, "JSON", `${job.id}.json`)),
+    matchTable(rows, `${count(succeeded)} of ${count(rows.length)} matches have succeeded`));
 }
 
 async function rowsOf(matches, signal) {

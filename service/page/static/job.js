@@ -1,7 +1,7 @@
 // A job: its progress and its result.
 
 import { get, remove } from "./api.js";
-import { batchProgress, batchView } from "./batch.js";
+import { batchProgress, batchView, stoppedBatchView } from "./batch.js";
 import { collectionProgress, collectionView } from "./collection.js";
 import { consistentMapsView } from "./consistent_maps.js";
 import { h, fill, button } from "./dom.js";
@@ -51,6 +51,8 @@ export async function jobView(place, [id], signal) {
   if (job.state === "succeeded" && show) {
     head.className = "over";
     await show(body, await get(job.links.result, signal), job, signal);
+  } else if (job.kind === "batch") {
+    await stoppedBatchView(body, job, signal);
   }
 }
 

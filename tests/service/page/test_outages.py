@@ -106,3 +106,11 @@ def test_a_lost_connection_is_said_until_it_is_back(page: Page, idle: Api) -> No
     page.get_by_role("button", name="Cancel").click()
     expect(page.get_by_role("alert")).to_contain_text("does not answer")
     expect(status).to_have_text("Waiting: no worker is alive.")
+
+
+def test_a_cancelled_batch_shows_what_was_kept(page: Page, idle: Api) -> None:
+    source, target = put_shapes(idle)
+    page.goto(f"/#/jobs/{requested(idle, 'batches', {'source': source, 'targets': [target]})}")
+    page.get_by_role("button", name="Cancel").click()
+    expect(page.get_by_role("table")).to_contain_text("0 of 1 matches have succeeded")
+    expect(page.locator("tbody .state")).to_have_text("cancelled")
