@@ -2,7 +2,7 @@
 
 import { get } from "./api.js";
 import { h, fill, table, warningList, MOST_IN_FULL } from "./dom.js";
-import { download } from "./download.js";
+import { download, exportsOf } from "./download.js";
 import { certifiedBadge, count, figure, percent } from "./format.js";
 import { dissimilarityPicture, drawHeatMap } from "./heat_map.js";
 import { namesOf } from "./names.js";
@@ -48,9 +48,8 @@ export async function collectionView(place, result, job, signal) {
     warningList(result.warnings),
     map, chosen.node, detail,
     h("p", { class: "actions" },
-      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), " ",
-      download(job.links.picture, "Picture (PNG)", `${job.id}.png`), " ",
-      download(job.links.arrays, "Arrays (NPZ)", `${job.id}.npz`)),
+      linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`), exportsOf(job), " ",
+      download(job.links.picture, "Picture (PNG)", `${job.id}.png`)),
     neighbours(result, names, reveal));
   await drawHeatMap(map, dissimilarityPicture(result.matrix, names, result.labels), choose, signal);
 }

@@ -212,6 +212,8 @@ def test_a_collection_is_compared_on_a_telephone(
         page.locator(".neighbours").first.wait_for()
         accessible(page)
         result = http.get(f"/v1/jobs/{job_of(page)}/result").json()
+        csv = page.get_by_role("link", name="CSV", exact=True)
+        expect(csv).to_have_attribute("href", f"/v1/jobs/{job_of(page)}/result.csv")
         heat = page.locator(".heat")
         expect(heat.locator(".heatmaplayer image")).to_have_count(1)
         rooted = [[max(0.0, value) ** 0.5 for value in row] for row in result["matrix"]]
