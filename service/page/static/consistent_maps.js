@@ -40,7 +40,7 @@ export async function consistentMapsView(place, result, job, signal) {
     detail.scrollIntoView({ block: "nearest" });
     if (!pairs[i][j].mapped) return;
     try {
-      await draw(scenes, i, result.shapes[i].shape, j, result.shapes[j].shape);
+      await draw(scenes, i, result.shapes[i], j, result.shapes[j]);
     } catch (error) {
       if (!signal.aborted) fill(scenes, problemBox(error));
     }

@@ -13,8 +13,8 @@ const MARKED = 32;
 
 /**
  * Prepare drawing the maps of a job.
- * @returns {function(Node, number, string, number, string)} draws the map of two shapes, each by its place
- *   and id, in place of the one that was drawn before
+ * @returns {function(Node, number, Object, number, Object)} draws the map of two shapes, each by its place
+ *   and what the result has of it, in place of the one that was drawn before
  */
 export function mapScenes(job, signal) {
   let arrays = null;
@@ -27,7 +27,7 @@ export function mapScenes(job, signal) {
     try {
       // All maps of a job are in one file, which is fetched once.
       arrays ??= fetched(job, signal);
-      const records = [recordOf("shapes", source, own.signal), recordOf("shapes", target, own.signal)];
+      const records = [source, target].map(({ shape, name }) => recordOf("shapes", shape, name, own.signal));
       const [here, there, array] = await Promise.all([...records, arrays]);
       const { data } = await array(`map_${i}_${j}`);
       const result = { source_kind: "shape", refinement: null, ...await resultOf(data, here, own.signal) };

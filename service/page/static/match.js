@@ -15,10 +15,11 @@ import { transferForm } from "./transfer_form.js";
 export async function matchView(place, result, job, signal) {
   const learned = result.source_kind === "prototype";
   const [source, target] = await Promise.all([
-    recordOf(learned ? "prototypes" : "shapes", result.source, signal),
-    recordOf("shapes", result.target, signal),
+    recordOf(learned ? "prototypes" : "shapes", result.source, result.source_name, signal),
+    recordOf("shapes", result.target, result.target_name, signal),
   ]);
   document.title = `${source.name} and ${target.name} – isomatch`;
+  const kept = source.id !== null && target.id !== null;
   const selection = new Selection();
   const numbers = h("div");
   const proof = h("div", { "aria-live": "polite" });
@@ -43,8 +44,8 @@ export async function matchView(place, result, job, signal) {
     h("p", { class: "actions" },
       linkButton(job.id), " ", download(job.links.result, "JSON", `${job.id}.json`),
       exportsOf(job), " ", picture, " ",
-      h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters")),
-    result.dense !== null && !learned ? carrying(job, source, target) : null,
+      kept ? h("a", { href: `#/with/${result.source}/${result.target}` }, "Match again with other parameters") : null),
+    result.dense !== null && !learned && kept ? carrying(job, source, target) : null,
 );
   await choose(0);
   try {
@@ -69,10 +70,14 @@ const pictureOf = (job, which) => (which === 0
 const name = ({ id, name: called }, learned = false) =>
   (id ? h("a", { href: `#/${learned ? "prototypes" : "shapes"}/${id}` }, called) : called);
 
-/** Record of a shape or prototype, which may have been deleted since; the result is still shown. */
-export async function recordOf(kind, id, signal) {
-  const record = await orNull(get(`/v1/${kind}/${encodeURIComponent(id)}`, signal));
-  return record ?? { id: null, name: "a shape that is no longer kept", faces: 0 };
+/**
+ * Record of a shape or prototype, which may have been deleted since; the result is still shown.
+ * @param {string|null} called its name in the result
+ */
+export async function recordOf(kind, id, called, signal) {
+  const record = await orNull(get(`/v1/${kind}/${encodeURIComponent(id)}`, signal))
+    ?? { id: null, name: "a shape that is no longer kept", faces: 0 };
+  return { ...record, name: called ?? record.name };
 }
 
 /** The chosen match and its alternatives. */

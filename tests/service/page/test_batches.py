@@ -37,8 +37,9 @@ def test_the_first_of_several_shapes_is_matched_with_the_others(
 def test_its_matches_are_listed(
     page: Page, http: httpx2.Client, upload: Callable[..., Json]
 ) -> None:
-    source, *targets = blobs(upload)
-    body = {"source": source, "targets": targets, "target_names": ["<b>one</b>", None]}
+    source, target, _ = blobs(upload)
+    gone = upload(blob_file(seed=88), "gone.off")["id"]
+    body = {"source": source, "targets": [target, gone], "target_names": ["<b>one</b>", None]}
     job = http.post("/v1/batches", json={**body, "points": 8, "eigenpairs": 40}).json()
     page.goto(f"/#/jobs/{job['id']}")
     expect(page.get_by_role("table")).to_contain_text("2 of 2 matches", timeout=PATIENCE)
@@ -46,7 +47,14 @@ def test_its_matches_are_listed(
     expect(rows).to_have_count(2)
     expect(rows.first).to_contain_text("<b>one</b>")
     expect(rows.first).to_contain_text("confidence")
-    expect(rows.last).to_contain_text("mesh.off")
+    expect(rows.last).to_contain_text("gone.off")
     page.get_by_role("link", name="<b>one</b>").click()
     page.wait_for_url(f"**/#/jobs/{job['id']}-1")
     page.locator("[data-drawn]").wait_for(timeout=PATIENCE)
+    expect(page.get_by_role("heading", name="mesh.off and <b>one</b>")).to_be_visible()
+    expect(page.get_by_role("link", name="Match again")).to_be_visible()
+    http.delete(f"/v1/shapes/{gone}").raise_for_status()
+    page.goto(f"/#/jobs/{job['id']}-2")
+    expect(page.get_by_role("heading", name="mesh.off and gone.off")).to_be_visible()
+    expect(page.get_by_text("A shape is no longer kept")).to_be_visible()
+    expect(page.get_by_role("link", name="Match again")).to_have_count(0)
