@@ -71,8 +71,9 @@ class _Workers:
 
     def _is_replaced(self, pid: int, code: int) -> bool:
         """Return whether a worker that has ended is to be replaced."""
-        started = self._started.pop(pid)
-        if self._stopping:
+        # As the first process of a container, this one also reaps what a killed worker had forked.
+        started = self._started.pop(pid, None)
+        if started is None or self._stopping:
             return False
         log.warning("worker died", pid=pid, code=code)
         if code > 0:

@@ -29,11 +29,26 @@ os.write(1, f"{os.getpid()} {os.getppid()}\\n".encode())
 time.sleep(60)
 """
 
+SUBREAPER = 36  # PR_SET_CHILD_SUBREAPER
+ADOPTING = f"import ctypes; ctypes.CDLL(None).prctl({SUBREAPER}, 1)\n" + FORKING.replace(
+    "# One write each",
+    """
+worker = os.getpid()
+if os.fork() == 0:
+    while os.getppid() == worker:
+        time.sleep(0.01)
+    os._exit(1)
+# One write each""",
+)
+"""Orphans become children of the process that forks, as those in a container do of its first one.
+Each worker has a child that outlives it for a moment.
+"""
+
 
 @contextmanager
-def forking() -> Iterator[subprocess.Popen[str]]:
+def forking(code: str = FORKING) -> Iterator[subprocess.Popen[str]]:
     process = subprocess.Popen(
-        [sys.executable, "-c", FORKING],
+        [sys.executable, "-c", code],
         cwd=ROOT,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
@@ -70,6 +85,19 @@ def test_a_worker_that_is_killed_or_leaves_is_replaced() -> None:
         assert len(workers) == 2
         process.terminate()
         assert rest(process) == ""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="there are no subreapers")
+def test_orphans_of_a_killed_worker_are_reaped() -> None:
+    with forking(ADOPTING) as process:
+        workers = {worker(process), worker(process)}
+        for _ in range(2):
+            os.kill(min(workers), signal.SIGKILL)
+            workers.remove(min(workers))
+            workers.add(worker(process))
+        process.terminate()
+        assert rest(process) == ""
+        assert process.wait() == 0
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
