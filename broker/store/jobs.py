@@ -197,11 +197,14 @@ class Jobs:
         answer = self._run(scripts.CANCEL_JOB, job_id, _now(), self.settings.job_ttl)
         return _state(answer)
 
-    def lose(self, job_id: str, losses_allowed: int, reason: Problem) -> JobState | None:
+    def lose(
+        self, job_id: str, losses_allowed: int, reason: Problem, runner: str | None = None
+    ) -> JobState | None:
         """Record that the process of a job was lost; return the job's state then.
 
         It is queued again at most `losses_allowed` times, then fails with `reason`; it is
-        cancelled if that was requested.
+        cancelled if that was requested. A job that a runner other than `runner` holds is left as it
+        is; None stands for whichever holds it.
         """
         answer = self._run(
             scripts.LOSE_JOB,
@@ -210,6 +213,7 @@ class Jobs:
             self.settings.job_ttl,
             losses_allowed,
             reason.model_dump_json(),
+            runner or "",
         )
         return _state(answer)
 
@@ -245,7 +249,7 @@ class Jobs:
             result,
             self.settings.result_ttl,
         )
-        return _state(answer) is state
+        return answer == [state.value.encode(), runner.encode()]
 
     def _run(self, script: LuaScript, job_id: str, *arguments: str | bytes | int) -> object:
         names = [self.keys.job(job_id), self.keys.active_jobs]

@@ -67,9 +67,16 @@ def store_away() -> Problem:
 
 
 def handle_lost_process(
-    store: Store, job: Job, how: str, losses_allowed: int, reason: Problem | None = None
+    store: Store,
+    job: Job,
+    how: str,
+    losses_allowed: int,
+    worker: str | None,
+    reason: Problem | None = None,
 ) -> None:
     """Queue a job again whose process died, or fail it, in our records and in RQ.
+
+    A job that another worker runs by now is left to it.
 
     Parameters
     ----------
@@ -81,16 +88,19 @@ def handle_lost_process(
         How the process ended, in words.
     losses_allowed
         Times the job may be queued again.
+    worker
+        Name of the worker whose process it was; None for whichever holds the job.
     reason
         Why it fails if it is not; by default that its process was killed.
     """
     store = store.of(tenant_of(job))
     record = store.jobs.readable(job.id)
-    state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how))
-    _trace_loss(store, record, state, how)
-    _clean_up(store, record, state, how)
+    state = store.jobs.lose(job.id, losses_allowed, reason or lost_process(record, how), worker)
     job.retries_left = 1 if state is JobState.QUEUED else 0
     log.warning("job lost its process", job_id=job.id, how=how, state=state)
+    if state is not JobState.RUNNING:
+        _trace_loss(store, record, state, how)
+        _clean_up(store, record, state, how)
 
 
 @dataclass(frozen=True)
@@ -154,7 +164,7 @@ def _release_dead_executions(store: Store, queue: Queue, timeout: timedelta) -> 
             store.client.zadd(registry.key, {f"{job_id}:{execution_id}": 1}, xx=True)
 
     def abandoned(job: Job, *_: object) -> None:
-        handle_lost_process(store, job, "its worker is gone", LOSSES_WITH_WORKER)
+        handle_lost_process(store, job, "its worker is gone", LOSSES_WITH_WORKER, job.worker_name)
 
     registry.cleanup(exception_handlers=[abandoned])
 

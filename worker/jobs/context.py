@@ -18,7 +18,7 @@ class JobContext:
     record
         The job.
     runner
-        Id by which this run holds jobs and locks; unique.
+        Id by which this run holds jobs and locks.
     queue
         Submission of further jobs, and the store.
     reporter

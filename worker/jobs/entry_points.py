@@ -1,7 +1,6 @@
 """The functions that RQ calls by name, each in a process of its own, forked from a warm worker."""
 
 from functools import cache
-from uuid import uuid4
 
 import structlog
 from redis import Redis
@@ -29,12 +28,14 @@ def run(job_id: str) -> None:
     limit_memory(settings.job_memory_mb)
     job = get_current_job()
     assert job is not None
+    assert job.worker_name is not None
     meta, tenant = job.get_meta(refresh=False), tenant_of(job)
     told = {name: meta.get(name) for name in ("kind", "request_id", "caller")}
     structlog.contextvars.bind_contextvars(job_id=job_id, tenant=tenant, **told)
     store = Store.over(job.connection, settings, settings.redis_patience).of(tenant)
     with exporting("worker"):
-        Runner(JobQueue(store, settings), uuid4().hex, settings).run(job_id)
+        # A worker runs one process at a time, and its name is never given to another.
+        Runner(JobQueue(store, settings), job.worker_name, settings).run(job_id)
 
 
 def stopped(job: Job, connection: Redis) -> None:
@@ -43,4 +44,5 @@ def stopped(job: Job, connection: Redis) -> None:
     # RQ calls it in the process that forks jobs.
     store = Store.over(connection, settings, settings.redis_patience, forks=True)
     with exporting("worker"):
-        handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL)
+        # Whichever runs it: it was cancelled.
+        handle_lost_process(store, job, "stopped", LOSSES_AFTER_KILL, worker=None)

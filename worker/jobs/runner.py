@@ -67,7 +67,7 @@ class Runner:
     queue
         Submission of further jobs, and the store.
     name
-        Id by which this runner holds jobs and locks; unique to one run of one job.
+        Id by which this runner holds jobs and locks; no two run at a time under the same.
     webhooks
         Settings of webhook deliveries.
     """

@@ -133,16 +133,16 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
 
     def killed(job: Job, pid: int, status: int, usage: object) -> None:
         with exporting("worker"):
-            handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL)
+            handle_lost_process(store, job, _describe(status), LOSSES_AFTER_KILL, worker.name)
 
     def raised(job: Job, kind: type[Exception], error: Exception, trace: TracebackType) -> None:
         # The runner handles the errors of jobs; these are RQ's own, or the store's.
         how = "its worker is gone" if kind is AbandonedJobError else kind.__name__
         reason = store_away() if issubclass(kind, BlobError) else None
         with exporting("worker"):
-            handle_lost_process(store, job, how, LOSSES_WITH_WORKER, reason)
+            handle_lost_process(store, job, how, LOSSES_WITH_WORKER, job.worker_name, reason)
 
-    return Worker(
+    worker = Worker(
         [FairQueue(name, connection=client, serializer=JSONSerializer) for name in QUEUES],
         connection=client,
         queue_class=FairQueue,
@@ -154,6 +154,7 @@ def new_worker(store: Store, heartbeat: int) -> Worker:
         maintenance_interval=MAINTENANCE_INTERVAL,
         log_job_description=False,
     )
+    return worker
 
 
 def _describe(status: int | None) -> str:

@@ -1,8 +1,9 @@
 -- End a job that this runner holds. The result is stored before the state can be seen.
 -- ARGV  2 runner, 3 now, 4 record's ttl, 5 end state, 6 error or '', 7 reference to the result's
 --       blob or '', 8 result's ttl
+-- Returns the state and the runner that holds, or held, the job.
 if state ~= 'running' or runner ~= ARGV[2] then
-    return state
+    return {state, runner}
 end
 if ARGV[7] ~= '' then
     redis.call('DEL', KEYS[10])
@@ -18,4 +19,4 @@ if ARGV[5] == 'succeeded' then
     redis.call('HSET', KEYS[1], 'stage', 'done', 'fraction', '1')
 end
 finish('running', ARGV[5], ARGV[3], ARGV[4])
-return ARGV[5]
+return {ARGV[5], runner}

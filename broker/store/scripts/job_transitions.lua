@@ -3,7 +3,8 @@
 -- KEYS  1 job, 2 active jobs, 3 to 7 index of each state, 8 counters, 9 webhooks, 10 result,
 --       11 sizes of the tenant's blobs, 12 jobs that count towards the tenant's quota
 -- ARGV  1 job's id
--- Each script returns the state the job is in afterwards, false if there is no such job.
+-- Each script returns the state the job is in afterwards, false if there is no such job; some also
+-- return its runner.
 local INDEX = {queued = 3, running = 4, succeeded = 5, failed = 6, cancelled = 7}
 local state = redis.call('HGET', KEYS[1], 'state')
 local runner = redis.call('HGET', KEYS[1], 'runner')

@@ -1,6 +1,10 @@
 -- Queue a job again whose process was lost, or fail it after too many losses.
--- ARGV  2 now, 3 record's ttl, 4 losses allowed, 5 error
+-- ARGV  2 now, 3 record's ttl, 4 losses allowed, 5 error, 6 runner that was lost, '' for whichever
+--       holds the job
 if state ~= 'queued' and state ~= 'running' then
+    return state
+end
+if state == 'running' and ARGV[6] ~= '' and runner ~= ARGV[6] then
     return state
 end
 if redis.call('HEXISTS', KEYS[1], 'cancel') == 1 then

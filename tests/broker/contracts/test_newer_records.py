@@ -140,7 +140,7 @@ def test_a_lost_process_of_an_unreadable_job_does_not_stop_the_worker(queue: Job
     job = of_a_newer_version(queue, match())
     assert queue.store.jobs.claim(job, "runner")
     lost = Job.fetch(job, connection=queue.store.client, serializer=JSONSerializer)
-    handle_lost_process(queue.store, lost, "killed", LOSSES_WITH_WORKER)
+    handle_lost_process(queue.store, lost, "killed", LOSSES_WITH_WORKER, "runner")
     assert queue.store.jobs.state(job) is JobState.QUEUED
     assert lost.retries_left == 1
 

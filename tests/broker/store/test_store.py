@@ -107,9 +107,9 @@ def test_an_end_never_changes(store: Store, end: JobState) -> None:
     before = jobs.get(job)
     result = store.results.document(job)
     jobs.claim(job, "r2")
-    jobs.succeed(job, "r2", b"other")
-    jobs.fail(job, "r2", BROKEN)
-    jobs.finish_cancelled(job, "r2")
+    assert not jobs.succeed(job, "r2", b"other")
+    assert not jobs.fail(job, "r2", BROKEN)
+    assert not jobs.finish_cancelled(job, "r2")
     assert jobs.cancel(job) is end
     assert jobs.lose(job, 5, BROKEN) is end
     assert not jobs.report(job, "r", Progress(stage="late", fraction=0.1))
@@ -132,15 +132,20 @@ def test_calls_of_a_runner_that_was_given_up_are_refused(store: Store) -> None:
     assert not store.jobs.succeed(job, "old", b"old")
     assert not store.jobs.fail(job, "old", BROKEN)
     assert store.results.document(job) is None
+    assert store.jobs.lose(job, 1, BROKEN, "old") is JobState.RUNNING
     assert store.jobs.is_held(job, "new")
     assert store.jobs.succeed(job, "new", b"new")
+    # Though both came to the same end, only one result is that of the job.
+    assert not store.jobs.succeed(job, "old", b"old")
 
 
 def test_a_job_fails_after_too_many_losses(store: Store) -> None:
     job = running(store.jobs)
-    assert store.jobs.lose(job, 1, BROKEN) is JobState.QUEUED
-    assert store.jobs.claim(job, "r2")
-    assert store.jobs.lose(job, 1, BROKEN) is JobState.FAILED
+    assert store.jobs.lose(job, 2, BROKEN, "r") is JobState.QUEUED
+    # This one was lost before it claimed the job.
+    assert store.jobs.lose(job, 2, BROKEN, "r2") is JobState.QUEUED
+    assert store.jobs.claim(job, "r3")
+    assert store.jobs.lose(job, 2, BROKEN, "r3") is JobState.FAILED
     record = store.jobs.get(job)
     assert record is not None
     assert record.error == BROKEN

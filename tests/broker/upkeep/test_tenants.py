@@ -70,11 +70,23 @@ def test_a_killed_job_is_its_tenants(queue: JobQueue) -> None:
     own = queue.store.of("acme").jobs
     job = Job.fetch(job_id, connection=queue.store.client, serializer=JSONSerializer)
     assert own.claim(job_id, "me")
-    handle_lost_process(queue.store, job, "signal 9", 1)
+    handle_lost_process(queue.store, job, "signal 9", 1, "me")
     assert own.state(job_id) is JobState.QUEUED
     assert own.claim(job_id, "me")
-    handle_lost_process(queue.store, job, "signal 9", 1)
+    handle_lost_process(queue.store, job, "signal 9", 1, "me")
     assert own.state(job_id) is JobState.FAILED
+
+
+def test_a_late_process_leaves_a_job_to_its_new_worker(queue: JobQueue) -> None:
+    job_id = queue.submit(new_job(MATCH)).id
+    jobs = queue.store.jobs
+    job = Job.fetch(job_id, connection=queue.store.client, serializer=JSONSerializer)
+    assert jobs.claim(job_id, "old")
+    handle_lost_process(queue.store, job, "its worker is gone", 1, "old")
+    assert jobs.claim(job_id, "new")
+    handle_lost_process(queue.store, job, "signal 9", 1, "old")
+    assert job.retries_left == 0
+    assert jobs.is_held(job_id, "new")
 
 
 def test_webhooks_of_a_tenant_are_delivered_by_its_jobs(queue: JobQueue) -> None:

@@ -241,7 +241,7 @@ def test_an_ended_time_slice_that_counts_as_abandoned_does_no_harm(queue: JobQue
     time_slice = Job.fetch(f"{job.id}-1", connection=queue.store.client, serializer=JSONSerializer)
     assert jobs.claim(time_slice.id, "runner")
     assert jobs.succeed(time_slice.id, "runner")
-    handle_lost_process(queue.store, time_slice, "its worker is gone", 0)
+    handle_lost_process(queue.store, time_slice, "its worker is gone", 0, "runner")
     assert jobs.state(job.id) is JobState.QUEUED
 
 
