@@ -26,6 +26,7 @@ from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histog
 from broker.store.durability import LEAST_WAIT, Durability, NotOnDisk, RecordLost
 from broker.store.jobs import Jobs
 from broker.store.keys import DEFAULT_KEYS, PREFIX, Keys
+from broker.store.leases import renewed
 from broker.store.listings import InvalidCursor, Listing, Page
 from broker.store.prototypes import Prototypes
 from broker.store.quotas import Quota, QuotaExceeded, Quotas
@@ -86,6 +87,7 @@ __all__ = [
     "Webhooks",
     "connect",
     "pieces",
+    "renewed",
     "text",
 ]
 

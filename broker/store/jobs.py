@@ -16,7 +16,7 @@ import gzip
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import cast
+from typing import Final, TypeAlias, cast
 
 from redis import Redis
 from redis.client import Pipeline
@@ -30,6 +30,14 @@ from broker.store.listings import Listing, Page
 from broker.store.records import NewerRecord, job_document, read_record
 from broker.store.replies import text
 from broker.store.scripts import LuaScript
+from broker.telemetry import logger
+
+_Fields: TypeAlias = dict[bytes | str, bytes | str]
+
+_AT_A_TIME: Final = 500
+"""Records that are read at a time."""
+
+log = logger("isomatch.jobs")
 
 
 @dataclass(frozen=True)
@@ -99,18 +107,14 @@ class Jobs:
 
     def records(self, job_ids: Sequence[str]) -> list[JobRecord | None]:
         """Return several jobs, each as :meth:`readable` does."""
-        with self.client.pipeline(transaction=False) as pipe:
-            for job_id in job_ids:
-                pipe.hgetall(self.keys.job(job_id))
-            replies = pipe.execute()
-        return [_readable(fields) for fields in replies]
+        return [
+            _readable(job_id, fields)
+            for job_id, fields in zip(job_ids, self._fields(job_ids), strict=True)
+        ]
 
     def readable(self, job_id: str) -> JobRecord | None:
         """Return a job as :meth:`get` does, or None if it cannot be read."""
-        try:
-            return self.get(job_id)
-        except NewerRecord:
-            return None
+        return self.records([job_id])[0]
 
     def expired(self, job_id: str) -> bool:
         """Return whether a job that does not exist has expired."""
@@ -158,15 +162,14 @@ class Jobs:
     def active(self) -> Iterator[JobRecord]:
         """Iterate over all jobs that have not ended and can be read."""
         members = cast(list[bytes], self.client.zrange(self.keys.active_jobs, 0, -1))
-        for job_id in map(text, members):
-            try:
-                record = self.get(job_id)
-            except NewerRecord:
-                continue  # left to processes of the newer version
-            if record is None or record.state.ended:
-                self.client.zrem(self.keys.active_jobs, job_id)
-            else:
-                yield record
+        for start in range(0, len(members), _AT_A_TIME):
+            names = [text(member) for member in members[start : start + _AT_A_TIME]]
+            for job_id, fields in zip(names, self._fields(names), strict=True):
+                record = _readable(job_id, fields)
+                if b"record" not in fields or (record is not None and record.state.ended):
+                    self.client.zrem(self.keys.active_jobs, job_id)
+                elif record is not None:
+                    yield record
 
     def claim(self, job_id: str, runner: str) -> bool:
         """Start a queued job; False if it is not queued, or another runner was first."""
@@ -235,6 +238,12 @@ class Jobs:
         requested = self.client.hget(self.keys.job(job_id), "cancel")
         return None if requested is None else datetime.fromisoformat(text(requested))
 
+    def _fields(self, job_ids: Sequence[str]) -> list[_Fields]:
+        with self.client.pipeline(transaction=False) as pipe:
+            for job_id in job_ids:
+                pipe.hgetall(self.keys.job(job_id))
+            return cast(list[_Fields], pipe.execute())
+
     def _finish(
         self, job_id: str, runner: str, state: JobState, error: str = "", result: str = ""
     ) -> bool:
@@ -259,7 +268,7 @@ class Jobs:
         return script(self.client, names, job_id, *arguments)
 
 
-def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
+def _record(reply: _Fields) -> JobRecord:
     fields = {text(name): text(value) for name, value in reply.items()}
     constant = read_record(JobRecord, fields["record"])
     try:
@@ -268,10 +277,14 @@ def _record(reply: dict[bytes | str, bytes | str]) -> JobRecord:
         raise NewerRecord(JobRecord) from error
 
 
-def _readable(fields: dict[bytes | str, bytes | str]) -> JobRecord | None:
+def _readable(job_id: str, fields: _Fields) -> JobRecord | None:
     try:
         return _record(fields) if b"record" in fields else None
     except NewerRecord:
+        return None  # left to processes of the newer version
+    except (ValueError, KeyError) as error:
+        # The error's text may quote the record, which holds secrets.
+        log.error("the record of a job is damaged", job_id=job_id, error=type(error).__name__)
         return None
 
 

@@ -10,7 +10,7 @@ are cached (:meth:`Spectra.known`).
 
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -23,6 +23,7 @@ from broker.store import scripts
 from broker.store.circuit_breaker import CircuitBreaker
 from broker.store.connections import CACHE_CIRCUIT_SECONDS, StoreSettings
 from broker.store.keys import DEFAULT_KEYS, Keys
+from broker.store.leases import renewed
 from broker.store.replies import blob, text
 from broker.telemetry import logger
 
@@ -201,12 +202,11 @@ class Spectra:
         milliseconds = int(seconds * 1000)
         return bool(self.client.set(Keys.spectrum_lock(key), holder, nx=True, px=milliseconds))
 
-    def renew(self, key: SpectrumKey, holder: str, seconds: float) -> bool:
-        """Extend the lock of a spectrum; False if it was lost."""
-        milliseconds = int(seconds * 1000)
-        return bool(
-            scripts.RENEW_LOCK(self.client, [Keys.spectrum_lock(key)], holder, milliseconds)
-        )
+    def renewed(
+        self, key: SpectrumKey, holder: str, seconds: float
+    ) -> AbstractContextManager[object]:
+        """Renew the lock of a spectrum, and release it at the end."""
+        return renewed(self.client, Keys.spectrum_lock(key), holder, seconds)
 
     def release(self, key: SpectrumKey, holder: str) -> None:
         """Release the lock of a spectrum."""

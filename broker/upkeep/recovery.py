@@ -5,6 +5,7 @@ minutes later. Here heartbeats are read directly. A job that is active in our ow
 unknown to RQ (a worker died between taking it from the queue and registering it) is queued again.
 """
 
+import threading
 import time
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -33,7 +34,7 @@ from broker.contracts import (
     UploadPayload,
 )
 from broker.queue import JobQueue, tenant_of
-from broker.store import Keys, Store, scripts, text
+from broker.store import Keys, NewerRecord, Store, renewed, text
 from broker.telemetry import logger
 from broker.tracing import past_span
 
@@ -43,8 +44,8 @@ LOSSES_AFTER_KILL: Final = 1
 LOSSES_WITH_WORKER: Final = 3
 """Times a job is queued again whose worker died, most likely because of the machine."""
 
-_LOCK_MS: Final = 15_000
-"""Milliseconds after which the lock of a process that died during recovery expires."""
+LOCK_SECONDS: Final = 15.0
+"""Seconds after which the lock of a process that died during recovery expires."""
 
 _LOST_SPAN: Final = "lost_span"
 """Field of a job's hash: ``traceparent`` of its first attempt that was lost."""
@@ -136,17 +137,14 @@ def recover(queue: JobQueue, timeouts: RecoveryTimeouts | None = None) -> None:
     store = queue.store
     timeouts = timeouts or RecoveryTimeouts.of(queue.settings.heartbeat)
     token = uuid4().hex
-    if not store.client.set(Keys.RECOVERY, token, nx=True, px=_LOCK_MS):
+    if not store.client.set(Keys.RECOVERY, token, nx=True, px=int(LOCK_SECONDS * 1000)):
         return
-    try:
+    with renewed(store.client, Keys.RECOVERY, token, LOCK_SECONDS) as lost:
         for rq_queue in queue.rq.all():
             _release_dead_executions(store, rq_queue, timeouts.heartbeat)
         known = _known_to_rq(queue)
         for tenant in store.tenants():
-            _requeue_lost(queue.of(tenant), known, timeouts.unknown)
-            _kill_overdue(store.of(tenant), timeouts.cancellation)
-    finally:
-        scripts.RELEASE_LOCK(store.client, [Keys.RECOVERY], token)
+            _Pass(queue.of(tenant), known, timeouts, lost).recover()
 
 
 def unregister_workers(store: Store) -> None:
@@ -181,37 +179,59 @@ def _alive(store: Store, job_id: str, execution_id: str, timeout: timedelta) -> 
     return bool(now() - execution.last_heartbeat < timeout)
 
 
-def _requeue_lost(queue: JobQueue, known: set[str], timeout: timedelta) -> None:
-    store = queue.store
-    stored = store.client.hgetall(store.keys.unseen_jobs).items()
-    first_noticed = {text(job_id): float(when) for job_id, when in stored}
-    unknown: set[str] = set()
-    for record in store.jobs.active():
+@dataclass(frozen=True)
+class _Pass:
+    """One pass over the jobs of a tenant that have not ended, until the lock is lost."""
+
+    queue: JobQueue
+    known: set[str]
+    timeouts: RecoveryTimeouts
+    lost: threading.Event
+
+    def recover(self) -> None:
+        store = self.queue.store
+        stored = store.client.hgetall(store.keys.unseen_jobs).items()
+        first_noticed = {text(job_id): float(when) for job_id, when in stored}
+        unknown: set[str] = set()
+        for record in store.jobs.active():
+            if self.lost.is_set():
+                return
+            try:
+                if self._requeue_lost(record, first_noticed.get(record.id)):
+                    unknown.add(record.id)
+                _kill_overdue(store, record, self.timeouts.cancellation)
+            except BlobError as error:
+                log.warning("a job waits for the blob store", job_id=record.id, error=str(error))
+            except (NewerRecord, ValueError, KeyError) as error:
+                # Damaged, or of a newer version; other jobs are recovered nevertheless. The error's
+                # text may quote a record, which holds secrets.
+                how = type(error).__name__
+                log.error("a job cannot be recovered", job_id=record.id, error=how)
+        cleared = set(first_noticed) - unknown
+        if cleared:
+            store.client.hdel(store.keys.unseen_jobs, *cleared)
+
+    def _requeue_lost(self, record: JobRecord, since: float | None) -> bool:
+        """Queue a job again that RQ has not known for long; true if it has not for less long."""
+        store = self.queue.store
         if record.kind is JobKind.BATCH:
             # Its matches are recovered themselves; it goes on when one has ended.
-            try:
-                queue.batches.advance(record.id)
-            except BlobError as error:
-                log.warning("a batch waits for the blob store", job_id=record.id, error=str(error))
-            continue
-        if record.id in known or _has_time_slices(store, record):
-            continue
-        since = first_noticed.get(record.id)
+            self.queue.batches.advance(record.id)
+            return False
+        if record.id in self.known or _has_time_slices(store, record):
+            return False
         if since is None:
             store.client.hset(store.keys.unseen_jobs, record.id, str(time.time()))
-        elif time.time() - since > timeout.total_seconds():
+        elif time.time() - since > self.timeouts.unknown.total_seconds():
             reason = lost_process(record, "its worker is gone")
             state = store.jobs.lose(record.id, LOSSES_WITH_WORKER, reason)
             log.warning("job was lost", job_id=record.id, state=state)
             _trace_loss(store, record, state, "its worker is gone")
             _clean_up(store, record, state, "its worker is gone")
             if state is JobState.QUEUED:
-                queue.resume(record)
-            continue
-        unknown.add(record.id)
-    cleared = set(first_noticed) - unknown
-    if cleared:
-        store.client.hdel(store.keys.unseen_jobs, *cleared)
+                self.queue.resume(record)
+            return False
+        return True
 
 
 def _known_to_rq(queue: JobQueue) -> set[str]:
@@ -223,18 +243,17 @@ def _known_to_rq(queue: JobQueue) -> set[str]:
     return known
 
 
-def _kill_overdue(store: Store, timeout: timedelta) -> None:
-    for record in store.jobs.active():
-        if record.state is not JobState.RUNNING:
-            continue
-        requested = store.jobs.cancel_requested(record.id)
-        if requested is None or datetime.now(UTC) - requested < timeout:
-            continue
-        log.warning("killing a cancelled job that does not stop", job_id=record.id)
-        try:
-            send_stop_job_command(store.client, record.id, serializer=JSONSerializer)
-        except (NoSuchJobError, InvalidJobOperation, RedisError) as error:
-            log.warning("could not kill the cancelled job", job_id=record.id, error=str(error))
+def _kill_overdue(store: Store, record: JobRecord, timeout: timedelta) -> None:
+    if record.state is not JobState.RUNNING:
+        return
+    requested = store.jobs.cancel_requested(record.id)
+    if requested is None or datetime.now(UTC) - requested < timeout:
+        return
+    log.warning("killing a cancelled job that does not stop", job_id=record.id)
+    try:
+        send_stop_job_command(store.client, record.id, serializer=JSONSerializer)
+    except (NoSuchJobError, InvalidJobOperation, RedisError) as error:
+        log.warning("could not kill the cancelled job", job_id=record.id, error=str(error))
 
 
 def _has_time_slices(store: Store, record: JobRecord) -> bool:

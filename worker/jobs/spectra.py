@@ -1,9 +1,7 @@
 """Spectra, computed once: read from the cache, awaited from another process, or computed here."""
 
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from broker.contracts import SPECTRUM_VERSION, SpectrumKey, SpectrumPayload
@@ -21,9 +19,6 @@ from worker.jobs.meshes import mesh_of, stored_mesh
 
 LEASE: Final = 20.0
 """Seconds after which the lock of a process that no longer renews it expires."""
-
-_RENEWAL: Final = LEASE / 5
-"""Seconds between two renewals of the lock."""
 
 _POLL: Final = 0.05
 """Seconds between two looks at the lock of another process."""
@@ -89,7 +84,7 @@ def spectrum_of(
                 spectra.release(key, holder)
                 spectra.count_hit()
                 return known
-            with _lease(key, spectra, holder):
+            with spectra.renewed(key, holder, LEASE):
                 return _compute(key, mesh, spectra)
         while spectra.locked(key):
             control.check()
@@ -149,21 +144,3 @@ def _compute(key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra) -> Spectrum
     log.info("spectrum computed", spectrum=str(key), vertices=mesh.n_vertices, seconds=seconds)
     spectra.put(key, spectrum.to_bytes())
     return spectrum
-
-
-@contextmanager
-def _lease(key: SpectrumKey, spectra: Spectra, holder: str) -> Iterator[None]:
-    done = threading.Event()
-
-    def renew() -> None:
-        while not done.wait(_RENEWAL):
-            spectra.renew(key, holder, LEASE)
-
-    thread = threading.Thread(target=renew, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        thread.join()
-        spectra.release(key, holder)

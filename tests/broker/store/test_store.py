@@ -22,7 +22,7 @@ from broker.contracts import (
     ValidationPayload,
 )
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import DEFAULT_KEYS, InvalidCursor, Jobs, Keys, Spectra, Store
+from broker.store import DEFAULT_KEYS, InvalidCursor, Jobs, Keys, Spectra, Store, renewed
 from tests.worker.records import CREATED, shape_record
 from worker.settings import WorkerSettings
 
@@ -339,16 +339,28 @@ def test_locks_belong_to_their_holder(store: Store) -> None:
     spectra = store.spectra
     assert spectra.lock(key, "me", 60.0)
     assert not spectra.lock(key, "you", 60.0)
-    assert not spectra.renew(key, "you", 60.0)
     spectra.release(key, "you")
     assert spectra.locked(key)
-    assert spectra.renew(key, "me", 0.05)
+    spectra.release(key, "me")
+    assert spectra.lock(key, "you", 0.05)
     time.sleep(0.1)
     assert not spectra.locked(key)
-    assert not spectra.renew(key, "me", 60.0)
-    assert spectra.lock(key, "you", 60.0)
-    spectra.release(key, "you")
-    assert not spectra.locked(key)
+
+
+def test_a_lock_is_renewed_until_it_is_lost(store: Store) -> None:
+    client = store.client
+    client.set("lock", "me", px=200)
+    with renewed(client, "lock", "me", 0.2) as lost:
+        time.sleep(0.4)
+        assert client.get("lock") == b"me"
+        assert not lost.is_set()
+    assert client.get("lock") is None
+    client.set("lock", "me", px=200)
+    with renewed(client, "lock", "me", 0.2) as lost:
+        client.set("lock", "you", px=60_000)
+        assert lost.wait(60)
+    assert client.get("lock") == b"you"
+    assert 50_000 < client.pttl("lock") <= 60_000
 
 
 def test_negative_times_between_two_clocks_count_as_zero(

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from broker.contracts import JobState, MatchParameters, MatchPayload, shape_id
-from broker.queue import JobQueue
+from broker.contracts import BatchPayload, JobState, MatchParameters, MatchPayload, shape_id
+from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS, Keys
 from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from tests.worker.figures import blob_file
@@ -65,6 +65,21 @@ def test_one_process_recovers_at_a_time(queue: JobQueue) -> None:
     for _ in range(2):
         recover(queue, NOW)
     assert queue.store.client.lrange(queue.rq.current.key, 0, -1) == [job.encode()]
+
+
+def test_a_damaged_record_does_not_end_recovery(queue: JobQueue) -> None:
+    client, match = queue.store.client, MatchPayload(source="a", target="b", parameters=LONG)
+    damaged = queue.submit(new_job(match)).id
+    client.hset(DEFAULT_KEYS.job(damaged), "record", "{")
+    batch = queue.submit_batch(
+        BatchPayload(source="a", targets=("b",), target_names=(None,), parameters=LONG)
+    )
+    client.hset(DEFAULT_KEYS.job(f"{batch.id}-1"), "state", "damaged")
+    others = {queue.submit(new_job(match)).id, queue.of("acme").submit(new_job(match)).id}
+    client.delete(queue.rq.current.key)
+    for _ in range(2):
+        recover(queue, NOW)
+    assert set(queue.rq.current.get_job_ids()) == others
 
 
 def begun(queue: JobQueue, data: bytes) -> str:
