@@ -186,6 +186,8 @@ class Blobs:
         ------
         BlobLost
             The bytes are missing or damaged.
+        BlobsAway
+            The blob store does not answer, or is that of another Redis.
         NotMigrated
             The bytes are still in Redis.
         """
@@ -198,6 +200,7 @@ class Blobs:
             # Deleted, or replaced, after its reference was read?
             if self.reference(key) != reference:
                 return self.get(key)
+            self.check_owner()  # else all are missing, as where a volume is not mounted
             raise
         if len(data) != reference.size or hashlib.sha256(data).hexdigest() != reference.digest:
             raise BlobLost(reference.path(key), "damaged")
@@ -210,6 +213,8 @@ class Blobs:
         ------
         BlobLost
             The bytes are missing or damaged.
+        BlobsAway
+            The blob store does not answer, or is that of another Redis.
         """
         reference = self.reference(key)
         if reference is None:
@@ -219,6 +224,7 @@ class Blobs:
         except BlobLost:
             if self.reference(key) != reference:
                 return self.open(key)
+            self.check_owner()
             raise
         digest = hashlib.sha256()
         try:

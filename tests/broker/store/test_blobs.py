@@ -86,6 +86,21 @@ def test_missing_bytes_are_told_from_a_missing_record(store: Store) -> None:
             read(KEY)
 
 
+def test_nothing_is_lost_where_the_directory_is_not_mounted(store: Store) -> None:
+    store.blobs.check()
+    store.blobs.save(KEY, b"content", 100)
+    assert isinstance(store.blobs.store, DirectoryBlobs)
+    root = store.blobs.store.root
+    volume = root.rename(root.with_name("volume"))
+    root.mkdir()
+    for read in (store.blobs.get, store.blobs.open):
+        with pytest.raises(BlobsAway, match="is empty"):
+            read(KEY)
+    root.rmdir()
+    volume.rename(root)
+    assert store.blobs.get(KEY) == b"content"
+
+
 class DeletedMeanwhile(DirectoryBlobs):
     """Blobs whose record somebody deletes, or replaces, between their reference and the bytes."""
 
