@@ -221,10 +221,14 @@ class JobQueue:
         if before is JobState.QUEUED and after is JobState.CANCELLED:
             self.rq.withdraw(job_id)
         record = self.store.jobs.readable(job_id)
-        if record is not None and record.kind is JobKind.BATCH and after is JobState.CANCELLED:
-            self.batches.cancel(record)
-        elif record is not None and record.batch is not None:
+        if record is None:
+            return
+        if record.batch is not None:
             self.batches.advance(record.batch)
+        elif after is JobState.CANCELLED and isinstance(record.payload, UploadPayload):
+            self.store.uploads.reject(record.payload.upload, record.payload.file_type, job_id)
+        elif after is JobState.CANCELLED and record.kind is JobKind.BATCH:
+            self.batches.cancel(record)
 
     def resume(self, record: JobRecord) -> None:
         """Queue a lost job again."""

@@ -135,19 +135,26 @@ class Runner:
         except (RedisError, BlobsAway, NotMigrated):
             raise
         except Cancelled:
-            jobs.finish_cancelled(record.id, self.name)
+            # If another runner holds the job, it needs the upload.
+            if jobs.finish_cancelled(record.id, self.name):
+                _reject_upload(context)
             log.info("cancelled")
         except Exception as error:
             problem = problem_of(error, record)
             # A traceback only of unforeseen errors.
             log.warning("failed", problem=problem.slug, exc_info=problem.status == 500)
-            if isinstance(record.payload, UploadPayload):
-                upload = record.payload
-                context.store.uploads.reject(upload.upload, upload.file_type, record.id)
+            _reject_upload(context)
             tracing.failed(problem.slug)
             jobs.fail(record.id, self.name, problem)
         else:
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+
+
+def _reject_upload(context: JobContext) -> None:
+    record = context.record
+    if isinstance(record.payload, UploadPayload):
+        upload = record.payload
+        context.store.uploads.reject(upload.upload, upload.file_type, record.id)
 
 
 @contextmanager

@@ -1,10 +1,13 @@
-"""The quota of jobs of a tenant."""
+"""The quotas of a tenant: what counts towards them, and until when."""
 
 import pytest
 
 from broker.contracts import JobState, MatchParameters, MatchPayload
 from broker.queue import JobQueue, QueueSettings, new_job
-from broker.store import Store, TooManyQueued
+from broker.store import DEFAULT_KEYS, Store, TooManyQueued
+from tests.worker.figures import blob_file
+from tests.workers import validation
+from worker.jobs.runner import Runner
 
 PAYLOAD = MatchPayload(source="a", target="b", parameters=MatchParameters())
 
@@ -25,3 +28,19 @@ def test_jobs_count_until_they_have_ended(store: Store) -> None:
     with pytest.raises(TooManyQueued):
         queue.submit(new_job(PAYLOAD))
     JobQueue(store.of("other"), QueueSettings()).submit(new_job(PAYLOAD))
+
+
+@pytest.mark.parametrize("running", [False, True])
+def test_an_upload_does_not_count_once_its_validation_is_cancelled(
+    queue: JobQueue, running: bool
+) -> None:
+    jobs, held = queue.store.jobs, DEFAULT_KEYS.held
+    job = validation(queue, blob_file(1))
+    before = queue.store.client.zcard(held)
+    if running:
+        assert jobs.claim(job, "runner")
+    queue.cancel(job)
+    if running:
+        Runner(queue, "runner").run(job)
+    assert jobs.state(job) is JobState.CANCELLED
+    assert (before, queue.store.client.zcard(held)) == (1, 0)
