@@ -48,7 +48,9 @@ def compute_spectrum(payload: SpectrumPayload, context: JobContext) -> None:
 def spectrum_of(
     key: SpectrumKey, mesh: TriangleMesh, spectra: Spectra, holder: str, control: Control
 ) -> Spectrum:
-    """Return the spectrum of a mesh of unit area, computed at most once by all processes.
+    """Return the spectrum of a mesh of unit area, from the cache or computed.
+
+    While one process computes it, others wait for it; what is not cached then, each computes.
 
     Parameters
     ----------
@@ -72,23 +74,18 @@ def spectrum_of(
     Cancelled
         Through `control`.
     """
-    while True:
-        known = _cached(key, spectra)
-        if known is not None:
-            spectra.count_hit()
-            return known
-        if spectra.lock(key, holder, LEASE):
+    known = _hit(key, spectra)
+    if known is not None:
+        return known
+    if spectra.lock(key, holder, LEASE):
+        with spectra.renewed(key, holder, LEASE):
             # The previous owner of the lock may just have finished.
-            known = _cached(key, spectra)
-            if known is not None:
-                spectra.release(key, holder)
-                spectra.count_hit()
-                return known
-            with spectra.renewed(key, holder, LEASE):
-                return _compute(key, mesh, spectra)
-        while spectra.locked(key):
-            control.check()
-            time.sleep(_POLL)
+            return _hit(key, spectra) or _compute(key, mesh, spectra)
+    while spectra.locked(key):
+        control.check()
+        time.sleep(_POLL)
+    # With the lock, all who need a spectrum that is not kept would compute it one after another.
+    return _hit(key, spectra) or _compute(key, mesh, spectra)
 
 
 def surface_spectra(
@@ -119,6 +116,13 @@ def surface_spectra(
         return known
 
     return spectrum
+
+
+def _hit(key: SpectrumKey, spectra: Spectra) -> Spectrum | None:
+    known = _cached(key, spectra)
+    if known is not None:
+        spectra.count_hit()
+    return known
 
 
 def _cached(key: SpectrumKey | str, spectra: Spectra) -> Spectrum | None:
