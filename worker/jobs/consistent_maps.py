@@ -10,23 +10,25 @@ from broker.contracts import ConsistentMapsPayload
 from broker.store import Store
 from solver import matching
 from solver.control import Control
-from solver.errors import MeshError, OptionError
+from solver.errors import MeshError, OptionError, SolverError
 from solver.matching import MatchOptions
 from solver.shape import Shape
 from worker.jobs.consistent_map_results import Collection, Pair, PairwiseMap, consistent_maps_of
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ShapeGone, UnusableShape, attributed_to, none_usable
+from worker.jobs.failures import ShapeGone, TimeUp, UnusableShape, attributed_to, none_usable
 from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
-from worker.jobs.progress import TOTAL
+from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 
 _LOADED: Final = 0.1
 _MATCHED: Final = 0.9
 """Shares of the progress until all spectra are known, and until all pairs are matched."""
 
-_TIME_OF_PAIRS: Final = 0.7
 _TIME_OF_ALL: Final = 0.9
-"""Shares of the job's time after which no pair is begun, and no map is improved any more."""
+"""Share of the job's time after which no map is improved any more."""
+
+_TIME_UP: Final = "the job's time was up before it was matched; give fewer shapes"
+"""Reason of pairs that are not mapped."""
 
 
 def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> bytes:
@@ -36,9 +38,11 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
 
     Raises
     ------
-    ShapeGone
-        No pair can be matched, as shapes were deleted.
-    UnusableShape
+    ShapeGone, UnusableShape
+        Too few shapes are left: some were deleted, or cannot be matched.
+    TimeUp
+        Before a pair was matched.
+    SolverError
         No pair can be matched for another reason.
     Cancelled
         Through the reporter.
@@ -46,7 +50,7 @@ def map_consistently(payload: ConsistentMapsPayload, context: JobContext) -> byt
     start, store = time.perf_counter(), context.store
     names = [None if one is None else one.name for one in store.shapes.records(payload.shapes)]
     seconds = context.queue.settings.job_timeout
-    limit = context.reporter.control(_LOADED, _MATCHED).within(_TIME_OF_PAIRS * seconds)
+    limit = context.reporter.control(_LOADED, _MATCHED).within(SHARE_FOR_PARTS * seconds)
     last = context.reporter.control(_MATCHED).within(_TIME_OF_ALL * seconds)
     shapes = _shapes(payload, context)
     loaded = time.perf_counter()
@@ -98,7 +102,7 @@ def _matched(
         if isinstance(source, str) or isinstance(target, str):
             found[i, j] = "one of its shapes cannot be matched"
         elif control.expired:
-            found[i, j] = "the job's time was up before it was matched; give fewer shapes"
+            found[i, j] = _TIME_UP
         else:
             part = _part(control, place, len(pairs))
             part.report("", 0.0)
@@ -123,16 +127,20 @@ def _map_of(
     except (MeshError, OptionError) as error:
         return str(error)
     if found.dense is None or found.confidence is None:
-        return "its surfaces could not be registered"
+        return _TIME_UP if control.expired else "its surfaces could not be registered"
     return PairwiseMap(found.dense, found.confidence)
 
 
-def _failure(
-    payload: ConsistentMapsPayload, collection: Collection, store: Store
-) -> ShapeGone | UnusableShape:
-    """Return why no pair could be matched: because of a shape, or the reason of the first pair."""
+def _failure(payload: ConsistentMapsPayload, collection: Collection, store: Store) -> Exception:
+    """Return why no pair could be matched: because of its shapes, of the time, or of its maps."""
     unusable = [one if isinstance(one, str) else None for one in collection.shapes]
-    if any(unusable):
+    reasons = [
+        str(reason)
+        for (i, j), reason in collection.pairs.items()
+        if unusable[i] is None and unusable[j] is None
+    ]
+    if not reasons:
         return none_usable(payload.shapes, unusable, store)
-    (reason, *_) = (one for one in collection.pairs.values() if isinstance(one, str))
-    return UnusableShape("shapes.0", reason)
+    if _TIME_UP in reasons:
+        return TimeUp(_TIME_UP)
+    return SolverError(f"No pair of shapes could be matched; of the first, {reasons[0]}.")

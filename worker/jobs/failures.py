@@ -5,6 +5,7 @@
     Gone                a shape, upload, prototype, attribute file or result expired or was deleted
     UnusableShape       one of several shapes cannot be used
     TooLarge            a shape needs more memory than a job may take
+    TimeUp              the job's time was up before it had any part of its result
     NotDelivered        a webhook's receiver did not accept it
 """
 
@@ -168,6 +169,10 @@ class TooLarge(Exception):
         )
 
 
+class TimeUp(Exception):
+    """The time of a job was up before it had any part of its result."""
+
+
 class NotDelivered(Exception):
     """The receiver of a webhook did not accept it."""
 
@@ -211,7 +216,7 @@ def problem_of(error: Exception, record: JobRecord) -> Problem:
             detail = "This needs more memory than a job may take; simplify the mesh."
             stated = str(error) if isinstance(error, TooLarge) else detail
             return Problem.of("out-of-memory", "Out of memory", 422, stated)
-        case JobTimeoutException():
+        case JobTimeoutException() | TimeUp():
             return Problem.of("timed-out", "Took too long", 422, _timed_out(record))
         case NoAlternative():
             return Problem.of("invalid-request", "Invalid request", 422, str(error), (error.field,))
@@ -228,6 +233,8 @@ def _timed_out(record: JobRecord) -> str:
     """Return what happened and what can be done, which only some requests can do by parameters."""
     if record.kind in UNUSABLE:
         return "Reading the file takes longer than a job may take; send a smaller or simpler one."
+    if hasattr(record.payload, "shapes"):
+        return "This takes longer than a job may take; give fewer shapes, or simplify them."
     if hasattr(getattr(record.payload, "parameters", None), "time_limit"):
         return "This takes longer than a job may take; try fewer points or a time_limit."
     return "This takes longer than a job may take; simplify the shapes."

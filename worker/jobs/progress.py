@@ -14,6 +14,9 @@ REPORT_INTERVAL: Final = 0.25
 CHECK_INTERVAL: Final = 0.25
 """Seconds between two checks whether the job is cancelled."""
 
+SHARE_FOR_PARTS: Final = 0.7
+"""Share of a job's time after which no part of a collection is begun: pair or specimen."""
+
 WAITING: Final = "in the queue"
 """Time before the job starts, beside the times of its stages."""
 

@@ -5,6 +5,7 @@ from rq.timeouts import JobTimeoutException
 
 from broker.contracts import (
     AttributesValidationPayload,
+    ConsistentMapsPayload,
     JobRecord,
     MatchParameters,
     MatchPayload,
@@ -27,6 +28,10 @@ from worker.jobs.failures import problem_of
         (
             MatchPayload(source="a", target="b", parameters=MatchParameters()),
             "try fewer points or a time_limit",
+        ),
+        (
+            ConsistentMapsPayload(shapes=("a", "b"), parameters=MatchParameters()),
+            "give fewer shapes, or simplify them",
         ),
         (
             TransferPayload(
