@@ -32,12 +32,12 @@ from solver.templates import (
 )
 from solver.transfer.files import WrittenSurface, write_surface
 from worker.jobs.context import JobContext
-from worker.jobs.failures import ResultGone, ShapeGone, UnusableShape, none_usable
+from worker.jobs.failures import ResultGone, ShapeGone, TimeUp, UnusableShape, none_usable
 from worker.jobs.match_results import confidence_of
 from worker.jobs.matches import MatchInput, load_shape
 from worker.jobs.meshes import mesh_of, spectrum_of_shape
 from worker.jobs.options import options_of
-from worker.jobs.progress import TOTAL
+from worker.jobs.progress import SHARE_FOR_PARTS, TOTAL
 from worker.jobs.registration_warnings import doubtful_specimens
 from worker.jobs.transfers import solver_map
 from worker.pictures import draw_components
@@ -47,6 +47,9 @@ _LEAST_VERTICES: Final = 4
 
 _STATISTICS_SHARE = 0.02
 """Share of the progress for the statistics."""
+
+_TIME_UP: Final = "the job's time was up before it was registered; give fewer specimens"
+"""Reason of specimens that the template is not registered to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,8 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
     ------
     UnusableShape
         The template cannot be matched, or none of the specimens.
+    TimeUp
+        Before the template was registered to any specimen.
     ShapeGone
         The template was deleted, or none of the specimens can be matched and some were deleted.
     Cancelled
@@ -77,20 +82,22 @@ def register(payload: RegistrationPayload, context: JobContext) -> bytes:
     """
     start, reporter, store = time.perf_counter(), context.reporter, context.store
     names = [None if one is None else one.name for one in store.shapes.records(payload.shapes)]
-    loading = reporter.control(0.0, 1.0 - _STATISTICS_SHARE)
-    loading.report("spectrum of the template", 0.0)
-    template = load_shape("template", payload.template, payload, context, loading)
+    seconds = SHARE_FOR_PARTS * context.queue.settings.job_timeout
+    parts = reporter.control(0.0, 1.0 - _STATISTICS_SHARE).within(seconds)
+    parts.report("spectrum of the template", 0.0)
+    template = load_shape("template", payload.template, payload, context, parts)
     if template.mesh.n_vertices < _LEAST_VERTICES:
         reason = f"it has fewer than {_LEAST_VERTICES} vertices, too few to be registered"
         raise UnusableShape("template", reason)
     found: list[_Registered | str] = []
     count = len(payload.shapes)
     for place in range(count):
-        share = (1.0 - _STATISTICS_SHARE) / count
-        control = reporter.control(place * share, (place + 1) * share)
+        control = parts.between(place / count, (place + 1) / count)
         control.report(f"specimen {place + 1} of {count}", 0.0)
         found.append(_registered(payload, place, template, context, control))
     registered = [one for one in found if isinstance(one, _Registered)]
+    if not registered and _TIME_UP in found:
+        raise TimeUp(_TIME_UP)
     if not registered:
         reasons = [one if isinstance(one, str) else None for one in found]
         raise none_usable(payload.shapes, reasons, store)
@@ -204,12 +211,14 @@ def _registered(
 ) -> _Registered | str:
     """Return the template on a specimen, or the reason why it is not there."""
     parameters, field = payload.parameters, f"shapes.{place}"
+    if control.expired:
+        return _TIME_UP
     try:
         specimen = load_shape(field, payload.shapes[place], payload, context, control)
         source, target = template.shape(parameters), specimen.shape(parameters)
         found = matching.match(source, target, options_of(MatchOptions, parameters), control)
         if found.dense is None:
-            return "its surface could not be registered"
+            return _TIME_UP if control.expired else "its surface could not be registered"
         registered = register_template(template.mesh, specimen.mesh, found.dense, control)
         return _Registered(found, registered, specimen.mesh.relative_boundary)
     except UnusableShape as error:

@@ -1,11 +1,14 @@
 """Jobs of several shapes of which no part of the result is found."""
 
+import pytest
+
 from broker.contracts import (
     ConsistentMapsPayload,
     JobState,
     MatchParameters,
     Payload,
     Problem,
+    RegistrationPayload,
     shape_id,
 )
 from broker.queue import JobQueue, new_job
@@ -49,8 +52,14 @@ def test_a_shape_that_leaves_no_pair_is_blamed(queue: JobQueue) -> None:
     assert failure(queue, payload, job_timeout=0).slug == "shape-deleted"
 
 
-def test_without_time_for_any_part_a_job_took_too_long(queue: JobQueue) -> None:
-    payload = ConsistentMapsPayload(shapes=uploaded(queue, family(3, 1)), parameters=FAST)
+@pytest.mark.parametrize("kind", [ConsistentMapsPayload, RegistrationPayload])
+def test_without_time_for_any_part_a_job_took_too_long(queue: JobQueue, kind: type) -> None:
+    shapes = uploaded(queue, family(3, 1))
+    payload: Payload = ConsistentMapsPayload(shapes=shapes, parameters=FAST)
+    if kind is RegistrationPayload:
+        payload = RegistrationPayload(
+            template=shapes[0], shapes=shapes[1:], scale=True, parameters=FAST
+        )
     problem = failure(queue, payload, job_timeout=0)
     assert problem.slug == "timed-out"
     assert "give fewer shapes" in problem.detail
