@@ -9,6 +9,8 @@ from broker.contracts import (
     MatchParameters,
     MatchPayload,
     MatchResult,
+    PrototypeParameters,
+    PrototypePayload,
     RegistrationPayload,
     ShapeRecord,
     is_prototype,
@@ -36,7 +38,7 @@ SPECTRA_SHARE: Final = 0.4
 
 @dataclass(frozen=True)
 class MatchInput:
-    """One of the two shapes of a match.
+    """A shape of a match, or an example of a prototype.
 
     Parameters
     ----------
@@ -49,7 +51,7 @@ class MatchInput:
     mesh: TriangleMesh
     spectrum: Spectrum | None
 
-    def shape(self, parameters: MatchParameters) -> Shape:
+    def shape(self, parameters: MatchParameters | PrototypeParameters) -> Shape:
         """Return the shape for the solver."""
         return Shape(
             self.mesh,
@@ -162,7 +164,7 @@ def match_prototype(
 def load_shape(
     field: str,
     shape: str,
-    payload: MatchPayload | RegistrationPayload | ConsistentMapsPayload,
+    payload: MatchPayload | RegistrationPayload | ConsistentMapsPayload | PrototypePayload,
     context: JobContext,
     control: Control,
 ) -> MatchInput:
@@ -175,7 +177,7 @@ def load_shape(
     shape
         Its id.
     payload
-        Of the job, with the parameters of its matches.
+        Of the job.
     context
         Of the job.
     control

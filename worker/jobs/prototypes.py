@@ -7,15 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from broker.contracts import (
-    ExampleReport,
-    PrototypeParameters,
-    PrototypePayload,
-    PrototypeResult,
-    SpectrumKey,
-)
+from broker.contracts import ExampleReport, PrototypePayload, PrototypeResult
 from solver.control import Control
-from solver.mesh import TriangleMesh
 from solver.prototype import (
     CorrespondingExamples,
     PrototypeOptions,
@@ -29,10 +22,9 @@ from solver.shape import Shape
 from worker.jobs.archives import record_of
 from worker.jobs.context import JobContext
 from worker.jobs.failures import attributed_to
-from worker.jobs.meshes import mesh_of, spectrum_of_shape
+from worker.jobs.matches import load_shape
 from worker.jobs.options import options_of
 from worker.jobs.progress import TOTAL
-from worker.jobs.spectra import spectrum_of
 from worker.pictures import packed_prototype
 
 SPECTRA: Final = "spectra of the examples"
@@ -92,31 +84,11 @@ def _load(payload: PrototypePayload, context: JobContext, control: Control) -> l
     shapes = []
     for place, shape in enumerate(payload.shapes):
         control.report(SPECTRA, place / len(payload.shapes))
-        key, whole = spectrum_of_shape(payload.parameters, shape, context.store.shapes)
-        with attributed_to(f"shapes.{place}"):
-            shapes.append(_shape(key, whole, payload.parameters, context, control))
+        field = f"shapes.{place}"
+        loaded = load_shape(field, shape, payload, context, control)
+        with attributed_to(field):
+            shapes.append(loaded.shape(payload.parameters))
     return shapes
-
-
-def _shape(
-    key: SpectrumKey,
-    whole: TriangleMesh,
-    parameters: PrototypeParameters,
-    context: JobContext,
-    control: Control,
-) -> Shape:
-    spectra = context.store.spectra
-    mesh = mesh_of(key, whole, spectra)
-    spectrum = None
-    if parameters.needs_spectrum:
-        spectrum = spectrum_of(key, mesh, spectra, context.runner, control)
-    return Shape(
-        mesh,
-        spectrum,
-        normalise=parameters.normalise,
-        eigenpairs=parameters.eigenpairs,
-        geodesic_method=parameters.geodesic_method,
-    )
 
 
 def _examples(
