@@ -4,7 +4,6 @@ from broker.blobs.addresses import BlobUrl, open_blobs
 from broker.blobs.blob_store import BlobEntry, BlobStore
 from broker.blobs.directory import DirectoryBlobs
 from broker.blobs.errors import BlobError, BlobLost, BlobsAway, BlobsFull, NotMigrated
-from broker.blobs.left_to_sweep import LeftToSweep
 
 __all__ = [
     "BlobEntry",
@@ -15,7 +14,6 @@ __all__ = [
     "BlobsAway",
     "BlobsFull",
     "DirectoryBlobs",
-    "LeftToSweep",
     "NotMigrated",
     "open_blobs",
 ]

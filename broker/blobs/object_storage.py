@@ -4,7 +4,7 @@ Credentials, region and endpoint are those of other S3 programs: ``AWS_ACCESS_KE
 ``AWS_SECRET_ACCESS_KEY``, ``AWS_REGION``, ``AWS_ENDPOINT_URL``.
 
 The library runs threads of its own, which a fork does not copy: a process that has used it must not
-fork (see :class:`~broker.blobs.LeftToSweep`).
+fork (see :mod:`broker.blobs.left_to_sweep`).
 """
 
 import os

@@ -1,6 +1,6 @@
 """The queue: submission of jobs, RQ's queues, the workers."""
 
-from broker.queue.fair_queue import FairQueue, Share
+from broker.queue.fair_queue import FairQueue
 from broker.queue.new_jobs import new_job
 from broker.queue.rq_queues import tenant_of
 from broker.queue.settings import JOBS, QUEUES, QueueSettings
@@ -14,7 +14,6 @@ __all__ = [
     "FairQueue",
     "JobQueue",
     "QueueSettings",
-    "Share",
     "depths",
     "longest_wait",
     "new_job",

@@ -19,7 +19,6 @@ from broker.store.connections import (
     CACHE_TIMEOUT,
     CONNECT_TIMEOUT,
     StoreSettings,
-    ThrottledBackoff,
     connect,
 )
 from broker.store.counters import BUCKET_BOUNDS, Counters, CounterValues, Histogram
@@ -40,7 +39,6 @@ from broker.store.webhooks import Webhooks
 
 __all__ = [
     "BUCKET_BOUNDS",
-    "CACHE_TIMEOUT",
     "CONNECT_TIMEOUT",
     "DEFAULT_KEYS",
     "FOLDERS",
@@ -81,7 +79,6 @@ __all__ = [
     "Store",
     "StoreSettings",
     "StoredKey",
-    "ThrottledBackoff",
     "TooManyQueued",
     "Uploads",
     "Webhooks",

@@ -5,12 +5,9 @@ RQ imports ``run`` and ``stopped`` from here, by the names that queued jobs cont
 
 from worker.jobs.dissimilarities import result_of
 from worker.jobs.entry_points import run, stopped, worker_settings
-from worker.jobs.failures import newer_version
-from worker.jobs.match_results import result_from_blob
 from worker.jobs.matches import MatchInput, match_shapes
-from worker.jobs.meshes import mesh_from_bytes, mesh_of, mesh_to_bytes
+from worker.jobs.meshes import mesh_from_bytes, mesh_to_bytes
 from worker.jobs.runner import Runner
-from worker.jobs.spectra import surface_spectra
 from worker.jobs.torus import torus_file
 
 __all__ = [
@@ -18,14 +15,10 @@ __all__ = [
     "Runner",
     "match_shapes",
     "mesh_from_bytes",
-    "mesh_of",
     "mesh_to_bytes",
-    "newer_version",
-    "result_from_blob",
     "result_of",
     "run",
     "stopped",
-    "surface_spectra",
     "torus_file",
     "worker_settings",
 ]

@@ -7,7 +7,8 @@ from uuid import uuid4
 
 import pytest
 
-from broker.blobs import BlobLost, BlobsAway, BlobStore, DirectoryBlobs, open_blobs
+from broker.blobs import BlobLost, BlobsAway, BlobStore, open_blobs
+from broker.blobs.directory import DirectoryBlobs
 from broker.blobs.left_to_sweep import LeftToSweep
 from tests.object_storage import ObjectServer, environment, object_storage
 

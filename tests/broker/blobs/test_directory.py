@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from broker.blobs import BlobLost, BlobsAway, BlobsFull, DirectoryBlobs
+from broker.blobs import BlobLost, BlobsAway, BlobsFull
+from broker.blobs.directory import DirectoryBlobs
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="uses /dev/full")
 

@@ -23,7 +23,7 @@ from broker.queue import JobQueue, new_job
 from broker.store import BUCKET_BOUNDS, DEFAULT_KEYS, Keys, NewerRecord
 from broker.upkeep import LOSSES_WITH_WORKER, handle_lost_process, recover
 from broker.webhooks import WebhookSettings, dispatch
-from worker.jobs import Runner
+from worker.jobs.runner import Runner
 
 SHAPES = ("a" * 32, "b" * 32)
 

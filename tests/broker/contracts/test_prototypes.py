@@ -11,7 +11,7 @@ from solver.prototype import ExampleSurface
 from solver.shape.laplacian import Spectrum, laplace_beltrami_spectrum
 from tests.broker.upkeep.test_retention import TRACE, TTL
 from tests.worker.figures import blob
-from worker.jobs import surface_spectra
+from worker.jobs.spectra import surface_spectra
 from worker.settings import WorkerSettings
 
 

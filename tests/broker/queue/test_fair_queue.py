@@ -10,7 +10,8 @@ from rq.executions import ExecutionRegistry
 from rq.job import Job
 from rq.serializers import JSONSerializer
 
-from broker.queue import FairQueue, Share
+from broker.queue import FairQueue
+from broker.queue.fair_queue import Share
 from broker.store import Store
 
 A, B, C = (Share(name, 1.0, 0.0) for name in "ABC")

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from broker.blobs import BlobLost, BlobsAway, DirectoryBlobs, NotMigrated
+from broker.blobs import BlobLost, BlobsAway, NotMigrated
+from broker.blobs.directory import DirectoryBlobs
 from broker.store import DEFAULT_KEYS, PREFIX, BlobReference, Blobs, Keys, Store
 from broker.store.blobs import referring_key
 from tests.broker.upkeep.test_retention import SHAPE, put_shape

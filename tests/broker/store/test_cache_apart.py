@@ -20,17 +20,9 @@ from broker.contracts import (
     shape_id,
 )
 from broker.queue import JobQueue
-from broker.store import (
-    CACHE_TIMEOUT,
-    DEFAULT_KEYS,
-    CircuitBreaker,
-    Keys,
-    Store,
-    ThrottledBackoff,
-    circuit_breaker,
-    connect,
-)
+from broker.store import DEFAULT_KEYS, CircuitBreaker, Keys, Store, circuit_breaker, connect
 from broker.store import spectra as spectra_module
+from broker.store.connections import CACHE_TIMEOUT, ThrottledBackoff
 from service.standalone import EmbeddedServer
 from tests.worker.figures import blob_file
 from tests.workers import ended, validation, worker

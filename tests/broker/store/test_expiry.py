@@ -31,7 +31,7 @@ from broker.upkeep import LOSSES_WITH_WORKER, RecoveryTimeouts, recover
 from broker.webhooks import WebhookSettings, dispatch
 from tests.worker.figures import blob_file
 from tests.worker.records import CREATED, shape_record
-from worker.jobs import Runner
+from worker.jobs.runner import Runner
 from worker.settings import WorkerSettings
 
 SHAPE = "a" * 32

@@ -7,7 +7,8 @@ import sys
 
 import pytest
 
-from broker.blobs import BlobsFull, DirectoryBlobs
+from broker.blobs import BlobsFull
+from broker.blobs.directory import DirectoryBlobs
 from broker.contracts import (
     PicturePayload,
     ValidationPayload,

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from broker.blobs import BlobsAway, DirectoryBlobs
+from broker.blobs import BlobsAway
+from broker.blobs.directory import DirectoryBlobs
 from broker.store import DEFAULT_KEYS, FOLDERS, Store
 from broker.upkeep import OrphanSweep
 from broker.upkeep.orphans import SAFE_AGE

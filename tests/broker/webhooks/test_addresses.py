@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from broker.webhooks import literal_address, permitted, read_networks
+from broker.webhooks import literal_address, permitted
+from broker.webhooks.addresses import read_networks
 
 PUBLIC = ("1.1.1.1", "8.8.8.8", "93.184.215.14", "2606:4700::1111", "2a00:1450:4001::200e")
 OURS_ALONE = (

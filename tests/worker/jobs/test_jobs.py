@@ -27,7 +27,8 @@ from broker.store import DEFAULT_KEYS
 from solver.mesh import read_mesh
 from tests.worker.figures import blob, blob_file, off, two_blobs_file
 from tests.workers import ended, horses, validation
-from worker.jobs import mesh_from_bytes, result_from_blob
+from worker.jobs import mesh_from_bytes
+from worker.jobs.match_results import result_from_blob
 
 Run = Callable[[Payload], JobRecord]
 Upload = Callable[..., str]

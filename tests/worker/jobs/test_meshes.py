@@ -9,7 +9,8 @@ from solver.mesh import TriangleMesh, read_mesh, triangle_mesh
 from tests.solver import shapes
 from tests.solver.mesh.repair.damage import seams
 from tests.solver.mesh.repair.test_damage import read
-from worker.jobs import mesh_from_bytes, mesh_of, mesh_to_bytes
+from worker.jobs import mesh_from_bytes, mesh_to_bytes
+from worker.jobs.meshes import mesh_of
 
 PAINTED = triangle_mesh(shapes.cube(3).vertices, shapes.cube(3).faces, shapes.cube(3).vertices)
 

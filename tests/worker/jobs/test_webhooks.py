@@ -31,10 +31,11 @@ from broker.contracts import (
 )
 from broker.queue import JobQueue, new_job
 from broker.store import DEFAULT_KEYS
-from broker.webhooks import LEASE, WebhookSettings, dispatch, retry_delay
+from broker.webhooks import WebhookSettings, dispatch, retry_delay
+from broker.webhooks.dispatch import LEASE
 from tests.receiver import Receiver, receiving
-from worker.jobs import Runner
 from worker.jobs.delivery import post
+from worker.jobs.runner import Runner
 
 SECRET = "a secret of more than sixteen letters"
 SETTINGS = WebhookSettings.model_validate(

@@ -6,7 +6,8 @@ import pytest
 from broker.contracts import InverseCorrespondence
 from solver.mesh import triangle_mesh
 from tests.solver import shapes
-from worker.pictures import colors_by_place, transferred_colors
+from worker.pictures import colors_by_place
+from worker.pictures.coloring import transferred_colors
 
 MESH = shapes.blob(2)
 COLORS = colors_by_place(MESH.vertices)

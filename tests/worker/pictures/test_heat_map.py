@@ -10,8 +10,7 @@ from isomatch._figures.colors import COLOR_SCALE
 from matplotlib.colors import PowerNorm
 
 from service.page import STATIC
-from worker.pictures import separate_ticks
-from worker.pictures.heat_map import COLORMAP, UPPER_QUANTILE
+from worker.pictures.heat_map import COLORMAP, UPPER_QUANTILE, separate_ticks
 
 
 @pytest.mark.parametrize("greatest", [0.0505, 0.051, 0.06, 0.999, 7.0])

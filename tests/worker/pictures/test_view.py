@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from broker.contracts import View as Side
 from tests.solver import shapes
-from worker.pictures import source_view, target_view
+from worker.pictures import source_view
+from worker.pictures.view import target_view
 
 FRONT = source_view(shapes.blob(2).vertices)
 SIDES: tuple[Side, ...] = get_args(Side)
