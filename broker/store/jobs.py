@@ -205,7 +205,7 @@ class Jobs:
     ) -> JobState | None:
         """Record that the process of a job was lost; return the job's state then.
 
-        It is queued again at most `losses_allowed` times, then fails with `reason`; it is
+        It is queued again up to `losses_allowed` losses in all, then fails with `reason`; it is
         cancelled if that was requested. A job that a runner other than `runner` holds is left as it
         is; None stands for whichever holds it.
         """

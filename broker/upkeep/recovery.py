@@ -39,10 +39,16 @@ from broker.telemetry import logger
 from broker.tracing import past_span
 
 LOSSES_AFTER_KILL: Final = 1
-"""Times a job is queued again whose own process was killed, most likely because of the job."""
+"""Losses, of any kind, up to which a job is queued again when its own process was killed.
+
+Most likely it was because of the job.
+"""
 
 LOSSES_WITH_WORKER: Final = 3
-"""Times a job is queued again whose worker died, most likely because of the machine."""
+"""Losses, of any kind, up to which a job is queued again when its worker died.
+
+Most likely it was because of the machine.
+"""
 
 LOCK_SECONDS: Final = 15.0
 """Seconds after which the lock of a process that died during recovery expires."""
@@ -88,7 +94,7 @@ def handle_lost_process(
     how
         How the process ended, in words.
     losses_allowed
-        Times the job may be queued again.
+        Losses, this one among them, up to which the job is queued again.
     worker
         Name of the worker whose process it was; None for whichever holds the job.
     reason
