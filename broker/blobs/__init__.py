@@ -2,7 +2,6 @@
 
 from broker.blobs.addresses import BlobUrl, open_blobs
 from broker.blobs.blob_store import BlobEntry, BlobStore
-from broker.blobs.directory import DirectoryBlobs
 from broker.blobs.errors import BlobError, BlobLost, BlobsAway, BlobsFull, NotMigrated
 
 __all__ = [
@@ -13,7 +12,6 @@ __all__ = [
     "BlobUrl",
     "BlobsAway",
     "BlobsFull",
-    "DirectoryBlobs",
     "NotMigrated",
     "open_blobs",
 ]

@@ -3,12 +3,11 @@
 from broker.queue.fair_queue import FairQueue
 from broker.queue.new_jobs import new_job
 from broker.queue.rq_queues import tenant_of
-from broker.queue.settings import JOBS, QUEUES, QueueSettings
+from broker.queue.settings import QUEUES, QueueSettings
 from broker.queue.submission import JobQueue
 from broker.queue.workers import WORKER_TIMEOUT, depths, longest_wait, worker_states
 
 __all__ = [
-    "JOBS",
     "QUEUES",
     "WORKER_TIMEOUT",
     "FairQueue",

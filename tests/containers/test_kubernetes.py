@@ -6,7 +6,8 @@ import kubernetes_validate
 import pytest
 import yaml
 
-from broker.queue import JOBS, QueueSettings
+from broker.queue import QueueSettings
+from broker.queue.settings import JOBS
 from service.app import create_app
 from service.settings import Settings
 from tests.containers.manifests import (

@@ -8,7 +8,7 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from broker.blobs import DirectoryBlobs
+from broker.blobs.directory import DirectoryBlobs
 from broker.store import DEFAULT_KEYS, PREFIX, Store
 from service.settings import Settings
 from service.standalone import EmbeddedServer

@@ -7,12 +7,10 @@ from worker.jobs.dissimilarities import result_of
 from worker.jobs.entry_points import run, stopped, worker_settings
 from worker.jobs.matches import MatchInput, match_shapes
 from worker.jobs.meshes import mesh_from_bytes, mesh_to_bytes
-from worker.jobs.runner import Runner
 from worker.jobs.torus import torus_file
 
 __all__ = [
     "MatchInput",
-    "Runner",
     "match_shapes",
     "mesh_from_bytes",
     "mesh_to_bytes",

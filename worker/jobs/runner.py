@@ -55,6 +55,13 @@ FUNCTIONS: Final[Mapping[JobKind, JobFunction]] = {
 """Function of each kind of jobs that RQ runs; dissimilarities are computed in time slices, and
 batches are matches."""
 
+_PATIENCE: Final = 20.0
+"""Seconds for which a job waits for a blob store that is away before it is queued again: with its
+repetitions, a minute and more."""
+
+_LOOK: Final = 0.5
+"""Seconds between two looks whether it is there."""
+
 log = logger("isomatch.runner")
 
 
@@ -132,7 +139,10 @@ class Runner:
                 context.reporter.end()
             with tracing.span("storing"):
                 kept = jobs.succeed(record.id, self.name, result)
-        except (RedisError, BlobsAway, NotMigrated):
+        except BlobsAway:
+            _await_blobs(context.store)
+            raise
+        except (RedisError, NotMigrated):
             raise
         except Cancelled:
             # If another runner holds the job, it needs the upload.
@@ -148,6 +158,18 @@ class Runner:
             jobs.fail(record.id, self.name, problem)
         else:
             log.info("done", seconds=round(time.perf_counter() - start, 3), kept=kept)
+
+
+def _await_blobs(store: Store) -> None:
+    """Wait for a blob store that is away: all queued jobs would be lost to it in a moment."""
+    deadline = time.monotonic() + _PATIENCE
+    while time.monotonic() < deadline:
+        try:
+            store.blobs.check_owner()
+        except BlobsAway:
+            time.sleep(_LOOK)
+        else:
+            return
 
 
 def _reject_upload(context: JobContext) -> None:

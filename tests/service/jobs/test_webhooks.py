@@ -13,7 +13,7 @@ from broker.webhooks import WebhookSettings
 from service.standalone import EmbeddedServer
 from tests.receiver import receiving
 from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
-from worker.jobs import Runner
+from worker.jobs.runner import Runner
 
 SECRET = "sixteen letters and more"
 NETWORKS = {"webhook_networks": "127.0.0.0/8"}

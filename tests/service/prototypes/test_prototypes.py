@@ -20,7 +20,7 @@ from tests.service.conftest import Api, Json, idle_api, problem, put_shapes
 from tests.worker.families import family
 from tests.worker.figures import blob_file, off, two_blobs_file
 from tests.worker.records import shape_record
-from worker.jobs import Runner
+from worker.jobs.runner import Runner
 
 Upload = Callable[..., Json]
 
