@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from solver.arrays import BoolArray, FloatArray, IntArray
 from solver.labelling import UNMATCHED, LabellingProblem
 from solver.matching.level import Level
-from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
+from solver.optimisation.primal import InfeasibleError, local_search, maximum_matching
 
 _CANDIDATES_PER_POINT = 12
 """Candidates of a source point above the coarsest level, chosen on generated shapes."""
@@ -70,7 +70,7 @@ def refine(partners: IntArray, fine: Level, rho: float) -> RefinedCorrespondence
     for candidates in _candidates(disagreement, near, allowed):
         problem = fine.problem(candidates)
         try:
-            start = solve_lap(problem, disagreement[candidates[:, 0], candidates[:, 1]])
+            start = maximum_matching(problem, disagreement[candidates[:, 0], candidates[:, 1]])
         except InfeasibleError:
             continue
         found = local_search(problem, start)

@@ -12,7 +12,7 @@ from solver.matching.hierarchy import (
 )
 from solver.matching.level import Level, SampledStructure
 from solver.matching.structures import descriptors_at
-from solver.optimisation.primal import InfeasibleError, local_search, solve_lap
+from solver.optimisation.primal import InfeasibleError, local_search, maximum_matching
 from solver.shape import Shape, varadhan_distances
 from solver.shape.choices import Geodesic, Varadhan
 
@@ -92,7 +92,7 @@ def match_near_images(
     problem = level.problem(best_candidates(distances, near, candidates_per_point(len(images))))
     x, y = problem.candidates.T
     try:
-        start = solve_lap(problem, distances[x, y])
+        start = maximum_matching(problem, distances[x, y])
     except InfeasibleError:
         return None
     found = local_search(problem, start)

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 from solver.arrays import FloatArray
 from solver.control import Control
-from solver.labelling import Method, Solution
+from solver.labelling import UNMATCHED, Method, Solution
 from solver.matching.hierarchy import RefinedCorrespondence, refine, rematch
 from solver.matching.hypothesis import Hypothesis, SolvedLevel, rank_of
 from solver.matching.level import Level
-from solver.optimisation.primal import solve_lap
+from solver.optimisation.primal import local_search, maximum_matching
 
 _STAGE = "refinement"
 
@@ -109,7 +109,11 @@ def hypothesis_from_map(
     with (clock := control.timed()).stage("coarse matching"):
         problem = levels[0].problem(levels[0].all_candidates())
         x, y = problem.candidates.T
-        partners = solve_lap(problem, distances[x, y])
+        partners = maximum_matching(problem, distances[x, y])
+        # Matched points keep their partners, or lose them where γ is less than their costs.
+        matched = partners != UNMATCHED
+        kept = problem.among(problem.chosen_candidates(partners)[matched])
+        partners = local_search(kept, partners)
         energy = problem.energy(partners)
     known = others[0].levels[0].solution
     solution = Solution(partners, energy, known.lower_bound, known.iterations, known.method)

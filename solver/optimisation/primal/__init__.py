@@ -7,6 +7,7 @@ from solver.optimisation.primal.local_search import (
     InfeasibleError,
     assignment_costs,
     local_search,
+    maximum_matching,
     partners_of,
     solve_lap,
 )
@@ -19,6 +20,7 @@ __all__ = [
     "fuse",
     "improved",
     "local_search",
+    "maximum_matching",
     "partners_of",
     "solve_lap",
 ]

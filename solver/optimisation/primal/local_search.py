@@ -52,6 +52,31 @@ def solve_lap(problem: LabellingProblem, costs: FloatArray) -> IntArray:
     return np.where(columns < m, columns, UNMATCHED).astype(np.int64)
 
 
+def maximum_matching(problem: LabellingProblem, costs: FloatArray) -> IntArray:
+    """Match as many source points as the candidates allow, at the least total cost.
+
+    Parameters
+    ----------
+    problem
+        Its candidates; its own costs are not used.
+    costs
+        (V,) finite cost ≥ 0 of each candidate, in any unit: γ is not compared with it.
+
+    Returns
+    -------
+    (N,) int64 target point of each source point, `UNMATCHED` for none.
+
+    Raises
+    ------
+    InfeasibleError
+        Every source point must be matched, and the candidates do not allow it.
+    """
+    if not problem.must_match_all:
+        # A further match saves more than all others may cost.
+        costs = costs - (1.0 + problem.n_sources * costs.max(initial=0.0))
+    return solve_lap(problem, costs)
+
+
 def assignment_costs(problem: LabellingProblem, costs: FloatArray) -> FloatArray:
     """Matrix of the assignment problem with a cost on each candidate.
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from solver.labelling import UNMATCHED
-from solver.matching import Level, MatchOptions, build_level, level_sizes, refine
+from solver.matching import Level, MatchOptions, SampledStructure, build_level, level_sizes, refine
 from solver.shape import Shape
+from solver.shape.choices import descriptor_choice, metric_choice
 from tests.solver import shapes
+from tests.solver.problems import distances_of
 
 OPTIONS = MatchOptions(points=32, metric=("geodesic",), descriptor=("hks",))
 
@@ -93,6 +95,23 @@ def test_too_narrow_neighbourhoods_are_widened(levels: list[Level]) -> None:
     found = refine(np.array([0, *[UNMATCHED] * 7]), levels[2], rho=1.0)
     assert sorted(set(found.partners.tolist())) == sorted(found.partners.tolist())
     assert UNMATCHED not in found.partners
+
+
+def test_occlusion_does_not_depend_on_the_unit_of_length() -> None:
+    """γ is a cost of (5), whose distances have no unit."""
+    rng = np.random.default_rng(0)
+    points = rng.normal(size=(64, 3))
+    noisy = points[:16] + 0.15 * rng.normal(size=(16, 3))
+    structures = metric_choice("geodesic").settled(1.0), descriptor_choice("none")
+    found = []
+    for unit in (1e-3, 1.0, 1e3):
+        source = SampledStructure(np.arange(16), unit * distances_of(noisy), None)
+        target = SampledStructure(np.arange(64), unit * distances_of(points), None)
+        level = Level(1, *structures, source, target, 1.0, 0.0, 0.05)
+        found.append(refine(np.arange(8), level, rho=1.5))
+    for other in found[1:]:
+        np.testing.assert_array_equal(other.partners, found[0].partners)
+        assert other.energy == pytest.approx(found[0].energy)
 
 
 def test_candidates_stay_few_where_the_sizes_of_shapes_differ_a_thousandfold() -> None:

@@ -1,8 +1,11 @@
 """Placement of points at their images under a map of all vertices."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from solver.labelling import UNMATCHED
 from solver.matching import (
     Level,
     MatchOptions,
@@ -83,8 +86,9 @@ def test_coinciding_images_are_not_placed(blob: Shape, level: Level) -> None:
 def test_reach_does_not_depend_on_metric_and_scale(metric: str) -> None:
     """Commute times are no lengths, and the same however large a shape is."""
     images = np.random.default_rng(1).permutation(shapes.blob().n_vertices)[:12]
+    mapped = np.arange(12) % 4 != 0
     options = MatchOptions(points=12, metric=(metric,))
-    found = []
+    found, matched = [], []
     for scale in (1.0, 300.0):
         mesh = shapes.blob()
         large = Shape(triangle_mesh(scale * mesh.vertices, mesh.faces), normalise=False)
@@ -96,7 +100,13 @@ def test_reach_does_not_depend_on_metric_and_scale(metric: str) -> None:
         apart = large.metric("geodesic").between(np.concatenate([images, wider.target.vertices]))
         assert (apart[pairs[:, 0], 12 + pairs[:, 1]] <= 0.05 * large.size).all()
         found.append(pairs)
+        may_lack = replace(wider, occlusion_cost=0.1)
+        partly = match_near_images(large, may_lack, images, mapped)
+        assert partly is not None
+        assert (partly.partners[~mapped] == UNMATCHED).all()
+        matched.append(partly.partners)
     np.testing.assert_array_equal(found[0], found[1])
+    np.testing.assert_array_equal(matched[0], matched[1])
 
 
 def test_the_answer_of_a_single_level_is_bounded() -> None:

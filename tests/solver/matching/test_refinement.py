@@ -1,10 +1,13 @@
 """A further hypothesis, begun at a map and refined through the levels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray, IntArray
 from solver.control import Control
+from solver.labelling import UNMATCHED
 from solver.matching import (
     Hypothesis,
     Level,
@@ -82,3 +85,27 @@ def test_the_coarse_bound_is_that_of_the_proven_optimum(
     assert coarse.lower_bound == others[0].levels[0].solution.lower_bound
     assert coarse.lower_bound <= min(one.levels[0].solution.value for one in others)
     assert coarse.lower_bound < coarse.value
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e3])
+def test_occlusion_is_compared_with_energies_not_with_lengths(
+    levels: list[Level], others: list[Hypothesis], unit: float
+) -> None:
+    truth = np.arange(len(levels[0].source.vertices))
+    cheap = [replace(level, occlusion_cost=0.05) for level in levels]
+    # The images are not samples: each lies nearest its own one.
+    distances = unit * (near(levels[0], truth) + 0.1)
+    found = hypothesis_from_map(cheap, distances, others, OPTIONS.rho, Control())
+    np.testing.assert_array_equal(found.levels[0].solution.answer, truth)
+    assert found.energy == pytest.approx(0.0, abs=1e-9)
+
+
+def test_points_of_a_wrong_map_stay_unmatched_where_that_costs_less(
+    levels: list[Level], others: list[Hypothesis]
+) -> None:
+    places = np.arange(len(levels[0].source.vertices))[::-1].copy()
+    cheap = [replace(levels[0], occlusion_cost=0.01)]
+    found = hypothesis_from_map(cheap, near(levels[0], places), others, OPTIONS.rho, Control())
+    kept = found.partners != UNMATCHED
+    np.testing.assert_array_equal(found.partners[kept], places[kept])
+    assert found.energy <= 0.01 * len(places)
