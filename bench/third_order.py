@@ -83,7 +83,8 @@ def least_energy(
         level = replace(level, third_order=term)
     problem = level.problem(level.all_candidates())
     started = time.perf_counter()
-    found = minimise(problem, control=Control().within(_SECONDS))
+    control = Control().within(_SECONDS)
+    found = minimise(problem, search_seconds=_SECONDS, control=control)
     seconds = time.perf_counter() - started
     distances = target.shape.metric("geodesic").distances(samples[1][found.answer])
     rows = np.arange(size[0])

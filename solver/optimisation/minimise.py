@@ -26,8 +26,10 @@ _FEW_POINTS = 16
 """Source points up to which a problem counts as small."""
 _FEW_ROUNDS, _ROUNDS = 4, 40
 """Rounds of the dual ascent, of small and of larger problems."""
-_SEARCH_WORK = 300_000_000
-"""Nodes times candidates of the search before any dual decomposition: some 0.5 s."""
+_WORK_PER_SECOND = 600_000_000
+"""Operations of a search in a second on one core: candidates of each node, and of each triple."""
+_PER_TRIPLE = 2
+"""Operations of a triple at a node, per candidate."""
 _SEARCH_CANDIDATES = 1500
 """Candidates up to which an exact search is tried; its costs take 36 MB."""
 _SEARCH_GAP = 0.25
@@ -47,6 +49,7 @@ def minimise(
     start: IntArray | None = None,
     *,
     iterations: int = 2000,
+    search_seconds: float = 0.5,
     gap: float = CERTIFIED_GAP,
     subproblems: Subproblems | None = None,
     control: Control | None = None,
@@ -60,7 +63,11 @@ def minimise(
     start
         (N,) a good correspondence, if one is known.
     iterations
-        Limit on the iterations of the dual decomposition; searches take about as long.
+        Limit on the iterations of the dual decomposition; searches in turn with it take about as
+        long.
+    search_seconds
+        Limit on the search before the decomposition, in seconds of a typical core; its nodes are
+        counted.
     gap
         Relative gap that suffices.
     subproblems
@@ -95,7 +102,7 @@ def minimise(
     control = control or Control()
     if not problem.n_candidates:
         return _without_candidates(problem)
-    searched = _search_first(problem, start, control)
+    searched = _search_first(problem, start, search_seconds, control)
     if searched.proven and len(searched):
         return searched[0]
     problem, start = _reduce(problem, start, searched)
@@ -113,7 +120,7 @@ def _without_candidates(problem: LabellingProblem) -> Solution[IntArray]:
 
 
 def _search_first(
-    problem: LabellingProblem, start: IntArray | None, control: Control
+    problem: LabellingProblem, start: IntArray | None, seconds: float, control: Control
 ) -> Enumeration:
     """Exact search with the costs of a dual ascent, of problems that are small enough for it."""
     count = problem.n_candidates
@@ -121,7 +128,8 @@ def _search_first(
         nothing = np.empty((0, problem.n_sources), dtype=np.int64), np.empty(0)
         return Enumeration(*nothing, -np.inf, 0, Status.DEADLINE, np.arange(count))
     rounds = _FEW_ROUNDS if problem.n_sources <= _FEW_POINTS else _ROUNDS
-    limit = _SEARCH_WORK // count
+    work = count * (1 + _PER_TRIPLE * len(problem.triples.points))
+    limit = int(seconds * _WORK_PER_SECOND) // work
     return m_best_solutions(problem, known=start, rounds=rounds, node_limit=limit, control=control)
 
 

@@ -25,7 +25,7 @@ from solver.optimisation.primal import partners_of
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 _NODES_PER_ROUND = 20_000
-"""Nodes between two looks at the deadline: some 10 ms."""
+"""Nodes between two looks at the deadline, fewer with triples: some 10 ms."""
 _FEW_POINTS = 16
 """Source points up to which every candidate is completed greedily if few were dropped."""
 _MANY_KEPT = 0.5
@@ -109,8 +109,8 @@ def m_best_solutions(
     rounds
         Rounds of the ascent, at least 1; more pay off where there are many source points.
     node_limit
-        Search nodes, in rounds of 20,000, after which the best solutions so far are returned, not
-        proven.
+        Search nodes, in rounds of at most 20,000, after which the best solutions so far are
+        returned, not proven.
     control
         Cancels the search, or ends it at a deadline as the node limit does.
 
@@ -152,8 +152,8 @@ def m_best_solutions(
     kept, reparametrised = kept[promising], reparametrised.among(promising)
     search = start_search(own, reparametrised, problem.candidates[kept, 0], kept, best)
     root = root_bound(search)
-    limit = -(-node_limit // _NODES_PER_ROUND)
-    ended = iterate(DepthFirstSearch(search, _NODES_PER_ROUND), limit, control)
+    each = max(_NODES_PER_ROUND // (1 + len(problem.triples.points)), 1)
+    ended = iterate(DepthFirstSearch(search, each), -(-node_limit // each), control)
     found = np.isfinite(best.energies)
     partners = np.stack([partners_of(problem, row) for row in best.chosen])[found]
     energies = best.energies[found]

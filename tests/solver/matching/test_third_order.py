@@ -9,11 +9,15 @@ from scipy.spatial import KDTree
 from solver.control import Control
 from solver.errors import OptionError
 from solver.labelling import LINF, NO_TRIPLES
-from solver.matching import MatchOptions, match
+from solver.matching import Hypothesis, Level, MatchOptions, match
+from solver.matching.certification import prove_over_samples
+from solver.matching.hierarchy import RefinedCorrespondence
+from solver.matching.refinement import solved_level
 from solver.matching.sampling import common_size, sample
 from solver.matching.structures import build_level
 from solver.matching.third_order import ThirdOrderTerm
 from solver.mesh import triangle_mesh
+from solver.optimisation.primal import local_search
 from solver.shape import Shape
 from synthetic import SyntheticShape, articulated
 from tests.solver import shapes
@@ -102,6 +106,47 @@ def test_bounds_and_order_of_a_match(
     if points == 6:
         # The proof's energy includes the term, and so decides.
         assert found.proof.energy == found.best.energy
+
+
+WORK = MatchOptions(points=5, coarse_points=5, third_order=1.0).settled(1.0)
+
+
+@pytest.fixture(scope="module")
+def level() -> Level:
+    levels, _ = sample(Shape(shapes.blob()), Shape(shapes.blob(4)), WORK, Control())
+    return levels[-1]
+
+
+@pytest.fixture(scope="module")
+def local_optima(level: Level) -> list[Hypothesis]:
+    """The worst of them first."""
+    problem, rng = level.problem(level.all_candidates()), np.random.default_rng(0)
+    found = [
+        RefinedCorrespondence(problem, partners, problem.energy(partners))
+        for _ in range(10)
+        for partners in [local_search(problem, rng.permutation(problem.n_targets)[:5])]
+    ]
+    ordered = sorted(found, key=lambda one: -one.energy)
+    return [Hypothesis((solved_level(one, 1, 0.0),)) for one in ordered]
+
+
+def test_the_work_of_the_proof_is_limited(level: Level, local_optima: list[Hypothesis]) -> None:
+    little, much = (
+        prove_over_samples(local_optima, level, replace(WORK, proof_work=work), Control())
+        for work in (1e-6, 10.0)
+    )
+    assert little is not None
+    assert much is not None
+    assert much.solution.certified
+    assert not little.solution.certified
+    assert little.solution.lower_bound < much.solution.value <= little.solution.value
+
+
+def test_the_proof_starts_at_the_best_answer(level: Level, local_optima: list[Hypothesis]) -> None:
+    worst, best = local_optima[0].energy, local_optima[-1].energy
+    found = prove_over_samples(local_optima, level, WORK, Control().within(0.0))
+    assert found is not None
+    assert found.solution.value <= best < worst
 
 
 def test_it_decides_between_an_answer_and_its_mirror_image() -> None:
