@@ -1,5 +1,6 @@
 """Enumeration stage: the best solutions of the coarsest level, found exactly (4.1)."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 from solver.arrays import IntArray
@@ -14,6 +15,8 @@ from solver.optimisation.primal import local_search, solve_lap
 _FURTHER_NODES = 200_000
 """Search nodes of further solutions, which need not be proven the best: a fraction of a second.
 Featureless shapes such as spheres have very many that are nearly as good."""
+
+_UNPROVEN = "the coarse level's optimum could not be proven in time"
 
 
 def enumerate_hypotheses(
@@ -55,26 +58,22 @@ def enumerate_hypotheses(
 
 def _enumerate_by_energy(
     problem: LabellingProblem, count: int, control: Control
-) -> tuple[list[Solution[IntArray]], tuple[str, ...]]:
+) -> tuple[Iterable[Solution[IntArray]], tuple[str, ...]]:
     """Correspondences of least energy (5), by branch and bound, or one local optimum."""
     found = m_best_solutions(problem, count, control=control)
-    warnings = () if found.proven else ("the coarse level's optimum could not be proven in time",)
-    if not len(found.partners):
+    if not len(found):
         partners = local_search(problem, solve_lap(problem, problem.unary))
         energy = problem.energy(partners)
-        return [Solution(partners, energy, 0.0, 0, Method.LOCAL_SEARCH)], warnings
-    bound = float(found.energies[0]) if found.proven else 0.0
-    rows = zip(found.partners, found.energies.tolist(), strict=True)
-    solutions = [
-        Solution(partners, energy, bound, found.nodes, Method.BRANCH_AND_BOUND)
-        for partners, energy in rows
-    ]
-    return solutions, warnings
+        bound = min(found.lower_bound, energy)
+        local = Solution(partners, energy, bound, 0, Method.LOCAL_SEARCH, found.status)
+        return [local], () if local.certified else (_UNPROVEN,)
+    # The best one may be proven though the others are not.
+    return found, () if found[0].certified else (_UNPROVEN,)
 
 
 def _enumerate_minimax(
     problem: LabellingProblem, level: Level, options: MatchOptions, control: Control
-) -> tuple[list[Solution[IntArray]], tuple[str, ...]]:
+) -> tuple[Iterable[Solution[IntArray]], tuple[str, ...]]:
     """Correspondences of least dis∞ (section 2), by their energy (5)."""
     source, target = level.source.distances, level.target.distances
     seconds = options.proof_work

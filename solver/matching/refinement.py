@@ -116,7 +116,7 @@ def hypothesis_from_map(
         partners = local_search(kept, partners)
         energy = problem.energy(partners)
     known = others[0].levels[0].solution
-    solution = Solution(partners, energy, known.lower_bound, known.iterations, known.method)
+    solution = replace(known, answer=partners, value=energy)
     coarse = SolvedLevel(problem, solution, 1, clock.timings["coarse matching"])
     (found,) = refine_hypotheses([Hypothesis((coarse,))], levels[1:], rho, control.quiet())
     ranked = (

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.control import Control
+from solver.control import Control, Status
 from solver.labelling import UNMATCHED, Method, greatest_distortions
 from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
 from solver.matching.level import Level
@@ -94,7 +94,7 @@ def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelRepo
     problem, solution = solved.problem, solved.solution
     coarse = level.index == 0 and level is not finest
     enumerated = coarse and solution.method is Method.BRANCH_AND_BOUND
-    optimum_known = enumerated and solution.lower_bound > 0.0
+    optimum_known = enumerated and solution.status is Status.CONVERGED
     landmarks = level.landmarks
     allowed = (problem.n_sources - landmarks) * (problem.n_targets - landmarks) + landmarks
     return LevelReport(

@@ -151,7 +151,7 @@ def m_best_solutions(
     promising = _promising(problem, own, reparametrised, kept, best, complete=known is None)
     kept, reparametrised = kept[promising], reparametrised.among(promising)
     search = start_search(own, reparametrised, problem.candidates[kept, 0], kept, best)
-    root = root_bound(search)
+    root = max(root_bound(search), 0.0 if problem.non_negative else -np.inf)
     each = max(_NODES_PER_ROUND // (1 + len(problem.triples.points)), 1)
     ended = iterate(DepthFirstSearch(search, each), -(-node_limit // each), control)
     found = np.isfinite(best.energies)

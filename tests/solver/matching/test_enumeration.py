@@ -1,0 +1,75 @@
+"""Hypotheses of the coarsest level, and what is known of its optimum."""
+
+import numpy as np
+import pytest
+
+from solver.control import Control
+from solver.matching import (
+    Hypothesis,
+    Level,
+    MatchOptions,
+    build_level,
+    enumerate_hypotheses,
+    hypothesis_from_map,
+    refine_hypotheses,
+    report_match,
+)
+from solver.shape import Shape
+from tests.solver import shapes
+
+OPTIONS = MatchOptions(points=12, coarse_points=6, first_order_weight=0.5).settled(1.0)
+
+
+def levels(target: Shape) -> list[Level]:
+    source = Shape(shapes.blob())
+    return [build_level(source, target, i, (6 * (i + 1), 12), OPTIONS) for i in range(2)]
+
+
+@pytest.fixture(scope="module")
+def with_itself() -> list[Level]:
+    return levels(Shape(shapes.blob()))
+
+
+def test_a_search_that_is_cut_short_has_a_bound() -> None:
+    level = levels(Shape(shapes.blob(4)))[0]
+    (optimum, *_), no_warnings = enumerate_hypotheses(level, OPTIONS, Control())
+    cut, warnings = enumerate_hypotheses(level, OPTIONS, Control().within(0.0))
+    assert not no_warnings
+    assert len(warnings) == 1
+    for one in cut:
+        assert 0.0 < one.levels[0].solution.lower_bound <= optimum.energy <= one.energy
+        assert not one.levels[0].solution.certified
+
+
+@pytest.mark.parametrize("begun_at_a_map", [False, True])
+def test_the_coarsest_level_is_reported_with_its_optimum(
+    with_itself: list[Level], begun_at_a_map: bool
+) -> None:
+    """It is 0 for a shape and itself, whichever hypothesis is chosen."""
+    control = Control()
+    found, _ = enumerate_hypotheses(with_itself[0], OPTIONS, control)
+    refined = refine_hypotheses(found, with_itself[1:], OPTIONS.rho, control)
+    chosen = next(one for one in refined if one.levels[0].solution.value > 0.1)
+    if begun_at_a_map:
+        distances = with_itself[0].target.distances[np.arange(6)[::-1]]
+        chosen = hypothesis_from_map(with_itself, distances, refined, OPTIONS.rho, control)
+        assert chosen.levels[0].solution.value > 0.1
+    assert coarsest(chosen, with_itself) == pytest.approx((0.0, 0.0), abs=1e-9)
+
+
+def test_the_coarsest_level_is_reported_with_its_answer_if_cut_short(
+    with_itself: list[Level],
+) -> None:
+    control = Control().within(0.0)
+    found, _ = enumerate_hypotheses(with_itself[0], OPTIONS, control)
+    chosen = refine_hypotheses(found[-1:], with_itself[1:], OPTIONS.rho, control)[0]
+    energy, bound = coarsest(chosen, with_itself)
+    assert energy == chosen.levels[0].solution.value
+    assert bound < energy
+
+
+def coarsest(chosen: Hypothesis, levels: list[Level]) -> tuple[float, float]:
+    """Energy and bound that are reported of the coarsest level."""
+    ids = np.arange(shapes.blob().n_vertices)
+    report = report_match([chosen], levels, (ids, ids), (), Control()).levels[0]
+    return report.energy, report.lower_bound
