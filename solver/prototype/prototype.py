@@ -7,7 +7,7 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.prototype.mixtures import GaussianMixtures
 from solver.prototype.surfaces import ExampleSurface
-from solver.shape.choices import DescriptorChoice, MetricChoice
+from solver.shape.choices import DescriptorChoice, MetricChoice, NoDescriptor
 
 _MIN_USUAL_ENERGY = 0.1
 """Least usual energy per point: that of nearly equal examples is due to sampling alone. Chosen on
@@ -115,6 +115,16 @@ class Prototype:
     def points(self) -> int:
         """Number N of points."""
         return len(self.vertices)
+
+    @property
+    def metric_choices(self) -> tuple[MetricChoice, ...]:
+        """The metrics of the levels, the coarsest first."""
+        return tuple(one.metric for one in self.distances)
+
+    @property
+    def descriptor_choices(self) -> tuple[DescriptorChoice, ...]:
+        """The descriptors of the levels, the coarsest first."""
+        return tuple(NoDescriptor() if one is None else one.descriptor for one in self.descriptors)
 
     @property
     def usual_energy(self) -> float:

@@ -1,5 +1,6 @@
 """Matching of a target with a prototype (section 5), by the stages of a match of two shapes."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ from solver.prototype.matching.sampling import sample_target
 from solver.prototype.prototype import Prototype
 from solver.prototype.surfaces import SurfaceSpectra, compute_spectrum
 from solver.shape import Shape
+from solver.shape.choices import Structure
 
 
 def match_prototype(
@@ -117,17 +119,27 @@ def check_options(prototype: Prototype, target: Shape, options: MatchOptions) ->
     if options.objective != L2:
         raise OptionError("objective", f"a prototype is matched by likelihood; it must be {L2}")
     usual = MatchOptions()
-    own_metrics = tuple(one.metric for one in prototype.distances)
-    if options.metrics not in (usual.metrics, own_metrics):
+    if options.metrics != usual.metrics and not _chosen(options.metrics, prototype.metric_choices):
         raise OptionError("metric", "a prototype has its own; leave it out")
-    own_descriptors = tuple(one.descriptor for one in prototype.descriptors if one is not None)
-    if options.descriptors not in (usual.descriptors, own_descriptors):
+    own = prototype.descriptor_choices
+    if options.descriptors != usual.descriptors and not _chosen(options.descriptors, own):
         raise OptionError("descriptor", "a prototype has its own; leave it out")
     for field in ("normalise", "eigenpairs", "geodesic_method"):
         if getattr(target, field) != getattr(prototype, field):
             raise OptionError(
                 field, f"it must be as the prototype was learned: {getattr(prototype, field)}"
             )
+
+
+def _chosen(given: Sequence[Structure], own: Sequence[Structure]) -> bool:
+    """Return whether given structures are the prototype's, as far as parameters are given."""
+    return len(given) == len(own) and all(map(_is_chosen, given, own))
+
+
+def _is_chosen(given: Structure, own: Structure) -> bool:
+    values = {name: getattr(given, name) for name in given.parameters()}
+    known = {name: value for name, value in values.items() if value is not None}
+    return type(given) is type(own) and replace(own, **known) == own
 
 
 def _misfit(

@@ -71,10 +71,10 @@ def sample_target(
 
 def _needs_spectrum(prototype: Prototype, options: MatchOptions) -> bool:
     """Return whether some structure that is used is made of Laplace-Beltrami eigenpairs."""
-    metrics = [*prototype.sampling, *(one.metric for one in prototype.distances)]
-    described = [one.descriptor for one in prototype.descriptors if one is not None]
+    metrics = *prototype.sampling, *prototype.metric_choices
     return any(one.spectral for one in metrics) or (
-        options.first_order_weight > 0.0 and any(one.spectral for one in described)
+        options.first_order_weight > 0.0
+        and any(one.spectral for one in prototype.descriptor_choices)
     )
 
 
@@ -83,7 +83,8 @@ def _build_level(
 ) -> PrototypeLevel:
     """Build the level of the first N points of the prototype and M samples of the target."""
     learned = prototype.distances[min(index, len(prototype.distances) - 1)]
-    fields = prototype.descriptors[min(index, len(prototype.descriptors) - 1)]
+    place = min(index, len(prototype.descriptors) - 1)
+    fields = prototype.descriptors[place]
     points = np.arange(size[0], dtype=np.int64)
     source = SampledStructure(points, mean_distances(learned.mixtures, size[0]), None)
     vertices = sample_in_turn(target, prototype.sampling, size[1])
@@ -95,7 +96,7 @@ def _build_level(
     return PrototypeLevel(
         index,
         learned.metric,
-        options.descriptor_at(0) if fields is None else fields.descriptor,
+        prototype.descriptor_choices[place],
         source,
         sampled,
         options.beta,

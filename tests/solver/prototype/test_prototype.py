@@ -39,7 +39,12 @@ from solver.prototype.learning import discriminant_axes
 from solver.prototype.matching import PrototypeLevel, mean_distances
 from solver.prototype.mixtures import GaussianMixtures
 from solver.shape import Shape
-from solver.shape.choices import Geodesic, ScaleInvariantHeatKernelSignature
+from solver.shape.choices import (
+    Diffusion,
+    Geodesic,
+    MetricChoice,
+    ScaleInvariantHeatKernelSignature,
+)
 from synthetic import HUMAN_POSES, human
 from tests.solver import shapes
 
@@ -338,6 +343,28 @@ def test_options_unsuited_to_a_prototype_are_refused(options: MatchOptions, fiel
     with pytest.raises(OptionError) as caught:
         match_prototype(prototype(), humans()[0], options)
     assert caught.value.field == field
+
+
+@pytest.mark.parametrize(
+    ("metric", "descriptor"),
+    [(("diffusion",), ("none",)), ((Diffusion(time=0.01), "geodesic"), ("none", "hks"))],
+)
+def test_a_prototype_is_matched_with_the_structures_it_was_learned_with(
+    metric: tuple[MetricChoice | str, ...], descriptor: tuple[str, ...]
+) -> None:
+    options = PrototypeOptions(points=4, components=1, metric=metric, descriptor=descriptor)
+    learned = learn_prototype(connected_examples(humans()[:2], options).examples, options)
+    matching = replace(_PLAIN, points=4, metric=metric, descriptor=descriptor)
+    (level,) = match_prototype(learned, humans()[2], matching).levels
+    assert (level.metric, level.descriptor) == ("diffusion", "none")
+    for other, field in (
+        (replace(matching, metric=(Diffusion(time=0.02), *metric[1:])), "metric"),
+        (replace(matching, metric=(*metric, "geodesic")), "metric"),
+        (replace(matching, descriptor=("hks", *descriptor[1:])), "descriptor"),
+    ):
+        with pytest.raises(OptionError) as caught:
+            match_prototype(learned, humans()[2], other)
+        assert caught.value.field == field
 
 
 def test_examples_that_do_not_correspond_are_refused() -> None:
