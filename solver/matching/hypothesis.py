@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from solver.arrays import IntArray
-from solver.labelling import UNMATCHED, LabellingProblem, Solution
+from solver.control import Status
+from solver.labelling import UNMATCHED, LabellingProblem, Method, Solution
 from solver.matching.level import Level
 
 
@@ -28,6 +29,14 @@ class SolvedLevel:
     solution: Solution[IntArray]
     rank: int
     seconds: float
+
+    @property
+    def least_energy(self) -> float:
+        """Energy of the optimum where a search has found it, else that of the hypothesis."""
+        solution = self.solution
+        searched = solution.method is Method.BRANCH_AND_BOUND
+        proven = searched and solution.status is Status.CONVERGED
+        return solution.lower_bound if proven else solution.value
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.arrays import FloatArray, IntArray
-from solver.control import Control, Status
+from solver.control import Control
 from solver.labelling import UNMATCHED, Method, greatest_distortions
 from solver.matching.hypothesis import Hypothesis, SolvedLevel, drop_duplicates
 from solver.matching.level import Level
@@ -93,8 +93,6 @@ def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelRepo
     """Report a level; the coarsest of several with its optimum, whichever hypothesis was chosen."""
     problem, solution = solved.problem, solved.solution
     coarse = level.index == 0 and level is not finest
-    enumerated = coarse and solution.method is Method.BRANCH_AND_BOUND
-    optimum_known = enumerated and solution.status is Status.CONVERGED
     landmarks = level.landmarks
     allowed = (problem.n_sources - landmarks) * (problem.n_targets - landmarks) + landmarks
     return LevelReport(
@@ -103,7 +101,7 @@ def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelRepo
         candidates=problem.n_candidates,
         metric=level.metric.name,
         descriptor=level.descriptor.name,
-        energy=solution.lower_bound if optimum_known else solution.value,
+        energy=solved.least_energy if coarse else solution.value,
         lower_bound=solution.lower_bound,
         iterations=solution.iterations,
         method=solution.method,

@@ -145,9 +145,10 @@ def _is_chosen(given: Structure, own: Structure) -> bool:
 def _misfit(
     prototype: Prototype, answer: Hypothesis, options: MatchOptions
 ) -> tuple[float | None, tuple[str, ...]]:
-    """Ratio of the coarsest energy per point to the usual one; and a warning if it is too great.
+    """Ratio of the least energy per point to the usual one; and a warning if it is too great.
 
-    ``None`` where the usual one is not known, or is of other points and weights.
+    Both are of the coarsest level, where left-out examples were matched by energy alone. ``None``
+    where the usual one is not known, or is of other points and weights.
     """
     coarsest, usual = answer.levels[0], MatchOptions()
     points = coarsest.problem.n_sources
@@ -159,7 +160,7 @@ def _misfit(
     )
     if not (comparable and len(prototype.left_out_energies)):
         return None, ()
-    misfit = coarsest.solution.value / points / prototype.usual_energy
+    misfit = coarsest.least_energy / points / prototype.usual_energy
     if misfit <= prototype.greatest_misfit:
         return misfit, ()
     warning = (
