@@ -78,9 +78,9 @@ class Level:
 
         Distances are divided by the root mean square of both shapes' distances between source
         samples and between as many target samples, and a pair weighs 2/(N − 1), so that the sum
-        over pairs grows like the sum over points. Descriptors are divided by their root mean
-        square deviation from their mean. Both shapes share the divisors, so that no difference
-        of scale is lost.
+        over pairs grows like the sum over points. Descriptors of as many samples are divided by
+        their root mean square deviation from their mean. Both shapes share the divisors, so that
+        no difference of scale is lost; more target samples do not change them.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class Level:
         source, target = self.source.descriptors, self.target.descriptors
         if source is None or target is None or self.first_order_weight == 0.0:
             return np.zeros(len(candidates))
-        both = np.concatenate([source, target])
+        both = np.concatenate([source, target[: len(source)]])
         unit = float(np.sqrt(((both - both.mean(axis=0)) ** 2).sum(axis=1).mean())) or 1.0
         x, y = candidates.T
         distance: FloatArray = np.linalg.norm(source[x] - target[y], axis=1)
