@@ -8,7 +8,7 @@ import numpy as np
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.labelling import LINF, LabellingProblem, Method, Solution
-from solver.matching.hypothesis import Hypothesis, SolvedLevel, rank_of
+from solver.matching.hypothesis import Hypothesis, SolvedLevel
 from solver.matching.level import Level
 from solver.matching.options import SAMPLES, MatchOptions
 from solver.optimisation import minimise
@@ -112,7 +112,7 @@ def prove_over_samples(
             found = prove(problem, starts, seconds=options.proof_work, control=control)
         else:
             return None
-    return SolvedLevel(problem, found, rank_of(found.value, hypotheses), clock.timings["proof"])
+    return SolvedLevel(problem, found, clock.timings["proof"])
 
 
 def replaces(proof: SolvedLevel, answer: Hypothesis, level: Level, options: MatchOptions) -> bool:

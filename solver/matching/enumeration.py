@@ -49,10 +49,7 @@ def enumerate_hypotheses(
         else:
             solutions, warnings = _enumerate_by_energy(problem, options.alternatives, control)
     seconds = control.timings["coarse matching"]
-    hypotheses = [
-        Hypothesis((SolvedLevel(problem, solution, rank, seconds),))
-        for rank, solution in enumerate(solutions, start=1)
-    ]
+    hypotheses = [Hypothesis((SolvedLevel(problem, solution, seconds),)) for solution in solutions]
     return hypotheses, warnings
 
 

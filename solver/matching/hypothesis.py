@@ -19,15 +19,12 @@ class SolvedLevel:
         Problem (5) on the level's candidates, or (6) of a prototype.
     solution
         The hypothesis' correspondence there, with its energy and bound.
-    rank
-        Place, from 1, among all hypotheses by energy at this level.
     seconds
         Time spent on it.
     """
 
     problem: LabellingProblem
     solution: Solution[IntArray]
-    rank: int
     seconds: float
 
     @property
@@ -75,11 +72,6 @@ class Hypothesis:
     def with_finest(self, finest: SolvedLevel) -> "Hypothesis":
         """Return the hypothesis with its finest level replaced."""
         return replace(self, levels=(*self.levels[:-1], finest))
-
-
-def rank_of(energy: float, others: Sequence[Hypothesis], level: int = -1) -> int:
-    """Rank of an energy among those of other hypotheses at a level, from 1."""
-    return 1 + sum(other.levels[level].solution.value < energy for other in others)
 
 
 def drop_duplicates(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:

@@ -16,7 +16,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.control import Control
 from solver.labelling import LINF
 from solver.matching.enumeration import further_solutions
-from solver.matching.hypothesis import Hypothesis, move_to_front, rank_of
+from solver.matching.hypothesis import Hypothesis, move_to_front
 from solver.matching.level import Level
 from solver.matching.options import MatchOptions
 from solver.matching.placement import add_target_samples, match_near_images
@@ -202,5 +202,4 @@ def _place(
     if placed is None:
         return first, finest
     seconds = first.levels[-1].seconds + clock.timings["refinement"]
-    rank = rank_of(placed.energy, hypotheses[1:])
-    return first.with_finest(solved_level(placed, rank, seconds)), wider
+    return first.with_finest(solved_level(placed, seconds)), wider

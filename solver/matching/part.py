@@ -189,7 +189,7 @@ def _placed(
         wider = add_target_samples(source, target, level, images)
         placed = match_near_images(target, wider, images, mapped)
     assert placed is not None  # as points may stay unmatched
-    return Hypothesis((solved_level(placed, 1, clock.timings["refinement"]),)), wider
+    return Hypothesis((solved_level(placed, clock.timings["refinement"]),)), wider
 
 
 def _overlap(known: KnownPart) -> Overlap:

@@ -7,7 +7,7 @@ from solver.arrays import FloatArray
 from solver.control import Control
 from solver.labelling import UNMATCHED, Method, Solution
 from solver.matching.hierarchy import RefinedCorrespondence, refine, rematch
-from solver.matching.hypothesis import Hypothesis, SolvedLevel, rank_of
+from solver.matching.hypothesis import Hypothesis, SolvedLevel
 from solver.matching.level import Level
 from solver.optimisation.primal import local_search, maximum_matching
 
@@ -17,7 +17,7 @@ _STAGE = "refinement"
 def refine_hypotheses(
     hypotheses: Sequence[Hypothesis], levels: Sequence[Level], rho: float, control: Control
 ) -> list[Hypothesis]:
-    """Refine every hypothesis from level to level, and rank all of them at each (4.1).
+    """Refine every hypothesis from level to level, and order all of them at each (4.1).
 
     Parameters
     ----------
@@ -44,15 +44,13 @@ def refine_hypotheses(
     for level in levels:
         with control.stage(_STAGE, 0.45 + 0.005 * level.index):
             found = [_refine(one, level, rho, control) for one in ordered]
-        by_energy = sorted(range(len(found)), key=lambda place: found[place][0].energy)
-        ranks = {place: rank for rank, place in enumerate(by_energy, start=1)}
         keeps_order = level.third_order is None and _with_third_order(ordered)
         ordered = [
-            Hypothesis((*ordered[place].levels, solved_level(refined, ranks[place], seconds)))
-            for place, (refined, seconds) in enumerate(found)
+            Hypothesis((*one.levels, solved_level(refined, seconds)))
+            for one, (refined, seconds) in zip(ordered, found, strict=True)
         ]
         if not keeps_order:
-            ordered = [ordered[place] for place in by_energy]
+            ordered.sort(key=lambda one: one.energy)
     return ordered
 
 
@@ -72,10 +70,10 @@ def _refine(
     return found, clock.timings[_STAGE]
 
 
-def solved_level(found: RefinedCorrespondence, rank: int, seconds: float) -> SolvedLevel:
+def solved_level(found: RefinedCorrespondence, seconds: float) -> SolvedLevel:
     """Return a refined correspondence as the level of a hypothesis, without a bound yet."""
     solution = Solution(found.partners, found.energy, 0.0, 0, Method.LOCAL_SEARCH)
-    return SolvedLevel(found.problem, solution, rank, seconds)
+    return SolvedLevel(found.problem, solution, seconds)
 
 
 def hypothesis_from_map(
@@ -94,8 +92,8 @@ def hypothesis_from_map(
     distances
         (N, M) distances from the image of each coarse source sample to each coarse target sample.
     others
-        The hypotheses so far, among which the new one is ranked. The bound of their coarsest
-        problem is that of the new one's, which is the same problem.
+        The hypotheses so far. The bound of their coarsest problem is that of the new one's, which
+        is the same problem.
     rho
         ρ of 4.1.
     control
@@ -117,10 +115,6 @@ def hypothesis_from_map(
         energy = problem.energy(partners)
     known = others[0].levels[0].solution
     solution = replace(known, answer=partners, value=energy)
-    coarse = SolvedLevel(problem, solution, 1, clock.timings["coarse matching"])
+    coarse = SolvedLevel(problem, solution, clock.timings["coarse matching"])
     (found,) = refine_hypotheses([Hypothesis((coarse,))], levels[1:], rho, control.quiet())
-    ranked = (
-        replace(solved, rank=rank_of(solved.solution.value, others, index))
-        for index, solved in enumerate(found.levels)
-    )
-    return Hypothesis(tuple(ranked))
+    return found

@@ -42,12 +42,13 @@ def report_match(
     finest = levels[-1]
     source = vertex_ids[0][finest.source.vertices]
     target = vertex_ids[1][finest.target.vertices]
+    answer, *others = drop_duplicates(hypotheses)
     best, *alternatives = (
-        _correspondence(one, finest, source, target) for one in drop_duplicates(hypotheses)
+        _correspondence(one, finest, source, target) for one in (answer, *others)
     )
     reports = tuple(
-        _report_level(level, solved, finest)
-        for level, solved in zip(levels, hypotheses[0].levels, strict=True)
+        _report_level(level, solved, [one.levels[index] for one in others], finest)
+        for index, (level, solved) in enumerate(zip(levels, answer.levels, strict=True))
     )
     found = Match(best, tuple(alternatives), reports, tuple(warnings), control.timings)
     if proof is None:
@@ -89,7 +90,9 @@ def _costs(hypothesis: Hypothesis, finest: Level) -> FloatArray:
     return solved.problem.costs(partners)
 
 
-def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelReport:
+def _report_level(
+    level: Level, solved: SolvedLevel, others: Sequence[SolvedLevel], finest: Level
+) -> LevelReport:
     """Report a level; the coarsest of several with its optimum, whichever hypothesis was chosen."""
     problem, solution = solved.problem, solved.solution
     coarse = level.index == 0 and level is not finest
@@ -106,6 +109,6 @@ def _report_level(level: Level, solved: SolvedLevel, finest: Level) -> LevelRepo
         iterations=solution.iterations,
         method=solution.method,
         seconds=solved.seconds,
-        rank=solved.rank,
+        rank=1 + sum(other.solution.value < solution.value for other in others),
         scope=SAMPLES if problem.n_candidates == allowed else CANDIDATES,
     )

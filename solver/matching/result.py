@@ -60,8 +60,8 @@ class LevelReport:
     seconds
         Time spent on the level.
     rank
-        Place, from 1, of the answer's hypothesis among all hypotheses by their energy at this
-        level. More than 1: a finer level, the registration or a third-order term preferred it.
+        Place, from 1, of the answer's hypothesis among it and the alternatives' by their energy at
+        this level. More than 1: a finer level, the registration or a third-order term preferred it.
     scope
         Correspondences that the bound holds for: ``"samples"`` if all target samples of the level
         are candidates, else ``"candidates"``.

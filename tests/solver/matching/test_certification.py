@@ -108,5 +108,4 @@ def test_the_starts_of_a_proof_are_the_hypotheses(standing: Shape, sitting: Shap
     levels, _ = sample(standing, sitting, options, Control())
     found = prove_over_samples([], levels[-1], options, Control())
     assert found is not None
-    assert found.rank == 1
     assert found.solution.certified

@@ -13,10 +13,12 @@ from solver.matching import (
     Level,
     MatchOptions,
     build_level,
+    drop_duplicates,
     enumerate_hypotheses,
     hypothesis_from_map,
     level_sizes,
     refine_hypotheses,
+    report_match,
 )
 from solver.shape import Shape
 from tests.solver import shapes
@@ -48,13 +50,20 @@ def near(level: Level, places: IntArray) -> FloatArray:
     return level.target.distances[places]
 
 
+def ranks(hypotheses: list[Hypothesis], levels: list[Level]) -> list[int]:
+    """Ranks of the first one, as they are reported."""
+    ids = np.arange(shapes.blob().n_vertices)
+    report = report_match(hypotheses, levels, (ids, ids), (), Control())
+    return [level.rank for level in report.levels]
+
+
 def test_a_correct_map_is_kept_and_ranked_first(
     levels: list[Level], others: list[Hypothesis]
 ) -> None:
     truth = np.arange(len(levels[0].source.vertices))
     found = begun(levels, truth, others)
     np.testing.assert_array_equal(found.partners, np.arange(32))
-    assert [solved.rank for solved in found.levels] == [1] * len(levels)
+    assert ranks([found, *others], levels) == [1] * len(levels)
     assert found.energy == pytest.approx(0.0, abs=1e-9)
 
 
@@ -68,12 +77,24 @@ def test_a_wrong_map_is_ranked_among_the_others(
     found = begun(levels, places, others)
     np.testing.assert_array_equal(found.levels[0].solution.answer, places)
     assert len(found.levels) == len(levels)
+    distinct, ranked = drop_duplicates([found, *others]), ranks([found, *others], levels)
     for index, (level, stage) in enumerate(zip(levels, found.levels, strict=True)):
-        energies = [other.levels[index].solution.value for other in others]
-        assert stage.rank == 1 + np.searchsorted(np.sort(energies), stage.solution.value)
+        energies = [other.levels[index].solution.value for other in distinct]
+        assert ranked[index] == 1 + np.searchsorted(np.sort(energies), stage.solution.value)
         assert stage.solution.value == pytest.approx(stage.problem.energy(stage.solution.answer))
         assert len(stage.solution.answer) == len(level.source.vertices)
-    assert found.levels[0].rank == len(others) + 1
+    assert ranked[0] == len(distinct)
+
+
+def test_an_answer_that_a_bound_has_improved_is_ranked_anew(
+    levels: list[Level], others: list[Hypothesis]
+) -> None:
+    """Certification improves the answer alone, which may overtake the others."""
+    places = np.random.default_rng(0).permutation(len(levels[0].source.vertices))
+    found = begun(levels, places, others)
+    assert ranks([found, *others], levels)[-1] > 1
+    improved = found.with_finest(others[0].levels[-1])
+    assert ranks([improved, *others], levels)[-1] == 1
 
 
 def test_the_coarse_bound_is_that_of_the_proven_optimum(

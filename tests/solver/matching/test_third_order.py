@@ -127,7 +127,7 @@ def local_optima(level: Level) -> list[Hypothesis]:
         for partners in [local_search(problem, rng.permutation(problem.n_targets)[:5])]
     ]
     ordered = sorted(found, key=lambda one: -one.energy)
-    return [Hypothesis((solved_level(one, 1, 0.0),)) for one in ordered]
+    return [Hypothesis((solved_level(one, 0.0),)) for one in ordered]
 
 
 def test_the_work_of_the_proof_is_limited(level: Level, local_optima: list[Hypothesis]) -> None:
