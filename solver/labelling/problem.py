@@ -153,13 +153,6 @@ class LabellingProblem:
         )
 
     @cached_property
-    def unary_matrix(self) -> FloatArray:
-        """(N, M) unary costs, ``inf`` where (x, y) is not a candidate."""
-        matrix = np.full(self.shape, np.inf)
-        matrix[self.candidates[:, 0], self.candidates[:, 1]] = self.unary
-        return matrix
-
-    @cached_property
     def pairwise_costs(self) -> PairwiseCosts:
         """Pairwise costs in the form that compiled code takes."""
         first, other, cost = self.terms.adjacency(self.n_candidates)

@@ -16,7 +16,6 @@ from solver.prototype.prototype import (
     LearnedDistances,
     Prototype,
     all_pairs,
-    pair_places,
 )
 from solver.prototype.surfaces import (
     KEPT_VERTICES,
@@ -51,7 +50,6 @@ __all__ = [
     "match_prototype",
     "matched_examples",
     "nearest_surfaces",
-    "pair_places",
     "prototype_from_bytes",
     "prototype_to_bytes",
 ]

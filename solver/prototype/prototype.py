@@ -142,24 +142,7 @@ class Prototype:
         return margin * max(float(self.left_out_energies[-1]) / self.usual_energy, 1.0)
 
 
-def pair_places(first: IntArray, second: IntArray) -> IntArray:
-    """Return the places of some pairs among all pairs of points.
-
-    Parameters
-    ----------
-    first, second
-        Points, different from one another in each pair.
-
-    Returns
-    -------
-    int64 of the same shape: the place of (i, j), i < j, is j(j − 1)/2 + i.
-    """
-    low, high = np.minimum(first, second), np.maximum(first, second)
-    places: IntArray = high * (high - 1) // 2 + low
-    return places
-
-
 def all_pairs(count: int) -> tuple[IntArray, IntArray]:
-    """(P,) first and (P,) second points i < j of all pairs, in the order of their places."""
+    """(P,) first and (P,) second points i < j of all pairs: the j(j − 1)/2 + i-th is (i, j)."""
     second, first = np.tril_indices(count, -1)
     return first.astype(np.int64), second.astype(np.int64)

@@ -10,13 +10,12 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import UNMATCHED, triple_cost
-from solver.optimisation.exact.incumbents import energy_of, keep
+from solver.optimisation.exact.incumbents import OPEN, energy_of, keep
 from solver.optimisation.exact.search_state import (
     DEPTH,
     ENTERING,
     FINISHED,
     NODES,
-    OPEN,
     ROUNDING,
     Search,
     add,

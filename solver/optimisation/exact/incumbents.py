@@ -9,7 +9,8 @@ from solver.kernel import kernel
 from solver.labelling import UNMATCHED, TripleCosts, add_triple_costs, costs_of_triples
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
-_OPEN = -2
+OPEN = -2
+"""Marks a source point that is not decided."""
 
 
 class Incumbents(NamedTuple):
@@ -133,10 +134,10 @@ def _dive(
 ) -> None:
     n = len(rows) - 1
     chosen = np.empty(n, dtype=np.int64)
-    start = _most_different(unary, occlusion, rows, np.full(n, _OPEN))
+    start = _most_different(unary, occlusion, rows, np.full(n, OPEN))
     place, last = (0, rows[n]) if everywhere else (rows[start], rows[start + 1])
     for first in range(place, last):
-        chosen[:] = _OPEN
+        chosen[:] = OPEN
         costs = unary.copy()
         x, a = int(np.searchsorted(rows, first, side="right")) - 1, first
         for _ in range(n):
@@ -163,7 +164,7 @@ def _most_different(
     """Open point whose candidates cost most on average above the cheapest; -1 if none is open."""
     best, most = -1, -np.inf
     for x in range(len(chosen)):
-        if chosen[x] != _OPEN:
+        if chosen[x] != OPEN:
             continue
         count, total, least = 0, 0.0, occlusion[x]
         for b in range(rows[x], rows[x + 1]):

@@ -14,13 +14,11 @@ import numpy as np
 from solver.arrays import FloatArray, IntArray
 from solver.kernel import inlined, kernel
 from solver.labelling import TripleCosts
-from solver.optimisation.exact.incumbents import Incumbents
+from solver.optimisation.exact.incumbents import OPEN, Incumbents
 from solver.optimisation.reparametrisation import ReparametrisedCosts
 
 DEPTH, NODES, ENTERING, FINISHED = 0, 1, 2, 3
 """Positions of the counters; the last two are flags: the node is new, the search is exhausted."""
-OPEN = -2
-"""Marks a source point that is not decided."""
 ROUNDING = 1e-12
 """Allowance for rounding errors of a bound, relative to it."""
 

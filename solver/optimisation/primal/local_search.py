@@ -17,6 +17,9 @@ from solver.labelling import (
     replace_triple_costs,
 )
 
+_MAX_PASSES = 1000
+"""Bound on the rounds of a local search over all source points."""
+
 
 class InfeasibleError(ValueError):
     """Every source point must be matched, and the candidates do not allow it."""
@@ -102,9 +105,7 @@ def assignment_costs(problem: LabellingProblem, costs: FloatArray) -> FloatArray
     return matrix
 
 
-def local_search(
-    problem: LabellingProblem, partners: IntArray, *, max_passes: int = 1000
-) -> IntArray:
+def local_search(problem: LabellingProblem, partners: IntArray) -> IntArray:
     """Improve a correspondence until no move of one or two points lowers its energy.
 
     A source point moves to another candidate; when that target point is taken, the point that
@@ -117,8 +118,6 @@ def local_search(
         The labelling problem.
     partners
         (N,) a correspondence to start from, `UNMATCHED` for none.
-    max_passes
-        Bound on the rounds over all source points.
 
     Returns
     -------
@@ -136,7 +135,6 @@ def local_search(
         problem.unary,
         occlusion_cost,
         chosen,
-        max_passes,
     )
     return partners_of(problem, chosen)
 
@@ -299,7 +297,6 @@ def _improve(
     unary: FloatArray,
     occlusion_cost: float,
     chosen: IntArray,
-    max_passes: int,
 ) -> None:
     n = len(chosen)
     if len(unary) == 0:
@@ -312,7 +309,7 @@ def _improve(
         if start[x] >= 0:
             _switch(costs, triples, chosen, owner, marginal, x, start[x])
     tolerance = 1e-12 * (1.0 + np.abs(marginal).max())
-    for _ in range(max_passes):
+    for _ in range(_MAX_PASSES):
         improved = False
         for x in range(n):
             free = int((owner < 0).sum())

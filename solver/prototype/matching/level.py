@@ -9,7 +9,7 @@ from solver.arrays import FloatArray, IntArray
 from solver.labelling import NO_TABLE, LabellingProblem
 from solver.matching import Level
 from solver.prototype.mixtures import GaussianMixtures, likelihood_table
-from solver.prototype.prototype import LearnedDescriptors, LearnedDistances
+from solver.prototype.prototype import LearnedDescriptors, LearnedDistances, all_pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,7 @@ def negative_log_likelihoods(
 
 def mean_distances(mixtures: GaussianMixtures, count: int) -> FloatArray:
     """(count, count) mean distances of the first points."""
-    means = (mixtures.weights * mixtures.means[:, :, 0]).sum(axis=1)
     square = np.zeros((count, count))
-    second, first = np.tril_indices(count, -1)
-    square[second, first] = square[first, second] = means[: len(first)]
+    first, second = all_pairs(count)
+    square[second, first] = square[first, second] = mixtures.averages[: len(first), 0]
     return square

@@ -174,8 +174,7 @@ def fit_from(
     method = _ExpectationMaximisation(samples, start, floor, diagonal)
     state = iterate(method, _MAX_ITERATIONS, Control()).state
     found = GaussianMixtures(state.weights, state.means, state.covariances)
-    reached = found.log_density(samples).sum(axis=1)
-    return Fit(found, reached, np.array([*state.history, reached]))
+    return Fit(found, found.log_density(samples).sum(axis=1))
 
 
 @dataclass(eq=False)
@@ -192,8 +191,6 @@ class _State:
         (A,) mixtures that have not converged, and their parameters.
     responsibilities
         (A, M, K) posterior probabilities of the components for each of their samples.
-    history
-        (B,) log-likelihoods before each step.
     """
 
     weights: FloatArray
@@ -203,7 +200,6 @@ class _State:
     active: IntArray
     current: GaussianMixtures
     responsibilities: FloatArray
-    history: list[FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +216,7 @@ class _ExpectationMaximisation:
         start, count = self.start, len(self.samples)
         parameters = start.weights.copy(), start.means.copy(), start.covariances.copy()
         unknown = np.full(count, -np.inf)
-        state = _State(*parameters, unknown, np.arange(count), start, np.zeros(0), [])
+        state = _State(*parameters, unknown, np.arange(count), start, np.zeros(0))
         self._expect(state)
         return state
 
@@ -246,7 +242,6 @@ class _ExpectationMaximisation:
         likelihood = densities.sum(axis=1)
         gains = (likelihood - state.log_likelihood[state.active]) / self.samples.shape[1]
         state.log_likelihood[state.active] = likelihood
-        state.history.append(state.log_likelihood.copy())
         rising = ~(gains < _TOLERANCE)
         state.active = state.active[rising]
         state.responsibilities = np.exp(joint[rising] - densities[rising][..., None])

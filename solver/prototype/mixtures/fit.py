@@ -18,13 +18,10 @@ class Fit:
         B of K components.
     log_likelihood
         (B,) log-likelihood of each data set.
-    history
-        (iterations, B) log-likelihoods before each iteration and at the end.
     """
 
     mixtures: GaussianMixtures
     log_likelihood: FloatArray
-    history: FloatArray
 
     def information_criterion(self, samples: int, diagonal: bool = False) -> FloatArray:
         """(B,) Bayesian information criterion (Schwarz 1978); less is better.
@@ -64,7 +61,7 @@ class Fit:
             changed = before.copy()
             changed[rows] = after
             arrays.append(changed)
-        return Fit(GaussianMixtures(*arrays[:3]), arrays[3], self.history)
+        return Fit(GaussianMixtures(*arrays[:3]), arrays[3])
 
     def padded(self, components: int) -> "Fit":
         """Return the fits with components of weight 0 added, up to a number of components."""
@@ -77,7 +74,7 @@ class Fit:
             np.concatenate([m.means, np.repeat(m.means[:, :1], extra, axis=1)], axis=1),
             np.concatenate([m.covariances, np.repeat(m.covariances[:, :1], extra, axis=1)], axis=1),
         )
-        return Fit(mixtures, self.log_likelihood, self.history)
+        return Fit(mixtures, self.log_likelihood)
 
     def best_of(self, other: "Fit", where: BoolArray) -> "Fit":
         """Return the other fit of each data set where it is better, else this one.
@@ -90,5 +87,5 @@ class Fit:
             (B,) mask of the data sets whose other fit is better.
         """
         rows = np.flatnonzero(where)
-        chosen = Fit(other.mixtures.chosen(rows), other.log_likelihood[rows], other.history)
+        chosen = Fit(other.mixtures.chosen(rows), other.log_likelihood[rows])
         return self.replaced(rows, chosen)

@@ -14,7 +14,7 @@ from tests.solver.problems import all_solutions, explicit_instance, metric_insta
 def energy_by_definition(problem: LabellingProblem, partners: tuple[int, ...]) -> float:
     """(5) as written, over pairs of candidates, plus γ|X|; γ counts only where it is finite."""
     chosen = [(x, y) for x, y in enumerate(partners) if y != UNMATCHED]
-    unary = problem.unary_matrix
+    unary = dict(zip(map(tuple, problem.candidates.tolist()), problem.unary, strict=True))
     total = sum(unary[x, y] for x, y in chosen)
     for i, (x, y) in enumerate(chosen):
         for x2, y2 in chosen[i + 1 :]:
