@@ -73,7 +73,7 @@ class Level(_Part):
     method: str = Field(description="Method that found and bounded the answer.")
     seconds: float = Field(description="Time the level took.")
     rank: int = Field(
-        description="Place of the answer among all hypotheses by their energy at this level."
+        description="Place of the answer among it and its alternatives by energy at this level."
     )
     scope: Literal["candidates", "samples"] | None = Field(
         default=None,

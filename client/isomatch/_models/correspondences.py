@@ -109,7 +109,7 @@ class Level(Answer):
     certified
         Whether no better correspondence exists among the candidates of this level.
     rank
-        Rank of the solution by energy among all hypotheses at this level, from 1.
+        Rank of the solution by energy among it and its alternatives at this level, from 1.
     scope
         What the bound holds for: ``"samples"`` if all target samples of the level are candidates,
         else ``"candidates"``; None in results of earlier versions.
