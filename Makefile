@@ -12,8 +12,8 @@ export PYTHONDONTWRITEBYTECODE :=
 # Not written out in recipes: a line with the variable of make itself would run under `make -n` as well.
 SUBMAKE := $(MAKE) --no-print-directory
 
-# Processes that run tests; one runs those of a file, or of one service. Many wait for services, so four keep two cores busy.
-TESTERS ?= 4
+# Processes that run tests; one runs those of a file, or of one service. Many wait for services, so three keep two cores busy.
+TESTERS ?= 3
 
 .DEFAULT_GOAL := help
 .PHONY: help demo serve test browser test-containers lint format gallery generate bench lock clean

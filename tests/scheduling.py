@@ -6,15 +6,13 @@ import pytest
 from xdist.scheduler import LoadFileScheduling
 
 SHARING = {
-    "tests/service/page/": "page",
     "tests/service/": "API",
     "tests/client/": "stack",
     "tests/e2e/": "stack",
     "tests/worker/jobs/": "workers",
 }
-"""Folders whose tests share a service of their session, and its name; the first that fits. Each
-process that runs some of them would start a service with workers of its own, which takes longer
-than most tests. Tests of the page wait much, so that they have one beside the others' API."""
+"""Folders whose tests share a service of their session, and its name. Each process that runs some
+of them would start a service with workers of its own, which takes longer than most tests."""
 
 
 def shared_by(test: str) -> str | None:

@@ -20,7 +20,6 @@ from broker.contracts import (
     RegistrationPayload,
     RequestOrigin,
     View,
-    export_refusal,
     is_prototype,
     no_alternative,
 )
@@ -236,9 +235,6 @@ def _check(service: Service, payload: PicturePayload) -> None:
         raise JobWithoutResult(
             f"A job of kind {record.kind.value!r} has no {what}; ask for its result."
         )
-    exported = payload.format != "png" and payload.specimen is None
-    if exported and (refusal := export_refusal(record.payload, payload.format)) is not None:
-        raise JobWithoutResult(f"{refusal[0].upper()}{refusal[1:]}.")
     packed = packed_result(service, payload.job)
     if payload.specimen is not None:
         _check_registered(record, packed, payload.specimen)

@@ -46,7 +46,7 @@ def test_a_killed_writer_leaves_no_part_of_a_blob(tmp_path: Path) -> None:
     program = """
 import os, sys
 from pathlib import Path
-from broker.blobs import DirectoryBlobs
+from broker.blobs.directory import DirectoryBlobs
 blobs = DirectoryBlobs(Path(sys.argv[1]))
 print("ready", flush=True)
 number = 0

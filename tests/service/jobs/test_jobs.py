@@ -137,15 +137,13 @@ def test_pictures_of_alternatives(http: httpx2.Client, shapes: Shapes, api: Api)
 
 
 def test_files_of_deleted_shapes(http: httpx2.Client, upload: Upload) -> None:
-    """A table needs no shape; and what no match without a dense map has is not made."""
+    """A table needs no shape."""
     shape = upload(blob_file(2, seed=40))["id"]
     job = matched(http, (shape, shape), **QUICK)
     http.delete(f"/v1/shapes/{shape}")
     problem(http.get(job["links"]["picture"]), 410, "shape-deleted")
     (table,) = job["links"]["exports"]
     assert http.get(table).text.startswith("source,target")
-    refused = problem(http.get(table.replace(".csv", ".ply")), 409, "job-without-result")
-    assert refused["detail"].startswith("PLY shows a map of all vertices")
 
 
 def test_listing(http: httpx2.Client, shapes: Shapes) -> None:
