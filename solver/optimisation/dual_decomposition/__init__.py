@@ -5,7 +5,8 @@ without pairwise costs; **pairs** of source points, or of target points, with al
 and **triples** where pairs disagree; and a **maxflow** one, all pairwise costs without constraints.
 Every cost is divided among the subproblems that have it. For any division, the minima of the
 subproblems add up to a lower bound; a projected subgradient method maximises it. Matches take the
-linear one and pairs; the others are there to be compared (``python -m bench.solver``).
+linear one, pairs, and the triples that have third-order costs; the others are there to be compared
+(``python -m bench.solver``).
 
 After Torresani, Kolmogorov and Rother, "Feature correspondence via graph matching: models and
 global optimization", ECCV 2008. Pairs of both shapes, which exchange shares of each pairwise cost,
