@@ -83,7 +83,11 @@ def match(
         if options.partial in PARTS:
             found = _match_given_part(source, target, options, control)
         elif (part := _possible_part(source, target, options)) is not None:
-            found = _match_possible_part(source, target, part, options, control)
+            try:
+                found = _match_possible_part(source, target, part, options, control)
+            except MeshError:
+                # What cannot be displaced, or measured along, is no part.
+                found, _ = _match_whole(source, target, options, control)
         else:
             found, _ = _match_whole(source, target, options, control)
     warnings = (
@@ -121,9 +125,14 @@ def _match_possible_part(
 
     It is the answer at once if it lacks as much by a first registration, and the part that is found
     then is sure. Else both are matched as wholes, and the registration of that tells what it lacks.
-    The confidence of wholes counts for nothing then: it was fitted to wholes.
-    Of 30 parts matched as wholes, three answers are right, and 24 of the same matched as parts. But
-    where both have a long boundary, neither may be a part: the greater confidence decides.
+    The confidence of wholes counts for nothing then: it was fitted to wholes. Of 30 parts matched
+    as wholes, three answers are right, and 24 of the same matched as parts. But where both have a
+    long boundary, neither may be a part: the greater confidence decides.
+
+    Raises
+    ------
+    MeshError
+        A shape cannot be registered or matched as a part.
     """
     alone = min(one.mesh.relative_boundary for one in (source, target)) < _BOUNDARY
     early, wholly, last = (control.between(*ends) for ends in _PROGRESS)
@@ -157,13 +166,9 @@ def _detected(
     """Register a part, unless it is known, if it lacks much of the other by a registration."""
     if control.expired:
         return None
-    try:
-        if registration.share_lacking(control, of_source=part == TARGET) < _LACKING:
-            return None
-        return known or find_part(source, target, part, options, control)
-    except MeshError:
-        # What cannot be displaced is no part.
+    if registration.share_lacking(control, of_source=part == TARGET) < _LACKING:
         return None
+    return known or find_part(source, target, part, options, control)
 
 
 def _match_whole(
