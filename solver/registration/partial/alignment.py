@@ -1,10 +1,11 @@
 """Alignment of a whole surface to a part of it, in space, normals and spectrum.
 
 As :mod:`solver.registration.alignment`, but for what a part lacks. It is the whole that is bent:
-its eigenfunctions know nothing of the cuts. Every point of the part has a partner; a point of the
-whole has one only if the partner's partner is near it. Where the surfaces only overlap, neither is
-whole: that holds for the points of both, and the one that is bent is called the whole here, too.
-And the functional map is not orthogonal: a smooth function on the part is the restriction of a
+its eigenfunctions know nothing of the cuts. Every point of the part has a partner, and the whole is
+drawn by these pairs alone: what the part lacks is nearest to its edges, and would be drawn there.
+Where the surfaces only overlap, neither is whole: a point of either has a partner only if the
+partner's partner is near it, and the one that is bent is called the whole here, too. And the
+functional map is not orthogonal: a smooth function on the part is the restriction of a
 smooth function on the whole, so that each eigenfunction of the part is fitted by a combination of
 those of the whole (Rodolà, Cosmo, Bronstein, Torsello and Cremers, "Partial functional
 correspondence", CGF 36(1), 2017).
@@ -16,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
-from solver.functional_maps import FunctionalMap, mutual_nearest_points
+from solver.functional_maps import FunctionalMap, mutual_nearest_points, nearest_points
 from solver.registration.alignment import Alignment, Weights, embedding, fit_displacement
 from solver.registration.surface import Samples, SmoothSurface
 
@@ -89,7 +90,7 @@ class PartPairs:
     Parameters
     ----------
     images
-        (S,) sample of the part nearest to each sample of the whole.
+        (S,) sample of the part nearest to each sample of the whole, if the surfaces only overlap.
     covered
         (S,) whether that is its partner: the sample of the whole nearest to it is near.
     back
@@ -161,7 +162,7 @@ def find_pairs(
     weights: Weights,
     near: float = NEAR,
 ) -> PartPairs:
-    """Nearest neighbours in the embedding, of both directions.
+    """Nearest neighbours in the embedding: of a part, or of both surfaces that overlap.
 
     Parameters
     ----------
@@ -170,13 +171,13 @@ def find_pairs(
     near
         Distance over √area of the whole within which a point's partner's partner is near it.
     """
-    images, back = mutual_nearest_points(*embed(whole, part, alignment, scale, weights))
+    here, there = embed(whole, part, alignment, scale, weights)
+    if part.entire:
+        return PartPairs.of_part(nearest_points(there, here), len(whole))
+    images, back = mutual_nearest_points(here, there)
     apart = np.linalg.norm(whole.positions - whole.positions[back[images]], axis=1)
-    met = np.ones(len(back), dtype=np.bool_)
-    if not part.entire:
-        away = np.linalg.norm(part.positions - part.positions[images[back]], axis=1)
-        met = away < near * scale
-    return PartPairs(images, apart < near, back, met)
+    away = np.linalg.norm(part.positions - part.positions[images[back]], axis=1)
+    return PartPairs(images, apart < near, back, away < near * scale)
 
 
 def align_to_part(

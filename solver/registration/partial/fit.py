@@ -13,7 +13,6 @@ from solver.registration.alignment import Alignment
 from solver.registration.fit import LEAST, logarithms, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
-    NEAR,
     WEIGHTS,
     PartSamples,
     embed,
@@ -24,7 +23,7 @@ from solver.registration.surface import Samples, SmoothSurface, mean_curvatures
 _NEAR = 0.05
 """Distance over √area of the whole within which a point's partner's partner is near it, where the
 fit of surfaces that overlap is measured. With `NEAR`, more wrong candidates cover as much as right
-ones; of parts, fewer answers are right with this."""
+ones."""
 
 _OCCLUSION = -4.0
 _REFINED_OCCLUSION = -8.0
@@ -86,8 +85,7 @@ def measure_part_fit(
     scale
         √area of the whole in the part's unit.
     """
-    near = NEAR if part.entire else _NEAR
-    pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, near)
+    pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, _NEAR)
     back = pairs.back[pairs.met]
     if not len(back):
         return PartFit(1.0, 1.0, 1.0, 1.0, 0.0)

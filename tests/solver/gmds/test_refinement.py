@@ -33,7 +33,7 @@ def pair(figures: Pair) -> tuple[Shape, Shape]:
 
 @pytest.fixture(scope="module")
 def answer(pair: tuple[Shape, Shape]) -> Match:
-    return match(*pair, MatchOptions(points=32, refine="gmds"))
+    return match(*pair, MatchOptions(points=32, refine="gmds", proof="candidates"))
 
 
 def registration(

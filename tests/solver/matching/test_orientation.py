@@ -40,7 +40,7 @@ def test_a_person_is_not_matched_with_her_mirror_image(
     figure = human(pose, resolution=1000, seed=seed)
     source, target = shape_of(standing), shape_of(figure)
     truth = correspondence(standing, figure)
-    found = match(source, target, MatchOptions(points=24))
+    found = match(source, target, MatchOptions(points=24, proof="candidates"))
     where = found.best.source
     direct, other = errors(target, found.best.target, truth[where], mirrored(figure)[truth][where])
     assert direct < 0.1 < other
@@ -58,7 +58,7 @@ def test_the_winding_of_faces_does_not_matter(standing: SyntheticShape) -> None:
         Shape(triangle_mesh(figure.vertices, faces))
         for faces in (figure.faces, figure.faces[:, ::-1])
     )
-    options = MatchOptions(points=24)
+    options = MatchOptions(points=24, proof="candidates")
     one, two = (match(source, other, options).best for other in (target, inside_out))
     np.testing.assert_array_equal(one.target, two.target)
 
@@ -89,14 +89,14 @@ def pair(standing: SyntheticShape) -> tuple[Shape, Shape]:
 
 @pytest.fixture(scope="module")
 def plain(pair: tuple[Shape, Shape]) -> Match:
-    return match(*pair, MatchOptions(points=16))
+    return match(*pair, MatchOptions(points=16, proof="candidates"))
 
 
 @pytest.mark.parametrize("asked", [{"dense": True}, {"refine": "gmds"}])
 def test_asking_for_more_does_not_change_the_points(
     pair: tuple[Shape, Shape], plain: Match, asked: dict[str, object]
 ) -> None:
-    found = match(*pair, MatchOptions(points=16, **asked))  # type: ignore[arg-type]
+    found = match(*pair, MatchOptions(points=16, proof="candidates", **asked))  # type: ignore[arg-type]
     np.testing.assert_array_equal(found.best.source, plain.best.source)
     np.testing.assert_array_equal(found.best.target, plain.best.target)
     assert found.best.energy == plain.best.energy
@@ -105,7 +105,7 @@ def test_asking_for_more_does_not_change_the_points(
 
 
 def test_points_are_near_the_map_of_all_vertices(pair: tuple[Shape, Shape], plain: Match) -> None:
-    dense = match(*pair, MatchOptions(points=16, dense=True)).dense
+    dense = match(*pair, MatchOptions(points=16, dense=True, proof="candidates")).dense
     assert dense is not None
     assert dense.hypothesis == 0
     images = dense.target[plain.best.source]
@@ -113,7 +113,7 @@ def test_points_are_near_the_map_of_all_vertices(pair: tuple[Shape, Shape], plai
 
 
 def test_without_orientation_nothing_is_registered(pair: tuple[Shape, Shape]) -> None:
-    found = match(*pair, MatchOptions(points=16, orientation=False))
+    found = match(*pair, MatchOptions(points=16, orientation=False, proof="candidates"))
     assert found.confidence is None
     assert "registration" not in found.timings
     energies = [one.energy for one in (found.best, *found.alternatives)]
@@ -138,7 +138,9 @@ def test_a_shape_reflected_in_space_is_said_to_be() -> None:
     mesh = shapes.blob()
     reflected = triangle_mesh(mesh.vertices * [-1.0, 1.0, 1.0], mesh.faces)
     marks = tuple((vertex, vertex) for vertex in (0, 10, 40, 77))
-    found = match(Shape(mesh), Shape(reflected), MatchOptions(points=16, landmarks=marks))
+    found = match(
+        Shape(mesh), Shape(reflected), MatchOptions(points=16, landmarks=marks, proof="candidates")
+    )
     np.testing.assert_array_equal(found.best.target, found.best.source)
     assert not any("reflected" in warning for warning in found.warnings)
 
@@ -147,6 +149,6 @@ def test_a_left_hand_is_matched_with_a_right_one() -> None:
     """What has no symmetry is reflected in space if need be, and the user is warned."""
     mesh = shapes.blob()
     reflected = triangle_mesh(mesh.vertices * [-1.0, 1.0, 1.0], mesh.faces)
-    found = match(Shape(mesh), Shape(reflected), MatchOptions(points=16))
+    found = match(Shape(mesh), Shape(reflected), MatchOptions(points=16, proof="candidates"))
     np.testing.assert_array_equal(found.best.target, found.best.source)
     assert any("reflected" in warning for warning in found.warnings)

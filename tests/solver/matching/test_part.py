@@ -162,8 +162,10 @@ def test_a_symmetric_sheet_is_no_part_of_itself() -> None:
 
 
 def test_fewer_points_than_asked_for_are_said(whole: Shape, half: tuple[Shape, IntArray]) -> None:
-    few = Shape(simplified(half[0].mesh, 80))
-    found = match(few, whole, MatchOptions(points=100, partial="source"))
+    few = Shape(simplified(half[0].mesh, 80), normalise=False)
+    larger = triangle_mesh(5.0 * whole.mesh.vertices, whole.mesh.faces)
+    options = MatchOptions(points=100, partial="source")
+    found = match(few, Shape(larger, normalise=False), options)
     assert len(found.best.source) + len(found.best.unmatched) == few.n_vertices
     assert any(f"only {few.n_vertices} points could be matched" in one for one in found.warnings)
 
