@@ -3,7 +3,8 @@
 Without ``--data``, parts are cut out of generated people, scaled, and matched with other people;
 with it, every shape of the folder that lacks known points is matched with every one that has all.
 With ``--cut``, parts are cut out of every shape of the folder, or of generated figures of six
-classes, and matched with the one before it in its class.
+classes, and matched with the one before it in its class. With ``--halves``, the left, right, front
+and back half of every shape of the folder are matched with another shape.
 With ``--both``, both shapes are parts: two generated bodies, each cut on its own, of one person or
 of two in turn; or every two shapes of the folder that lack known points.
 
@@ -26,6 +27,7 @@ from bench.calibration import calibration, print_calibration
 from bench.collection import KnownShape, collection, read_collection
 from bench.command_line import command_line, parsed, print_json
 from bench.cut import CUTS, HALF, VERTICES, cut_out, generated_part
+from bench.halves import half_pairs
 from bench.logistic import fit_logistic
 from bench.map_error import WRONG, map_error
 from bench.overlap import generated_overlap, truly_covered
@@ -141,6 +143,8 @@ def overlapping_pairs(folder: Path | None, count: int, first: int) -> Iterator[P
 def chosen_pairs(arguments: argparse.Namespace) -> Iterator[Pair]:
     """Pairs that the command line asks for."""
     folder, first = arguments.data, arguments.first
+    if arguments.halves:
+        return half_pairs(read_collection(folder))
     if arguments.cut:
         return cut_pairs(folder, first)
     count = _COUNT if arguments.count is None else arguments.count
@@ -237,6 +241,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="seed of the first of them")
     parser.add_argument("--vertices", type=int, help="vertices of the generated bodies")
     parser.add_argument("--cut", action="store_true", help="cut shapes of the folder")
+    parser.add_argument("--halves", action="store_true", help="halve shapes of the folder")
     parser.add_argument("--landmarks", type=int, default=0, help="known points that are given")
     parser.add_argument("--both", action="store_true", help="match parts with parts")
     parser.add_argument("--detected", action="store_true", help="do not say which is the part")
@@ -246,6 +251,8 @@ def main() -> None:
         parser.error("--vertices is for generated parts of whole bodies: leave out the others")
     if arguments.count is not None and (arguments.data or arguments.cut):
         parser.error("--count is for generated parts: leave out --data and --cut")
+    if arguments.halves and (arguments.cut or arguments.both or not arguments.data):
+        parser.error("--halves is for shapes of a folder: give --data, leave out --cut and --both")
     both = arguments.both
     partial = "detected" if arguments.detected else "both" if both else "source"
     options = MatchOptions(dense=True, partial=partial, proof="candidates")

@@ -9,6 +9,7 @@ from solver.registration.candidates import NO_LANDMARKS, Points
 from solver.registration.partial.candidates import (
     OF_OVERLAP,
     OF_PART,
+    alignment_by_distances,
     first_alignment,
     labelled_points,
 )
@@ -74,16 +75,19 @@ def search_part(
     task = PartTask(smooth_surface(whole), smooth_surface(part), entire, scale is None, landmarks)
     how = OF_PART if entire else OF_OVERLAP
     scales = [scale] if scale is not None else [1.0 / np.sqrt(share) for share in how.shares]
-    starts = [
-        (first_alignment(task.whole, task.part, points, one), one)
+    labellings = [
+        (points, one)
         for one in control.in_time(scales, least=1)
         for points in labelled_points(whole, part, one, how, landmarks, control)
     ]
+    starts = [(first_alignment(task.whole, task.part, *one), one[1]) for one in labellings]
     control.report(STAGE, 0.2)
     if not entire:
         (overlapping,) = choose_parts(task, [starts], OF_OVERLAP_STAGES, control)
         return overlapping
     coarse, *fine = OF_PART_STAGES
+    samples = task.samples(coarse)
+    starts += [(alignment_by_distances((whole, part), samples, *one), one[1]) for one in labellings]
     (first,) = choose_parts(task, [starts], [coarse], control)
     control.report(STAGE, 0.4)
     crossed = cross_parts(task, first, coarse, control)

@@ -4,11 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from solver.arrays import IntArray
 from solver.control import Control
+from solver.mesh import triangle_mesh
 from solver.registration.candidates import NO_LANDMARKS, Points
-from solver.registration.partial.candidates import Labellings, labelled_points
+from solver.registration.partial.alignment import PartSamples
+from solver.registration.partial.candidates import (
+    Labellings,
+    alignment_by_distances,
+    labelled_points,
+)
+from solver.registration.surface import smooth_surface
 from solver.shape import Shape
 from tests.solver.shapes import blob
 
@@ -63,3 +71,19 @@ def test_unmatched_points_make_labellings_differ() -> None:
     how = Labellings(6, (1.0,), 300, ((0.01, 0.0),), 1, 0.1)
     sizes = {len(there) for there, _ in points(shape, how)}
     assert len(sizes) > 1
+
+
+def test_points_as_far_from_the_labelled_ones_correspond() -> None:
+    """The displaced whole lies on a copy that was turned, moved and scaled."""
+    mesh = blob(3)
+    turn = Rotation.from_rotvec([1.0, -2.0, 0.4]).as_matrix()
+    copy = triangle_mesh(3.0 * (mesh.vertices @ turn + [3.0, -1.0, 2.0]), mesh.faces)
+    whole, part = Shape(mesh), Shape(copy)
+    known = whole.sampling("geodesic", 4).indices
+    surfaces = smooth_surface(whole), smooth_surface(part)
+    samples = surfaces[0].samples.first(200), PartSamples.of(surfaces[1], 400)
+    found = alignment_by_distances((whole, part), samples, (known, known), 1.0)
+    smooth = surfaces[1].samples.coefficients[: found.size]
+    there, _ = surfaces[1].samples.first(200).surface(smooth)
+    displaced, _ = samples[0].surface(found.coefficients)
+    assert np.linalg.norm(displaced - there, axis=1).mean() < 0.02
