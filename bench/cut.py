@@ -95,10 +95,25 @@ def cut_out(whole: KnownShape, kind: str, rng: np.random.Generator) -> KnownShap
     rng
         Chooses what is cut.
     """
-    assert whole.truth is not None
     mesh = whole.shape.surface
     vertices, part = half(mesh, mesh.vertices, rng) if kind == HALF else cut(mesh, CUTS[kind], rng)
-    numbers = np.full(mesh.n_vertices, -1)
+    return known_part(whole, kind, vertices, part)
+
+
+def known_part(whole: KnownShape, kind: str, vertices: IntArray, part: TriangleMesh) -> KnownShape:
+    """Return a part of a shape; points that it lacks are -1 in its truth.
+
+    Parameters
+    ----------
+    whole
+        A shape with known truth.
+    kind
+        Named after the shape's name.
+    vertices, part
+        (n,) vertices of the shape's surface that remain, and the mesh of these.
+    """
+    assert whole.truth is not None
+    numbers = np.full(whole.shape.n_vertices, -1)
     numbers[vertices] = np.arange(len(vertices))
     name = f"{whole.name} {kind}"
     return KnownShape(name, whole.category, Shape(part), numbers[whole.truth], None)
@@ -120,6 +135,17 @@ def half(
     """
     heights: FloatArray = places @ rng.normal(size=3)
     kept = np.asarray(heights > np.quantile(heights, 1.0 - rng.uniform(*_HALVES)))
+    return largest_piece(mesh, kept)
+
+
+def largest_piece(mesh: TriangleMesh, kept: BoolArray) -> tuple[IntArray, TriangleMesh]:
+    """Return the largest component of the faces all of whose (V,) vertices are kept.
+
+    Returns
+    -------
+    vertices : (n,) its vertices.
+    part : the mesh of these.
+    """
     return submesh(mesh, largest_component(mesh, np.asarray(kept[mesh.faces].all(axis=1))))
 
 

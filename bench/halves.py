@@ -6,9 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from bench.collection import KnownShape
-from bench.cut import largest_component, submesh
-from solver.arrays import BoolArray, FloatArray, IntArray
-from solver.shape import Shape
+from bench.cut import known_part, largest_piece
+from solver.arrays import BoolArray, FloatArray
 
 HALVES = "left", "right", "front", "back"
 
@@ -72,8 +71,4 @@ def _cut(one: KnownShape, name: str, kept: BoolArray) -> KnownShape:
     assert one.truth is not None
     mesh = one.shape.surface
     nearest = cKDTree(mesh.vertices[one.truth]).query(mesh.vertices)[1]
-    within = kept[nearest][mesh.faces].all(axis=1)
-    vertices, part = submesh(mesh, largest_component(mesh, np.asarray(within)))
-    numbers: IntArray = np.full(mesh.n_vertices, -1)
-    numbers[vertices] = np.arange(len(vertices))
-    return KnownShape(f"{one.name} {name}", one.category, Shape(part), numbers[one.truth], None)
+    return known_part(one, name, *largest_piece(mesh, kept[nearest]))

@@ -130,7 +130,7 @@ class PartPairs:
 
     @property
     def weights(self) -> FloatArray:
-        """(P, 1) weights of the pairs; both directions weigh the same together."""
+        """(P, 1) weights of the pairs; each direction has ½ in all."""
         both = int(self.covered.sum()), int(self.met.sum())
         return np.concatenate([np.full(one, 0.5 / max(one, 1)) for one in both])[:, None]
 
@@ -169,7 +169,8 @@ def find_pairs(
     whole, part, alignment, scale, weights
         As for :func:`embed`.
     near
-        Distance over √area of the whole within which a point's partner's partner is near it.
+        Distance over √area of the whole within which a point's partner's partner is near it, of
+        surfaces that overlap.
     """
     here, there = embed(whole, part, alignment, scale, weights)
     if part.entire:
