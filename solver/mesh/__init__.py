@@ -1,6 +1,7 @@
-"""Triangle meshes: reading, repair, colours, normals, simplification, nearest points."""
+"""Triangle meshes: reading, repair, colours, normals, curvature, simplification, nearest points."""
 
 from solver.mesh.file_contents import mapped_surface, textured_surface
+from solver.mesh.mean_curvature import mean_curvature_measures
 from solver.mesh.nearest_points import descend, nearest_in_fan, nearest_in_triangle, project
 from solver.mesh.normals import face_normals, vertex_normals
 from solver.mesh.rotations import nearest_rotations
@@ -21,6 +22,7 @@ __all__ = [
     "face_normals",
     "largest_component",
     "mapped_surface",
+    "mean_curvature_measures",
     "nearest_in_fan",
     "nearest_in_triangle",
     "nearest_rotations",

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.kernel import kernel
-from solver.mesh import TriangleMesh, face_normals, vertex_normals
+from solver.mesh import TriangleMesh, face_normals, mean_curvature_measures, vertex_normals
 from solver.shape import Shape, euclidean_farthest_points
 from solver.shape.laplacian import laplacian
 
@@ -32,8 +32,14 @@ _SAMPLES = 1500
 _SPREAD = 100
 """Samples, the first, between which distances are compared."""
 
-_CURVATURE_TIMES = 0.001, 0.003
+CURVATURE_TIMES = 0.001, 0.003
 """Diffusion times after which mean curvatures are compared: details of 0.03 to 0.06 √area."""
+
+_LEAST_DEVIATION = 0.02
+"""Of averages of the mean curvature, which deviate by 0.1 to 0.7 on people and animals."""
+
+_LEAST_AREA = 0.01
+"""Least share of the area round a point that edges between two triangles must have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +60,8 @@ class Samples:
         (2, S, K) derivatives in two orthogonal directions of the tangent plane.
     curvatures
         (S, m) mean curvature after diffusion for m times, without unit.
+    averages, average_deviations
+        (S, m) and (m,) as of :class:`SmoothSurface`.
     reflection
         Whether the surface is reflected, so that cross products of tangents point inwards.
     embedded
@@ -67,6 +75,8 @@ class Samples:
     eigenfunctions: FloatArray
     tangents: FloatArray
     curvatures: FloatArray
+    averages: FloatArray
+    average_deviations: FloatArray
     reflection: bool = False
     embedded: dict[tuple[float, ...], RealArray] = field(default_factory=dict, repr=False)
     _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
@@ -88,6 +98,7 @@ class Samples:
             eigenfunctions=self.eigenfunctions[:count],
             tangents=self.tangents[:, :count],
             curvatures=self.curvatures[:count],
+            averages=self.averages[:count],
             embedded={},
             _smoothed={},
         )
@@ -214,8 +225,59 @@ class SmoothSurface:
     @cached_property
     def samples(self) -> Samples:
         """Samples spread over the surface, the farthest first."""
+        return self.at(self._spread)
+
+    @cached_property
+    def _spread(self) -> IntArray:
         count = min(_SAMPLES, self.mesh.n_vertices)
-        return self.at(euclidean_farthest_points(self.mesh.vertices, count))
+        return euclidean_farthest_points(self.mesh.vertices, count)
+
+    @cached_property
+    def averages(self) -> FloatArray:
+        """(V, m) averages of the mean curvature over their deviations."""
+        averages: FloatArray = self.average_curvatures() / self.average_deviations
+        return averages
+
+    @cached_property
+    def average_deviations(self) -> FloatArray:
+        """(m,) mean deviations of averages of the mean curvature from their medians.
+
+        At least `_LEAST_DEVIATION`: on a sphere they are rounding errors.
+        """
+        found = self.average_curvatures(vertices=self._spread)
+        deviations: FloatArray = np.abs(found - np.median(found, axis=0)).mean(axis=0)
+        return np.maximum(deviations, _LEAST_DEVIATION)
+
+    def average_curvatures(self, area: float = 1.0, vertices: IntArray | None = None) -> FloatArray:
+        """(S, m) mean curvature times √t, averaged by a heat flow for m times t.
+
+        The quotient of the curvature measure and its area, both after the flow, so that the average
+        is over what is there: it hardly changes where a surface is cut, unlike the curvature of a
+        surface that flows itself. It is positive where the surface is convex.
+
+        Parameters
+        ----------
+        area
+            Times are those of a surface of unit area, times this.
+        vertices
+            (S,) vertices, by default all.
+        """
+        functions = self.spectrum.eigenfunctions
+        functions = functions if vertices is None else functions[vertices]
+        found = []
+        for time in (area * one for one in CURVATURE_TIMES):
+            decay = np.exp(-time * self.spectrum.eigenvalues)[:, None]
+            integrals, areas = (functions @ (decay * self._measures)).T
+            found.append(np.sqrt(time) * integrals / np.maximum(areas, _LEAST_AREA))
+        return np.stack(found, axis=1)
+
+    @cached_property
+    def _measures(self) -> FloatArray:
+        """(K, 2) coefficients of the integrals and areas of :func:`.mean_curvature_measures`."""
+        integrals, areas = mean_curvature_measures(self.mesh)
+        measures = np.stack([self.side * integrals, areas], axis=1)
+        coefficients: FloatArray = self.spectrum.eigenfunctions.T @ measures
+        return coefficients
 
     def at(self, vertices: IntArray) -> Samples:
         """Return chosen vertices as samples."""
@@ -231,8 +293,10 @@ class SmoothSurface:
             values[vertices],
             np.ascontiguousarray(tangents),
             np.empty((len(vertices), 0)),
+            self.averages[vertices],
+            self.average_deviations,
         )
-        return replace(samples, curvatures=mean_curvatures(samples))
+        return replace(samples, curvatures=_mean_curvatures(samples))
 
 
 _SURFACES: "WeakKeyDictionary[Shape, SmoothSurface]" = WeakKeyDictionary()
@@ -293,16 +357,14 @@ def _gradients(mesh: TriangleMesh, vertices: IntArray) -> sp.csr_array:
     return sp.csr_array(sp.diags_array(weights) @ operator)
 
 
-def mean_curvatures(samples: Samples, area: float = 1.0) -> FloatArray:
+def _mean_curvatures(samples: Samples) -> FloatArray:
     """(S, m) mean curvatures times √t, of the surface after diffusion for times t.
-
-    Times are those of a surface of unit area, times `area`.
 
     ΔX = 2 H n for the positions X of a surface, here with the sign of Δ in section 3.3: H is
     positive where the surface is convex.
     """
     found = []
-    for time in (area * one for one in _CURVATURE_TIMES):
+    for time in CURVATURE_TIMES:
         coefficients = np.exp(-time * samples.eigenvalues)[:, None] * samples.coefficients
         laplacian = samples.eigenfunctions @ (samples.eigenvalues[:, None] * coefficients)
         _, normals = samples.surface(coefficients)

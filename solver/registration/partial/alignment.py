@@ -1,7 +1,8 @@
 """Alignment of a whole surface to a part of it, in space, normals and spectrum.
 
 As :mod:`solver.registration.alignment`, but for what a part lacks. It is the whole that is bent:
-its eigenfunctions know nothing of the cuts. Every point of the part has a partner, and the whole is
+its eigenfunctions know nothing of the cuts. Averages of the mean curvature, which cuts hardly
+change, are compared besides. Every point of the part has a partner, and the whole is
 drawn by these pairs alone: what the part lacks is nearest to its edges, and would be drawn there.
 Where the surfaces only overlap, neither is whole: a point of either has a partner only if the
 partner's partner is near it, and the one that is bent is called the whole here, too. And the
@@ -24,6 +25,10 @@ from solver.registration.surface import Samples, SmoothSurface
 WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3)
 """Of the embedding. Without spectral coordinates, errors are a fifth to a third more; with twice
 their weight, no less."""
+
+_CURVATURE = 0.2
+"""Weight of averages of the mean curvature, for each diffusion time. Of 14 hard halves of bodies,
+five are wrong without it, two with 0.1, four with 0.3; of 48 halves, four with 0.2."""
 
 IN_SPACE = Weights(spectrum=0.0, space=2.0, normals=0.3)
 
@@ -56,6 +61,8 @@ class PartSamples:
         (M, 3) not smoothed.
     functions
         (M, K) values of eigenfunctions, of mean square 1.
+    surface
+        The part.
     entire
         Whether every point of the part has a partner on the whole.
     """
@@ -64,6 +71,7 @@ class PartSamples:
     positions: FloatArray
     normals: FloatArray
     functions: FloatArray
+    surface: SmoothSurface
     entire: bool = True
 
     @classmethod
@@ -79,8 +87,23 @@ class PartSamples:
             part.mesh.vertices[vertices],
             part.normals[vertices],
             part.spectrum.eigenfunctions[vertices],
+            part,
             entire,
         )
+
+    def averages(self, whole: Samples, scale: float) -> FloatArray:
+        """(M, m) averages of the mean curvature, over the deviations of the whole's.
+
+        Parameters
+        ----------
+        whole
+            Samples of the whole.
+        scale
+            √area of the whole in the part's unit.
+        """
+        found = self.surface.average_curvatures(scale**2, self.vertices)
+        averages: FloatArray = found / whole.average_deviations
+        return averages
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +174,12 @@ def embed(
     functional = alignment.functional_map
     images = functional.images(whole.eigenfunctions)
     functions = part.functions[:, : functional.size]
-    return embedding(*displaced, weights, images), embedding(*there, weights, functions)
+    curvatures = whole.averages, part.averages(whole, scale)
+    ours, theirs = (_CURVATURE * one.astype(np.float32) for one in curvatures)
+    return (
+        np.hstack([embedding(*displaced, weights, images), ours]),
+        np.hstack([embedding(*there, weights, functions), theirs]),
+    )
 
 
 def find_pairs(

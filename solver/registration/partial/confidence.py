@@ -12,12 +12,12 @@ from solver.registration.confidence import (
 )
 from solver.registration.partial.fit import RefinedPartFit
 
-_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -0.57, "margin": 2.87})
-_INTERCEPT = -7.16
-"""Logistic regression on 196 generated people, of which 184 are right, corrected to three right
-ones for each wrong one, as users' parts may be harder: that of ``python -m bench.partial --fit``
-for ``--first 300 --count 96`` and ``--first 500 --count 100`` together, whose intercept is for as
-many wrong ones as right ones, plus log 3."""
+_WEIGHTS: Mapping[str, float] = MappingProxyType({"score": -0.50, "margin": 4.3})
+_INTERCEPT = -8.0
+"""Logistic regression on 196 generated people, of which 186 are right, corrected to five right ones
+for each wrong one, as users' parts may be harder: the mean of those of ``python -m bench.partial
+--fit`` for ``--first 300 --count 96`` and ``--first 500 --count 100``, whose intercepts are for as
+many wrong ones as right ones, plus log 5."""
 
 _WEIGHTS_OF_OVERLAP: Mapping[str, float] = MappingProxyType({"margin": 3.73})
 _INTERCEPT_OF_OVERLAP = -0.99

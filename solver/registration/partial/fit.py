@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import LEAST, logarithms, strain
+from solver.registration.fit import logarithms, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     WEIGHTS,
@@ -18,15 +18,15 @@ from solver.registration.partial.alignment import (
     embed,
     find_pairs,
 )
-from solver.registration.surface import Samples, SmoothSurface, mean_curvatures
+from solver.registration.surface import Samples, SmoothSurface
 
 _NEAR = 0.05
 """Distance over √area of the whole within which a point's partner's partner is near it, where the
 fit of surfaces that overlap is measured. With `NEAR`, more wrong candidates cover as much as right
 ones."""
 
-_OCCLUSION = -4.0
-_REFINED_OCCLUSION = -8.0
+_OCCLUSION = -5.0
+_REFINED_OCCLUSION = -10.0
 """Scores of what has no partner, before and after the refinement: somewhat more than those of what
 has one. On 34 generated pairs that overlap, -2 to -5 and -8 to -10 choose equally well; if more is
 charged, wrong candidates are preferred that cover more."""
@@ -44,6 +44,9 @@ class PartFit:
         Root mean square distance of unit normals.
     sheared, stretched
         As of :class:`.Fit`, where the whole is covered.
+    bent
+        For each diffusion time, mean change of the average of the mean curvature over its mean
+        deviation from the median: of what cuts change little.
     share
         Share of both areas that has a partner, if the surfaces only overlap; 1 of a part.
     """
@@ -52,6 +55,7 @@ class PartFit:
     turned: float
     sheared: float
     stretched: float
+    bent: tuple[float, ...]
     share: float = 1.0
 
     @property
@@ -62,6 +66,7 @@ class PartFit:
             "turned": self.turned,
             "sheared": self.sheared,
             "stretched": self.stretched,
+            **_by_number(self.bent),
         }
         return logarithms(known)
 
@@ -88,8 +93,9 @@ def measure_part_fit(
     pairs = find_pairs(whole, part, alignment, scale, IN_SPACE, _NEAR)
     back = pairs.back[pairs.met]
     if not len(back):
-        return PartFit(1.0, 1.0, 1.0, 1.0, 0.0)
+        return PartFit(1.0, 1.0, 1.0, 1.0, (), 0.0)
     apart, turned = _apart_and_turned(whole, part, alignment, scale, pairs.back)
+    bent = np.abs(whole.averages[pairs.back] - part.averages(whole, scale))
     met = np.bincount(back, minlength=len(whole)) + pairs.covered
     sheared, stretched = strain(whole, alignment, scale)
     shares = float(pairs.covered.mean()), float(pairs.met.mean())
@@ -98,6 +104,7 @@ def measure_part_fit(
         float(np.sqrt(2.0 * max(turned[pairs.met].mean(), 0.0))),
         float(np.sqrt(2.0 * (met * sheared).sum() / met.sum())),
         float((met * np.abs(stretched)).sum() / met.sum()),
+        tuple(bent[pairs.met].mean(axis=0).tolist()),
         1.0 if part.entire else mean_share(*shares, scale),
     )
 
@@ -114,13 +121,14 @@ def fit_at_part(
 
     Returns
     -------
-    densities : (4, M) what the measures are means of, in the order of :class:`.LocalFit`.
+    densities : (4 + m, M) what the measures are means of, in the order of :class:`.LocalFit`.
     back : (M,) samples of the whole that the samples of the part were compared with.
     """
     back = find_pairs(whole, part, alignment, scale, IN_SPACE).back
     sheared, stretched = strain(whole, alignment, scale)
     apart, turned = _apart_and_turned(whole, part, alignment, scale, back)
-    return np.stack([apart, turned, sheared[back], np.abs(stretched)[back]]), back
+    bent = np.abs(whole.averages[back] - part.averages(whole, scale))
+    return np.stack([apart, turned, sheared[back], np.abs(stretched)[back], *bent.T]), back
 
 
 def _apart_and_turned(
@@ -131,6 +139,10 @@ def _apart_and_turned(
     apart: FloatArray = np.linalg.norm(ours[back] - theirs, axis=1) * scale
     normals = whole.surface(alignment.coefficients)[1][back]
     return apart, 1.0 - (normals * part.normals).sum(axis=1)
+
+
+def _by_number(bent: tuple[float, ...]) -> dict[str, float]:
+    return {f"bent_{number}": one for number, one in enumerate(bent)}
 
 
 def _with_occlusion(score: float, share: float, occlusion: float) -> float:
@@ -175,7 +187,7 @@ class RefinedPartFit:
     strained
         Mean strain of the edges of the whole.
     bent
-        For each diffusion time, mean change of the mean curvature, as of :class:`.Fit`.
+        As of :class:`PartFit`.
     distorted
         Mean change of distances between near points of the part, as of :class:`.NearDistances`;
         not measured where the surfaces only overlap.
@@ -202,7 +214,7 @@ class RefinedPartFit:
             "apart": self.apart,
             "turned": self.turned,
             "strained": self.strained,
-            **{f"bent_{number}": one for number, one in enumerate(self.bent)},
+            **_by_number(self.bent),
         }
         if self.distorted is not None:
             known["distorted"] = self.distorted
@@ -221,7 +233,7 @@ def changes_of_curvature(
     images: IntArray,
     scale: float,
 ) -> tuple[float, ...]:
-    """Mean changes of the curvature from the part to the whole, over the mean deviation there.
+    """Mean changes of averages of the mean curvature from the part to the whole, over deviations.
 
     Parameters
     ----------
@@ -238,6 +250,5 @@ def changes_of_curvature(
     """
     if not len(vertices):
         return ()
-    here = mean_curvatures(part.at(vertices), scale**2)
-    changes = np.abs(whole.at(images).curvatures - here).mean(axis=0)
-    return tuple((changes / np.maximum(whole.samples.deviations, LEAST)).tolist())
+    here = part.average_curvatures(scale**2, vertices) / whole.average_deviations
+    return tuple(np.abs(whole.averages[images] - here).mean(axis=0).tolist())

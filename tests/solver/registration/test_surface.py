@@ -1,11 +1,19 @@
 """Smooth surfaces: normals, tangents and curvatures against meshes and closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh, triangle_mesh, vertex_normals
-from solver.registration.surface import MIRROR, SmoothSurface, _gradients, _unit_normals
+from solver.registration.surface import (
+    CURVATURE_TIMES,
+    MIRROR,
+    SmoothSurface,
+    _gradients,
+    _unit_normals,
+)
 from solver.shape import Shape
 from solver.shape.laplacian import Spectrum
 from tests.solver import shapes
@@ -20,7 +28,8 @@ def sphere() -> SmoothSurface:
 
 
 def flipped(mesh: TriangleMesh) -> TriangleMesh:
-    return triangle_mesh(mesh.vertices, mesh.faces[:, ::-1])
+    """Inside out, which :func:`.triangle_mesh` would put right."""
+    return replace(mesh, faces=mesh.faces[:, ::-1])
 
 
 @pytest.mark.parametrize("k", [12, 50])
@@ -86,9 +95,30 @@ def test_tangents_are_difference_quotients_of_smooth_functions(sphere: SmoothSur
 
 def test_mean_curvature_of_a_sphere(sphere: SmoothSurface) -> None:
     """1 / r, for a sphere that diffusion for time t shrinks by exp(-2 t / r²)."""
-    for column, time in enumerate((0.001, 0.003)):
+    for column, time in enumerate(CURVATURE_TIMES):
         expected = np.sqrt(time) * np.exp(-2.0 * time / RADIUS**2) / RADIUS
         np.testing.assert_allclose(sphere.samples.curvatures[:, column], expected, rtol=0.03)
+
+
+def test_average_curvature_of_a_sphere(sphere: SmoothSurface) -> None:
+    """1 / r, and rounding errors are not taken for differences."""
+    found = sphere.average_curvatures()
+    expected = np.sqrt(CURVATURE_TIMES) / RADIUS
+    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.02)
+    assert np.ptp(sphere.averages, axis=0).max() < 0.3
+
+
+def test_average_curvature_does_not_change_where_a_sphere_is_cut() -> None:
+    """1 / r up to the edge of a cap, whose share of the sphere's area is known."""
+    cap = SmoothSurface(Shape(shapes.spherical_cap(1.0, 60)))
+    area = 2.0 / (1.0 - np.cos(1.0))
+    found = cap.average_curvatures(area)
+    expected = np.sqrt(CURVATURE_TIMES) / RADIUS
+    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.05)
+    edge = cap.mesh.on_boundary
+    # Where the surface flows, its edge is drawn in.
+    flowing = cap.at(np.flatnonzero(edge)).curvatures * np.sqrt(area)
+    assert (np.abs(flowing - expected) > 0.2 * expected).all()
 
 
 @pytest.mark.parametrize("inside_out", [False, True])
