@@ -37,7 +37,7 @@ def mean_curvature_measures(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]
     sides, start, end = sides[wound], starts[wound, 0], ends[wound, 0]
     normals = face_normals(mesh.vertices, mesh.faces)
     doubled = np.linalg.norm(normals, axis=1)
-    ours, theirs = (normals / doubled[:, None])[sides.T // 3]
+    ours, theirs = (normals / np.maximum(doubled, 1e-300)[:, None])[sides.T // 3]
     along = mesh.vertices[end] - mesh.vertices[start]
     lengths = np.linalg.norm(along, axis=1)
     # |along| times the sine and the cosine of the angle between normals.

@@ -60,8 +60,6 @@ class Samples:
         (2, S, K) derivatives in two orthogonal directions of the tangent plane.
     curvatures
         (S, m) mean curvature after diffusion for m times, without unit.
-    averages, average_deviations
-        (S, m) and (m,) as of :class:`SmoothSurface`.
     reflection
         Whether the surface is reflected, so that cross products of tangents point inwards.
     embedded
@@ -75,8 +73,6 @@ class Samples:
     eigenfunctions: FloatArray
     tangents: FloatArray
     curvatures: FloatArray
-    averages: FloatArray
-    average_deviations: FloatArray
     reflection: bool = False
     embedded: dict[tuple[float, ...], RealArray] = field(default_factory=dict, repr=False)
     _smoothed: dict[int, tuple[FloatArray, FloatArray]] = field(default_factory=dict, repr=False)
@@ -98,7 +94,6 @@ class Samples:
             eigenfunctions=self.eigenfunctions[:count],
             tangents=self.tangents[:, :count],
             curvatures=self.curvatures[:count],
-            averages=self.averages[:count],
             embedded={},
             _smoothed={},
         )
@@ -293,8 +288,6 @@ class SmoothSurface:
             values[vertices],
             np.ascontiguousarray(tangents),
             np.empty((len(vertices), 0)),
-            self.averages[vertices],
-            self.average_deviations,
         )
         return replace(samples, curvatures=_mean_curvatures(samples))
 

@@ -61,8 +61,8 @@ class PartSamples:
         (M, 3) not smoothed.
     functions
         (M, K) values of eigenfunctions, of mean square 1.
-    surface
-        The part.
+    surfaces
+        The whole and the part.
     entire
         Whether every point of the part has a partner on the whole.
     """
@@ -71,39 +71,47 @@ class PartSamples:
     positions: FloatArray
     normals: FloatArray
     functions: FloatArray
-    surface: SmoothSurface
+    surfaces: tuple[SmoothSurface, SmoothSurface]
     entire: bool = True
 
     @classmethod
-    def of(cls, part: SmoothSurface, count: int, entire: bool = True) -> "PartSamples":
+    def of(
+        cls, surfaces: tuple[SmoothSurface, SmoothSurface], count: int, entire: bool = True
+    ) -> "PartSamples":
         """Return the first samples of the part, which is of unit area."""
-        return cls.at(part, part.samples.vertices[:count], entire)
+        return cls.at(surfaces, surfaces[1].samples.vertices[:count], entire)
 
     @classmethod
-    def at(cls, part: SmoothSurface, vertices: IntArray, entire: bool = True) -> "PartSamples":
+    def at(
+        cls,
+        surfaces: tuple[SmoothSurface, SmoothSurface],
+        vertices: IntArray,
+        entire: bool = True,
+    ) -> "PartSamples":
         """Return chosen vertices of the part as samples."""
+        part = surfaces[1]
         return cls(
             vertices,
             part.mesh.vertices[vertices],
             part.normals[vertices],
             part.spectrum.eigenfunctions[vertices],
-            part,
+            surfaces,
             entire,
         )
 
-    def averages(self, whole: Samples, scale: float) -> FloatArray:
-        """(M, m) averages of the mean curvature, over the deviations of the whole's.
+    def curvatures(self, whole: Samples, scale: float) -> tuple[FloatArray, FloatArray]:
+        """(S, m) and (M, m) averages of the mean curvature, over their deviations on the whole.
 
         Parameters
         ----------
         whole
-            Samples of the whole.
+            S samples of the whole.
         scale
             √area of the whole in the part's unit.
         """
-        found = self.surface.average_curvatures(scale**2, self.vertices)
-        averages: FloatArray = found / whole.average_deviations
-        return averages
+        ours, theirs = self.surfaces
+        here = theirs.average_curvatures(scale**2, self.vertices) / ours.average_deviations
+        return ours.averages[whole.vertices], here
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +182,7 @@ def embed(
     functional = alignment.functional_map
     images = functional.images(whole.eigenfunctions)
     functions = part.functions[:, : functional.size]
-    curvatures = whole.averages, part.averages(whole, scale)
+    curvatures = part.curvatures(whole, scale)
     ours, theirs = (_CURVATURE * one.astype(np.float32) for one in curvatures)
     return (
         np.hstack([embedding(*displaced, weights, images), ours]),

@@ -63,7 +63,7 @@ class PartTask:
     def samples(self, stage: PartStage) -> tuple[Samples, PartSamples]:
         """Samples of a stage."""
         whole = self.whole.samples.first(stage.whole_samples)
-        return whole, PartSamples.of(self.part, stage.part_samples, self.entire)
+        return whole, PartSamples.of((self.whole, self.part), stage.part_samples, self.entire)
 
 
 Start = tuple[Alignment, float]

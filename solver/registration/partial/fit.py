@@ -95,7 +95,7 @@ def measure_part_fit(
     if not len(back):
         return PartFit(1.0, 1.0, 1.0, 1.0, (), 0.0)
     apart, turned = _apart_and_turned(whole, part, alignment, scale, pairs.back)
-    bent = np.abs(whole.averages[pairs.back] - part.averages(whole, scale))
+    bent = _bent(whole, part, scale, pairs.back)
     met = np.bincount(back, minlength=len(whole)) + pairs.covered
     sheared, stretched = strain(whole, alignment, scale)
     shares = float(pairs.covered.mean()), float(pairs.met.mean())
@@ -127,7 +127,7 @@ def fit_at_part(
     back = find_pairs(whole, part, alignment, scale, IN_SPACE).back
     sheared, stretched = strain(whole, alignment, scale)
     apart, turned = _apart_and_turned(whole, part, alignment, scale, back)
-    bent = np.abs(whole.averages[back] - part.averages(whole, scale))
+    bent = _bent(whole, part, scale, back)
     return np.stack([apart, turned, sheared[back], np.abs(stretched)[back], *bent.T]), back
 
 
@@ -139,6 +139,12 @@ def _apart_and_turned(
     apart: FloatArray = np.linalg.norm(ours[back] - theirs, axis=1) * scale
     normals = whole.surface(alignment.coefficients)[1][back]
     return apart, 1.0 - (normals * part.normals).sum(axis=1)
+
+
+def _bent(whole: Samples, part: PartSamples, scale: float, back: IntArray) -> FloatArray:
+    """(M, m) changes of averages of the mean curvature from the part's samples to theirs."""
+    there, here = part.curvatures(whole, scale)
+    return np.abs(there[back] - here)
 
 
 def _by_number(bent: tuple[float, ...]) -> dict[str, float]:

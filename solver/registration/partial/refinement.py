@@ -189,7 +189,7 @@ class RefinedPart:
         pairs = find_pairs(samples, points, known.alignment, known.scale, WEIGHTS)
         ours, theirs = (smooth_surface(one) for one in shapes)
         here = ours.at(whole.vertices[samples.vertices])
-        there = PartSamples.at(theirs, part.vertices[points.vertices], self.entire)
+        there = PartSamples.at((ours, theirs), part.vertices[points.vertices], self.entire)
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
         displaced, images, strained = _displaced(
             SurfaceMap.of(ours, theirs, alignment, reflected=False),

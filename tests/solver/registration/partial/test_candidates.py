@@ -81,7 +81,7 @@ def test_points_as_far_from_the_labelled_ones_correspond() -> None:
     whole, part = Shape(mesh), Shape(copy)
     known = whole.sampling("geodesic", 4).indices
     surfaces = smooth_surface(whole), smooth_surface(part)
-    samples = surfaces[0].samples.first(200), PartSamples.of(surfaces[1], 400)
+    samples = surfaces[0].samples.first(200), PartSamples.of(surfaces, 400)
     found = alignment_by_distances((whole, part), samples, (known, known), 1.0)
     smooth = surfaces[1].samples.coefficients[: found.size]
     there, _ = surfaces[1].samples.first(200).surface(smooth)
