@@ -6,7 +6,7 @@ errors Gaussian with unknown variances, the likelihood of a map would be the pro
 mean squares: the score is the sum of the logarithms.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +28,11 @@ LEAST = 1e-6
 def logarithms(measures: Mapping[str, float]) -> dict[str, float]:
     """Logarithms of measures that are positive, or 0 where surfaces are equal."""
     return {name: float(np.log(max(one, LEAST))) for name, one in measures.items()}
+
+
+def by_number(bent: Sequence[float]) -> dict[str, float]:
+    """Changes of curvature after each diffusion time, by name."""
+    return {f"bent_{number}": one for number, one in enumerate(bent)}
 
 
 @dataclass(frozen=True)
@@ -66,13 +71,12 @@ class Fit:
     @property
     def measures(self) -> dict[str, float]:
         """Logarithms of the measures, by name."""
-        several = {f"bent_{number}": bent for number, bent in enumerate(self.bent)}
         known = {
             "apart": self.apart,
             "turned": self.turned,
             "sheared": self.sheared,
             "stretched": self.stretched,
-            **several,
+            **by_number(self.bent),
             _DISTORTED: self.distorted,
         }
         return logarithms(known)

@@ -228,14 +228,30 @@ class SmoothSurface:
         return euclidean_farthest_points(self.mesh.vertices, count)
 
     @cached_property
-    def averages(self) -> FloatArray:
-        """(V, m) averages of the mean curvature over their deviations."""
-        averages: FloatArray = self.average_curvatures() / self.average_deviations
-        return averages
+    def standardised_curvatures(self) -> FloatArray:
+        """(V, m) average curvatures over their deviations."""
+        return self.standardised_by(self)
+
+    def standardised_by(
+        self, whole: "SmoothSurface", scale: float = 1.0, vertices: IntArray | None = None
+    ) -> FloatArray:
+        """(S, m) average curvatures of a part, to be compared with those of the whole.
+
+        Parameters
+        ----------
+        whole
+            By whose deviations they are divided.
+        scale
+            √area of the whole in this surface's unit.
+        vertices
+            (S,) vertices, by default all.
+        """
+        found: FloatArray = self.average_curvatures(scale**2, vertices) / whole._deviations
+        return found
 
     @cached_property
-    def average_deviations(self) -> FloatArray:
-        """(m,) mean deviations of averages of the mean curvature from their medians.
+    def _deviations(self) -> FloatArray:
+        """(m,) mean deviations of average curvatures from their medians, over the samples.
 
         At least `_LEAST_DEVIATION`: on a sphere they are rounding errors.
         """

@@ -150,10 +150,11 @@ def _tried(labellings: IntArray, how: Labellings, distances: FloatArray) -> IntA
 
 
 def _changes_of_curvature(whole: Shape, part: Shape, points: Points, scale: float) -> FloatArray:
-    """(n, m) mean change of the curvature of n points of the part to m of the whole."""
+    """(n, m) mean change of the standardised curvature from n points of a part to m of a whole."""
     bent, fixed = smooth_surface(whole), smooth_surface(part)
-    here = fixed.average_curvatures(scale**2, points[1]) / bent.average_deviations
-    changes: FloatArray = np.abs(here[:, None] - bent.averages[points[0]]).mean(axis=2)
+    here = fixed.standardised_by(bent, scale, points[1])
+    there = bent.standardised_curvatures[points[0]]
+    changes: FloatArray = np.abs(here[:, None] - there).mean(axis=2)
     return changes
 
 

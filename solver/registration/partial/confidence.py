@@ -23,8 +23,8 @@ _WEIGHTS_OF_OVERLAP: Mapping[str, float] = MappingProxyType({"margin": 2.5})
 _INTERCEPT_OF_OVERLAP = 0.06
 """The same of surfaces that overlap, corrected to three right ones for each wrong one: the mean of
 those of ``--both --count 22``, without and with ``--first 100``, plus log 3; 41 of these 44
-generated pairs are right. Wrong answers fit as well as right ones, so that only the margin tells,
-and only answers of the greatest margin are sure."""
+generated pairs are right. Wrong answers fit as well as right ones, so that only the margin tells:
+without any, right and wrong ones are as probable, and only answers of the greatest are sure."""
 
 
 def part_confidence(
@@ -50,6 +50,7 @@ def part_confidence(
     }
     weights = _WEIGHTS if entire else _WEIGHTS_OF_OVERLAP
     intercept = _INTERCEPT if entire else _INTERCEPT_OF_OVERLAP
-    probability = probability_of(measures, weights, intercept)
+    # Where nothing overlaps, there is no answer that could be right.
+    probability = probability_of(measures, weights, intercept) if best.share else 0.0
     reasons = reasons_for_doubt(probability, margin, complete)
     return Confidence(probability, reasons, MappingProxyType(measures))

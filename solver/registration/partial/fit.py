@@ -10,7 +10,7 @@ import numpy as np
 
 from solver.arrays import FloatArray, IntArray
 from solver.registration.alignment import Alignment
-from solver.registration.fit import logarithms, strain
+from solver.registration.fit import by_number, logarithms, strain
 from solver.registration.partial.alignment import (
     IN_SPACE,
     WEIGHTS,
@@ -28,8 +28,7 @@ ones."""
 _OCCLUSION = -5.0
 _REFINED_OCCLUSION = -10.0
 """Scores of what has no partner, before and after the refinement: somewhat more than those of what
-has one. On 34 generated pairs that overlap, -2 to -5 and -8 to -10 choose equally well; if more is
-charged, wrong candidates are preferred that cover more."""
+has one. If more is charged, wrong candidates are preferred that cover more."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +44,8 @@ class PartFit:
     sheared, stretched
         As of :class:`.Fit`, where the whole is covered.
     bent
-        For each diffusion time, mean change of the average of the mean curvature over its mean
-        deviation from the median: of what cuts change little.
+        For each diffusion time, mean change of the average curvature, which cuts change little,
+        over its mean deviation from the median on the whole.
     share
         Share of both areas that has a partner, if the surfaces only overlap; 1 of a part.
     """
@@ -66,7 +65,7 @@ class PartFit:
             "turned": self.turned,
             "sheared": self.sheared,
             "stretched": self.stretched,
-            **_by_number(self.bent),
+            **by_number(self.bent),
         }
         return logarithms(known)
 
@@ -142,13 +141,9 @@ def _apart_and_turned(
 
 
 def _bent(whole: Samples, part: PartSamples, scale: float, back: IntArray) -> FloatArray:
-    """(M, m) changes of averages of the mean curvature from the part's samples to theirs."""
+    """(M, m) changes of standardised curvatures from the part's samples to theirs."""
     there, here = part.curvatures(whole, scale)
     return np.abs(there[back] - here)
-
-
-def _by_number(bent: tuple[float, ...]) -> dict[str, float]:
-    return {f"bent_{number}": one for number, one in enumerate(bent)}
 
 
 def _with_occlusion(score: float, share: float, occlusion: float) -> float:
@@ -181,8 +176,7 @@ def scale_of(whole: Samples, part: PartSamples, alignment: Alignment, scale: flo
 class RefinedPartFit:
     """Measures of a whole that was displaced as rigidly as possible, each 0 for a part cut out.
 
-    They tell candidates apart that eigenfunctions fit equally well: on 46 generated and scanned
-    parts, 44 of the right ones are the best by these, and 31 by :class:`PartFit`.
+    They tell candidates apart that eigenfunctions fit equally well.
 
     Parameters
     ----------
@@ -220,7 +214,7 @@ class RefinedPartFit:
             "apart": self.apart,
             "turned": self.turned,
             "strained": self.strained,
-            **_by_number(self.bent),
+            **by_number(self.bent),
         }
         if self.distorted is not None:
             known["distorted"] = self.distorted
@@ -239,7 +233,7 @@ def changes_of_curvature(
     images: IntArray,
     scale: float,
 ) -> tuple[float, ...]:
-    """Mean changes of averages of the mean curvature from the part to the whole, over deviations.
+    """Mean changes of standardised curvatures from the part to the whole.
 
     Parameters
     ----------
@@ -256,5 +250,5 @@ def changes_of_curvature(
     """
     if not len(vertices):
         return ()
-    here = part.average_curvatures(scale**2, vertices) / whole.average_deviations
-    return tuple(np.abs(whole.averages[images] - here).mean(axis=0).tolist())
+    here = part.standardised_by(whole, scale, vertices)
+    return tuple(np.abs(whole.standardised_curvatures[images] - here).mean(axis=0).tolist())

@@ -11,6 +11,7 @@ from solver.functional_maps import FunctionalMap
 from solver.mesh import triangle_mesh
 from solver.registration.alignment import Alignment
 from solver.registration.candidates import NO_LANDMARKS
+from solver.registration.fit import worse_by
 from solver.registration.partial.choice import (
     PartCandidate,
     PartStage,
@@ -87,7 +88,7 @@ def test_the_fit_is_worse_where_the_whole_is_moved(task: PartTask, level: FloatA
     here, there = (fit_at_part(*samples, one.alignment, one.scale)[0] for one in (moved, still))
     height = samples[1].positions[:, 1]
     high = height > np.quantile(height, 0.85)
-    worse = (here - there).mean(axis=0)
+    worse = worse_by(here, there)
     assert worse[high].min() > 0.0
     assert worse[high].mean() > 2.0 * abs(worse[~high].mean())
 
