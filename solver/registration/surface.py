@@ -39,7 +39,7 @@ _LEAST_DEVIATION = 0.02
 """Of averages of the mean curvature, which deviate by 0.1 to 0.7 on people and animals."""
 
 _LEAST_AREA = 0.01
-"""Least share of the area round a point that edges between two triangles must have."""
+"""Least share of the area round a point that triangles off the boundary must have."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,9 +27,9 @@ WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3)
 spectral coordinates, and no less with twice their weight."""
 
 _CURVATURE = 0.2
-"""Weight of standardised curvatures beside spectral coordinates, for each diffusion time. Of the 48
-of ``python -m bench.partial --halves``, five were wrong with 0.15, four with 0.2; of 14 that were
-hard, five without it, two with 0.1, four with 0.3."""
+"""Weight of standardised curvatures beside spectral coordinates, for each diffusion time. Of 14
+hard ones of ``python -m bench.partial --halves``, five were wrong without it, two with 0.1, four
+with 0.3; of all 48, five with 0.15, four with 0.2."""
 
 IN_SPACE = Weights(spectrum=0.0, space=2.0, normals=0.3)
 
