@@ -28,7 +28,7 @@ def test_the_integral_over_a_tetrahedron() -> None:
 
 
 def test_the_mean_over_a_sphere_is_one_over_its_radius() -> None:
-    """Nearly so at each vertex: area and integral are of the same edges."""
+    """Nearly so at each vertex: area and integral are of the same triangles."""
     mesh = shapes.icosphere(4).scaled(3.0)
     integrals, areas = mean_curvature_measures(mesh)
     np.testing.assert_allclose(integrals / areas, 1 / 3, rtol=0.2)
