@@ -112,8 +112,11 @@ def refine_on(reduced: ReducedTask, candidate: Candidate, control: Control) -> R
     in_space = displaced_in_space(known)
     if _misfit(in_space) > _misfit(known):
         return refined
-    other = _refined(in_space, rigid, control)
-    return min(refined, other, key=lambda one: one.fit.score)
+    # What is smooth in space is no strain here, as bones grow.
+    grown = at_rest(task.source, positions=in_space.positions)
+    other = _refined(in_space, rigid, control, displacement=grown)
+    # Of both, distances are small, and the strain along the surface says nothing of its walls.
+    return min(refined, other, key=lambda one: one.fit.turned)
 
 
 def _misfit(known: SurfaceMap) -> float:
@@ -180,8 +183,10 @@ def _refined(
     rigid: RigidDisplacement,
     control: Control,
     rounds: int = ROUNDS,
+    displacement: RigidDisplacement | None = None,
 ) -> RefinedCandidate:
-    displaced, images = known.refined(rigid, control, rounds)
+    """Refine a map by a displacement, by default that of the source, whose strain is measured."""
+    displaced, images = known.refined(displacement or rigid, control, rounds)
     return RefinedCandidate(displaced, images, rigid.strain(displaced.positions))
 
 

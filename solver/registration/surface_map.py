@@ -127,6 +127,16 @@ class SurfaceMap:
         nearest = _nearest_vertices(there, here, self.source, start)
         return nearest, *_on_triangles(there, here, self.source, nearest)
 
+    def nearest(self, vertices: IntArray) -> IntArray:
+        """Vertices of the displaced source nearest to target vertices, in the embedding.
+
+        Parameters
+        ----------
+        vertices
+            (S,) target vertices.
+        """
+        return _nearest_vertices(self._target_embedded[vertices], self._embedded, self.source)
+
     def refined(
         self, rigid: RigidDisplacement, control: Control, rounds: int = ROUNDS
     ) -> tuple["SurfaceMap", IntArray]:
@@ -207,6 +217,7 @@ def at_rest(
     reflected: bool = False,
     scale: float = 1.0,
     drawn: BoolArray | None = None,
+    positions: FloatArray | None = None,
 ) -> RigidDisplacement:
     """Return a surface at rest, prepared for displacements.
 
@@ -220,14 +231,17 @@ def at_rest(
         √area of the surface at rest.
     drawn
         (V,) vertices that are drawn to their images, by default all.
+    positions
+        (V, 3) positions of the vertices at rest, if they are not those of the mesh.
 
     Raises
     ------
     MeshError
         Its Laplacian cannot be factored.
     """
-    sides = scale * (MIRROR if reflected else np.ones(3))
-    rest = source.mesh.with_same_faces(vertices=source.mesh.vertices * sides)
+    if positions is None:
+        positions = source.mesh.vertices * (scale * (MIRROR if reflected else np.ones(3)))
+    rest = source.mesh.with_same_faces(vertices=positions)
     stiffness, mass = source.laplacian
     operators = stiffness, scale**2 * mass
     return RigidDisplacement(rest, operators, scale * _LENGTH, scale * _WIDTH, drawn)

@@ -39,11 +39,13 @@ def test_a_copy_fits_exactly_and_others_do_not(blob: Shape) -> None:
     np.testing.assert_array_equal(refined.images, np.arange(blob.n_vertices))
     assert max(refined.fit.apart, refined.fit.strained) < 1e-3
     assert refined.fit.turned < 0.02
-    assert wrong
-    for one in wrong:
-        other = refine_candidate(task, one, Control()).fit
-        assert other.strained > 10.0 * refined.fit.strained
-        assert other.score > refined.fit.score + 3.0
+    # Displaced smoothly in space, some become the copy.
+    others = [refine_candidate(task, one, Control()) for one in wrong]
+    others = [one for one in others if (one.images != refined.images).any()]
+    assert others
+    for other in others:
+        assert other.fit.strained > 10.0 * refined.fit.strained
+        assert other.fit.score > refined.fit.score + 3.0
 
 
 def test_the_score_is_the_sum_of_the_logarithms() -> None:

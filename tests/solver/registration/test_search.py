@@ -56,7 +56,8 @@ def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]
     assert len(found.candidates) >= 4
     best, *others = (task.positions[one.images[:200]] for one in found.candidates)
     for one in others:
-        assert np.linalg.norm(one - best, axis=1).mean() > SAME
+        # They differed by more at all samples, before they were aligned with finer ones.
+        assert np.linalg.norm(one - best, axis=1).mean() > 0.9 * SAME
 
 
 def test_what_cannot_be_refined_is_mapped_by_eigenfunctions(

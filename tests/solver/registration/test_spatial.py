@@ -1,6 +1,5 @@
-"""Displacements that are smooth in space: exact cases, derivatives, thin walls that stay near."""
+"""Displacements that are smooth in space: exact cases, sliding, thin walls that stay near."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 from solver.arrays import FloatArray
 from solver.control import Control
-from solver.mesh import triangle_mesh, vertex_normals
+from solver.mesh import triangle_mesh
 from solver.registration import Registration, register
 from solver.registration.spatial import SpatialDisplacement, displaced_in_space
 from solver.registration.surface import smooth_surface
@@ -25,14 +24,13 @@ def sphere() -> FloatArray:
     return icosphere(4).vertices
 
 
-def fitted(points: FloatArray, goals: FloatArray) -> SpatialDisplacement:
-    weights = np.full((len(points), 1), 1.0 / len(points))
-    return SpatialDisplacement.fit(points, goals, weights, points[:60], WIDTH)
+def fitted(points: FloatArray, goals: FloatArray, normals: FloatArray) -> SpatialDisplacement:
+    return SpatialDisplacement.fit(points, goals, normals, points[:60], WIDTH)
 
 
 def test_an_affine_map_is_recovered_without_kernels(sphere: FloatArray) -> None:
     matrix = np.array([[1.1, 0.2, 0.0], [-0.3, 0.9, 0.1], [0.0, 0.1, 1.2]])
-    found = fitted(sphere, sphere @ matrix + (1.0, 2.0, 3.0))
+    found = fitted(sphere, sphere @ matrix + (1.0, 2.0, 3.0), sphere)
     np.testing.assert_allclose(found.affine, [*matrix, (1.0, 2.0, 3.0)], atol=1e-5)
     assert np.abs(found.weights).max() < 1e-4
 
@@ -43,21 +41,32 @@ def bent(points: FloatArray) -> FloatArray:
 
 
 def test_a_smooth_displacement_is_followed_where_no_point_was_given(sphere: FloatArray) -> None:
-    found = fitted(sphere[::2], bent(sphere[::2]))
+    found = fitted(sphere[::2], bent(sphere[::2]), sphere[::2])
     error = np.linalg.norm(found.positions(sphere[1::2]) - bent(sphere[1::2]), axis=1)
     moved = np.linalg.norm(bent(sphere) - sphere, axis=1)
     assert error.max() < 0.1 * moved.mean()
 
 
-@pytest.mark.parametrize("change", [bent, lambda points: bent(points) * (-1.0, 1.0, 1.0)])
-def test_normals_are_those_of_the_displaced_surface(
-    sphere: FloatArray, change: Callable[[FloatArray], FloatArray]
-) -> None:
-    found = fitted(sphere, change(sphere))
-    faces = icosphere(4).faces
-    expected = vertex_normals(found.positions(sphere), faces)
-    apart = np.linalg.norm(found.normals(sphere, sphere) - expected, axis=1)
-    assert apart.max() < 0.05
+def on_cube(count: int) -> tuple[FloatArray, FloatArray]:
+    """Points of a cube's faces, and the normals there."""
+    steps = np.linspace(-0.95, 0.95, count)
+    plane = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    faces = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
+    points = np.concatenate([np.insert(plane, axis, side, axis=1) for axis, side in faces])
+    normals = np.concatenate(
+        [np.tile(side * np.eye(3)[axis], (len(plane), 1)) for axis, side in faces]
+    )
+    return points, normals
+
+
+def test_goals_that_slide_within_the_surface_hardly_draw() -> None:
+    points, normals = on_cube(12)
+    sliding = np.where(np.abs(normals[:, 2:]) > 0.0, (0.1, 0.0, 0.0), 0.0) * points[:, 2:]
+    assert np.abs((sliding * normals).sum(axis=1)).max() == 0.0
+    slid = fitted(points, points + sliding, normals).positions(points) - points
+    assert np.linalg.norm(slid, axis=1).max() < 0.02
+    raised = fitted(points, points + 0.1 * normals, normals).positions(points) - points
+    np.testing.assert_allclose((raised * normals).sum(axis=1), 0.1, atol=0.01)
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +100,10 @@ def test_it_is_nearer_to_the_truth_than_eigenfunctions_on_thin_walls(bones: Bone
     along, in_space = (
         bones.error(vertices[each.images()]) for each in (known, displaced_in_space(known))
     )
-    assert in_space < 0.75 * along
+    assert in_space < 0.6 * along
 
 
 def test_the_dense_map_takes_it_where_it_fits_better(bones: Bones) -> None:
     dense = bones.found.dense(Control())
     corners = bones.target.mesh.vertices[dense.faces]
-    assert bones.error(np.einsum("nc,ncd->nd", dense.barycentric, corners)) < 0.014
+    assert bones.error(np.einsum("nc,ncd->nd", dense.barycentric, corners)) < 0.013
