@@ -19,8 +19,9 @@ from solver.arrays import FloatArray
 from solver.registration.surface import MIRROR
 from solver.registration.surface_map import SurfaceMap
 
-_WIDTHS = tuple(float(one) for one in np.geomspace(0.2, 0.14, 12))
-"""Standard deviations of the Gaussians, one for each round of displacement and new pairs."""
+_WIDTHS = tuple(float(one) for one in np.geomspace(0.2, 0.14, 6))
+"""Standard deviations of the Gaussians, one for each round of displacement and new pairs. With twelve
+rounds, errors of generated skulls are a hundredth less, in twice the time."""
 
 _CENTRES = 100
 """With 80 or 150, errors of generated skulls differ by less than a hundredth."""
