@@ -20,8 +20,8 @@ from solver.registration.surface import MIRROR
 from solver.registration.surface_map import SurfaceMap
 
 _WIDTHS = tuple(float(one) for one in np.geomspace(0.2, 0.14, 6))
-"""Standard deviations of the Gaussians, one for each round of displacement and new pairs. With twelve
-rounds, errors of generated skulls are a hundredth less, in twice the time."""
+"""Standard deviations of the Gaussians, one for each round of displacement and new pairs. With
+twelve rounds, errors of generated skulls are a hundredth less, in twice the time."""
 
 _CENTRES = 100
 """With 80 or 150, errors of generated skulls differ by less than a hundredth."""
