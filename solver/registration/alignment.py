@@ -28,7 +28,7 @@ _LEAST = 1e-9
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the three parts of the embedding, of unit area.
+    """Weights of the parts of the embedding, of unit area.
 
     Parameters
     ----------
@@ -38,11 +38,14 @@ class Weights:
         Of positions.
     normals
         Of unit normals.
+    curvature
+        Of standardised curvatures, for each diffusion time.
     """
 
     spectrum: float
     space: float
     normals: float
+    curvature: float = 0.0
 
 
 # Chosen on generated people and animals: `python -m bench.dense`.
@@ -159,6 +162,7 @@ def embedding(
     normals: FloatArray,
     weights: Weights,
     functions: FloatArray | None = None,
+    curvatures: FloatArray | None = None,
 ) -> RealArray:
     """Embed points of a surface, in single precision.
 
@@ -167,21 +171,22 @@ def embedding(
     positions, normals
         (S, 3) each.
     weights
-        Of the three parts.
+        Of the parts.
     functions
         (S, k) spectral coordinates; without them, there are none.
+    curvatures
+        (S, m) standardised curvatures; without them, there are none.
 
     Returns
     -------
-    (S, 6 + k): positions and normals, which rule out most neighbours, then spectral coordinates.
+    (S, 6 + k + m): positions and normals, which rule out most neighbours, then the others.
     """
-    k = 0 if functions is None else functions.shape[1]
-    found = np.empty((len(positions), 6 + k), dtype=np.float32)
-    found[:, :3] = weights.space * positions
-    found[:, 3:6] = weights.normals * normals
-    if functions is not None and k:
-        found[:, 6:] = weights.spectrum / np.sqrt(k) * functions
-    return found
+    parts = [weights.space * positions, weights.normals * normals]
+    if functions is not None and functions.shape[1]:
+        parts.append(weights.spectrum / np.sqrt(functions.shape[1]) * functions)
+    if curvatures is not None:
+        parts.append(weights.curvature * curvatures)
+    return np.hstack(parts, dtype=np.float32, casting="same_kind")
 
 
 def align(

@@ -15,7 +15,8 @@ import scipy.sparse as sp
 
 from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
 from solver.kernel import kernel
-from solver.mesh import TriangleMesh, face_normals, mean_curvature_measures, vertex_normals
+from solver.mesh import TriangleMesh, face_normals, vertex_normals
+from solver.registration.curvature import CURVATURE_TIMES, AverageCurvatures
 from solver.shape import Shape, euclidean_farthest_points
 from solver.shape.laplacian import laplacian
 
@@ -31,15 +32,6 @@ _SAMPLES = 1500
 
 _SPREAD = 100
 """Samples, the first, between which distances are compared."""
-
-CURVATURE_TIMES = 0.001, 0.003
-"""Diffusion times after which mean curvatures are compared: details of 0.03 to 0.06 √area."""
-
-_LEAST_DEVIATION = 0.02
-"""Of averages of the mean curvature, which deviate by 0.1 to 0.7 on people and animals."""
-
-_LEAST_AREA = 0.01
-"""Least share of the area round a point that triangles off the boundary must have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,67 +220,9 @@ class SmoothSurface:
         return euclidean_farthest_points(self.mesh.vertices, count)
 
     @cached_property
-    def standardised_curvatures(self) -> FloatArray:
-        """(V, m) average curvatures over their deviations."""
-        return self.standardised_by(self)
-
-    def standardised_by(
-        self, whole: "SmoothSurface", scale: float = 1.0, vertices: IntArray | None = None
-    ) -> FloatArray:
-        """(S, m) average curvatures of a part, to be compared with those of the whole.
-
-        Parameters
-        ----------
-        whole
-            By whose deviations they are divided.
-        scale
-            √area of the whole in this surface's unit.
-        vertices
-            (S,) vertices, by default all.
-        """
-        found: FloatArray = self.average_curvatures(scale**2, vertices) / whole._deviations
-        return found
-
-    @cached_property
-    def _deviations(self) -> FloatArray:
-        """(m,) mean deviations of average curvatures from their medians, over the samples.
-
-        At least `_LEAST_DEVIATION`: on a sphere they are rounding errors.
-        """
-        found = self.average_curvatures(vertices=self._spread)
-        deviations: FloatArray = np.abs(found - np.median(found, axis=0)).mean(axis=0)
-        return np.maximum(deviations, _LEAST_DEVIATION)
-
-    def average_curvatures(self, area: float = 1.0, vertices: IntArray | None = None) -> FloatArray:
-        """(S, m) mean curvature times √t, averaged by a heat flow for m times t.
-
-        The quotient of the curvature measure and its area, both after the flow, so that the average
-        is over what is there: it hardly changes where a surface is cut, unlike the curvature of a
-        surface that flows itself. It is positive where the surface is convex.
-
-        Parameters
-        ----------
-        area
-            Times are those of a surface of unit area, times this.
-        vertices
-            (S,) vertices, by default all.
-        """
-        functions = self.spectrum.eigenfunctions
-        functions = functions if vertices is None else functions[vertices]
-        found = []
-        for time in (area * one for one in CURVATURE_TIMES):
-            decay = np.exp(-time * self.spectrum.eigenvalues)[:, None]
-            integrals, areas = (functions @ (decay * self._measures)).T
-            found.append(np.sqrt(time) * integrals / np.maximum(areas, _LEAST_AREA))
-        return np.stack(found, axis=1)
-
-    @cached_property
-    def _measures(self) -> FloatArray:
-        """(K, 2) coefficients of the integrals and areas of :func:`.mean_curvature_measures`."""
-        integrals, areas = mean_curvature_measures(self.mesh)
-        measures = np.stack([self.side * integrals, areas], axis=1)
-        coefficients: FloatArray = self.spectrum.eigenfunctions.T @ measures
-        return coefficients
+    def averages(self) -> AverageCurvatures:
+        """Averages of the mean curvature."""
+        return AverageCurvatures.of(self.mesh, self.spectrum, self.side, self._spread)
 
     def at(self, vertices: IntArray) -> Samples:
         """Return chosen vertices as samples."""

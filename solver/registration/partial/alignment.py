@@ -22,14 +22,11 @@ from solver.functional_maps import FunctionalMap, mutual_nearest_points, nearest
 from solver.registration.alignment import Alignment, Weights, embedding, fit_displacement
 from solver.registration.surface import Samples, SmoothSurface
 
-WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3)
+WEIGHTS = Weights(spectrum=1.0, space=2.0, normals=0.3, curvature=0.2)
 """Of the embedding. Before curvatures were compared, errors were a fifth to a third more without
-spectral coordinates, and no less with twice their weight."""
-
-_CURVATURE = 0.2
-"""Weight of standardised curvatures beside spectral coordinates, for each diffusion time. Of 14
-hard ones of ``python -m bench.partial --halves``, five were wrong without it, two with 0.1, four
-with 0.3; of all 48, five with 0.15, four with 0.2."""
+spectral coordinates, and no less with twice their weight. Of 14 hard ones of ``python -m
+bench.partial --halves``, five were wrong without curvatures, two with a weight of 0.1, four with
+0.3; of all 48, five with 0.15, four with 0.2."""
 
 IN_SPACE = Weights(spectrum=0.0, space=2.0, normals=0.3)
 
@@ -110,11 +107,8 @@ class PartSamples:
         scale
             √area of the whole in the part's unit.
         """
-        ours, theirs = self.surfaces
-        return (
-            ours.standardised_curvatures[whole.vertices],
-            theirs.standardised_by(ours, scale, self.vertices),
-        )
+        ours, theirs = (surface.averages for surface in self.surfaces)
+        return ours.standardised[whole.vertices], theirs.standardised_by(ours, scale, self.vertices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,17 +173,17 @@ def embed(
     (S, m) of the displaced whole and (M, m) of the part, in single precision.
     """
     weights = replace(weights, space=weights.space / scale)
-    displaced, there = whole.surface(alignment.coefficients), (part.positions, part.normals)
-    if not weights.spectrum:
-        return embedding(*displaced, weights), embedding(*there, weights)
-    functional = alignment.functional_map
-    images = functional.images(whole.eigenfunctions)
-    functions = part.functions[:, : functional.size]
-    curvatures = part.curvatures(whole, scale)
-    ours, theirs = (_CURVATURE * one.astype(np.float32) for one in curvatures)
+    images = functions = here = there = None
+    if weights.spectrum:
+        functional = alignment.functional_map
+        images = functional.images(whole.eigenfunctions)
+        functions = part.functions[:, : functional.size]
+    if weights.curvature:
+        here, there = part.curvatures(whole, scale)
+    displaced = whole.surface(alignment.coefficients)
     return (
-        np.hstack([embedding(*displaced, weights, images), ours]),
-        np.hstack([embedding(*there, weights, functions), theirs]),
+        embedding(*displaced, weights, images, here),
+        embedding(part.positions, part.normals, weights, functions, there),
     )
 
 

@@ -152,8 +152,8 @@ def _tried(labellings: IntArray, how: Labellings, distances: FloatArray) -> IntA
 def _changes_of_curvature(whole: Shape, part: Shape, points: Points, scale: float) -> FloatArray:
     """(n, m) mean change of the standardised curvature from n points of a part to m of a whole."""
     bent, fixed = smooth_surface(whole), smooth_surface(part)
-    here = fixed.standardised_by(bent, scale, points[1])
-    there = bent.standardised_curvatures[points[0]]
+    here = fixed.averages.standardised_by(bent.averages, scale, points[1])
+    there = bent.averages.standardised[points[0]]
     changes: FloatArray = np.abs(here[:, None] - there).mean(axis=2)
     return changes
 

@@ -250,5 +250,5 @@ def changes_of_curvature(
     """
     if not len(vertices):
         return ()
-    here = part.standardised_by(whole, scale, vertices)
-    return tuple(np.abs(whole.standardised_curvatures[images] - here).mean(axis=0).tolist())
+    here = part.averages.standardised_by(whole.averages, scale, vertices)
+    return tuple(np.abs(whole.averages.standardised[images] - here).mean(axis=0).tolist())

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.arrays import FloatArray, IntArray
+from solver.arrays import FloatArray
 from solver.mesh import TriangleMesh, triangle_mesh, vertex_normals
+from solver.registration.curvature import CURVATURE_TIMES
 from solver.registration.surface import (
-    CURVATURE_TIMES,
     MIRROR,
     SmoothSurface,
     _gradients,
@@ -30,13 +30,6 @@ def sphere() -> SmoothSurface:
 def flipped(mesh: TriangleMesh) -> TriangleMesh:
     """Inside out, which :func:`.triangle_mesh` would put right."""
     return replace(mesh, faces=mesh.faces[:, ::-1])
-
-
-def half_of(mesh: TriangleMesh) -> tuple[TriangleMesh, IntArray]:
-    """What lies on one side of a plane, and its vertices."""
-    faces = mesh.faces[(mesh.vertices[mesh.faces, 0] > 0.0).all(axis=1)]
-    kept = np.unique(faces)
-    return triangle_mesh(mesh.vertices[kept], np.searchsorted(kept, faces)), kept
 
 
 @pytest.mark.parametrize("k", [12, 50])
@@ -107,38 +100,6 @@ def test_mean_curvature_of_a_sphere(sphere: SmoothSurface) -> None:
         np.testing.assert_allclose(sphere.samples.curvatures[:, column], expected, rtol=0.03)
 
 
-def test_average_curvature_of_a_sphere(sphere: SmoothSurface) -> None:
-    """1 / r, and rounding errors are not taken for differences."""
-    found = sphere.average_curvatures()
-    expected = np.sqrt(CURVATURE_TIMES) / RADIUS
-    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.02)
-    assert np.ptp(sphere.standardised_curvatures, axis=0).max() < 0.3
-
-
-def test_average_curvature_does_not_change_where_a_sphere_is_cut() -> None:
-    """1 / r up to the edge of a cap, whose share of the sphere's area is known."""
-    cap = SmoothSurface(Shape(shapes.spherical_cap(1.0, 60)))
-    area = 2.0 / (1.0 - np.cos(1.0))
-    found = cap.average_curvatures(area)
-    expected = np.sqrt(CURVATURE_TIMES) / RADIUS
-    np.testing.assert_allclose(found, np.broadcast_to(expected, found.shape), rtol=0.05)
-
-
-def test_curvatures_of_a_part_are_those_of_the_whole_at_its_scale() -> None:
-    """Of half a blob, cut through the middle and scaled: at another scale they are not."""
-    mesh = shapes.blob(4)
-    whole = SmoothSurface(Shape(mesh))
-    part, kept = half_of(mesh)
-    half = SmoothSurface(Shape(part))
-    scale = float(np.sqrt(mesh.area / part.area))
-    there = whole.standardised_curvatures[kept]
-    changes = [
-        np.abs(half.standardised_by(whole, factor * scale) - there).mean() for factor in (1.0, 1.5)
-    ]
-    assert changes[0] < 0.15
-    assert changes[1] > 3.0 * changes[0]
-
-
 @pytest.mark.parametrize("inside_out", [False, True])
 def test_mean_curvature_is_positive_where_a_surface_is_convex(inside_out: bool) -> None:
     """On a torus with 2 r > R, H > 0 outside and H < 0 at the hole."""
@@ -149,8 +110,8 @@ def test_mean_curvature_is_positive_where_a_surface_is_convex(inside_out: bool) 
     outer, inner = from_axis > 1.6, from_axis < 0.3
     assert (samples.curvatures[outer] > 0.0).all()
     assert (samples.curvatures[inner] < 0.0).all()
-    averages = found.average_curvatures(vertices=samples.vertices)
-    np.testing.assert_array_equal(averages, found.average_curvatures()[samples.vertices])
+    averages = found.averages.at(samples.vertices)
+    np.testing.assert_array_equal(averages, found.averages.at()[samples.vertices])
     assert (averages[outer] > 0.0).all()
     assert (averages[inner] < 0.0).all()
 
@@ -159,7 +120,7 @@ def test_the_winding_changes_neither_normals_nor_curvatures(surface: SmoothSurfa
     other = SmoothSurface(Shape(flipped(shapes.blob())))
     np.testing.assert_allclose(other.normals, surface.normals, atol=1e-12)
     np.testing.assert_allclose(other.samples.curvatures, surface.samples.curvatures, atol=1e-6)
-    np.testing.assert_allclose(other.average_curvatures(), surface.average_curvatures(), atol=1e-6)
+    np.testing.assert_allclose(other.averages.at(), surface.averages.at(), atol=1e-6)
     here, there = (one.samples.smoothed(30) for one in (surface, other))
     np.testing.assert_allclose(there[1], here[1], atol=1e-6)
 
