@@ -56,7 +56,7 @@ def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]
     assert len(found.candidates) >= 4
     best, *others = (task.positions[one.images[:200]] for one in found.candidates)
     for one in others:
-        # They differed by more at all samples, before they were aligned with finer ones.
+        # They differ by more where they are refined, in which these images are not.
         assert np.linalg.norm(one - best, axis=1).mean() > 0.9 * SAME
 
 
