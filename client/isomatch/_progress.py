@@ -48,7 +48,9 @@ class ProgressBar:
         fraction = 1.0 if record.state == "succeeded" else record.progress.fraction
         line = f"{record.name or f'{record.kind} {record.id[:_ID_SHOWN]}'}: {stage}"
         if self._drawn:
-            self._bars.update(self._task, description=line, completed=fraction)
+            # Else drawn every tenth of a second: a job that ends before would have no name.
+            changed = line != self._line
+            self._bars.update(self._task, description=line, completed=fraction, refresh=changed)
         elif line != self._line:
             self._console.print(f"{fraction:4.0%}  {line}", markup=False, highlight=False)
         self._line = line
