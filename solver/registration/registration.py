@@ -201,15 +201,18 @@ def register(
     if min(one.size for one in task.samples) < FEWEST:
         return None
     first, second, third = (control.between(*part) for part in _PROGRESS)
-    found = _registered(source, target, task, hypotheses, first, others)
+    found = _registered(source, target, task, hypotheses, first, others=others)
     if len(landmarks[0]):
-        # Landmarks may mean the mirror image.
-        mirrored = _registered(source, target, task.reflected(), hypotheses, second, False)
+        # Landmarks may mean the mirror image; hardly where the direct answer surely meets them.
+        doubted = found.candidate.missed > LANDMARK or found.confidence.probability < SURE
+        mirrored = _registered(
+            source, target, task.reflected(), hypotheses, second, others=False, further=doubted
+        )
         return mirrored if _is_meant(mirrored, found) else found
     if control.expired:
         return found
     if _may_be_reflected(task, found.candidate, control):
-        mirrored = _registered(source, target, task.reflected(), hypotheses, second, others)
+        mirrored = _registered(source, target, task.reflected(), hypotheses, second, others=others)
         if mirrored.score < found.score - _REFLECTED_MARGIN:
             return replace(mirrored, confidence=mirrored.confidence.of_reflection())
     return found if rematch is None else _opened(found, rematch, third)
@@ -272,10 +275,16 @@ def _registered(
     task: Task,
     hypotheses: Sequence[Points],
     control: Control,
+    *,
     others: bool,
+    further: bool = True,
 ) -> Registration:
-    reduced = partial(ReducedTask.of, source, target, task)
-    found = search(task, reduced, hypotheses, control, others=others)
+    """Search, in doubt for `others`, too; or, not `further`, only as a search begins."""
+    if further:
+        reduced = partial(ReducedTask.of, source, target, task)
+        found = search(task, reduced, hypotheses, control, others=others)
+    else:
+        found = first_found(task, hypotheses, control)
     return Registration.of(
         source, target, found.candidates[0], found.confidence, reflected=task.is_reflected
     )
