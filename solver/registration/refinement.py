@@ -8,8 +8,6 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from solver.arrays import IntArray
 from solver.control import Control
 from solver.registration.alignment import align
@@ -110,21 +108,24 @@ def refine_on(reduced: ReducedTask, candidate: Candidate, control: Control) -> R
     if control.expired:
         return refined
     in_space = displaced_in_space(known)
-    if _misfit(in_space) > _misfit(known):
+    before = _score(known, rigid), _score(in_space, rigid)
+    if before[1] > before[0]:
         return refined
     # What is smooth in space is no strain here, as bones grow.
     grown = at_rest(task.source, positions=in_space.positions)
     other = _refined(in_space, rigid, control, displacement=grown)
-    # Of both, distances are small, and the strain along the surface says nothing of its walls.
-    return min(refined, other, key=lambda one: one.fit.turned)
+    # Refined, either lies on the target, so that what it took to get there counts as well.
+    better = before[1] + other.fit.score < before[0] + refined.fit.score
+    return other if better else refined
 
 
-def _misfit(known: SurfaceMap) -> float:
-    """Product of the distances of positions and of normals at the samples of both surfaces."""
+def _score(known: SurfaceMap, rigid: RigidDisplacement) -> float:
+    """Score of a map that is not refined, at the samples of both surfaces."""
     here, there = known.source.samples.vertices, known.target.samples.vertices
     images = known.images(here)
     forward = images, *known.on_triangles(images, here)
-    return float(np.prod(distances(known, forward, known.inverse(there), here, there)))
+    apart, turned = distances(known, forward, known.inverse(there), here, there)
+    return RefinedFit(apart, turned, rigid.strain(known.positions)).score
 
 
 def _aligned(
