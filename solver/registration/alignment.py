@@ -186,7 +186,7 @@ def embedding(
         parts.append(weights.spectrum / np.sqrt(functions.shape[1]) * functions)
     if curvatures is not None:
         parts.append(weights.curvature * curvatures)
-    return np.hstack(parts, dtype=np.float32, casting="same_kind")
+    return np.hstack(parts, dtype=np.float32)
 
 
 def align(

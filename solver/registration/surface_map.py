@@ -232,7 +232,8 @@ def at_rest(
     drawn
         (V,) vertices that are drawn to their images, by default all.
     positions
-        (V, 3) positions of the vertices at rest, if they are not those of the mesh.
+        (V, 3) positions of the vertices at rest; by default those of the mesh, scaled and
+        reflected.
 
     Raises
     ------

@@ -1,5 +1,6 @@
 """Search: when it ends, and what it returns."""
 
+from itertools import combinations
 from typing import NoReturn
 
 import numpy as np
@@ -10,6 +11,7 @@ from solver.control import Control
 from solver.errors import MeshError
 from solver.mesh import triangle_mesh
 from solver.registration.choice import SAME, Task
+from solver.registration.comparison import compare
 from solver.registration.confidence import RIVAL
 from solver.registration.reduction import FEW, ReducedTask
 from solver.registration.search import search
@@ -54,10 +56,9 @@ def test_in_doubt_those_that_differ_are_compared(ellipsoids: tuple[Shape, Shape]
     found = search(task, lambda left: ReducedTask.entire(task), (), Control(), others=False)
     assert found.confidence.reasons == (RIVAL,)
     assert len(found.candidates) >= 4
-    best, *others = (task.positions[one.images[:200]] for one in found.candidates)
-    for one in others:
-        # They differ by more where they are refined, in which these images are not.
-        assert np.linalg.norm(one - best, axis=1).mean() > 0.9 * SAME
+    compared = compare(ReducedTask.entire(task), found.candidates, Control())
+    for one, other in combinations((one.places for one in compared), 2):
+        assert np.linalg.norm(one - other, axis=1).mean() > SAME
 
 
 def test_what_cannot_be_refined_is_mapped_by_eigenfunctions(
