@@ -97,21 +97,24 @@ class SpatialDisplacement:
         return found
 
 
-def displaced_in_space(known: SurfaceMap) -> SurfaceMap:
+def displaced_in_space(known: SurfaceMap, *, to_part: bool = False) -> SurfaceMap:
     """Displace the source of a map smoothly in space, from where the map displaces it.
 
     Parameters
     ----------
     known
         A map of the source.
+    to_part
+        Whether the target is a part of the source: its samples have partners, and they alone.
     """
     here, there = known.source.samples.vertices, known.target.samples.vertices
     rest = known.source.mesh.vertices * (MIRROR if known.reflected else np.ones(3))
     places, normals = known.target.mesh.vertices, known.target.normals
     found = known.moved(known.positions)
     for width in _WIDTHS:
-        images, back = found.images(here), found.nearest(there)
-        points, goals = np.concatenate([here, back]), np.concatenate([images, there])
+        points, goals = found.nearest(there), there
+        if not to_part:
+            points, goals = np.append(here, points), np.append(found.images(here), goals)
         pairs = rest[points], places[goals], normals[goals]
         displacement = SpatialDisplacement.fit(*pairs, rest[here[:_CENTRES]], width)
         found = found.moved(displacement.positions(rest))

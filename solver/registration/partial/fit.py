@@ -187,10 +187,10 @@ class RefinedPartFit:
     strained
         Mean strain of the edges of the whole.
     bent
-        As of :class:`PartFit`.
+        As of :class:`PartFit`; empty where it is not measured.
     distorted
         Mean change of distances between near points of the part, as of :class:`.NearDistances`;
-        not measured where the surfaces only overlap.
+        ``None`` where it is not measured, as where the surfaces only overlap.
     share
         As of :class:`PartFit`.
     """
@@ -198,14 +198,14 @@ class RefinedPartFit:
     apart: float
     turned: float
     strained: float
-    bent: tuple[float, ...]
-    distorted: float | None
+    bent: tuple[float, ...] = ()
+    distorted: float | None = None
     share: float = 1.0
 
     @classmethod
     def of_nothing(cls) -> "RefinedPartFit":
         """Return the fit of surfaces of which nothing has a partner."""
-        return cls(1.0, 1.0, 1.0, (), None, 0.0)
+        return cls(1.0, 1.0, 1.0, share=0.0)
 
     @property
     def measures(self) -> dict[str, float]:

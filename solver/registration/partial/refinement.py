@@ -24,6 +24,7 @@ from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
+from solver.registration.spatial import displaced_in_space
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
 from solver.shape import Shape
@@ -48,9 +49,8 @@ class RefinedPart:
         Of all vertices of the whole, and of all of the part.
     entire
         Whether every point of the part has a partner.
-    strained, bent, distorted
-        As of :class:`.RefinedPartFit`; `bent` and `distorted` as it was measured last, among the
-        other candidates.
+    strained
+        As of :class:`.RefinedPartFit`.
     """
 
     candidate: PartCandidate
@@ -59,8 +59,6 @@ class RefinedPart:
     back: Images
     entire: bool
     strained: float
-    bent: tuple[float, ...] = ()
-    distorted: float | None = None
 
     @property
     def scale(self) -> float:
@@ -93,7 +91,7 @@ class RefinedPart:
 
     @cached_property
     def fit(self) -> RefinedPartFit:
-        """Its fit."""
+        """Its fit in distance, normals and strain."""
         whole, part = self.displaced.source, self.displaced.target
         met = self.part_covered
         if not met.any():
@@ -105,9 +103,7 @@ class RefinedPart:
             float(np.linalg.norm(there - part.mesh.vertices[met], axis=1).mean()),
             float(np.sqrt(2.0 * max(1.0 - cosines.mean(), 0.0))),
             self.strained,
-            self.bent,
-            self.distorted,
-            1.0 if self.entire else mean_share(self.share, self.part_share, self.scale),
+            share=1.0 if self.entire else mean_share(self.share, self.part_share, self.scale),
         )
 
     def again(self, control: Control) -> "RefinedPart":
@@ -123,10 +119,46 @@ class RefinedPart:
         Cancelled
             Through `control`.
         """
-        drawn = self.covered if self.covered.any() else None
-        rigid = at_rest(self.displaced.source, scale=self.scale, drawn=drawn)
+        rigid = at_rest(self.displaced.source, scale=self.scale, drawn=_drawn(self.covered))
         displaced, images = self.displaced.refined(rigid, control)
         return self._moved(displaced, images, rigid.strain(displaced.positions))
+
+    def or_in_space(self, control: Control) -> "RefinedPart":
+        """Refine the candidate from where the whole is displaced smoothly in space, too.
+
+        Of both refinements the one is the answer that :func:`.refine_on` chooses for whole
+        surfaces: by distance, normals and strain before and after. Of parts alone: of two that
+        overlap, it would draw what has no partner.
+
+        Parameters
+        ----------
+        control
+            May cancel; past its deadline, nothing is done.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        """
+        if control.expired:
+            return self
+        whole, scale = self.displaced.source, self.scale
+        known = SurfaceMap.of(
+            whole, self.displaced.target, self.candidate.alignment, reflected=False
+        )
+        in_space = displaced_in_space(known, to_part=True)
+        rigid = at_rest(whole, scale=scale)
+        before, grown = (
+            self._moved(one, one.images(), rigid.strain(one.positions)) for one in (known, in_space)
+        )
+        if grown.fit.score > before.fit.score:
+            return self
+        drawn = _drawn(grown.covered)
+        growth = at_rest(whole, scale=scale, drawn=drawn, positions=in_space.positions)
+        displaced, images = in_space.refined(growth, control)
+        other = self._moved(displaced, images, rigid.strain(displaced.positions))
+        gained = before.fit.score + self.fit.score - grown.fit.score - other.fit.score
+        return other if gained > 0.0 else self
 
     def _moved(self, displaced: SurfaceMap, images: IntArray, strained: float) -> "RefinedPart":
         back = displaced.inverse()
@@ -201,13 +233,29 @@ class RefinedPart:
         return found._moved(displaced, images, strained)
 
 
+@dataclass(frozen=True, eq=False)
+class MeasuredPart:
+    """A refined candidate, as it is compared with others.
+
+    Parameters
+    ----------
+    part
+        The candidate.
+    fit
+        In all measures.
+    """
+
+    part: RefinedPart
+    fit: RefinedPartFit
+
+
 def refine_candidates(
     whole: Shape,
     part: Shape,
     candidates: Iterable[PartCandidate],
     entire: bool,
     control: Control,
-) -> list[RefinedPart]:
+) -> list[MeasuredPart]:
     """Refine candidates, and the best once more, by what then has a partner.
 
     Parts are mended before they are compared: of 196 generated ones, 12 answers were wrong then,
@@ -242,7 +290,7 @@ def refine_candidates(
         for one in control.in_time(candidates, least=1)
     )
     best = comparison.ranked(refined)[:_BEST]
-    again = (one.again(control) for one in control.in_time(best, least=1))
+    again = (one.part.again(control) for one in control.in_time(best, least=1))
     return comparison.ranked((one.mended(control) for one in again) if entire else again)
 
 
@@ -270,21 +318,19 @@ class _Comparison:
         near = NearDistances.of(part, surfaces[1].samples.vertices) if entire else None
         return cls(whole, surfaces, near)
 
-    def ranked(self, found: Iterable[RefinedPart]) -> list[RefinedPart]:
+    def ranked(self, found: Iterable[RefinedPart]) -> list[MeasuredPart]:
         """Measure candidates, and return those that differ, the best first."""
         order = sorted(map(self._measured, found), key=lambda one: one.fit.score)
         positions = self.surfaces[0].mesh.vertices
-        return [order[row] for row in distinct(positions[one.back[0]] for one in order)]
+        return [order[row] for row in distinct(positions[one.part.back[0]] for one in order)]
 
-    def _measured(self, one: RefinedPart) -> RefinedPart:
+    def _measured(self, one: RefinedPart) -> MeasuredPart:
         vertices = self.surfaces[1].samples.vertices[: FINEST.part_samples]
         vertices = vertices[one.part_covered[vertices]]
-        back = one.back[0]
-        return replace(
-            one,
-            bent=changes_of_curvature(*self.surfaces, vertices, back[vertices], one.scale),
-            distorted=None if self.near is None else self.near.change(self.whole, back, one.scale),
-        )
+        back, near = one.back[0], self.near
+        bent = changes_of_curvature(*self.surfaces, vertices, back[vertices], one.scale)
+        distorted = None if near is None else near.change(self.whole, back, one.scale)
+        return MeasuredPart(one, replace(one.fit, bent=bent, distorted=distorted))
 
 
 def _refined(
@@ -306,6 +352,11 @@ def _displaced(
     covered = covered_by_part(known, images, known.inverse()[0])
     if not entire:
         covered = largest_patch(known.source, covered)
-    rigid = at_rest(known.source, scale=scale, drawn=covered if covered.any() else None)
+    rigid = at_rest(known.source, scale=scale, drawn=_drawn(covered))
     displaced, images = known.refined(rigid, control)
     return displaced, images, rigid.strain(displaced.positions)
+
+
+def _drawn(covered: BoolArray) -> BoolArray | None:
+    """(V,) vertices that are drawn to their images: those with a partner, or ``None`` for all."""
+    return covered if covered.any() else None

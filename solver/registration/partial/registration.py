@@ -111,13 +111,15 @@ def register_part(
         return None
     control.report(STAGE, 0.6)
     refined = refine_candidates(*fewer, candidates, entire, control)
-    chosen = refined[0]
+    chosen = refined[0].part
     control.report(STAGE, 0.8)
     if fewer != (whole, part):
         chosen = chosen.on_whole(ours, theirs, (whole, part), control)
         chosen = chosen.again(control).mended(control)
     elif not entire:
         chosen = chosen.mended(control)
+    if entire:
+        chosen = chosen.or_in_space(control)
     return PartMap(
         whole,
         part,

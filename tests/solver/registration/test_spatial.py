@@ -9,6 +9,7 @@ from solver.arrays import FloatArray
 from solver.control import Control
 from solver.mesh import triangle_mesh
 from solver.registration import Registration, register
+from solver.registration.partial import register_part
 from solver.registration.spatial import SpatialDisplacement, displaced_in_space
 from solver.registration.surface import smooth_surface
 from solver.registration.surface_map import SurfaceMap
@@ -107,3 +108,18 @@ def test_the_dense_map_takes_it_where_it_fits_better(bones: Bones) -> None:
     dense = bones.found.dense(Control())
     corners = bones.target.mesh.vertices[dense.faces]
     assert bones.error(np.einsum("nc,ncd->nd", dense.barycentric, corners)) < 0.013
+
+
+def test_so_does_the_map_of_a_part(bones: Bones) -> None:
+    whole, other = bones.target.mesh, bones.source.mesh
+    side = other.vertices[:, 0]
+    kept = np.flatnonzero(side > np.median(side) - 0.1 * np.ptp(side))
+    faces = other.faces[np.isin(other.faces, kept).all(axis=1)]
+    kept = np.unique(faces)
+    part = triangle_mesh(other.vertices[kept], np.searchsorted(kept, faces))
+    found = register_part(bones.target, Shape(part), Control())
+    assert found is not None
+    _, triangles, barycentric = found.to_whole
+    images = np.einsum("nc,ncd->nd", barycentric, whole.vertices[whole.faces[triangles]])
+    apart = np.linalg.norm(images - bones.truth[kept], axis=1)
+    assert apart.mean() < 0.014 * bones.target.unit

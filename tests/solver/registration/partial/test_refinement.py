@@ -36,7 +36,7 @@ def right(whole: Shape, kept: IntArray) -> RefinedPart:
     assert (np.unique(faces) == kept).all()
     part = Shape(triangle_mesh(whole.mesh.vertices[kept], np.searchsorted(kept, faces)))
     candidates = search_part(whole, part, Control())
-    return refine_candidates(whole, part, candidates, True, Control())[0]
+    return refine_candidates(whole, part, candidates, True, Control())[0].part
 
 
 @pytest.fixture(scope="module")
