@@ -112,7 +112,7 @@ def refine_on(reduced: ReducedTask, candidate: Candidate, control: Control) -> R
     if before[1] > before[0]:
         return refined
     # What is smooth in space is no strain here, as bones grow.
-    grown = at_rest(task.source, positions=in_space.positions)
+    grown = rigid.resting_at(in_space.positions)
     other = _refined(in_space, rigid, control, displacement=grown)
     # Refined, either lies on the target, so that what it took to get there counts as well.
     better = before[1] + other.fit.score < before[0] + refined.fit.score
@@ -170,9 +170,9 @@ def mend(found: RefinedCandidate, control: Control, rounds: int = ROUNDS) -> Ref
         off = torn_off(source.mesh, target.mesh.vertices[found.images])
         if off.mean() < LEAST_TORN_OFF:
             break
-        following = at_rest(source, reflected, drawn=~off)
-        together, _ = found.displaced.refined(following, control, FEWER_ROUNDS)
-        mended = _refined(together, at_rest(source, reflected), control, rounds)
+        rigid = at_rest(source, reflected)
+        together, _ = found.displaced.refined(rigid.drawing(~off), control, FEWER_ROUNDS)
+        mended = _refined(together, rigid, control, rounds)
         if mended.fit.score >= found.fit.score:
             break
         found = mended

@@ -9,14 +9,47 @@ Neighbourhoods a = (M + h² S)⁻¹ M are those of diffusion over the width h; e
 of the places p that are longer than ℓ are followed, shorter ones are not.
 """
 
+from dataclasses import dataclass, replace
+from functools import cached_property
+
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU
 
 from solver.arrays import BoolArray, FloatArray
 from solver.mesh import TriangleMesh, nearest_rotations
 from solver.shape.laplacian import definite_factor
 
+Operators = tuple[sp.csc_array, FloatArray]
+"""Stiffness matrix S and (V,) vertex areas, of :func:`.laplacian`."""
 
+
+@dataclass(frozen=True, eq=False)
+class Pull:
+    """Which vertices are drawn to places, and how much.
+
+    Parameters
+    ----------
+    weights
+        (V, 1) ℓ⁻² m, 0 where a vertex follows the others.
+    factor
+        Of S + ℓ⁻² M.
+    """
+
+    weights: FloatArray
+    factor: SuperLU
+
+    @classmethod
+    def of(cls, operators: Operators, length: float, drawn: BoolArray | None) -> "Pull":
+        """Factor its equations; for the parameters see :class:`RigidDisplacement`."""
+        stiffness, mass = operators
+        pull = mass / length**2
+        weights = pull if drawn is None else np.where(drawn, pull, 0.0)
+        factor = definite_factor(sp.csc_array(stiffness + sp.diags_array(weights)))
+        return cls(weights[:, None], factor)
+
+
+@dataclass(frozen=True, eq=False)
 class RigidDisplacement:
     """A surface at rest, prepared for displacements.
 
@@ -25,38 +58,59 @@ class RigidDisplacement:
     mesh
         The surface at rest.
     operators
-        Its stiffness matrix and vertex areas, of :func:`.laplacian`.
+        Of the surface. All but `mesh` is the same at any scale.
     length
         ℓ.
-    width
-        h; 0 for neighbourhoods of single rings.
-    drawn
-        (V,) vertices that are drawn to places, by default all; the others follow them.
-
-    Raises
-    ------
-    MeshError
-        The Laplacian cannot be factored.
+    diffusion
+        Factor of M + h² S.
+    pull
+        On the vertices.
     """
 
-    def __init__(
-        self,
-        mesh: TriangleMesh,
-        operators: tuple[sp.csc_array, FloatArray],
-        length: float,
-        width: float,
-        drawn: BoolArray | None = None,
-    ) -> None:
+    mesh: TriangleMesh
+    operators: Operators
+    length: float
+    diffusion: SuperLU
+    pull: Pull
+
+    @classmethod
+    def of(
+        cls, mesh: TriangleMesh, operators: Operators, length: float, width: float
+    ) -> "RigidDisplacement":
+        """Prepare a surface of which all vertices are drawn.
+
+        Parameters
+        ----------
+        mesh, operators, length
+            As for the class.
+        width
+            h; 0 for neighbourhoods of single rings.
+
+        Raises
+        ------
+        MeshError
+            The Laplacian cannot be factored.
+        """
         stiffness, mass = operators
-        self._mass = mass[:, None]
-        self._diffusion = definite_factor(sp.csc_array(sp.diags_array(mass) + width**2 * stiffness))
-        self._mesh, self._rest = mesh, mesh.vertices
-        self._degree = stiffness.diagonal()
-        self._weights = sp.csr_array(sp.diags_array(self._degree) - stiffness)
-        pull = mass / length**2
-        self._pull = (pull if drawn is None else np.where(drawn, pull, 0.0))[:, None]
-        self._factor = definite_factor(sp.csc_array(stiffness + sp.diags_array(self._pull[:, 0])))
-        self._weighted_rest = self._weights @ self._rest
+        diffusion = definite_factor(sp.csc_array(sp.diags_array(mass) + width**2 * stiffness))
+        return cls(mesh, operators, length, diffusion, Pull.of(operators, length, None))
+
+    def resting_at(self, positions: FloatArray) -> "RigidDisplacement":
+        """Return the surface with its (V, 3) vertices elsewhere at rest."""
+        return replace(self, mesh=self.mesh.with_same_faces(vertices=positions))
+
+    def drawing(self, drawn: BoolArray) -> "RigidDisplacement":
+        """Return the surface of which only some of the (V,) vertices are drawn.
+
+        The others follow them. All are drawn where none is chosen.
+
+        Raises
+        ------
+        MeshError
+            The Laplacian cannot be factored.
+        """
+        chosen = drawn if drawn.any() else None
+        return replace(self, pull=Pull.of(self.operators, self.length, chosen))
 
     def step(self, positions: FloatArray, places: FloatArray) -> FloatArray:
         """Rotate every vertex' neighbourhood onto its displaced one, then move all vertices.
@@ -73,12 +127,12 @@ class RigidDisplacement:
         (V, 3) positions.
         """
         n = len(positions)
-        turns = self._diffused(self._mass * self._rotations(positions).reshape(n, 9))
-        own = self._degree[:, None] * self._rest - self._weighted_rest
+        mass = self.operators[1][:, None]
+        turns = self._diffused(mass * self._rotations(positions).reshape(n, 9))
         sums = (self._weights @ turns.reshape(n, 9)).reshape(n, 3, 3)
-        edges = _product(own, turns) + _product(self._rest, sums)
+        edges = _product(self._own, turns) + _product(self._rest, sums)
         edges -= self._weights @ _product(self._rest, turns)
-        return np.asarray(self._factor.solve(0.5 * edges + self._pull * places))
+        return np.asarray(self.pull.factor.solve(0.5 * edges + self.pull.weights * places))
 
     def strain(self, positions: FloatArray) -> float:
         """Mean change of edges that are rotated with their ends, over their lengths.
@@ -88,12 +142,35 @@ class RigidDisplacement:
         positions
             (V, 3) displaced.
         """
-        i, j = self._mesh.edges.T
+        i, j = self.mesh.edges.T
         turns = self._rotations(positions)
         edges, displaced = self._rest[i] - self._rest[j], positions[i] - positions[j]
         changes = np.linalg.norm(displaced - _product(edges, 0.5 * (turns[i] + turns[j])), axis=1)
         lengths = np.linalg.norm(edges, axis=1)
         return float((changes / np.maximum(lengths, 1e-300)).mean())
+
+    @property
+    def _rest(self) -> FloatArray:
+        return self.mesh.vertices
+
+    @cached_property
+    def _degree(self) -> FloatArray:
+        return np.asarray(self.operators[0].diagonal())
+
+    @cached_property
+    def _weights(self) -> sp.csr_array:
+        """(V, V) w."""
+        return sp.csr_array(sp.diags_array(self._degree) - self.operators[0])
+
+    @cached_property
+    def _weighted_rest(self) -> FloatArray:
+        return np.asarray(self._weights @ self._rest)
+
+    @cached_property
+    def _own(self) -> FloatArray:
+        """(V, 3) Σ_j w_ij (x_i − x_j)."""
+        own: FloatArray = self._degree[:, None] * self._rest - self._weighted_rest
+        return own
 
     def _rotations(self, positions: FloatArray) -> FloatArray:
         """(V, 3, 3) rotations R_k: edges x_i − x_j round vertex k go to (x_i − x_j) R_k."""
@@ -107,7 +184,7 @@ class RigidDisplacement:
 
     def _diffused(self, values: FloatArray) -> FloatArray:
         """(V, 3, 3) sums of (V, 9) values over the neighbourhoods."""
-        return np.asarray(self._diffusion.solve(values)).reshape(-1, 3, 3)
+        return np.asarray(self.diffusion.solve(values)).reshape(-1, 3, 3)
 
 
 def _product(rows: FloatArray, matrices: FloatArray) -> FloatArray:

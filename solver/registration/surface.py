@@ -198,7 +198,7 @@ class SmoothSurface:
         self.side = _outward(self.mesh)
         self.normals: FloatArray = self.side * vertex_normals(positions, self.mesh.faces)
 
-    @property
+    @cached_property
     def laplacian(self) -> tuple[sp.csc_array, FloatArray]:
         """Stiffness matrix and vertex areas of the mesh."""
         known = self.spectrum.stiffness

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray, RealArray
+from solver.arrays import FloatArray, IntArray, RealArray
 from solver.control import Control
 from solver.functional_maps import FunctionalMap, nearest_points
 from solver.mesh import descend, project, vertex_normals
@@ -213,39 +213,26 @@ class SurfaceMap:
 
 
 def at_rest(
-    source: SmoothSurface,
-    reflected: bool = False,
-    scale: float = 1.0,
-    drawn: BoolArray | None = None,
-    positions: FloatArray | None = None,
+    source: SmoothSurface, reflected: bool = False, scale: float = 1.0
 ) -> RigidDisplacement:
     """Return a surface at rest, prepared for displacements.
 
     Parameters
     ----------
     source
-        V vertices.
+        The surface.
     reflected
         Whether it is reflected in the plane x = 0.
     scale
         √area of the surface at rest.
-    drawn
-        (V,) vertices that are drawn to their images, by default all.
-    positions
-        (V, 3) positions of the vertices at rest; by default those of the mesh, scaled and
-        reflected.
 
     Raises
     ------
     MeshError
         Its Laplacian cannot be factored.
     """
-    if positions is None:
-        positions = source.mesh.vertices * (scale * (MIRROR if reflected else np.ones(3)))
-    rest = source.mesh.with_same_faces(vertices=positions)
-    stiffness, mass = source.laplacian
-    operators = stiffness, scale**2 * mass
-    return RigidDisplacement(rest, operators, scale * _LENGTH, scale * _WIDTH, drawn)
+    rigid = RigidDisplacement.of(source.mesh, source.laplacian, _LENGTH, _WIDTH)
+    return rigid.resting_at(source.mesh.vertices * (scale * (MIRROR if reflected else np.ones(3))))
 
 
 def places(

@@ -24,6 +24,7 @@ from solver.registration.partial.near_distances import NearDistances
 from solver.registration.partial.search import FINEST
 from solver.registration.reduction import Reduction
 from solver.registration.refinement import FEWER_ROUNDS, LEAST_TORN_OFF
+from solver.registration.rigidity import RigidDisplacement
 from solver.registration.spatial import displaced_in_space
 from solver.registration.surface import SmoothSurface, smooth_surface
 from solver.registration.surface_map import Images, SurfaceMap, at_rest, places
@@ -43,6 +44,8 @@ class RefinedPart:
     ----------
     candidate
         As it was registered.
+    rest
+        The whole at rest, at the part's scale.
     displaced
         The displaced whole.
     images, back
@@ -54,11 +57,53 @@ class RefinedPart:
     """
 
     candidate: PartCandidate
+    rest: RigidDisplacement
     displaced: SurfaceMap
     images: IntArray
     back: Images
     entire: bool
     strained: float
+
+    @classmethod
+    def of(
+        cls,
+        surfaces: tuple[SmoothSurface, SmoothSurface],
+        candidate: PartCandidate,
+        rest: RigidDisplacement,
+        entire: bool,
+        control: Control,
+    ) -> "RefinedPart":
+        """Displace the whole as rigidly as possible, from where a candidate bends it.
+
+        Parameters
+        ----------
+        surfaces
+            The whole and the part.
+        candidate
+            Registered with the finest samples.
+        rest
+            The whole at rest, of unit area.
+        entire
+            As for the class.
+        control
+            May cancel; past its deadline, less is refined.
+
+        Raises
+        ------
+        Cancelled
+            Through `control`.
+        MeshError
+            The Laplacian of the whole cannot be factored.
+        """
+        rest = rest.resting_at(candidate.scale * surfaces[0].mesh.vertices)
+        known = SurfaceMap.of(*surfaces, candidate.alignment, reflected=False)
+        images = known.images()
+        covered = covered_by_part(known, images, known.inverse()[0])
+        if not entire:
+            covered = largest_patch(surfaces[0], covered)
+        displaced, images = known.refined(rest.drawing(covered), control)
+        back, strained = displaced.inverse(), rest.strain(displaced.positions)
+        return cls(candidate, rest, displaced, images, back, entire, strained)
 
     @property
     def scale(self) -> float:
@@ -119,9 +164,7 @@ class RefinedPart:
         Cancelled
             Through `control`.
         """
-        rigid = at_rest(self.displaced.source, scale=self.scale, drawn=_drawn(self.covered))
-        displaced, images = self.displaced.refined(rigid, control)
-        return self._moved(displaced, images, rigid.strain(displaced.positions))
+        return self._moved(*self.displaced.refined(self.rest.drawing(self.covered), control))
 
     def or_in_space(self, control: Control) -> "RefinedPart":
         """Refine the candidate from where the whole is displaced smoothly in space, too.
@@ -142,26 +185,20 @@ class RefinedPart:
         """
         if control.expired:
             return self
-        whole, scale = self.displaced.source, self.scale
-        known = SurfaceMap.of(
-            whole, self.displaced.target, self.candidate.alignment, reflected=False
-        )
+        surfaces = self.displaced.source, self.displaced.target
+        known = SurfaceMap.of(*surfaces, self.candidate.alignment, reflected=False)
         in_space = displaced_in_space(known, to_part=True)
-        rigid = at_rest(whole, scale=scale)
-        before, grown = (
-            self._moved(one, one.images(), rigid.strain(one.positions)) for one in (known, in_space)
-        )
+        before, grown = (self._moved(one, one.images()) for one in (known, in_space))
         if grown.fit.score > before.fit.score:
             return self
-        drawn = _drawn(grown.covered)
-        growth = at_rest(whole, scale=scale, drawn=drawn, positions=in_space.positions)
-        displaced, images = in_space.refined(growth, control)
-        other = self._moved(displaced, images, rigid.strain(displaced.positions))
+        # What is smooth in space is no strain, as bones grow.
+        growth = self.rest.resting_at(in_space.positions).drawing(grown.covered)
+        other = self._moved(*in_space.refined(growth, control))
         gained = before.fit.score + self.fit.score - grown.fit.score - other.fit.score
         return other if gained > 0.0 else self
 
-    def _moved(self, displaced: SurfaceMap, images: IntArray, strained: float) -> "RefinedPart":
-        back = displaced.inverse()
+    def _moved(self, displaced: SurfaceMap, images: IntArray) -> "RefinedPart":
+        back, strained = displaced.inverse(), self.rest.strain(displaced.positions)
         return replace(self, displaced=displaced, images=images, back=back, strained=strained)
 
     def mended(self, control: Control) -> "RefinedPart":
@@ -188,9 +225,8 @@ class RefinedPart:
         kept = self.covered & ~off[self.images]
         if off.mean() < LEAST_TORN_OFF or not kept.any() or control.expired:
             return self
-        following = at_rest(whole, scale=self.scale, drawn=kept)
-        loose, images = self.displaced.refined(following, control, FEWER_ROUNDS)
-        mended = self._moved(loose, images, self.strained).again(control)
+        loose = self.displaced.refined(self.rest.drawing(kept), control, FEWER_ROUNDS)
+        mended = self._moved(*loose).again(control)
         return min(self, mended, key=lambda one: one.fit.score)
 
     def on_whole(
@@ -223,14 +259,8 @@ class RefinedPart:
         here = ours.at(whole.vertices[samples.vertices])
         there = PartSamples.at((ours, theirs), part.vertices[points.vertices], self.entire)
         alignment = fit_to_part(here, there, pairs, known.scale, FINEST.sizes[-1])
-        displaced, images, strained = _displaced(
-            SurfaceMap.of(ours, theirs, alignment, reflected=False),
-            known.scale,
-            self.entire,
-            control,
-        )
-        found = replace(self, candidate=replace(known, alignment=alignment))
-        return found._moved(displaced, images, strained)
+        candidate = replace(known, alignment=alignment)
+        return RefinedPart.of((ours, theirs), candidate, at_rest(ours), self.entire, control)
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +316,7 @@ def refine_candidates(
     """
     comparison = _Comparison.of(whole, part, entire)
     refined = (
-        _refined(comparison.surfaces, one, entire, control)
+        RefinedPart.of(comparison.surfaces, one, comparison.rest, entire, control)
         for one in control.in_time(candidates, least=1)
     )
     best = comparison.ranked(refined)[:_BEST]
@@ -304,19 +334,22 @@ class _Comparison:
         The whole.
     surfaces
         Its surface and the part's.
+    rest
+        The whole at rest, of unit area.
     near
         Distances on the part; ``None`` where the surfaces only overlap.
     """
 
     whole: Shape
     surfaces: tuple[SmoothSurface, SmoothSurface]
+    rest: RigidDisplacement
     near: NearDistances | None
 
     @classmethod
     def of(cls, whole: Shape, part: Shape, entire: bool) -> "_Comparison":
         surfaces = smooth_surface(whole), smooth_surface(part)
         near = NearDistances.of(part, surfaces[1].samples.vertices) if entire else None
-        return cls(whole, surfaces, near)
+        return cls(whole, surfaces, at_rest(surfaces[0]), near)
 
     def ranked(self, found: Iterable[RefinedPart]) -> list[MeasuredPart]:
         """Measure candidates, and return those that differ, the best first."""
@@ -331,32 +364,3 @@ class _Comparison:
         bent = changes_of_curvature(*self.surfaces, vertices, back[vertices], one.scale)
         distorted = None if near is None else near.change(self.whole, back, one.scale)
         return MeasuredPart(one, replace(one.fit, bent=bent, distorted=distorted))
-
-
-def _refined(
-    surfaces: tuple[SmoothSurface, SmoothSurface],
-    candidate: PartCandidate,
-    entire: bool,
-    control: Control,
-) -> RefinedPart:
-    known = SurfaceMap.of(*surfaces, candidate.alignment, reflected=False)
-    displaced, images, strained = _displaced(known, candidate.scale, entire, control)
-    return RefinedPart(candidate, displaced, images, displaced.inverse(), entire, strained)
-
-
-def _displaced(
-    known: SurfaceMap, scale: float, entire: bool, control: Control
-) -> tuple[SurfaceMap, IntArray, float]:
-    """Refine a map of the whole: the displaced whole, its images, and its strain."""
-    images = known.images()
-    covered = covered_by_part(known, images, known.inverse()[0])
-    if not entire:
-        covered = largest_patch(known.source, covered)
-    rigid = at_rest(known.source, scale=scale, drawn=_drawn(covered))
-    displaced, images = known.refined(rigid, control)
-    return displaced, images, rigid.strain(displaced.positions)
-
-
-def _drawn(covered: BoolArray) -> BoolArray | None:
-    """(V,) vertices that are drawn to their images: those with a partner, or ``None`` for all."""
-    return covered if covered.any() else None

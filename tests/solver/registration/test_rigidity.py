@@ -75,7 +75,7 @@ class Plain:
 
 
 def test_a_step_is_that_of_the_plain_implementation(mesh: TriangleMesh, places: FloatArray) -> None:
-    plain, displacement = Plain(mesh), RigidDisplacement(mesh, laplacian(mesh), LENGTH, WIDTH)
+    plain, displacement = Plain(mesh), RigidDisplacement.of(mesh, laplacian(mesh), LENGTH, WIDTH)
     positions = mesh.vertices
     for _ in range(3):
         expected = plain.step(positions, places)
@@ -84,7 +84,7 @@ def test_a_step_is_that_of_the_plain_implementation(mesh: TriangleMesh, places: 
 
 
 def test_the_energy_never_rises(mesh: TriangleMesh, places: FloatArray) -> None:
-    plain, displacement = Plain(mesh), RigidDisplacement(mesh, laplacian(mesh), LENGTH, WIDTH)
+    plain, displacement = Plain(mesh), RigidDisplacement.of(mesh, laplacian(mesh), LENGTH, WIDTH)
     positions = mesh.vertices
     energies = [plain.energy(positions, places)]
     for _ in range(6):
@@ -97,7 +97,7 @@ def test_the_energy_never_rises(mesh: TriangleMesh, places: FloatArray) -> None:
 def test_rigid_motions_are_fixed_points(mesh: TriangleMesh) -> None:
     turn = Rotation.from_rotvec([1.0, -2.0, 0.5]).as_matrix()
     moved = mesh.vertices @ turn + [3.0, 0.0, -1.0]
-    found = RigidDisplacement(mesh, laplacian(mesh), LENGTH, WIDTH).step(moved, moved)
+    found = RigidDisplacement.of(mesh, laplacian(mesh), LENGTH, WIDTH).step(moved, moved)
     np.testing.assert_allclose(found, moved, atol=1e-8)
 
 
@@ -105,7 +105,7 @@ def test_short_lengths_follow_places_and_long_ones_do_not(
     mesh: TriangleMesh, places: FloatArray
 ) -> None:
     near, far = (
-        RigidDisplacement(mesh, laplacian(mesh), length, WIDTH).step(places, places)
+        RigidDisplacement.of(mesh, laplacian(mesh), length, WIDTH).step(places, places)
         for length in (1e-3, 10.0)
     )
     np.testing.assert_allclose(near, places, atol=1e-3)
