@@ -120,7 +120,7 @@ class SurfaceMap:
         (S,) nearest source vertices, (S,) source triangles, and (S, 3) barycentric coordinates.
         """
         # Begun with spectral coordinates, which tell apart what touches.
-        known = replace(self, weights=LOCAL)
+        known = self._weighing(LOCAL)
         there = _rows(known._target_embedded, vertices)
         start = _nearest_vertices(there, known._embedded, self.source)
         here, there = self._embedded, _rows(self._target_embedded, vertices)
@@ -189,6 +189,13 @@ class SurfaceMap:
         found = replace(self, positions=positions, weights=_NEAR)
         if self.weights is _NEAR:
             vars(found)["_target_embedded"] = self._target_embedded
+        return found
+
+    def _weighing(self, weights: Weights) -> "SurfaceMap":
+        if self.weights is weights:
+            return self
+        found = replace(self, weights=weights)
+        vars(found)["normals"] = self.normals
         return found
 
     @cached_property

@@ -13,7 +13,7 @@ correspondence", CGF 36(1), 2017).
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,6 +71,7 @@ class PartSamples:
     functions: FloatArray
     surfaces: tuple[SmoothSurface, SmoothSurface]
     entire: bool = True
+    _curvatures: dict[float, FloatArray] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -108,7 +109,11 @@ class PartSamples:
             √area of the whole in the part's unit.
         """
         ours, theirs = (surface.averages for surface in self.surfaces)
-        return ours.standardised[whole.vertices], theirs.standardised_by(ours, scale, self.vertices)
+        if scale not in self._curvatures:
+            # Of the last scale only: each candidate has its own, for all stages of its alignment.
+            self._curvatures.clear()
+            self._curvatures[scale] = theirs.standardised_by(ours, scale, self.vertices)
+        return ours.standardised[whole.vertices], self._curvatures[scale]
 
 
 @dataclass(frozen=True, eq=False)
