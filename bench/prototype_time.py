@@ -25,7 +25,7 @@ from bench.figure6 import learn
 from bench.humans import human_family, unfamiliar_figures
 from solver.arrays import FloatArray
 from solver.control import Control
-from solver.matching import Level, Match, MatchOptions, SampledStructure, match
+from solver.matching import COARSE_POINTS, Level, Match, MatchOptions, SampledStructure, match
 from solver.optimisation.exact import m_best_solutions
 from solver.prototype import Prototype, match_prototype
 from solver.prototype.matching import sample_target
@@ -188,7 +188,7 @@ def main() -> None:
     ratio = ratio_by_geodesics(prototype, family.reference, figures)
     print(f"\nEight points take {ratio:.2f} times as long as of two shapes by geodesic distances")
     found["ratio_by_geodesics"] = ratio
-    if prototype.points >= MatchOptions().coarse_points:
+    if prototype.points >= COARSE_POINTS:
         ratio = enumeration_ratio(prototype, family.reference, figures)
         print(f"\nEight solutions of (6) take {ratio:.2f} times as long as those of (5)")
         found["enumeration_ratio"] = ratio

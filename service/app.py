@@ -134,9 +134,15 @@ def _lifespan(
             # Whether keys are needed should be known before the first request.
             await run_in_threadpool(ring.refresh, store.api_keys)
         tasks = [
-            asyncio.create_task(_regularly(settings.heartbeat, _recovery(service))),
-            asyncio.create_task(_regularly(WEBHOOK_INTERVAL, _webhooks(service))),
-            asyncio.create_task(_regularly(KEYS_INTERVAL, partial(ring.refresh, store.api_keys))),
+            asyncio.create_task(_regularly(interval, task))
+            for interval, task in (
+                (settings.heartbeat, partial(recover, service.queue)),
+                (settings.heartbeat, Sweep(store).step),
+                # In its own time: many blobs are slow to list, and lost jobs should not wait.
+                (settings.heartbeat, OrphanSweep(store).step),
+                (WEBHOOK_INTERVAL, partial(dispatch, service.queue, settings)),
+                (KEYS_INTERVAL, partial(ring.refresh, store.api_keys)),
+            )
         ]
         try:
             with exporting("api"):
@@ -150,22 +156,7 @@ def _lifespan(
     return lifespan
 
 
-def _recovery(service: Service) -> Callable[[], None]:
-    sweep, orphans = Sweep(service.store), OrphanSweep(service.store)
-
-    def recover_and_sweep() -> None:
-        recover(service.queue)
-        sweep.step()
-        orphans.step()
-
-    return recover_and_sweep
-
-
-def _webhooks(service: Service) -> Callable[[], None]:
-    return lambda: dispatch(service.queue, service.settings)
-
-
-async def _regularly(interval: float, task: Callable[[], None]) -> None:
+async def _regularly(interval: float, task: Callable[[], object]) -> None:
     while True:
         try:
             await run_in_threadpool(task)

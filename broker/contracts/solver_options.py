@@ -37,13 +37,13 @@ class MatchOptions(StrictModel):
     points: Annotated[int, Topic("")] = Field(
         default=32, ge=3, le=256, description="Points of the source matched at the finest level."
     )
-    coarse_points: Annotated[int, Topic("Solver")] = Field(
-        default=8,
+    coarse_points: Annotated[int | None, Topic("Solver")] = Field(
+        default=None,
         ge=3,
         le=10,
         description=(
-            "Points of the coarsest level, which is solved to proven optimality (N_1 of"
-            " section 4.1)."
+            "Points of the coarsest level, which is solved to proven optimality; if left"
+            " out, 8, and 10 with a prototype (N_1 of section 4.1)."
         ),
     )
     level_factor: Annotated[int, Topic("Solver")] = Field(

@@ -116,6 +116,10 @@ class Jobs:
         """Return a job as :meth:`get` does, or None if it cannot be read."""
         return self.records([job_id])[0]
 
+    def exists(self, job_id: str) -> bool:
+        """Return whether there is a record of a job, readable or not."""
+        return bool(self.client.exists(self.keys.job(job_id)))
+
     def expired(self, job_id: str) -> bool:
         """Return whether a job that does not exist has expired."""
         return bool(self.client.exists(self.keys.job_tombstone(job_id)))

@@ -15,7 +15,6 @@ from pydantic_settings import BaseSettings, NoDecode
 from broker.contracts import Delivery, DeliveryPayload, DeliveryState, JobRecord, RequestOrigin
 from broker.environment import FROM_ENVIRONMENT
 from broker.queue import JobQueue, new_job
-from broker.store import NewerRecord
 from broker.telemetry import logger
 from broker.webhooks.addresses import Network, read_networks
 
@@ -76,14 +75,12 @@ def _dispatch(queue: JobQueue, settings: WebhookSettings) -> None:
     for job_id, since in webhooks.due(now, _BATCH_SIZE):
         if not webhooks.claim(job_id, since, now + LEASE):
             continue
-        try:
-            record = queue.store.jobs.get(job_id)
-        except NewerRecord:
-            continue
-        if record is None:
+        record = queue.store.jobs.readable(job_id)
+        if record is not None:
+            if not _is_being_delivered(queue, job_id):
+                _queue_delivery(queue, record, settings)
+        elif not queue.store.jobs.exists(job_id):
             webhooks.remove(job_id)
-        elif not _is_being_delivered(queue, job_id):
-            _queue_delivery(queue, record, settings)
 
 
 def retry_delay(attempts: int, settings: WebhookSettings) -> timedelta:

@@ -19,9 +19,6 @@ REFUSED: Final = "These two cannot be matched with these parameters; `errors` sa
 _FIXED: Final = ("metric", "descriptor", "normalise", "eigenpairs", "geodesic_method")
 """Parameters of a match that are those the prototype was learned with."""
 
-_COARSE_POINTS: Final = 10
-"""Points of the coarsest level unless `coarse_points` is set, as in the solver."""
-
 
 def prototype_parameters(
     asked: SourceRequest, targets: Mapping[str, str], service: Service
@@ -56,8 +53,6 @@ def in_force(asked: SourceRequest, prototype: PrototypeRecord) -> MatchParameter
     """Return the parameters of a match, with those of the prototype where it fixes them."""
     own: dict[str, Any] = {name: getattr(prototype.parameters, name) for name in _FIXED}
     own["points"] = min(asked.points, prototype.points)
-    if asked.coarse_points == MatchParameters().coarse_points:
-        own["coarse_points"] = _COARSE_POINTS
     own["partial"] = "none"
     own["orientation"] = asked.orientation and prototype.surfaces > 0
     return asked.parameters().model_copy(update=own)

@@ -117,6 +117,9 @@ async def _run(
         await asyncio.wait({serving, stopping, tending}, return_when=asyncio.FIRST_COMPLETED)
         if tending.done():
             tending.result()
+        if serving.done() and not stopping.done():
+            serving.result()
+            raise StartError("the server ended by itself; the log above has the cause")
     finally:
         log.info("stopping")
         tending.cancel()

@@ -13,6 +13,7 @@ from solver.matching.level import Level, SampledStructure
 from solver.matching.match import match
 from solver.matching.options import (
     CANDIDATES,
+    COARSE_POINTS,
     GMDS,
     MAX_COARSE_POINTS,
     MAX_POINTS,
@@ -42,6 +43,7 @@ from solver.matching.varadhan_level import (
 
 __all__ = [
     "CANDIDATES",
+    "COARSE_POINTS",
     "GMDS",
     "MAX_COARSE_POINTS",
     "MAX_POINTS",

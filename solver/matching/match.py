@@ -83,11 +83,7 @@ def match(
         if options.partial in PARTS:
             found = _match_given_part(source, target, options, control)
         elif (part := _possible_part(source, target, options)) is not None:
-            try:
-                found = _match_possible_part(source, target, part, options, control)
-            except MeshError:
-                # What cannot be displaced, or measured along, is no part.
-                found, _ = _match_whole(source, target, options, control)
+            found = _match_possible_part(source, target, part, options, control)
         else:
             found, _ = _match_whole(source, target, options, control)
     warnings = (
@@ -127,12 +123,8 @@ def _match_possible_part(
     then is sure. Else both are matched as wholes, and the registration of that tells what it lacks.
     The confidence of wholes counts for nothing then: it was fitted to wholes. Of 30 parts matched
     as wholes, three answers are right, and 24 of the same matched as parts. But where both have a
-    long boundary, neither may be a part: the greater confidence decides.
-
-    Raises
-    ------
-    MeshError
-        A shape cannot be registered or matched as a part.
+    long boundary, neither may be a part: the greater confidence decides. What cannot be displaced,
+    or measured along, is no part.
     """
     alone = min(one.mesh.relative_boundary for one in (source, target)) < _BOUNDARY
     early, wholly, last = (control.between(*ends) for ends in _PROGRESS)
@@ -143,15 +135,18 @@ def _match_possible_part(
         if registration is not None:
             known = _detected(registration, source, target, part, options, early)
     if known is not None and (known.sure or control.expired):
-        return match_part(known, options, control)
+        answer = _matched_part(known, options, control)
+        if answer is not None:
+            return answer
     found, registration = _match_whole(source, target, options, wholly)
     if registration is None:
         return found
     known = _detected(registration, source, target, part, options, last, known)
     if known is None:
         return found
-    better = known.probability > registration.confidence.probability
-    return match_part(known, options, last) if better or alone else found
+    if not alone and known.probability <= registration.confidence.probability:
+        return found
+    return _matched_part(known, options, last) or found
 
 
 def _detected(
@@ -166,9 +161,19 @@ def _detected(
     """Register a part, unless it is known, if it lacks much of the other by a registration."""
     if control.expired:
         return None
-    if registration.share_lacking(control, of_source=part == TARGET) < _LACKING:
+    try:
+        if registration.share_lacking(control, of_source=part == TARGET) < _LACKING:
+            return None
+        return known or find_part(source, target, part, options, control)
+    except MeshError:
         return None
-    return known or find_part(source, target, part, options, control)
+
+
+def _matched_part(known: KnownPart, options: MatchOptions, control: Control) -> Match | None:
+    try:
+        return match_part(known, options, control)
+    except MeshError:
+        return None
 
 
 def _match_whole(

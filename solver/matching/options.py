@@ -36,6 +36,8 @@ PARTS = SOURCE, TARGET, BOTH
 
 MIN_POINTS = 3
 MAX_POINTS = 256
+COARSE_POINTS = 8
+"""Points of the coarsest level of two shapes, unless given."""
 MAX_COARSE_POINTS = 10
 MAX_MINIMAX_POINTS = 32
 MAX_LANDMARKS = 32
@@ -57,9 +59,10 @@ class MatchOptions(ParameterSet):
     points: int = parameter(
         32, "Points of the source matched at the finest level.", least=MIN_POINTS, most=MAX_POINTS
     )
-    coarse_points: int = parameter(
-        8,
-        "Points of the coarsest level, which is solved to proven optimality.",
+    coarse_points: int | None = parameter(
+        None,
+        "Points of the coarsest level, which is solved to proven optimality; if left out, 8, and 10"
+        " with a prototype.",
         least=MIN_POINTS,
         most=MAX_COARSE_POINTS,
         source="N_1 of section 4.1",

@@ -92,6 +92,8 @@ def find_part(
         Through `control`.
     OptionError
         An option has no meaning for parts.
+    MeshError
+        The Laplacian of the whole cannot be factored.
     """
     if options.refine == GMDS:
         raise OptionError("refine", "a part is not refined; take `dense`, whose images lie between")
@@ -135,6 +137,8 @@ def match_part(known: KnownPart, options: MatchOptions, control: Control) -> Mat
     ------
     Cancelled
         Through `control`.
+    MeshError
+        Distances along a shape cannot be computed.
     """
     found = known.surfaces
     whole, part = _at_one_scale(found)

@@ -9,7 +9,7 @@ from solver.errors import OptionError
 from solver.labelling import LINF
 from solver.matching.landmarks import landmark_vertices
 from solver.matching.level import Level
-from solver.matching.options import MatchOptions
+from solver.matching.options import COARSE_POINTS, MatchOptions
 from solver.matching.structures import build_level
 from solver.matching.third_order import ThirdOrderTerm
 from solver.matching.varadhan_level import (
@@ -113,8 +113,10 @@ def level_sizes(max_sources: int, max_targets: int, options: MatchOptions) -> li
     List of (N, M) with N <= M, N growing by at most the level factor up to the points asked for.
     """
     most = min(max_sources, max_targets)
-    single_level = options.objective == LINF
-    coarse = options.points if single_level else max(options.coarse_points, len(options.landmarks))
+    if options.objective == LINF:
+        coarse = options.points
+    else:
+        coarse = max(options.coarse_points or COARSE_POINTS, len(options.landmarks))
     points = min(coarse, options.points, most)
     sizes = [(points, min(int(np.ceil(_COARSE_OVERSAMPLING * points)), max_targets))]
     while points < min(options.points, most):

@@ -4,7 +4,7 @@ import numpy as np
 
 from solver.arrays import FloatArray
 from solver.mesh.normals import face_normals
-from solver.mesh.repair import edges_of, same_direction
+from solver.mesh.repair import same_direction
 from solver.mesh.triangle_mesh import TriangleMesh
 
 
@@ -31,7 +31,7 @@ def mean_curvature_measures(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]
     integrals : (V,) in the unit of length, positive where normals diverge.
     areas : (V,) in the unit squared.
     """
-    edges = edges_of(mesh.faces)
+    edges = mesh.face_edges
     pairs, same = same_direction(mesh.faces, edges)
     pairs, ends = pairs[~same], edges.ends[edges.counts == 2][~same]
     inner = np.bincount(pairs.ravel(), minlength=mesh.n_faces) == 3

@@ -10,9 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray
 from solver.mesh.edge_collapse import collapse_edges
-from solver.mesh.repair import edges_of, non_manifold_vertices
+from solver.mesh.normals import face_normals
+from solver.mesh.repair import non_manifold_vertices
 from solver.mesh.triangle_mesh import TriangleMesh, triangle_areas
 
 _POINT_WEIGHT = 0.02
@@ -55,8 +56,8 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
         return mesh
     unit = mesh.scaled(1.0 / np.sqrt(mesh.area))
     faces, into = mesh.faces.copy(), np.arange(mesh.n_vertices)
-    boundary, fixed = _boundary_and_fixed(mesh.faces, mesh.n_vertices)
-    quadrics = _quadrics(unit.vertices, mesh.faces)
+    boundary, fixed = _boundary_and_fixed(mesh)
+    quadrics = _quadrics(unit)
     collapse_edges(unit.vertices, faces, quadrics, boundary, fixed, into, vertices)
     staying = faces[:, 0] >= 0
     left = faces[staying]
@@ -69,30 +70,28 @@ def simplified(mesh: TriangleMesh, vertices: int) -> TriangleMesh:
             f" {100.0 * abs(area - 1.0):.2g} % {'larger' if area > 1.0 else 'smaller'}"
         )
     )
-    return replace(fewer, file_rows=mesh.file_rows)
+    return replace(fewer, file_rows=mesh.file_rows, is_cloud=mesh.is_cloud)
 
 
-def _boundary_and_fixed(faces: IntArray, n_vertices: int) -> tuple[BoolArray, BoolArray]:
+def _boundary_and_fixed(mesh: TriangleMesh) -> tuple[BoolArray, BoolArray]:
     """(V,) boundary vertices, and (V,) vertices that stay: of non-manifold edges and vertices."""
-    edges = edges_of(faces)
-    boundary, fixed = np.zeros((2, n_vertices), dtype=np.bool_)
-    boundary[edges.boundary] = True
+    edges = mesh.face_edges
+    fixed = np.zeros(mesh.n_vertices, dtype=np.bool_)
     fixed[edges.ends[edges.counts > 2]] = True
-    fixed[non_manifold_vertices(faces, edges)] = True
-    return boundary, fixed
+    fixed[non_manifold_vertices(mesh.faces, edges)] = True
+    return mesh.on_boundary, fixed
 
 
-def _quadrics(positions: FloatArray, faces: IntArray) -> FloatArray:
+def _quadrics(mesh: TriangleMesh) -> FloatArray:
     """(V, 4, 4) error quadrics: x̃ᵀ Q x̃, x̃ = (x, 1), sums squared distances weighted by area."""
-    a, b, c = (positions[faces[:, corner]] for corner in range(3))
-    normal = np.cross(b - a, c - a)
+    positions, faces = mesh.vertices, mesh.faces
+    normal = face_normals(positions, faces)
     double = np.linalg.norm(normal, axis=1)
-    planes = _planes(normal / double[:, None], a, double / 6.0)
+    planes = _planes(normal / double[:, None], positions[faces[:, 0]], double / 6.0)
     quadrics = np.zeros((len(positions), 4, 4))
     for corner in range(3):
         np.add.at(quadrics, faces[:, corner], planes)
-    edges = edges_of(faces)
-    face, side = edges.boundary_sides
+    face, side = mesh.face_edges.boundary_sides
     start, end = positions[faces[face, side]], positions[faces[face, (side + 1) % 3]]
     along = end - start
     across = np.cross(along, normal[face] / double[face, None])

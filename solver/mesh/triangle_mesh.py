@@ -74,7 +74,7 @@ class TriangleMesh:
             soup.face_ids,
         )
         if "edges" in vars(soup):
-            vars(mesh)["_edges"] = soup.edges
+            vars(mesh)["face_edges"] = soup.edges
         return mesh
 
     def soup(self) -> TriangleSoup:
@@ -107,24 +107,24 @@ class TriangleMesh:
     @cached_property
     def edges(self) -> IntArray:
         """(E, 2) the edges, each once, smaller vertex first, in lexicographic order."""
-        return self._edges.ends
+        return self.face_edges.ends
 
     @cached_property
     def closed(self) -> bool:
         """Whether the surface has no boundary: every edge belongs to two faces or more."""
-        return not len(self._edges.boundary)
+        return not len(self.face_edges.boundary)
 
     @cached_property
     def on_boundary(self) -> BoolArray:
         """(V,) whether a vertex lies on the boundary: on an edge of a single face."""
         found = np.zeros(self.n_vertices, dtype=np.bool_)
-        found[self._edges.boundary.ravel()] = True
+        found[self.face_edges.boundary.ravel()] = True
         return found
 
     @cached_property
     def boundary_length(self) -> float:
         """Length of all boundary edges, in the user's unit; 0 if closed."""
-        starts, ends = self.vertices[self._edges.boundary.T]
+        starts, ends = self.vertices[self.face_edges.boundary.T]
         return float(np.linalg.norm(ends - starts, axis=1).sum())
 
     @property
@@ -139,7 +139,7 @@ class TriangleMesh:
         That of the Euler characteristic V − E + F = 2 (C − g) of C components. Where the surface is
         no manifold it may be half a number, or negative.
         """
-        rims = self._edges.boundary
+        rims = self.face_edges.boundary
         label = components_of(rims, self.n_vertices)
         discs = len(np.unique(label[rims]))
         return self.components - 0.5 * (self.n_vertices - len(self.edges) + self.n_faces + discs)
@@ -184,7 +184,8 @@ class TriangleMesh:
         return first, np.argsort(corners, kind="stable") // 3
 
     @cached_property
-    def _edges(self) -> Edges:
+    def face_edges(self) -> Edges:
+        """The edges, with the faces at them."""
         return edges_of(self.faces)
 
     def vertices_of(self, ids: IntArray) -> IntArray:
@@ -234,7 +235,19 @@ class TriangleMesh:
         return found
 
 
-_OF_FACES = "_edges", "edges", "component_of_vertex", "neighbours", "incident_faces"
+_OF_FACES = (
+    "face_edges",
+    "edges",
+    "closed",
+    "on_boundary",
+    "genus",
+    "components",
+    "component_of_vertex",
+    "links",
+    "neighbours",
+    "edge_neighbours",
+    "incident_faces",
+)
 """Properties that depend on nothing but faces, and links, which are the same at any scale."""
 
 

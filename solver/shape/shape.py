@@ -124,6 +124,7 @@ class Shape:
         self.eigenpairs = eigenpairs
         self.geodesic_method = geodesic_method
         self._unit_spectrum = spectrum
+        self._own_spectrum: Spectrum | None = None
         self._metrics: dict[MetricChoice, Metric] = {}
         self._fields: dict[DescriptorChoice, FloatArray] = {}
         self._samplings: dict[tuple[MetricChoice, tuple[int, ...]], FarthestPointSampling] = {}
@@ -170,8 +171,10 @@ class Shape:
         if self._unit_spectrum is None or self._unit_spectrum.n_eigenpairs < k:
             unit_surface = self.mesh.scaled(1.0 / np.sqrt(self.mesh.area))
             self._unit_spectrum = laplace_beltrami_spectrum(unit_surface, k)
-        spectrum = self._unit_spectrum.truncated(k)
-        return spectrum if self.normalise else spectrum.scaled(float(np.sqrt(self.mesh.area)))
+            self._own_spectrum = None
+        if self._own_spectrum is None:
+            self._own_spectrum = self._unit_spectrum.scaled(self.size)
+        return self._own_spectrum.truncated(k)
 
     @cached_property
     def size(self) -> float:

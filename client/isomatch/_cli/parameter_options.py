@@ -79,7 +79,10 @@ MATCH: Final = (
     ParameterOption(
         "coarse_points",
         "integer",
-        ("Points of the coarsest level, which is solved to proven optimality, 3 to 10 [8]."),
+        (
+            "Points of the coarsest level, which is solved to proven optimality; if left"
+            " out, 8, and 10 with a prototype, 3 to 10."
+        ),
         "Solver",
     ),
     ParameterOption(

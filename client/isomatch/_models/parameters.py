@@ -84,8 +84,8 @@ class MatchParameters(TypedDict, total=False):
         ``"graph"``, shortest paths over edges, by 2 %, in two thirds of the time; ``"heat"``
         gives smooth ones, at 1 to 5 % [``"fast_marching"``].
     coarse_points
-        Points of the coarsest level, which is solved to proven optimality (N_1 of section 4.1);
-        3 to 10 [8].
+        Points of the coarsest level, which is solved to proven optimality; if left out, 8, and
+        10 with a prototype (N_1 of section 4.1); 3 to 10 [None].
     level_factor
         Factor by which the number of points grows from one level to the next (q of section
         4.1); 2 to 4 [2].
@@ -150,7 +150,7 @@ class MatchParameters(TypedDict, total=False):
     descriptor: StructureChoice | list[StructureChoice]
     eigenpairs: int
     geodesic_method: str
-    coarse_points: int
+    coarse_points: int | None
     level_factor: int
     oversampling: int
     rho: float

@@ -114,11 +114,11 @@ export const MATCH = {
 },
   coarse_points: {
     "type": "integer",
-    "default": 8,
+    "default": null,
     "min": 3,
     "max": 10,
     "topic": "Solver",
-    "about": "Points of the coarsest level, which is solved to proven optimality."
+    "about": "Points of the coarsest level, which is solved to proven optimality; if left out, 8, and 10 with a prototype."
 },
   level_factor: {
     "type": "integer",

@@ -1,7 +1,7 @@
 """Faces that are no surface: refused before repair and matching spend minutes on them."""
 
 from solver.errors import MeshError
-from solver.mesh.repair.edges import components_of, edges_of
+from solver.mesh.repair.edges import components_of
 from solver.mesh.repair.soup import TriangleSoup
 
 _MOST_IRREGULAR = 2.0
@@ -34,7 +34,7 @@ def checked_surface(soup: TriangleSoup) -> TriangleSoup:
         There are more than `_MOST_IRREGULAR` edges for each vertex that have one face, or more
         than two, and many of them.
     """
-    edges = edges_of(soup.faces)
+    edges = soup.edges
     irregular, count = int((edges.counts != 2).sum()), len(soup.vertices)
     if irregular > max(_MOST_IRREGULAR * count, _FEW):
         raise MeshError(

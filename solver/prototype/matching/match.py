@@ -76,7 +76,7 @@ def match_prototype(
     """
     options = options or MatchOptions()
     check_options(prototype, target, options)
-    if options.coarse_points == MatchOptions().coarse_points:
+    if options.coarse_points is None:
         options = replace(options, coarse_points=MAX_COARSE_POINTS)
     control = (control or Control()).timed().within(options.time_limit)
     unlike: tuple[str, ...] = ()

@@ -2,11 +2,11 @@
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.csgraph import connected_components
 
-from solver.arrays import BoolArray, FloatArray, IntArray
+from solver.arrays import BoolArray, FloatArray
 from solver.errors import OptionError
 from solver.mesh import TriangleMesh
+from solver.mesh.repair import non_manifold_vertices
 from solver.shape.laplacian import definite_factor, laplacian
 
 _STEPS = 4
@@ -99,13 +99,10 @@ def inner_vertices(mesh: TriangleMesh) -> BoolArray:
     -------
     (V,) bool, false at boundaries, non-manifold edges, and vertices where several fans meet.
     """
-    sides = np.sort(mesh.faces[:, [1, 2, 2, 0, 0, 1]].reshape(-1, 2), axis=1)
-    _, side, n_faces = np.unique(
-        sides[:, 0] * mesh.n_vertices + sides[:, 1], return_inverse=True, return_counts=True
-    )
+    edges = mesh.face_edges
     inner = np.ones(mesh.n_vertices, dtype=np.bool_)
-    inner[sides[n_faces[side] != 2]] = False
-    inner[_fans(mesh, side.reshape(-1)) != 1] = False
+    inner[edges.ends[edges.counts != 2]] = False
+    inner[non_manifold_vertices(mesh.faces, edges)] = False
     return inner
 
 
@@ -149,27 +146,6 @@ def _corner_angles(mesh: TriangleMesh) -> FloatArray:
     twice = np.linalg.norm(np.cross(forward, backward), axis=2)
     angles: FloatArray = np.arctan2(twice, np.einsum("fci,fci->fc", forward, backward))
     return angles
-
-
-def _fans(mesh: TriangleMesh, side: IntArray) -> IntArray:
-    """(V,) number of fans of faces at each vertex, whose faces are connected by edges there.
-
-    `side` (3F,) is the edge opposite each corner of the faces, in their order.
-    """
-    vertex, corner = mesh.faces.ravel(), np.arange(mesh.faces.size)
-    following, preceding = (
-        corner.reshape(-1, 3)[:, roll].ravel() for roll in ([1, 2, 0], [2, 0, 1])
-    )
-    # Corners at one vertex on both sides of an edge share the pair (edge, vertex).
-    keys = np.concatenate([side[following], side[preceding]]) * mesh.n_vertices + np.tile(vertex, 2)
-    order = np.argsort(keys, kind="stable")
-    same = keys[order][1:] == keys[order][:-1]
-    i, j = (np.tile(corner, 2)[order][part][same] for part in (slice(1, None), slice(None, -1)))
-    joined = sp.coo_array((np.ones(len(i)), (i, j)), shape=(len(corner),) * 2)
-    fan_of_corner = connected_components(joined, directed=False)[1]
-    vertex_of_fan = np.empty(fan_of_corner.max() + 1, dtype=np.int64)
-    vertex_of_fan[fan_of_corner] = vertex
-    return np.bincount(vertex_of_fan, minlength=mesh.n_vertices).astype(np.int64)
 
 
 def _spread(mesh: TriangleMesh, measures: FloatArray, areas: FloatArray, time: float) -> FloatArray:

@@ -74,6 +74,8 @@ class Spectrum:
 
     def scaled(self, factor: float) -> "Spectrum":
         """Return the spectrum of the surface scaled by `factor`."""
+        if factor == 1.0:
+            return self
         return Spectrum(
             self.eigenvalues / factor**2,
             self.eigenfunctions / factor,

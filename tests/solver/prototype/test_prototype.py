@@ -214,6 +214,8 @@ def test_a_prototype_of_more_points_is_matched_by_levels() -> None:
     learned = learn_prototype(connected_examples(humans(), options).examples, options)
     answer = match_prototype(learned, humans()[2], replace(_PLAIN, points=14))
     assert [level.points for level in answer.levels] == [10, 14]
+    asked = match_prototype(learned, humans()[2], replace(_PLAIN, points=14, coarse_points=8))
+    assert [level.points for level in asked.levels] == [8, 14]
     assert sorted(answer.best.source.tolist()) == list(range(14))
     assert answer.lower_bound <= answer.best.energy
 

@@ -79,7 +79,7 @@ def told(queue: JobQueue, job: str) -> JobRecord:
 
 def tries(queue: JobQueue) -> list[str]:
     """The queued delivery jobs."""
-    records = map(queue.store.jobs.get, queue.rq.current.get_job_ids())
+    records = queue.store.jobs.records(queue.rq.current.get_job_ids())
     return [job.id for job in records if job is not None and job.kind is JobKind.WEBHOOK]
 
 
@@ -452,3 +452,13 @@ def test_an_expired_job_is_not_delivered(queue: JobQueue, receiver: Receiver) ->
     assert queue.store.webhooks.pending() == 0
     assert receiver.received == []
     assert queue.store.client.exists(DEFAULT_KEYS.job(late)) == 0
+
+
+def test_a_damaged_record_does_not_hold_back_others(queue: JobQueue, receiver: Receiver) -> None:
+    damaged, other = ended(queue, here(receiver)), ended(queue, here(receiver))
+    queue.store.client.hset(DEFAULT_KEYS.job(damaged), "record", "{")
+    assert go_round(queue) == 1
+    assert told(queue, other).delivery is not None
+    assert len(receiver.received) == 1
+    # It may be that of a newer version, and stays.
+    assert queue.store.webhooks.pending() == 1
